@@ -21,31 +21,15 @@ class Family(ABC):
 
     An instance is what `turing_learning.infer` asks for as `simulate`: called with parameters (M, P) and a random generator,
     it returns samples (M, C, T, D). Each model has random numbers of its own, so its motion does not depend on the others'.
-
-    Parameters
-    ----------
-    individuals
-        Individuals A in a group.
-    steps
-        Time steps T of a sample.
-    interval_s
-        Duration of a step (s).
-    observed
-        Individuals C of a group, the first ones, whose motion becomes samples.
-    signals
-        The D signals of a step, from `turing_learning.trajectories.SIGNALS`.
-    settling_steps
-        Steps that a group moves before it is observed.
-    start_side_cm
-        Side of the square (cm) in which a group starts, at uniformly drawn places and in uniformly drawn directions.
     """
 
-    individuals: int = 10
-    steps: int = 100
-    interval_s: float = 0.1
-    observed: int = 1
-    signals: tuple[str, ...] = ("speed", "turn")
-    settling_steps: int = 0
+    individuals: int = 10  #: Individuals A in a group
+    steps: int = 100  #: Time steps T of a sample
+    interval_s: float = 0.1  #: Duration of a step (s)
+    observed: int = 1  #: Individuals C of a group, the first ones, whose motion becomes samples
+    signals: tuple[str, ...] = ("speed", "turn")  #: The D of a step, from `turing_learning.trajectories.SIGNALS`
+    settling_steps: int = 0  #: Steps that a group moves before it is observed
+    #: Side of the square (cm) in which a group starts, at uniformly drawn places and in uniformly drawn directions
     start_side_cm: float = 20.0
 
     least: ClassVar[float] = 0.0
@@ -245,14 +229,10 @@ class Particles(Family):
     """A family of points in the plane, which yields its positions step by step.
 
     Positions and directions are complex numbers x + iy, in arrays (M, A).
-
-    Parameters
-    ----------
-    tank_cm
-        Width and height of a tank (cm), anywhere in which individuals start, and whose walls reflect them as
-        light; None for the unbounded plane. Individuals do not see the walls.
     """
 
+    #: Width and height of a tank (cm), anywhere in which individuals start, and whose walls reflect them as light; None for the
+    #: unbounded plane. Individuals do not see the walls
     tank_cm: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:

@@ -161,15 +161,6 @@ class Boids(Particles):
 
     Parameters: speed (the largest, cm/s), separation (cm^3/s^2), alignment (1/s), cohesion (1/s^2).
 
-    Parameters
-    ----------
-    radius_cm
-        How far a boid perceives others (cm).
-    acceleration_per_s
-        Largest acceleration as a multiple of the largest speed (1/s).
-    slowest
-        Lowest speed as a share of the largest, in [0, 1].
-
     Source
     ------
     C. W. Reynolds, Computer Graphics 21 (1987) 25, which has no equations: the three behaviors and their order, prioritized
@@ -179,9 +170,9 @@ class Boids(Particles):
     perceive each other. There is no noise: groups differ by their start alone.
     """
 
-    radius_cm: float = 10.0
-    acceleration_per_s: float = 2.0
-    slowest: float = 0.5
+    radius_cm: float = 10.0  #: How far a boid perceives others (cm)
+    acceleration_per_s: float = 2.0  #: Largest acceleration as a multiple of the largest speed (1/s)
+    slowest: float = 0.5  #: Lowest speed as a share of the largest, in [0, 1]
 
     def __post_init__(self) -> None:
         super().__post_init__()

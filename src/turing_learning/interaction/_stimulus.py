@@ -19,25 +19,14 @@ _STEEPEST = 40.0  # sum at which a neuron is saturated
 
 @dataclass(frozen=True)
 class Stimulus(Settings):
-    """S stimuli at each time step, and who chooses them.
+    """S stimuli at each time step, and who chooses them."""
 
-    Parameters
-    ----------
-    ranges
-        Name -> (low, high) of each.
-    levels
-        0 for any value of the range; n for one of n evenly spaced values, both ends included.
-    passive
-        Empty if the classifiers choose. "random": anew in every step, uniformly; "constant": once for a trial,
-        uniformly; "recorded": a row of `recorded`.
-    recorded : (R, T, S)
-        Series of stimuli, each as long as a trial.
-    """
-
-    ranges: dict[str, tuple[float, float]]
-    levels: int = 0
+    ranges: dict[str, tuple[float, float]]  #: Name -> (low, high) of each
+    levels: int = 0  #: 0 for any value of the range; n for one of n evenly spaced values, both ends included
+    #: Empty if the classifiers choose. "random": anew in every step, uniformly; "constant": once for a trial, uniformly;
+    #: "recorded": a row of `recorded`
     passive: Literal["", "random", "constant", "recorded"] = ""
-    recorded: tuple[tuple[tuple[float, ...], ...], ...] = ()
+    recorded: tuple[tuple[tuple[float, ...], ...], ...] = ()  #: (R, T, S): Series of stimuli, each as long as a trial
 
     def __post_init__(self) -> None:
         require(isinstance(self.ranges, dict) and self.ranges, "stimulus", "be a dict name -> (low, high)", self.ranges)

@@ -51,26 +51,16 @@ def most_disks(sides_cm: tuple[float, float], radius_cm: float) -> float:
 
 @dataclass(frozen=True)
 class Robot(Settings):
-    """A differential-wheeled robot, a disk: the e-puck as modeled by Enki (paper, section 4.1).
+    """A differential-wheeled robot, a disk: the e-puck as modeled by Enki (paper, section 4.1)."""
 
-    Parameters
-    ----------
-    radius_cm, mass_g, wheel_distance_cm
-        Of the body (cm, g), and between the wheels (cm).
-    maximum_speed_cm_s
-        Of a wheel whose speed is 1 (cm/s).
-    wheel_noise
-        In each control cycle the speed of each wheel is multiplied by a number uniform in 1 - wheel_noise to
-        1 + wheel_noise; 0 to below 1.
-    clamp_wheel_speeds
-        Whether wheels turn no faster than the maximum, also if a controller or the noise asks for it.
-    """
-
-    radius_cm: float = 3.5
-    mass_g: float = 150.0
-    wheel_distance_cm: float = 5.1
-    maximum_speed_cm_s: float = 12.8
+    radius_cm: float = 3.5  #: Of the body (cm)
+    mass_g: float = 150.0  #: Of all of it (g)
+    wheel_distance_cm: float = 5.1  #: Between the wheels (cm)
+    maximum_speed_cm_s: float = 12.8  #: Of a wheel whose speed is 1 (cm/s)
+    #: In each control cycle the speed of each wheel is multiplied by a number uniform in 1 - wheel_noise to 1 + wheel_noise;
+    #: 0 to below 1
     wheel_noise: float = 0.05
+    #: Whether wheels turn no faster than the maximum, also if a controller or the noise asks for it
     clamp_wheel_speeds: bool = False
 
     def __post_init__(self) -> None:
@@ -81,22 +71,14 @@ class Robot(Settings):
 
 @dataclass(frozen=True)
 class Objects(Settings):
-    """Movable disks with dry friction (paper, section 4.1).
+    """Movable disks with dry friction (paper, section 4.1)."""
 
-    Parameters
-    ----------
-    count
-        Number O of objects in a trial.
-    radius_cm, mass_g
-        Of each (cm, g).
-    friction
-        Coefficient of dry friction on the ground, without unit; what it does is in docs/physics.md.
-    """
-
-    count: int = 0
-    radius_cm: float = 5.0
-    mass_g: float = 35.0
-    friction: float = 0.58
+    count: int = 0  #: Number O of objects in a trial
+    radius_cm: float = 5.0  #: Of each (cm)
+    mass_g: float = 35.0  #: Of each (g)
+    friction: float = (
+        0.58  #: Coefficient of dry friction on the ground, without unit; what it does is in docs/physics.md
+    )
 
     def __post_init__(self) -> None:
         integer("objects.count", self.count, 0)
@@ -107,16 +89,10 @@ class Objects(Settings):
 
 @dataclass(frozen=True)
 class Arena(Settings):
-    """The ground: unbounded, or a rectangle of walls with one corner at the origin.
+    """The ground: unbounded, or a rectangle of walls with one corner at the origin."""
 
-    Parameters
-    ----------
-    width_cm, height_cm
-        Sides along x and y (cm); None for both without walls.
-    """
-
-    width_cm: float | None = None
-    height_cm: float | None = None
+    width_cm: float | None = None  #: Side along x (cm); None for both without walls
+    height_cm: float | None = None  #: Side along y (cm)
 
     def __post_init__(self) -> None:
         sides = (self.width_cm, self.height_cm)
@@ -135,20 +111,13 @@ class Arena(Settings):
 class Sensor(Settings):
     """A sensor of unlimited range: the reading I is the place of the nearest visible item's kind in `readings`.
 
-    Source: paper, sections 3.2.1 and 4.6.1.
-
-    Parameters
-    ----------
-    readings
-        "background", reading 0, then what the sensor tells apart, of "robot" and "object". A kind that is not
-        listed is invisible: the sensor looks through it.
-    field_of_view
-        Of the agents (rad), from 0 to 2 pi, centered on the heading; 0 is a line of sight. An item is visible
-        if any part of its disk lies in view.
+    An item is visible if any part of its disk lies in view. Source: paper, sections 3.2.1 and 4.6.1.
     """
 
+    #: "background", reading 0, then what the sensor tells apart, of "robot" and "object". A kind that is not listed is
+    #: invisible: the sensor looks through it
     readings: tuple[str, ...] = ("background", "robot")
-    field_of_view: float = 0.0
+    field_of_view: float = 0.0  #: Of the agents (rad), from 0 to 2 pi, centered on the heading; 0 is a line of sight
 
     def __post_init__(self) -> None:
         known = self.readings[:1] == ("background",) and set(self.readings) <= set(ITEM_KINDS)
@@ -169,24 +138,13 @@ class Sensor(Settings):
 
 @dataclass(frozen=True)
 class Trial(Settings):
-    """How long individuals are observed, how time is cut, and where they start (paper, sections 4.1 and 4.2).
+    """How long individuals are observed, how time is cut, and where they start (paper, sections 4.1 and 4.2)."""
 
-    Parameters
-    ----------
-    duration_s
-        Of a trial (s), a whole number of control intervals.
-    control_interval_s
-        Of a control cycle (s), in which a robot reads its sensor once; also the time step of the samples.
-    physics_steps
-        Steps of the physics in a control cycle.
-    start_side_cm
-        Side (cm) of the square in which all start where there are no walls.
-    """
-
-    duration_s: float = 10.0
+    duration_s: float = 10.0  #: Of a trial (s), a whole number of control intervals
+    #: Of a control cycle (s), in which a robot reads its sensor once; also the time step of the samples
     control_interval_s: float = 0.1
-    physics_steps: int = 10
-    start_side_cm: float = 331.66
+    physics_steps: int = 10  #: Steps of the physics in a control cycle
+    start_side_cm: float = 331.66  #: Side (cm) of the square in which all start where there are no walls
 
     def __post_init__(self) -> None:
         for name in ("duration_s", "control_interval_s", "start_side_cm"):
@@ -207,40 +165,29 @@ class Trial(Settings):
 class Scenario(Settings):
     """A swarm to be inferred: agents that execute `controller`, and replicas that execute models.
 
-    Parameters
-    ----------
-    name, title, description
-        By which it is called; a heading; a sentence for reports.
-    controller
-        The agents' parameters (2 n), left and right wheel speed for each sensor state, as fractions of the maximum.
-    agents, replicas
-        Numbers of individuals in a trial; replicas come after the agents, objects after all robots.
-    grouping
-        "mixed": replicas move among the agents. "separated": agents and replicas never meet; both have trials
-        of their own, in groups of agents + replicas individuals (paper, section 4.6.3).
-    robot, objects, arena, sensor, trial
-        What moves, where, what it senses, and for how long.
-    representation
-        What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as
-        well. Models of which the agents are none, networks, are up to the configuration.
-    known
-        Whether `controller` is what the agents execute, so that models are compared with it. False for robots
-        in a laboratory whose rule nobody knows: then it is that of a rehearsal's agents only.
+    `robot`, `objects`, `arena`, `sensor` and `trial` say what moves, where, what it senses, and for how long.
     """
 
-    name: str
-    title: str
-    description: str
+    name: str  #: By which it is called
+    title: str  #: A heading
+    description: str  #: A sentence for reports
+    #: The agents' parameters (2 n), left and right wheel speed for each sensor state, as fractions of the maximum
     controller: tuple[float, ...]
-    agents: int = 10
-    replicas: int = 1
+    agents: int = 10  #: Their number in a trial
+    replicas: int = 1  #: Their number; they come after the agents, objects after all robots
+    #: "mixed": replicas move among the agents. "separated": agents and replicas never meet; both have trials of their own, in
+    #: groups of agents + replicas individuals (paper, section 4.6.3)
     grouping: Literal["mixed", "separated"] = "mixed"
     robot: Robot = field(default_factory=Robot)
     objects: Objects = field(default_factory=Objects)
     arena: Arena = field(default_factory=Arena)
     sensor: Sensor = field(default_factory=Sensor)
     trial: Trial = field(default_factory=Trial)
+    #: What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as well. Models of which the
+    #: agents are none, networks, are up to the configuration
     representation: str = "reactive"
+    #: Whether `controller` is what the agents execute, so that models are compared with it. False for robots in a laboratory
+    #: whose rule nobody knows: then it is that of a rehearsal's agents only
     known: bool = True
 
     def __post_init__(self) -> None:

@@ -28,21 +28,11 @@ LARGEST_OUTPUT = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Drivers:
-    """Which robots of R trials are driven by a network, and by which.
+    """Which robots of R trials are driven by a network, and by which."""
 
-    Parameters
-    ----------
-    weights : (K, Q)
-        Networks, laid out as in `models.ElmanModel`; finite.
-    hidden
-        Their hidden neurons H, with Q = H^2 + 4 H + 2.
-    driver : (R, A)
-        The network, 0 to K - 1, that drives each robot of each trial; -1 for a reactive robot.
-    """
-
-    weights: np.ndarray
-    hidden: int
-    driver: np.ndarray
+    weights: np.ndarray  #: (K, Q): Networks, laid out as in `models.ElmanModel`; finite
+    hidden: int  #: Their hidden neurons H, with Q = H^2 + 4 H + 2
+    driver: np.ndarray  #: (R, A): The network, 0 to K - 1, that drives each robot of each trial; -1 for a reactive one
 
     def __post_init__(self) -> None:
         integer("hidden", self.hidden, 1)
