@@ -97,14 +97,7 @@ class Family(ABC):
         return found.values[..., 1:, 0, :]
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Simulate models and return where everybody was.
-
-        Parameters
-        ----------
-        parameters : (M, P)
-            In the order of `parameters`, in their units.
-        rng
-            Source of all randomness.
+        """Simulate models, given as in a call, and return where everybody was.
 
         Returns
         -------

@@ -22,56 +22,35 @@ Range = tuple[float | None, float | None] | Parameter
 class CustomOptions(TypedDict, total=False):
     """Options of a custom system, beyond its samples, its simulator and the parameters.
 
-    name
-        A word for folders and tables; "own-system" by default.
-    title
-        What stands above the report; the name by default.
-    signals
-        Names of the D signals per step; those of the samples' `names`, if they have some, by default.
-    length
-        How samples of different lengths are cut: "shortest", or a number of steps; None refuses them.
-    held_out
-        Share of the genuine samples that are never learned from, 0.2 by default; or which ones, counted from
-        0. Samples that come as `learning` and `held_out`, such as windows of recorded motion, are split
-        already; a live source has none.
-    samples_per_generation
-        Genuine samples that the classifiers judge in a generation, drawn anew each time; as many as there are
-        models by default, or all if there are fewer.
-    vectorized
-        Whether the simulator takes all models at once, (M, P) -> (M, T, D), as it does by default, or one, (P,) -> (T, D).
-    batches
-        Number of calls of a vectorized simulator in a generation, each with random numbers of its own; as many as
-        there are workers by default, else 1. The result depends on it, as it does not on the number of workers.
-    workers
-        Number of processes that call the simulator; None calls it in this one.
-    timeout_s
-        Longest duration of a call (s), with workers only.
-    provenance
-        Name -> value, JSON: where the samples come from. The manifest of the run holds it.
-    stimulus, levels, passive, steps, states, opponents, interval_s
-        Of a system with stimuli, see docs/interaction.md: name -> (low, high) of each; 0, or one of how many
-        values; empty where the classifiers choose, "random", "constant", or series (R, T, S); steps of a trial;
-        numbers of a state; models that each classifier meets in a generation; duration of a step (s).
+    From `stimulus` on they are those of a system with stimuli, see docs/interaction.md.
     """
 
-    name: str
-    title: str
-    signals: tuple[str, ...]
+    name: str  #: A word for folders and tables; "own-system" by default
+    title: str  #: What stands above the report; the name by default
+    signals: tuple[str, ...]  #: Names of the D signals per step; by default the samples' `names`, if they have some
+    #: How samples of different lengths are cut: "shortest", or a number of steps; None refuses them
     length: int | Literal["shortest"] | None
+    #: Share of the genuine samples that are never learned from, 0.2 by default; or which ones, counted from 0. Samples that come
+    #: as `learning` and `held_out`, such as windows of recorded motion, are split already; a live source has none
     held_out: Any
+    #: Genuine samples that the classifiers judge in a generation, drawn anew each time; as many as there are models by default,
+    #: or all if there are fewer
     samples_per_generation: int
+    #: Whether the simulator takes all models at once, (M, P) -> (M, T, D), as by default, or one, (P,) -> (T, D)
     vectorized: bool
+    #: Number of calls of a vectorized simulator in a generation, each with random numbers of its own; as many as there are
+    #: workers by default, else 1. The result depends on it, as it does not on the number of workers
     batches: int
-    workers: int | None
-    timeout_s: float | None
-    provenance: Mapping[str, Any]
-    stimulus: Mapping[str, tuple[float, float]]
-    levels: int
-    passive: Any
-    steps: int
-    states: int
-    opponents: int
-    interval_s: float
+    workers: int | None  #: Number of processes that call the simulator; None calls it in this one
+    timeout_s: float | None  #: Longest duration of a call (s), with workers only
+    provenance: Mapping[str, Any]  #: Name -> value, JSON: where the samples come from, for the manifest of the run
+    stimulus: Mapping[str, tuple[float, float]]  #: Name -> (low, high) of each
+    levels: int  #: 0, or one of how many values
+    passive: Any  #: Empty where the classifiers choose, "random", "constant", or series (R, T, S)
+    steps: int  #: Of a trial
+    states: int  #: Numbers of a state
+    opponents: int  #: Models that each classifier meets in a generation
+    interval_s: float  #: Duration of a step (s)
 
 
 def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptions) -> tuple[CustomSystem, Genuine]:

@@ -118,7 +118,17 @@ def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndar
     series = [given] if np.isscalar(given) or not isinstance(given, Iterable) else list(given)
     arrays = [_as_series(sample, k) for k, sample in enumerate(series)]
     require(arrays, "genuine", "hold at least one sample", "none")
-    steps = _common_steps([len(array) for array in arrays], length)
+    lengths = [len(array) for array in arrays]
+    shortest, longest = int(np.argmin(lengths)), int(np.argmax(lengths))
+    steps, place = lengths[shortest], f"sample {shortest}"
+    if isinstance(length, int):
+        rule, remedy = f"be at most that of the shortest sample, {steps}", "Remove that sample, or ask for less."
+        require(steps >= length, "length", rule, length, remedy, place=place)
+        steps = length
+    got = f"{steps} steps [{place}] and {lengths[longest]} [sample {longest}]"
+    remedy = 'Cut them with length="shortest" or a number of steps.'
+    same = length is not None or steps == lengths[longest]
+    require(same, "genuine", "have samples of one length", got, remedy)
     widths = {array.shape[1] for array in arrays}
     require(len(widths) == 1, "genuine", "have the same signals in all samples", f"{sorted(widths)} signals")
     samples = np.stack([array[:steps] for array in arrays])
@@ -144,23 +154,6 @@ def _as_series(sample: Any, number: int) -> np.ndarray:
         remedy = one if array.ndim == 1 else "Give arrays of numbers."
         refuse("genuine", f"{rule}, time steps T and signals D at least 1", got, remedy, place=place)
     return array.astype(np.float64)
-
-
-def _common_steps(lengths: list[int], length: int | Literal["shortest"] | None) -> int:
-    """Return the number of steps to which samples of these lengths are cut."""
-    shortest, longest = int(np.argmin(lengths)), int(np.argmax(lengths))
-    if isinstance(length, int):
-        rule, remedy = (
-            f"be at most that of the shortest sample, {lengths[shortest]}",
-            "Remove that sample, or ask for less.",
-        )
-        require(lengths[shortest] >= length, "length", rule, length, remedy, place=f"sample {shortest}")
-        return length
-    got = f"{lengths[shortest]} steps [sample {shortest}] and {lengths[longest]} [sample {longest}]"
-    remedy = 'Cut them with length="shortest" or a number of steps.'
-    same = length is not None or lengths[shortest] == lengths[longest]
-    require(same, "genuine", "have samples of one length", got, remedy)
-    return lengths[shortest]
 
 
 def _held_out(given: float | Sequence[int], count: int, rng: np.random.Generator) -> np.ndarray:

@@ -142,11 +142,12 @@ class LaboratorySource(Source):
 
     def _follow(self, what: str | ObservedTrial) -> None:
         trial = None if isinstance(what, str) else what
-        kind = "trial" if trial else "state"
-        self._watch(Event(kind, self._stage, self._attempt, self._program.state, trial=trial))
+        self._tell("trial" if trial else "state", self._program.state, trial=trial)
 
-    def _tell(self, kind: str, state: str, fault: str = "", asked: str = "") -> None:
-        self._watch(Event(kind, self._stage, self._attempt, state, fault, asked))
+    def _tell(
+        self, kind: str, state: str, fault: str = "", asked: str = "", trial: ObservedTrial | None = None
+    ) -> None:
+        self._watch(Event(kind, self._stage, self._attempt, state, fault, asked, trial))
 
 
 def trial_samples(speeds: np.ndarray, replicas: int) -> Samples:
