@@ -26,18 +26,14 @@ class Vicsek(Particles):
     x(t + 1) = x(t) + v(t) dt, and the angle of v(t + 1) is the mean angle within the radius plus noise drawn uniformly from
     [-noise / 2, noise / 2]. Parameters: speed (cm/s), noise (rad per step, up to 2 pi), radius (cm).
 
-    Parameters
-    ----------
-    period_cm
-        Side of the square (cm) that is repeated in both directions, as in the source; None for the unbounded plane. Positions
-        run on over its border, so that speeds are right; neighbor signals need the unbounded plane.
-
     Source
     ------
     T. Vicsek, A. Czirok, E. Ben-Jacob, I. Cohen, O. Shochet, Physical Review Letters 75 (1995) 1226, equations 1 and 2. It has no
     units. It leaves open what a particle does when the mean has no direction: here it keeps its own.
     """
 
+    #: Side of the square (cm) that is repeated in both directions, as in the source; None for the unbounded plane. Positions run
+    #: on over its border, so that speeds are right; neighbor signals need the unbounded plane
     period_cm: float | None = 20.0
 
     def __post_init__(self) -> None:
@@ -84,11 +80,6 @@ class Couzin(Particles):
     Parameters: speed (cm/s), turning_rate (rad/s), repulsion_radius r_r (cm), orientation_width r_o - r_r (cm),
     attraction_width r_a - r_o (cm), noise (standard deviation of the angle, rad per step).
 
-    Parameters
-    ----------
-    field_of_view_rad
-        Angle (rad) in which others are seen, symmetric to the direction of motion; it does not limit repulsion.
-
     Source
     ------
     I. D. Couzin, J. Krause, R. James, G. D. Ruxton, N. R. Franks, Journal of Theoretical Biology 218 (2002) 1, equations 1 to 3 and
@@ -97,6 +88,7 @@ class Couzin(Particles):
     nobody; a group starts in a square.
     """
 
+    #: Angle (rad) in which others are seen, symmetric to the direction of motion; it does not limit repulsion
     field_of_view_rad: float = 1.5 * math.pi
 
     def __post_init__(self) -> None:
@@ -247,11 +239,6 @@ class BurstAndCoast(Particles):
     Parameters: speed (mean speed at the start of a kick, cm/s), kick_interval (mean duration of a kick, s),
     glide_time (s), turn (standard deviation of the change of direction at a kick, rad).
 
-    Parameters
-    ----------
-    variation
-        Standard deviation of the durations and of the initial speeds of kicks, as a share of their means.
-
     Source
     ------
     D. S. Calovi, A. Litchinko, V. Lecheval, U. Lopez, A. Perez Escudero, H. Chate, C. Sire, G. Theraulaz, PLoS Computational
@@ -260,7 +247,9 @@ class BurstAndCoast(Particles):
     time step is taken as one time step; walks start at a random moment of a kick.
     """
 
-    variation: float = 0.5
+    variation: float = (
+        0.5  #: Standard deviation of the durations and of the initial speeds of kicks, as a share of their means
+    )
 
     social: ClassVar[bool] = False
 

@@ -84,9 +84,8 @@ class RecordedMotion:
         motion = tuple(read_recording(path, "trajectories", self.options) for path in paths)
         if not chosen.headings:
             motion = tuple(replace(each, headings=None) for each in motion)
-        length: dict[str, Any] = {"length_s": self.options.get("window", WINDOW_S)}
-        if "window" not in self.options and steps is not None:
-            length = {"steps": steps}
+        known = "window" not in self.options and steps is not None
+        length: Any = {"steps": steps} if known else {"length_s": self.options.get("window", WINDOW_S)}
         # signals of neighbors say most of groups whose models take notice of each other
         together = chosen.social and all(len(each.individuals) > 1 for each in motion)
         with refusing_as(RefusedError):

@@ -24,16 +24,12 @@ class Robots(Family):
     Parameters: wheel speeds for each sensor state, as fractions of the maximum (vl0, vr0, vl1, vr1, ...); the
     field of view of the sensor as well, theta (rad), if that is the scenario's representation of models. Speeds are
     signed, as the robots' headings are known. Source: paper, sections 3.2 and 4.1; docs/physics.md.
-
-    Parameters
-    ----------
-    scenario
-        Robots, objects, sensor and walls; what it says of the agents' controller and of numbers of robots does not
-        matter. Where there are walls, robots and objects start anywhere within them instead of in the square.
     """
 
     individuals: int = 11
     start_side_cm: float = 331.66
+    #: Robots, objects, sensor and walls; what it says of the agents' controller and of numbers of robots does not matter. Where
+    #: there are walls, robots and objects start anywhere within them instead of in the square
     scenario: Scenario = AGGREGATION
 
     least: ClassVar[float] = -math.inf
@@ -80,16 +76,11 @@ class Replicates:
     groups: tuple[Family, ...]  #: Families that differ in individuals and tank alone
     shares: tuple[float, ...]  #: How often each group is drawn; they sum to 1
 
-    parameters = property(lambda self: self.groups[0].parameters)
-    """The P parameters with suggested ranges."""
-    signals = property(lambda self: self.groups[0].signals)
-    """The D signals of a step."""
-    steps = property(lambda self: self.groups[0].steps)
-    """Time steps T of a sample."""
-    interval_s = property(lambda self: self.groups[0].interval_s)
-    """Duration of a step (s)."""
-    headings = property(lambda self: self.groups[0].headings)
-    """Whether individuals have headings."""
+    parameters = property(lambda self: self.groups[0].parameters)  #: The P parameters with suggested ranges
+    signals = property(lambda self: self.groups[0].signals)  #: The D signals of a step
+    steps = property(lambda self: self.groups[0].steps)  #: Time steps T of a sample
+    interval_s = property(lambda self: self.groups[0].interval_s)  #: Duration of a step (s)
+    headings = property(lambda self: self.groups[0].headings)  #: Whether individuals have headings
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return positions (M, F, A, 2) in the first group."""

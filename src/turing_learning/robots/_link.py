@@ -122,14 +122,9 @@ class Device(Protocol):
 class Link(AbstractContextManager["Link"]):
     """A line to a robot that can be reopened; see `open_link`. Methods raise `LinkError` if the line is lost.
 
-    Parameters
-    ----------
-    port, baud
-        A serial device ("/dev/rfcomm0", "COM3"), and its baud rate, the e-puck's by default; or "socket://host:port".
-    clock, connect
-        For deadlines and pauses, the computer's by default; opens the near end, by default that of the port.
-    alive_s
-        How often a thread says to a replica that the PC is there, so that it does not move when this process is dead; 0 for never.
+    `port` is a serial device ("/dev/rfcomm0", "COM3"), with its `baud` rate, the e-puck's by default; or "socket://host:port".
+    `clock` is for deadlines and pauses, the computer's by default; `connect` opens the near end, by default that of the port.
+    Every `alive_s` a thread says to a replica that the PC is there, so that it does not move when this process is dead; 0: never.
     """
 
     def __init__(

@@ -5,7 +5,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -51,11 +51,11 @@ _CYCLES = 4  # whose poses are kept, because an image may be rendered late
 _OTHER_NAMES = {"press_remote": "remote", "put_in_order": "repair"}
 
 
+@dataclass
 class Faults:
     """Faults on demand: each method is one; robots are named as in `EmulatedLaboratory.names`."""
 
-    def __init__(self, arena: "EmulatedLaboratory") -> None:
-        self._arena = arena
+    _arena: "EmulatedLaboratory"
 
     def lose_link(self, name: str) -> None:
         """Break a robot's connection, until the operator resets it."""
@@ -116,12 +116,12 @@ class Faults:
         line.spoil = once
 
 
+@dataclass
 class EmulatedOperator:
     """The human in the laboratory: asked for help, it takes time, repairs everything, and presses the remote control."""
 
-    def __init__(self, arena: "EmulatedLaboratory") -> None:
-        self._arena = arena
-        self.asked: list[str] = []
+    _arena: "EmulatedLaboratory"
+    asked: list[str] = field(default_factory=list)
 
     def ask(self, what_to_do: str) -> None:
         """Do whatever is needed; `asked` lists what was said."""
