@@ -27,9 +27,9 @@ class Family(ABC):
     steps: int = 100  #: Time steps T of a sample
     interval_s: float = 0.1  #: Duration of a step (s)
     observed: int = 1  #: Individuals C of a group, the first ones, whose motion becomes samples
-    signals: tuple[str, ...] = ("speed", "turn")  #: The D of a step, from `turing_learning.trajectories.SIGNALS`
+    signals: tuple[str, ...] = ("speed", "turn")  #: The D of a step, from `trajectories.SIGNALS`
     settling_steps: int = 0  #: Steps that a group moves before it is observed
-    #: Side of the square (cm) in which a group starts, at uniformly drawn places and in uniformly drawn directions
+    #: Side of the square (cm) in which a group starts, at places and in directions that are drawn uniformly
     start_side_cm: float = 20.0
 
     least: ClassVar[float] = 0.0
@@ -224,8 +224,8 @@ class Particles(Family):
     Positions and directions are complex numbers x + iy, in arrays (M, A).
     """
 
-    #: Width and height of a tank (cm), anywhere in which individuals start, and whose walls reflect them as light; None for the
-    #: unbounded plane. Individuals do not see the walls
+    #: Width and height of a tank (cm), anywhere in which individuals start, and whose walls reflect them as
+    #: light; None for the unbounded plane. Individuals do not see the walls
     tank_cm: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:

@@ -32,8 +32,8 @@ class Vicsek(Particles):
     units. It leaves open what a particle does when the mean has no direction: here it keeps its own.
     """
 
-    #: Side of the square (cm) that is repeated in both directions, as in the source; None for the unbounded plane. Positions run
-    #: on over its border, so that speeds are right; neighbor signals need the unbounded plane
+    #: Side of the square (cm) that is repeated in both directions, as in the source; None for the unbounded
+    #: plane. Positions run on over its border, so that speeds are right; neighbor signals need the unbounded plane
     period_cm: float | None = 20.0
 
     def __post_init__(self) -> None:
@@ -247,9 +247,8 @@ class BurstAndCoast(Particles):
     time step is taken as one time step; walks start at a random moment of a kick.
     """
 
-    variation: float = (
-        0.5  #: Standard deviation of the durations and of the initial speeds of kicks, as a share of their means
-    )
+    #: Standard deviation of the durations and of the initial speeds of kicks, as a share of their means
+    variation: float = 0.5
 
     social: ClassVar[bool] = False
 

@@ -22,14 +22,14 @@ class Robots(Family):
     """Robots with wheels and a sensor that sees what is ahead; every robot of a group executes the model.
 
     Parameters: wheel speeds for each sensor state, as fractions of the maximum (vl0, vr0, vl1, vr1, ...); the
-    field of view of the sensor as well, theta (rad), if that is the scenario's representation of models. Speeds are
-    signed, as the robots' headings are known. Source: paper, sections 3.2 and 4.1; docs/physics.md.
+    field of view of the sensor as well, theta (rad), if that is the scenario's representation of models. Speeds
+    are signed, as the robots' headings are known. Source: paper, sections 3.2 and 4.1; docs/physics.md.
     """
 
     individuals: int = 11
     start_side_cm: float = 331.66
-    #: Robots, objects, sensor and walls; what it says of the agents' controller and of numbers of robots does not matter. Where
-    #: there are walls, robots and objects start anywhere within them instead of in the square
+    #: Robots, objects, sensor and walls; what it says of the agents' controller and of numbers of robots does
+    #: not matter. Where there are walls, robots and objects start anywhere within them instead of in the square
     scenario: Scenario = AGGREGATION
 
     least: ClassVar[float] = -math.inf
@@ -71,7 +71,7 @@ class Robots(Family):
 
 @dataclass(frozen=True)
 class Replicates:
-    """A simulator of one family for several recordings: each model is executed by one of the groups, drawn at random."""
+    """A simulator of one family for several recordings: each model is executed by one of the groups, by chance."""
 
     groups: tuple[Family, ...]  #: Families that differ in individuals and tank alone
     shares: tuple[float, ...]  #: How often each group is drawn; they sum to 1

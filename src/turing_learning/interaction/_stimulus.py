@@ -23,10 +23,10 @@ class Stimulus(Settings):
 
     ranges: dict[str, tuple[float, float]]  #: Name -> (low, high) of each
     levels: int = 0  #: 0 for any value of the range; n for one of n evenly spaced values, both ends included
-    #: Empty if the classifiers choose. "random": anew in every step, uniformly; "constant": once for a trial, uniformly;
-    #: "recorded": a row of `recorded`
+    #: Empty if the classifiers choose. "random": anew in every step, uniformly; "constant": once for a trial,
+    #: uniformly; "recorded": a row of `recorded`
     passive: Literal["", "random", "constant", "recorded"] = ""
-    recorded: tuple[tuple[tuple[float, ...], ...], ...] = ()  #: (R, T, S): Series of stimuli, each as long as a trial
+    recorded: tuple[tuple[tuple[float, ...], ...], ...] = ()  #: (R, T, S): Series, each as long as a trial
 
     def __post_init__(self) -> None:
         require(isinstance(self.ranges, dict) and self.ranges, "stimulus", "be a dict name -> (low, high)", self.ranges)

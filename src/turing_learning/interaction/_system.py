@@ -45,10 +45,11 @@ class StimulatedSystem(CustomSystem):
 
     stimulus: Stimulus  #: What can be done to it, and who chooses
     behavior_name: str = ""  #: One of `BEHAVIORS`, which are built in; empty where the caller has a function
-    #: The system's parameters (P,), by which it is simulated; empty where the caller has a function of the system
+    #: The system's parameters (P,), by which it is simulated; empty where the caller has a function of it
     true: tuple[float, ...] = ()
-    #: Models that each classifier meets alone in a generation, and as often the system. Where classifiers only watch, samples
-    #: of each model; there are as many genuine ones. With as many classifiers as models these are as many trials
+    #: Models that each classifier meets alone in a generation, and as often the system. Where classifiers only
+    #: watch, samples of each model; there are as many genuine ones. With as many classifiers as models these are
+    #: as many trials
     opponents: int = 10
     states: int = 1  #: Numbers that a function without `initial` keeps of each trial
 

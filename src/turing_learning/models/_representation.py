@@ -23,9 +23,9 @@ VIEW_REACH = 5.0
 class Behavior:
     """What robots with these models execute."""
 
-    #: (..., 2 n): Left and right wheel speed for each sensor state, fractions of the maximum; the largest of a network
+    #: (..., 2 n): Left and right wheel speed for each sensor state, fractions of the maximum; largest of a network
     wheel_speeds: np.ndarray
-    field_of_view: np.ndarray | None = None  #: (...): Of the sensor (rad), from 0 to 2 pi; None: that of the scenario
+    field_of_view: np.ndarray | None = None  #: (...): Of the sensor (rad), from 0 to 2 pi; None: the scenario's
     weights: np.ndarray | None = None  #: (..., Q): Networks that drive the robots; None for reactive ones
     hidden: int = 0  #: Hidden neurons H of the networks; 0 for none
 
@@ -34,18 +34,19 @@ class Behavior:
 class Jumps:
     """What jumps of the optimizer may do to genomes of P numbers, beside drawing one of them anew."""
 
-    #: Indices of the numbers of each sensor state: models with exchanged groups are models too; empty if there are none
+    #: Indices of the numbers of each sensor state: models with exchanged groups are models too; may be empty
     groups: tuple[tuple[int, ...], ...] = ()
-    #: Indices of the numbers that depend on which group is whose: they mean nothing any more when groups are exchanged
+    #: Indices of the numbers that depend on which group is whose: they mean nothing when groups are exchanged
     dependent: tuple[int, ...] = ()
-    #: () or (P,): How many times wider than the range of first genomes that is from which numbers are drawn anew
+    #: () or (P,): Range from which numbers are drawn anew, in ranges of the first genomes
     reach: float | tuple[float, ...] = 1.0
 
 
 class Representation(Protocol):
     """From the optimizer's numbers (genomes) to the parameters of models, from these to behavior and to what results state.
 
-    By default genomes are parameters, results state them as they are, and no numbers are exchanged (paper, section 3.2.2).
+    By default genomes are parameters, results state them as they are, and no jumps exchange any (paper, section
+    3.2.2).
     """
 
     @property
@@ -151,8 +152,8 @@ class ElmanModel(Representation):
     4. output weights V (2, H), of the left wheel, then of the right,
     5. output biases c (2), left and right,
 
-    so that Q = H^2 + 4 H + 2: 7, 23 and 47 weights for one, three and five hidden neurons. The paper does not print the map of the
-    outputs: docs/decisions/0017-black-box-models.md.
+    so that Q = H^2 + 4 H + 2: 7, 23 and 47 weights for one, three and five hidden neurons. The paper does not
+    print the map of the outputs: docs/decisions/0017-black-box-models.md.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ class Clock(Protocol):
 
 
 class RealClock:
-    """The monotonic clock of this computer; it shows `speed` seconds in one, as an emulated laboratory may that runs so fast."""
+    """The monotonic clock of this computer; it shows `speed` seconds in one, as a faster emulated laboratory does."""
 
     def __init__(self, speed: float = 1.0) -> None:
         self.speed = number("speed", speed, above=0)

@@ -122,9 +122,10 @@ class Device(Protocol):
 class Link(AbstractContextManager["Link"]):
     """A line to a robot that can be reopened; see `open_link`. Methods raise `LinkError` if the line is lost.
 
-    `port` is a serial device ("/dev/rfcomm0", "COM3"), with its `baud` rate, the e-puck's by default; or "socket://host:port".
-    `clock` is for deadlines and pauses, the computer's by default; `connect` opens the near end, by default that of the port.
-    Every `alive_s` a thread says to a replica that the PC is there, so that it does not move when this process is dead; 0: never.
+    `port` is a serial device ("/dev/rfcomm0", "COM3") with a `baud` rate, the e-puck's by default, or
+    "socket://host:port". `clock` is for deadlines and pauses, the computer's by default; `connect` opens the near
+    end, by default that of the port. Every `alive_s`, or never if 0, a thread says to a replica that the PC is
+    there, so that it does not move when this process is dead.
     """
 
     def __init__(
@@ -250,8 +251,8 @@ class EPuck(Replica):
     """The driver of an e-puck, a `Replica`: docs/robots/protocol.md; GCtronic wiki, "Advanced sercom protocol".
 
     A command without a valid answer within `timeout_s` is repeated, up to `retries` times; a link that breaks
-    meanwhile is reopened. All commands may be repeated without harm. Every method raises `LinkError` if the robot
-    does not answer. `garbled` counts the invalid lines received, `reconnections` how often the link was reopened.
+    meanwhile is reopened. All commands may be repeated without harm. Every method raises `LinkError` if the
+    robot does not answer. `garbled` counts invalid lines received, `reconnections` how often the link was reopened.
     """
 
     def __init__(self, link: Link, *, timeout_s: float = 0.5, retries: int = 3) -> None:
@@ -387,9 +388,8 @@ class EPuck(Replica):
             if answer is not None:
                 return answer
         if self._refused > self._retries and what.startswith("'X,"):
-            trouble = (
-                "'Command not found', as of an ordinary e-puck without replica firmware (docs/robots/firmware.md),"
-            )
+            kind = "an ordinary e-puck without replica firmware (docs/robots/firmware.md)"
+            trouble = f"'Command not found', as of {kind},"
         got = f"{trouble} in {self._retries + 1} attempts"
         raise LinkError(f"the robot at {self._link.port} must answer {what}; got {got}.")
 

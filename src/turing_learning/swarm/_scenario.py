@@ -57,8 +57,8 @@ class Robot(Settings):
     mass_g: float = 150.0  #: Of all of it (g)
     wheel_distance_cm: float = 5.1  #: Between the wheels (cm)
     maximum_speed_cm_s: float = 12.8  #: Of a wheel whose speed is 1 (cm/s)
-    #: In each control cycle the speed of each wheel is multiplied by a number uniform in 1 - wheel_noise to 1 + wheel_noise;
-    #: 0 to below 1
+    #: In each control cycle the speed of each wheel is multiplied by a number uniform in 1 - wheel_noise to
+    #: 1 + wheel_noise; 0 to below 1
     wheel_noise: float = 0.05
     #: Whether wheels turn no faster than the maximum, also if a controller or the noise asks for it
     clamp_wheel_speeds: bool = False
@@ -114,10 +114,10 @@ class Sensor(Settings):
     An item is visible if any part of its disk lies in view. Source: paper, sections 3.2.1 and 4.6.1.
     """
 
-    #: "background", reading 0, then what the sensor tells apart, of "robot" and "object". A kind that is not listed is
-    #: invisible: the sensor looks through it
+    #: "background", reading 0, then what the sensor tells apart, of "robot" and "object". A kind that is not
+    #: listed is invisible: the sensor looks through it
     readings: tuple[str, ...] = ("background", "robot")
-    field_of_view: float = 0.0  #: Of the agents (rad), from 0 to 2 pi, centered on the heading; 0 is a line of sight
+    field_of_view: float = 0.0  #: Of the agents (rad), 0 to 2 pi, centered on the heading; 0 is a line of sight
 
     def __post_init__(self) -> None:
         known = self.readings[:1] == ("background",) and set(self.readings) <= set(ITEM_KINDS)
@@ -138,7 +138,7 @@ class Sensor(Settings):
 
 @dataclass(frozen=True)
 class Trial(Settings):
-    """How long individuals are observed, how time is cut, and where they start (paper, sections 4.1 and 4.2)."""
+    """How long individuals are observed, how time is cut, where they start (paper, sections 4.1 and 4.2)."""
 
     duration_s: float = 10.0  #: Of a trial (s), a whole number of control intervals
     #: Of a control cycle (s), in which a robot reads its sensor once; also the time step of the samples
@@ -171,23 +171,23 @@ class Scenario(Settings):
     name: str  #: By which it is called
     title: str  #: A heading
     description: str  #: A sentence for reports
-    #: The agents' parameters (2 n), left and right wheel speed for each sensor state, as fractions of the maximum
+    #: The agents' parameters (2 n), left and right wheel speed for each sensor state, fractions of the maximum
     controller: tuple[float, ...]
     agents: int = 10  #: Their number in a trial
     replicas: int = 1  #: Their number; they come after the agents, objects after all robots
-    #: "mixed": replicas move among the agents. "separated": agents and replicas never meet; both have trials of their own, in
-    #: groups of agents + replicas individuals (paper, section 4.6.3)
+    #: "mixed": replicas move among the agents. "separated": agents and replicas never meet; both have trials of
+    #: their own, in groups of agents + replicas individuals (paper, section 4.6.3)
     grouping: Literal["mixed", "separated"] = "mixed"
     robot: Robot = field(default_factory=Robot)
     objects: Objects = field(default_factory=Objects)
     arena: Arena = field(default_factory=Arena)
     sensor: Sensor = field(default_factory=Sensor)
     trial: Trial = field(default_factory=Trial)
-    #: What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as well. Models of which the
-    #: agents are none, networks, are up to the configuration
+    #: What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as well. Models
+    #: of which the agents are none, networks, are up to the configuration
     representation: str = "reactive"
-    #: Whether `controller` is what the agents execute, so that models are compared with it. False for robots in a laboratory
-    #: whose rule nobody knows: then it is that of a rehearsal's agents only
+    #: Whether `controller` is what the agents execute, so that models are compared with it. False for robots in
+    #: a laboratory whose rule nobody knows: then it is that of a rehearsal's agents only
     known: bool = True
 
     def __post_init__(self) -> None:

@@ -32,7 +32,7 @@ class Drivers:
 
     weights: np.ndarray  #: (K, Q): Networks, laid out as in `models.ElmanModel`; finite
     hidden: int  #: Their hidden neurons H, with Q = H^2 + 4 H + 2
-    driver: np.ndarray  #: (R, A): The network, 0 to K - 1, that drives each robot of each trial; -1 for a reactive one
+    driver: np.ndarray  #: (R, A): The network, 0 to K - 1, that drives each robot; -1 for a reactive one
 
     def __post_init__(self) -> None:
         integer("hidden", self.hidden, 1)
@@ -58,9 +58,9 @@ class Drivers:
 class Simulation:
     """What was observed in R trials of A robots and O objects for T control cycles."""
 
-    poses: np.ndarray  #: (R, T + 1, A + O, 3): x, y (cm), heading (rad, anticlockwise, in [-pi, pi)); robots first
+    poses: np.ndarray  #: (R, T + 1, A + O, 3): x, y (cm), heading (rad, in [-pi, pi)); robots first
     sensors: np.ndarray  #: (R, T + 1, A): Sensor state I at each pose
-    #: (R, A, T, 2): Linear speed (cm/s), negative against the heading at the cycle's start; angular speed (rad/s)
+    #: (R, A, T, 2): Linear speed (cm/s), negative against the heading at a cycle's start; angular (rad/s)
     speeds: np.ndarray
 
 
@@ -97,9 +97,9 @@ def build_world(
 
 
 def simulate(
-    scenario: Scenario, controllers: np.ndarray, initial_poses: np.ndarray, *, control_steps: int, seed: int = 0,
-    wheel_noise: float | None = None, fields_of_view: np.typing.ArrayLike | None = None, threads: int | None = None,
-    drivers: Drivers | None = None,
+    scenario: Scenario, controllers: np.ndarray, initial_poses: np.ndarray, *, control_steps: int,
+    seed: int = 0, wheel_noise: float | None = None, fields_of_view: np.typing.ArrayLike | None = None,
+    threads: int | None = None, drivers: Drivers | None = None,
 ) -> Simulation:  # fmt: skip
     """Run trials of a swarm; the numbers of robots and objects come from the arrays.
 
@@ -206,7 +206,7 @@ def initial_poses(
     scenario: Scenario, trials: int, rng: np.random.Generator, *, robots: int | None = None,
     side_cm: float | None = None,
 ) -> np.ndarray:  # fmt: skip
-    """Place robots and objects uniformly in the scenario's start square, with uniform headings (paper, section 4.2).
+    """Place robots and objects uniformly in the scenario's start square, in any direction (paper, section 4.2).
 
     Parameters
     ----------

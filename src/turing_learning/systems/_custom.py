@@ -31,7 +31,7 @@ def same_time_step(one_s: float, other_s: float) -> bool:
 
 @dataclass(frozen=True)
 class CustomSystem(System, Settings):
-    """A system that was observed, and how models of it are simulated; for what is not described here see `System`."""
+    """A system that was observed, and how models of it are simulated; what is not described here: see `System`."""
 
     name: str  #: Of 1 to 60 letters, digits, _ and -
     title: str
@@ -42,10 +42,10 @@ class CustomSystem(System, Settings):
     center: tuple[float, ...]
     input_scale: tuple[float, ...]  #: (D,): 99th percentile of the distance from the median; see `read_genuine`
     samples: int  #: Number of genuine samples; 0 if they come from a live source
-    #: How many of them the classifiers judge in a generation, drawn anew each time; 0 for as many as there are models
+    #: How many of them are judged in a generation, drawn anew each time; 0 for as many as there are models
     samples_per_generation: int
     held_out: tuple[int, ...] = ()  #: Which samples (from 0) are never learned from
-    #: Number of calls of a vectorized simulator in a generation; the models are split evenly. 0 if it takes one model
+    #: Number of calls of a vectorized simulator in a generation, models split evenly; 0 if it takes one model
     batches: int = 1
     digest: str = ""  #: SHA-256 of the genuine data; empty for a live source
     interval_s: float = 0.0

@@ -27,23 +27,23 @@ class CustomOptions(TypedDict, total=False):
 
     name: str  #: A word for folders and tables; "own-system" by default
     title: str  #: What stands above the report; the name by default
-    signals: tuple[str, ...]  #: Names of the D signals per step; by default the samples' `names`, if they have some
+    signals: tuple[str, ...]  #: Names of the D signals per step; by default the samples' `names`, if any
     #: How samples of different lengths are cut: "shortest", or a number of steps; None refuses them
     length: int | Literal["shortest"] | None
-    #: Share of the genuine samples that are never learned from, 0.2 by default; or which ones, counted from 0. Samples that come
-    #: as `learning` and `held_out`, such as windows of recorded motion, are split already; a live source has none
+    #: Share of the genuine samples that are never learned from, 0.2 by default; or which ones, from 0. Samples
+    #: that come as `learning` and `held_out`, as windows do, are split already; a live source has none
     held_out: Any
-    #: Genuine samples that the classifiers judge in a generation, drawn anew each time; as many as there are models by default,
-    #: or all if there are fewer
+    #: Genuine samples that the classifiers judge in a generation, drawn anew each time; as many as there are
+    #: models by default, or all if there are fewer
     samples_per_generation: int
-    #: Whether the simulator takes all models at once, (M, P) -> (M, T, D), as by default, or one, (P,) -> (T, D)
+    #: Whether the simulator takes all models, (M, P) -> (M, T, D), as by default, or one, (P,) -> (T, D)
     vectorized: bool
-    #: Number of calls of a vectorized simulator in a generation, each with random numbers of its own; as many as there are
-    #: workers by default, else 1. The result depends on it, as it does not on the number of workers
+    #: Number of calls of a vectorized simulator in a generation, each with random numbers of its own; as many as
+    #: there are workers by default, else 1. The result depends on it, as it does not on the number of workers
     batches: int
     workers: int | None  #: Number of processes that call the simulator; None calls it in this one
     timeout_s: float | None  #: Longest duration of a call (s), with workers only
-    provenance: Mapping[str, Any]  #: Name -> value, JSON: where the samples come from, for the manifest of the run
+    provenance: Mapping[str, Any]  #: Name -> value, JSON: where the samples come from, for the run's manifest
     stimulus: Mapping[str, tuple[float, float]]  #: Name -> (low, high) of each
     levels: int  #: 0, or one of how many values
     passive: Any  #: Empty where the classifiers choose, "random", "constant", or series (R, T, S)

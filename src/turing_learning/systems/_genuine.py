@@ -40,7 +40,7 @@ class Genuine:
     samples: np.ndarray  #: (K, T, D): All of them, or the first observation of a live source
     held_out: np.ndarray  #: (H,) int: Which of them are held out for testing, ascending
     live: LiveSource | None = None  #: Where further samples come from, None for data
-    excerpt: np.ndarray | None = None  #: (F, A, 2): Positions in the beginning of a recording, see `Windows.excerpt`
+    excerpt: np.ndarray | None = None  #: (F, A, 2): Positions in a recording's beginning, see `Windows.excerpt`
 
     @property
     def learning(self) -> np.ndarray:
@@ -122,8 +122,8 @@ def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndar
     shortest, longest = int(np.argmin(lengths)), int(np.argmax(lengths))
     steps, place = lengths[shortest], f"sample {shortest}"
     if isinstance(length, int):
-        rule, remedy = f"be at most that of the shortest sample, {steps}", "Remove that sample, or ask for less."
-        require(steps >= length, "length", rule, length, remedy, place=place)
+        rule = f"be at most that of the shortest sample, {steps}"
+        require(steps >= length, "length", rule, length, "Remove that sample, or ask for less.", place=place)
         steps = length
     got = f"{steps} steps [{place}] and {lengths[longest]} [sample {longest}]"
     remedy = 'Cut them with length="shortest" or a number of steps.'

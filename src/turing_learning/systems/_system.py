@@ -57,15 +57,15 @@ class System:
     name: str  #: A word for folders and tables
     title: str  #: Heading of the report
     kind: str  #: What a run of it is, in messages: "one in a laboratory"
-    parameters: Mapping[str, Parameter]  #: In which results state models, with units and the range of the first models
+    parameters: Mapping[str, Parameter]  #: In which results state models, with units and ranges of first models
     signals: tuple[str, ...]  #: Names of the D signals per time step
     steps: int  #: Time steps of a sample, T
     interval_s: float  #: Duration of a step (s), 0 if it is not known
-    #: Whether signals are measured "with" headings or "without"; empty if that is not known, or makes no difference
+    #: Whether signals are measured "with" headings or "without"; empty if unknown, or if it makes no difference
     headings: Literal["", "with", "without"] = ""
     smooth_frames: int = 1  #: Frames over which recorded positions were averaged; 1 for none
-    model: Representation  #: From the optimizer's numbers to the parameters of models, and to those that results state
-    simulated: Scenario | None = None  #: The scenario, where the computer can simulate swarms of its individuals
+    model: Representation  #: From the optimizer's numbers to parameters of models, and to what results state
+    simulated: Scenario | None = None  #: The scenario, where the computer can simulate its swarms
     stimulated: bool = False  #: Whether something is done to it while it is observed, see `Source.dialogues`
     step_unit: str = ""  #: What a caption adds on the unit of the models' step sizes
 
@@ -153,14 +153,14 @@ class Source:
     """
 
     system: System  #: Whose samples these are
-    #: Number of the generation that is collected next; whoever runs the generations sets it. None after a run, as in a check
+    #: Number of the generation that is collected next, set by who runs them; None after a run, as in a check
     generation: int | None = 0
-    #: Whether collecting may raise a `SystemFailedError`, so that the run returns to the beginning of the generation
+    #: Whether collecting may raise a `SystemFailedError`; the run returns to the generation's beginning then
     fallible: bool = True
     failures: "FailureLog | None" = None  #: Failed simulations; None where none can fail alone
-    genuine: "Genuine | None" = None  #: The samples that the run was given; None where individuals are observed anew
+    genuine: "Genuine | None" = None  #: Samples that the run was given; None where some are observed anew
     together: int = 1  #: Number of models that a trial executes
-    #: In the optimizer's numbers: lowest and highest value of each parameter, beyond which a model is that at the end
+    #: Lowest and highest of the optimizer's numbers, beyond which a model is that at the end; None without ends
     ends: tuple[float, float] | None = None
 
     def __enter__(self) -> Self:

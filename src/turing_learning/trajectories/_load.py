@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 Source = Union[str, Path, "pd.DataFrame", "xr.Dataset"]
 
 _ALL = (
-    _tables.IDTRACKER_FORMAT, _trackers.H5_FORMAT, _tables.CSV_FORMAT, _trackers.NPY_FORMAT, _trackers.TREX_FORMAT,
-    _tables.TOXTRAC_FORMAT, _tables.TRACKTOR_FORMAT, _trackers.SLEAP_FORMAT, _tables.DEEPLABCUT_FORMAT,
-    _poses.H5_FORMAT, _poses.MOVEMENT_FORMAT, _tables.TIDY_FORMAT,
+    _tables.IDTRACKER_FORMAT, _trackers.H5_FORMAT, _tables.CSV_FORMAT, _trackers.NPY_FORMAT,
+    _trackers.TREX_FORMAT, _tables.TOXTRAC_FORMAT, _tables.TRACKTOR_FORMAT, _trackers.SLEAP_FORMAT,
+    _tables.DEEPLABCUT_FORMAT, _poses.H5_FORMAT, _poses.MOVEMENT_FORMAT, _tables.TIDY_FORMAT,
 )  # fmt: skip
 FORMATS = tuple(one.name for one in _ALL)
 """Names of the formats that can be read."""
@@ -43,8 +43,9 @@ def load_trajectories(path: list[Source], **said: Any) -> list[Trajectories]: ..
 
 def load_trajectories(  # type: ignore[misc]  # the options of both are those below
     path: Source | list[Source], *, fps: float | None = None,
-    pixels_per_cm: float | Literal["unknown"] | None = None, format: str | None = None, y_axis: YAxis | None = None,
-    keypoint: str | None = None, min_confidence: float | None = None, allow_pickle: bool = False,
+    pixels_per_cm: float | Literal["unknown"] | None = None, format: str | None = None,
+    y_axis: YAxis | None = None, keypoint: str | None = None, min_confidence: float | None = None,
+    allow_pickle: bool = False,
 ) -> Trajectories | list[Trajectories]:  # fmt: skip
     """Open what a tracker wrote.
 
@@ -140,7 +141,7 @@ _MEANT = {
 
 
 def _finish(recording: Recording, format: str, source: str, options: Options) -> Trajectories:
-    """Bring together what a file and the user state; refuse what neither does, all at once, and what both do, differently."""
+    """Bring together what a file and the user state; refuse all that neither does, and what both do, differently."""
     fps, scale, y_axis = options.fps, options.pixels_per_cm, options.y_axis or recording.y_axis
     stated = {"fps": fps or recording.fps, "pixels_per_cm": scale or recording.unit, "y_axis": y_axis}
     missing = [name for name, value in stated.items() if value is None]

@@ -200,17 +200,17 @@ class Problems:
     gaps: dict[str, int]  #: Runs of such frames
     longest_gap: dict[str, int]  #: Frames in the longest
     jumps: tuple[Jump, ...]  #: Steps that are too long, in order of time; displacements over a gap are no steps
-    #: Numbers of frames in which everybody is exactly where everybody was in the frame before: the video stood still
+    #: Numbers of frames in which everybody is exactly where they were in the one before: the video stood still
     repeated_frames: tuple[int, ...]
     empty_frames: tuple[int, ...]  #: Numbers of frames without anybody, whether the file has them or not
     typical_step: float  #: Median length of the steps that are not 0, in the unit of the recording
     frames: int  #: Their number
     remarks: tuple[str, ...] = ()  #: What the reader and later steps have to say, among it the direction of y
-    #: Names of those in the same place in all of their frames, two or more: a lost track, a dead animal, a mark on the ground
+    #: Names of those in one place in all of their frames, two or more: a lost track, a dead animal, a mark
     still: tuple[str, ...] = ()
     every: int = 1  #: Only one frame in so many is there, evenly; 1 otherwise
     unit: str = "cm"  #: Of lengths, that of the recording
-    #: Why headings may not be in rad or not of the head: in much of the motion they point backwards, or look like degrees
+    #: Why headings may not be in rad or of the head: in much of the motion they point backwards, or look like degrees
     headings: tuple[str, ...] = ()
 
     @property

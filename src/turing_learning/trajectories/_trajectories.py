@@ -65,7 +65,7 @@ class Trajectories:
 
     @property
     def every(self) -> int:
-        """Only one frame in so many is there, evenly, as where a tracker left the others out; 1 otherwise, or of two frames."""
+        """Only one frame in so many is there, evenly, as where a tracker left the others out; 1 otherwise."""
         frames = np.flatnonzero(self.present.any(axis=1))
         return int(np.gcd.reduce(np.diff(frames))) if len(frames) > 2 else 1
 

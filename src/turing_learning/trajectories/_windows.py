@@ -36,24 +36,24 @@ class Cut:
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Samples for learning and for testing, in the units that `SIGNALS` names: cm/s and rad/s for "speed" and "turn"."""
+    """Samples for learning and testing, in the units that `SIGNALS` names: cm/s and rad/s for "speed" and "turn"."""
 
     learning: np.ndarray  #: (K, T, D): Samples, in order of time
     held_out: np.ndarray  #: (K, T, D)
-    #: (K, 2): Place of the individual in `Trajectories.individuals`, and row in `positions` of the window's first step; of
-    #: several recordings individuals and rows are counted on, from one recording to the next
+    #: (K, 2): Place of the individual in `Trajectories.individuals`, row in `positions` of the window's first step;
+    #: of several recordings individuals and rows are counted on, from one recording to the next
     learning_index: np.ndarray
     held_out_index: np.ndarray  #: (K, 2)
     names: tuple[str, ...]  #: Of the D signals
     interval_s: float  #: Duration of a step (s)
-    #: Whether the signals are measured with headings, speeds negative backwards, turns of the body; models have to be alike
+    #: Whether signals are measured with headings, speeds negative backwards, turns of the body; models have to be
     headings: bool
     steps_without_signal: int  #: Steps of the chosen individuals that no window may contain because of gaps
     steps_with_jump: int  #: Because of jumps
-    #: (first row, row after the last, "learning" or "held out", or "learning and held out" if individuals are) of each block
+    #: Of each block: first row, row after the last, "learning", "held out", or if individuals are "learning and held out"
     blocks: tuple[tuple[int, int, str], ...]
     recordings: np.ndarray  #: (R, 2): Number of individuals and of rows of each recording
-    #: (F, A, 2): Positions (cm) in the first `EXCERPT_S` of the first recording, NaN where somebody is absent, if there are some
+    #: (F, A, 2): Positions (cm) in the first `EXCERPT_S` of the first recording, if any; NaN where one is absent
     excerpt: np.ndarray | None = None
     smooth_frames: int = 1  #: Frames over which positions were averaged
 

@@ -64,8 +64,9 @@ def move_for_a_cycle(
 def move_alone(
     scenario: Scenario, controller: np.ndarray, start: np.ndarray, *, cycles: int, seed: int
 ) -> Iterator[np.ndarray]:
-    """Yield the poses (A, 3), x, y (cm), heading (rad), at the start and after each cycle, of robots that execute a controller
-    (2 n,) among walls without a PC, as in state R5 (paper, section 5.4). Of the scenario robot, sensor and walls count.
+    """Yield the poses (A, 3), x, y (cm), heading (rad), at the start and after each cycle, of robots that execute a
+    controller (2 n,) among walls without a PC, as in state R5 (paper, section 5.4). Of the scenario only robot,
+    sensor and walls count.
     """
     arena, rng, table = sides_cm(scenario), np.random.default_rng(seed), np.reshape(controller, (-1, 2))
     poses, sight = start, np.zeros(len(start), int)

@@ -174,10 +174,10 @@ class EmulatedOperator:
 class EmulatedLaboratory:
     """Everything that a PC program finds in a laboratory (paper, section 5), and an operator; faults happen on demand.
 
-    Time passes while somebody waits by its `clock`: for a line, an image, or nothing. `faults` are what goes wrong,
-    `operator` is who helps, `camera` the one overhead; `names` are those of all robots, agents first, then replicas. Numbers of
-    the robots that do not move are `stuck`, of those whose marker is hidden `covered`; sizes are `arena_cm` (width, height), and
-    `interval_s`, the duration of a control cycle and the time between images.
+    Time passes while somebody waits by its `clock`: for a line, an image, or nothing. `faults` are what goes
+    wrong, `operator` is who helps, `camera` the one overhead; `names` are those of all robots, agents first, then
+    replicas. Numbers of the robots that do not move are `stuck`, of those whose marker is hidden `covered`; sizes
+    are `arena_cm` (width, height), and `interval_s`, of a control cycle and between images.
 
     Parameters
     ----------
@@ -372,8 +372,8 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
 
 
 class SimulatedLaboratory(Source):
-    """The counterpart of `LaboratorySource` in plain simulation (paper, section 5.4), without links, images, dispersal and sensors:
-    the robots begin each trial at places drawn uniformly; a wall only stops them. The seed is that of `observe`.
+    """The counterpart of `LaboratorySource` in plain simulation (paper, section 5.4), without links, images and sensors:
+    robots begin each trial at places drawn uniformly; a wall only stops them. The seed is that of `observe`.
     """
 
     def __init__(self, scenario: Scenario, seed: int = 0, *, of_trials: bool = False) -> None:

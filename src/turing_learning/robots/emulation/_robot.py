@@ -26,9 +26,7 @@ _AHEAD, _ALONG = math.cos(math.radians(75)), math.cos(math.radians(100))
 _ANYWHERE_S = (0.0, 1.25)  # up to once around in place, at full speed
 _AWAY_S = (0.2, 0.8)
 _TICK = 1e-9
-ALONE_S = (
-    2.0  #: A replica stands when its PC, which says that it is there, was not heard for so long; its loop continues
-)
+ALONE_S = 2.0  #: A replica stands when its PC, which says that it is there, was not heard so long; its loop goes on
 MOST_LOOPS = 5  #: A replica that its PC has asked nothing for so many loops halts, and waits for the remote control
 Wheels = tuple[float, float]  #: Left and right wheel speed, fractions of the maximum
 STILL: Wheels = (0.0, 0.0)

@@ -95,7 +95,7 @@ class CameraSection(Section):
 
 
 class TimingSection(Section):
-    """Durations of a replica's states (s), as in its firmware (paper, section 5.2): R1, R3, R4 wait; R2 disperses; R5 executes."""
+    """Durations (s) of a replica's states, as in its firmware: R1, R3, R4 wait; R2 disperses; R5 executes."""
 
     wait_s: Positive = 1.0
     disperse_s: Positive = 8.0

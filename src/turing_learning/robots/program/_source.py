@@ -38,7 +38,7 @@ class Event:
 
 
 class LaboratorySource(Source):
-    """Samples of real agents and of the replicas among them, observed in trials of all models (paper, sections 5.2 and 5.3).
+    """Samples of real agents and of replicas among them, in trials of all models (paper, sections 5.2 and 5.3).
 
     A disturbed trial is not used but repeated: at once where only images were lost; else after links and camera
     have been reopened. The operator is asked where an intervention is needed, or what may pass does not. A

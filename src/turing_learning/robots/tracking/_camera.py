@@ -125,9 +125,9 @@ class Capture(AbstractContextManager["Capture"]):
 class LiveCapture(Capture):
     """Take images from a camera as they come: a thread takes and stamps them while the program is busy.
 
-    So no image waits in a buffer of the driver, and an image that was lost shows in the time stamps of the others. `source` and
-    `settings` are those of `Capture`, `clock` is for the time stamps, the computer's by default; `taken_s` is when the image came
-    that `take` returned last.
+    So no image waits in a buffer of the driver, and an image that was lost shows in the time stamps of the others.
+    `source` and `settings` are those of `Capture`, `clock` is for the time stamps, the computer's by default;
+    `taken_s` is when the image came that `take` returned last.
     """
 
     def __init__(

@@ -148,7 +148,7 @@ class Sheet:
     """A table by the names of its columns."""
 
     names: Sequence[str]
-    #: From columns of `numbers` and of `texts` to (rows, numbers), NaN where a cell is empty or says so, and lists of texts
+    #: Columns of `numbers` and of `texts` to (rows, numbers), NaN where a cell is empty or says so, and lists of texts
     read: Callable[..., tuple[np.ndarray, list[list[str]]]]
     place: str  #: Where the names are
     at: Place  #: Where a row is

@@ -126,7 +126,7 @@ def _is_csv(glance: Glance) -> bool:
 
 
 def read_csv(path: Path, options: Options) -> Recording:
-    """Read time (s), then x and y (pixels) of each individual; attributes.json beside the file may state the frame rate."""
+    """Read time (s), then x and y (pixels) of each individual; attributes.json beside it may state the frame rate."""
     beside, fps = path.parent / "attributes.json", None
     if beside.is_file():
         try:
@@ -139,7 +139,7 @@ def read_csv(path: Path, options: Options) -> Recording:
 
 
 def read_wide(sheet: Sheet, rule: str, *, each: tuple[int, ...] = (2,), fps: float | None = None) -> Recording:
-    """Read `each` columns of an individual, as x1 or fish_x: x, y, perhaps a confidence; and one of times (s) or frames."""
+    """Read `each` columns of an individual, as x1 or fish_x: x, y, perhaps a confidence; and times (s) or frames."""
     found: dict[str, dict[int, int]] = {}
     when = None
 
