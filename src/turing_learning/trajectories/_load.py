@@ -87,11 +87,12 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     ImportError
         If the file needs h5py and it is not installed.
     """
-    said: dict[str, Any] = {"fps": fps, "pixels_per_cm": pixels_per_cm, "y_axis": y_axis, "keypoint": keypoint}
-    said |= {"min_confidence": min_confidence, "allow_pickle": allow_pickle}
+    options = Options(
+        fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis, keypoint=keypoint, min_confidence=min_confidence,
+        allow_pickle=allow_pickle,
+    )  # fmt: skip
     if isinstance(path, list):
-        return [load_trajectories(one, format=format, **said) for one in path]
-    options = Options(**said)
+        return [load_trajectories(one, format=format, **vars(options)) for one in path]
     if not isinstance(path, (str, Path)):
         kind = "pandas" if hasattr(path, "iloc") else "xarray" if hasattr(path, "data_vars") else ""
         require(kind, "path", "be a file, a DataFrame, a Dataset, or a list of them", type(path).__name__)

@@ -27,7 +27,7 @@ def compute_signals(
     positions: np.ndarray, *, fps: float, names: Sequence[str] = ("speed", "turn"), present: np.ndarray | None = None,
     headings: np.ndarray | None = None, smooth_frames: int = 1,
 ) -> Signals:  # fmt: skip
-    """Compute signals from positions, recorded or simulated: speed and turn as in the paper, section 3.2.3.
+    """Compute signals from positions, recorded or simulated; speed and turn with headings: paper, section 3.2.3.
 
     "speed"
         Displacement over a frame divided by its duration; with headings negative if it goes against the heading at its start.
