@@ -168,10 +168,8 @@ class Store:
             process, writer = (self._peek() or {}).get("process"), "another process"
             if isinstance(process, dict) and {"pid", "host"} <= process.keys():
                 writer = f"process {process['pid']} on {process['host']}"
-            raise RunFolderError(
-                f"`{self.kind.noun}` must not be in use; got {self.path}, to which {writer} is writing. "
-                "Wait until it ends, or stop it."
-            ) from error
+            got, remedy = f"{self.path}, to which {writer} is writing", "Wait until it ends, or stop it."
+            raise RunFolderError(f"`{self.kind.noun}` must not be in use; got {got}. {remedy}") from error
         try:
             self.path = self.path.absolute()  # wherever the process goes while it writes
             self._place = _place(self.path)
@@ -190,10 +188,12 @@ class Store:
         if self._place is None:
             return
         if _place(self.path) != self._place:
-            raise RunStorageError(
-                f"`{self.kind.noun}` must stay where it is while it is written; got {self.path}, which has been moved, removed "
-                "or replaced. What was saved until then is in the folder that was here: resume that."
+            rule, got = (
+                "stay where it is while it is written",
+                f"{self.path}, which has been moved, removed or replaced",
             )
+            remedy = "What was saved until then is in the folder that was here: resume that."
+            raise RunStorageError(f"`{self.kind.noun}` must {rule}; got {got}. {remedy}")
         for path, content in self._lasting.items():
             if not path.exists():
                 write_atomically(path, content)
@@ -278,10 +278,8 @@ class Store:
             why = "it holds something else"
         except DamagedError as error:
             why = error.reason
-        aside = self.set_aside(name)
-        _LOGGER.warning(
-            "%s is damaged (%s); it is made again. The damaged file is %s.", self.path / name, why, aside.name
-        )
+        aside, text = self.set_aside(name), "%s is damaged (%s); it is made again. The damaged file is %s."
+        _LOGGER.warning(text, self.path / name, why, aside.name)
         return None
 
     def set_aside(self, name: str) -> Path:
@@ -310,9 +308,8 @@ class Store:
 
     def damaged(self, name: str, reason: str) -> DamagedError:
         """Return the error that says what is wrong with a file."""
-        error = DamagedError(
-            f"`{self.kind.noun}` must hold {name} as it was written; got {self.path / name} ({reason}). Restore the file."
-        )
+        got = f"{self.path / name} ({reason})"
+        error = DamagedError(f"`{self.kind.noun}` must hold {name} as it was written; got {got}. Restore the file.")
         error.reason = reason
         return error
 
@@ -344,9 +341,8 @@ class Store:
         paths = {self.head_path, *(path for pattern in self.kind.pieces for path in self.path.glob(pattern))}
         files = sorted(path for path in paths - {self.path / replaced} if path.is_file())
         if files:
-            self.seals.append(
-                [(path.relative_to(self.path).as_posix(), file_digest(path)) for path in files], adopted=True
-            )
+            lines = [(path.relative_to(self.path).as_posix(), file_digest(path)) for path in files]
+            self.seals.append(lines, adopted=True)
             self._say_unverified()
 
 
@@ -365,9 +361,8 @@ def encoded(name: str, content: Any) -> bytes:
         return memory.getvalue()
     if suffix == ".csv":
         return content.to_csv(index=False, lineterminator="\n").encode()
-    raise TypeError(
-        f"{name} must be .json, .npy, .npz or .csv, or its content bytes or text; got {type(content).__name__}"
-    )
+    rule = "be .json, .npy, .npz or .csv, or its content bytes or text"
+    raise TypeError(f"{name} must {rule}; got {type(content).__name__}")
 
 
 def _identity(head: Mapping[str, Any], kind: Kind) -> str:

@@ -19,19 +19,13 @@ from turing_learning.purposes import SEARCH_NOISE, SEARCH_STARTS
 from turing_learning.store import Kind, RunFolderError, Store, storage, writable
 from turing_learning.swarm import Scenario, initial_poses, simulate
 
-SAMPLING_S = 1.0
-"""Time between two looks at the dispersion (s): a robot moves less than two diameters."""
-
-BLOCK = 500
-"""Controllers whose costs are stored in one file."""
-BATCH = 128
-"""Trials that are simulated, and kept in memory, at a time."""
-MOST_CONTROLLERS = 1_000_000
-"""On the whole grid; their costs are kept in memory."""
+SAMPLING_S = 1.0  # between two looks at the dispersion: a robot moves less than two diameters
+BLOCK = 500  # controllers whose costs are stored in one file
+BATCH = 128  # trials that are simulated, and kept in memory, at a time
+MOST_CONTROLLERS = 1_000_000  # on the whole grid; their costs are kept in memory
 LONGEST_S = 3600.0
 LARGEST_TRIALS = 100_000
-SEMIFINALISTS = 20
-"""Controllers of the second round, for each of the last one."""
+SEMIFINALISTS = 20  # controllers of the second round, for each of the last one
 SEARCH = Kind("search", "search.json", identity=("scenario", "settings"), pieces=("round*/*.npy",))
 
 
@@ -43,8 +37,7 @@ def mirrored(controllers: np.ndarray) -> np.ndarray:
 def grid_controllers(states: int, steps: int) -> np.ndarray:
     """Return every controller (N, 2 n) whose wheel speeds are on a grid of so many steps from -1 to 1, one of each mirror pair.
 
-    Of a pair it is the one that is larger at the first wheel speed in which the two differ. The last wheel speed changes fastest.
-    Source: paper, section 4.6.1, after Gauci et al. 2014.
+    It is the one that is larger at the first speed in which they differ; the last speed changes fastest. Source: section 4.6.1.
     """
     places = np.indices((steps,) * (2 * states)).reshape(2 * states, -1).T
     number = steps ** np.arange(2 * states)[::-1]
@@ -64,20 +57,16 @@ def gathering_costs(
     """Return costs of controllers (M, 2 n), and dispersion at the end, of trials that start at poses (R, A + O, 3): (M, R, 2).
 
     The cost is sum t u(t) / sum t over the seconds t = 1, 2, ... of a trial, where u is the dispersion of the objects, or of the
-    robots where there are no objects: the sum of the dispersion weighted by time, scaled so that it is a dispersion.
-    Source: Gauci et al. 2014, Int. J. Robotics Research 33; see docs/decisions/0016 for what is assumed.
+    robots where there are none. Source: Gauci et al. 2014, Int. J. Robotics Research 33; docs/decisions/0016 says what is assumed.
     """
     models, trials, robots = len(controllers), len(starts), scenario.individuals
-    objects = starts.shape[1] > robots
+    objects, many = starts.shape[1] > robots, np.tile(starts, (models, 1, 1))
     executed = np.repeat(controllers, trials, axis=0)[:, None].repeat(robots, axis=1)
     cycles = scenario.trial.steps_of(duration_s, "duration_s")
     stride = max(1, round(SAMPLING_S / scenario.trial.control_interval_s))
-    poses = simulate(
-        scenario, executed, np.tile(starts, (models, 1, 1)), control_steps=cycles, seed=seed, threads=threads
-    ).poses
-    seen = poses[:, stride::stride, robots if objects else 0 :, :2]
+    poses = simulate(scenario, executed, many, control_steps=cycles, seed=seed, threads=threads).poses
     radius = scenario.objects.radius_cm if objects else scenario.robot.radius_cm
-    spread = dispersion(seen, radius)
+    spread = dispersion(poses[:, stride::stride, robots if objects else 0 :, :2], radius)
     weights = np.arange(1, spread.shape[1] + 1)
     costs = spread @ weights / weights.sum()
     return np.stack((costs, spread[:, -1]), axis=-1).reshape(models, trials, 2)
@@ -115,22 +104,20 @@ class SearchSettings:
     seed: int = 1
 
     def __post_init__(self) -> None:
-        integer("steps", self.steps, 2, MOST_CONTROLLERS, error=ConfigurationError)
-        integer("trials", self.trials, 1, LARGEST_TRIALS, error=ConfigurationError)
-        integer("finalists", self.finalists, 1, MOST_CONTROLLERS, error=ConfigurationError)
-        integer("final_trials", self.final_trials, self.trials, LARGEST_TRIALS, error=ConfigurationError)
-        integer("seed", self.seed, 0, 2**63 - 1, error=ConfigurationError)
+        bounds = {"steps": (2, MOST_CONTROLLERS), "trials": (1, LARGEST_TRIALS), "finalists": (1, MOST_CONTROLLERS)}
+        bounds |= {"final_trials": (self.trials, LARGEST_TRIALS), "seed": (0, 2**63 - 1)}
+        for name, (least, most) in bounds.items():
+            integer(name, getattr(self, name), least, most, error=ConfigurationError)
         number("duration", self.duration_s, above=0, most=LONGEST_S, error=ConfigurationError)
 
     def check(self, scenario: Scenario) -> None:
         """Reject a grid that is too large for a scenario, or trials that do not fit its control cycles."""
         speeds = len(scenario.controller)
+        check, shortest = partial(require, error=ConfigurationError), max(1.0, scenario.trial.control_interval_s)
         got = f"{self.steps}, which gives {self.steps}^{speeds} in scenario {scenario.name!r}"
-        require(self.steps**speeds <= MOST_CONTROLLERS, "steps", f"give at most {MOST_CONTROLLERS} controllers", got,
-                "Choose fewer steps.", error=ConfigurationError)  # fmt: skip
-        shortest = max(1.0, scenario.trial.control_interval_s)
-        require(self.duration_s >= shortest, "duration", f"be at least {shortest:g} s", self.duration_s,
-                error=ConfigurationError)  # fmt: skip
+        rule, few = f"give at most {MOST_CONTROLLERS} controllers", self.steps**speeds <= MOST_CONTROLLERS
+        check(few, "steps", rule, got, "Choose fewer steps.")
+        check(self.duration_s >= shortest, "duration", f"be at least {shortest:g} s", self.duration_s)
         require_whole_cycles(scenario, self.duration_s)
 
     def rounds(self, controllers: int) -> tuple[tuple[int, int], ...]:
@@ -289,21 +276,17 @@ def _begin(store: Store, scenario: Scenario, settings: SearchSettings) -> None:
         if not store.foreign_names():
             store.create(content)
             return
-    if not store.exists():
-        raise RunFolderError(
-            f"`out` must be a new folder, or that of a search; got {store.path}, without a readable {SEARCH.head}. "
-            "Choose another folder."
-        )
+    check, remedy = partial(require, name="out", error=RunFolderError), "Choose another folder."
+    rule, got = "be a new folder, or that of a search", f"{store.path}, without a readable {SEARCH.head}"
+    check(store.exists(), rule=rule, got=got, remedy=remedy)
     held = store.head()
     # folders of before a setting came do not name it
     later = {each.name: each.default for each in fields(Scenario) if each.default is not MISSING}
     held["scenario"] = later | held["scenario"]
     both = [dotted({key: each[key] for key in SEARCH.identity}) for each in (held, content)]
     stored, given = ({key: value for key, value in each.items() if key not in PROSE} for each in both)
-    if stored != given:
-        raise RunFolderError(
-            f"`out` must be the folder of the same search; got one of other settings [{store.head_path}]. Choose another folder."
-        )
+    rule, place = "be the folder of the same search", str(store.head_path)
+    check(stored == given, rule=rule, got="one of other settings", place=place, remedy=remedy)
 
 
 def _best(costs: np.ndarray) -> np.ndarray:

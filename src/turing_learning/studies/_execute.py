@@ -7,6 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from turing_learning.errors import require
 from turing_learning.workers import asked_to_stop
 
 from ._folder import FAILURE, SAMPLES, StudyFolder
@@ -17,16 +18,20 @@ if TYPE_CHECKING:
 
     from ._plan import Plan
 
-COMPLETE, STOPPED, FAILED, WAITING = "complete", "stopped", "failed", "waiting"
+COMPLETE, STOPPED, FAILED, WAITING = (
+    "complete",
+    "stopped",
+    "failed",
+    "waiting",
+)  # stopped: can go on; waiting: not begun
 LOOK_EVERY_S = 0.2  # between two looks for the file that asks workers to stop
 LONGEST_WAIT_S = 30.0  # for the lock of a run whose worker was given up for lost, but lives
 
 
 def execute(study: str, number: int, stop: str = "", should_stop: Callable[[], bool] | None = None) -> str:
-    """Execute one run of a study in this process; what goes wrong is written into the run's folder.
+    """Execute one run of a study in this process, and return how it went; what goes wrong is written into the run's folder.
 
-    The run stops after the present generation once the file `stop` exists, or `should_stop` returns True. Returned is how it went:
-    "complete", "stopped" (it can go on), "failed", or "waiting" (it has not been begun).
+    The run stops after the present generation once the file `stop` exists, or `should_stop` returns True.
     """
     from turing_learning.results import RunFolder, RunFolderError
     from turing_learning.runs import resume
@@ -58,14 +63,12 @@ def execute(study: str, number: int, stop: str = "", should_stop: Callable[[], b
                 if time.monotonic() > deadline:
                     raise
             time.sleep(LOOK_EVERY_S)
-        if not run.is_run():
-            complete = _start(folder, plan, configuration, path, is_asked).complete
-        elif run.configuration() != configuration:
-            raise RunFolderError(  # noqa: TRY301 - is written like everything that goes wrong
-                f"`run` must be that of the study; got {path} with another configuration. Remove it."
-            )
-        else:
+        if run.is_run():
+            same, got = run.configuration() == configuration, f"{path} with another configuration"
+            require(same, "run", "be that of the study", got, "Remove it.", error=RunFolderError)
             complete = resume(path, **_given(folder, plan), should_stop=is_asked).complete
+        else:
+            complete = _start(folder, plan, configuration, path, is_asked).complete
     except Exception as error:
         note_failure(path, error)
         return FAILED

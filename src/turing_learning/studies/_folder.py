@@ -1,11 +1,12 @@
 """A study folder: its files, and whether it holds this study or another one."""
 
 import shutil
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from turing_learning._files import digest_of, file_digest
-from turing_learning.errors import is_integer
+from turing_learning.errors import is_integer, refuse, require
 from turing_learning.store import SEALS, Kind, Place, RunFolderError, Store
 
 if TYPE_CHECKING:
@@ -13,12 +14,8 @@ if TYPE_CHECKING:
 
 SAMPLES = "genuine.npy"  # of a custom system
 FAILURE = "failure.json"  # in a run's folder: why it failed
-STUDY = Kind(
-    "study",
-    "study.json",
-    identity=("scenario", "configuration_sha256", "runs", "simulate"),
-    pieces=("config.toml", SAMPLES),
-)
+_IDENTITY = ("scenario", "configuration_sha256", "runs", "simulate")
+STUDY = Kind("study", "study.json", identity=_IDENTITY, pieces=("config.toml", SAMPLES))
 _TABLES = ("runs.csv", "summary.csv", "convergence.csv")
 _RESULTS = ("runs", "figures", "report.html", *_TABLES, SAMPLES, SEALS, STUDY.head)
 
@@ -65,22 +62,17 @@ class StudyFolder(Store):
 
         from ._plan import Plan
 
-        content = self.head()
+        content, file, new = self.head(), self.configuration_path, "or start a new study."
+        check = partial(require, error=RunFolderError)
         try:
-            if content["configuration_sha256"] != file_digest(self.configuration_path):
-                raise RunFolderError(
-                    f"`config.toml` must be as it was when the study began; got a changed one "
-                    f"[{self.configuration_path}]. Restore it, or start a new study."
-                )
+            same, rule = content["configuration_sha256"] == file_digest(file), "be as it was when the study began"
+            check(same, file.name, rule, "a changed one", f"Restore it, {new}", place=str(file))
             if not content["runs"] or any(not is_integer(run["run.seed"]) for run in content["runs"]):
                 raise TypeError("no run, or one without a seed")  # noqa: TRY301
-            simulate = str(content.get("simulate", ""))
-            return Plan(load_configuration(self.configuration_path), tuple(content["runs"]), simulate)
+            return Plan(load_configuration(file), tuple(content["runs"]), str(content.get("simulate", "")))
         except (OSError, KeyError, TypeError, ConfigurationError) as error:
-            raise RunFolderError(
-                f"`study` must be as it was when it began; got {self.path}, whose files cannot be read ({error}). "
-                "Restore them, or start a new study."
-            ) from error
+            got = f"{self.path}, whose files cannot be read ({error})"
+            refuse("study", "be as it was when it began", got, f"Restore them, {new}", error=RunFolderError)
 
     def refuse_if_taken(self, plan: "Plan", *, force: bool) -> None:
         """Raise RunFolderError if something else is here, or a study of other settings that may not be replaced."""
@@ -88,26 +80,16 @@ class StudyFolder(Store):
 
         if self.exists():
             if not force and (difference := _difference(self.plan(), plan)):
-                raise RunFolderError(
-                    f"{difference} [{self.path}]. Choose another folder, go on with the old study by "
-                    f"`{resume_command(self.path)}`, or replace it with force=True."
-                )
+                ahead = f"go on with the old study by `{resume_command(self.path)}`, or replace it with force=True."
+                raise RunFolderError(f"{difference} [{self.path}]. Choose another folder, {ahead}")
             return
         others = [name for name in self.foreign_names() if name != "config.toml" or not (self.path / "lock").exists()]
         if others:
-            raise RunFolderError(
-                f"`out` must be a new or empty folder, or hold this study; got {self.path}, which holds {others[0]!r} "
-                "and is not a study. Choose another folder."
-            )
+            rule, got = "be a new or empty folder, or hold this study", f"{self.path}, which holds {others[0]!r}"
+            refuse("out", rule, f"{got} and is not a study", "Choose another folder.", error=RunFolderError)
 
     def begin(self, plan: "Plan", *, force: bool) -> None:
-        """Make this the folder of a study, or leave it if it holds the same one; the caller holds the lock.
-
-        Raises
-        ------
-        RunFolderError
-            As `refuse_if_taken`.
-        """
+        """Make this the folder of a study, or leave it if it holds the same one; the caller holds the lock."""
         from turing_learning.config import to_toml
 
         self.refuse_if_taken(plan, force=force)
