@@ -25,6 +25,10 @@ class Checkpoint:
     generation: int
     arrays: dict[str, np.ndarray]
 
+    def part(self, prefix: str) -> dict[str, np.ndarray]:
+        """Return the arrays whose names start with a prefix, without it."""
+        return {name.removeprefix(prefix): a for name, a in self.arrays.items() if name.startswith(prefix)}
+
 
 @dataclass(frozen=True)
 class Latest:

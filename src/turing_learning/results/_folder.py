@@ -149,13 +149,11 @@ class RunFolder(Store):
             got = f"{self.path} without a readable config.toml"
             refuse("run", "hold its configuration", got, "Restore the file.", error=RunFolderError)
         remedy = "Restore it, or start a new run with `infer --config`."
-        require(digest_of(text.encode()) == manifest.get("configuration_sha256"), "config.toml",
-                "be as it was when the run began", "a changed one", remedy, place=str(self.configuration_path),
-                error=RunFolderError)  # fmt: skip
-        try:
+        same, place = digest_of(text.encode()) == manifest.get("configuration_sha256"), str(self.configuration_path)
+        rule = "be as it was when the run began"
+        require(same, "config.toml", rule, "a changed one", remedy, place=place, error=RunFolderError)
+        with refusing_as(RunFolderError):
             return load_configuration(self.configuration_path, overrides=manifest.get("extension"))
-        except ConfigurationError as error:
-            raise RunFolderError(error.refusal or str(error)) from error
 
     def extend(self, trials: int, tolerance: float | None) -> None:
         """Give a finished run more trials; the caller holds the lock. One write does it: config.toml says how the run began.
@@ -168,18 +166,15 @@ class RunFolder(Store):
         if manifest["state"] != FINISHED and (trials, tolerance) == (run.trials, run.tolerance):
             return
         needed(run.trials > 0, "run", "be one of trials, to get more of them", f"{self.path}, one of generations")
-        remedy = "Resume it without more trials first."
-        needed(manifest["state"] == FINISHED, "run", "be finished, to get more trials", f"{self.path}", remedy)
+        ahead = "Resume it without more trials first."
+        needed(manifest["state"] == FINISHED, "run", "be finished, to get more trials", f"{self.path}", ahead)
+        rule, got = "have its samples, to get more trials", f"{self.path}, without them"
         remedy = "A run with the setting run.history = 'thin' does not keep them: run again with 'full'."
-        got = f"{self.path}, without them"
-        needed(run.history == "full", "run", "have its samples, to get more trials", got, remedy)
+        needed(run.history == "full", "run", rule, got, remedy)
         spent = configuration.trials_after(self.read("result.json")["generations"])
         needed(trials > spent, "trials", f"be more than the {spent} that the run has spent", trials)
-        extension = {
-            "run.trials": trials,
-            "run.tolerance": tolerance,
-            "run.extended": [*map(list, run.extended), [run.trials, spent]],
-        }
+        extended = [*map(list, run.extended), [run.trials, spent]]
+        extension = {"run.trials": trials, "run.tolerance": tolerance, "run.extended": extended}
         with refusing_as(RunFolderError):
             load_configuration(self.configuration_path, overrides=extension)
         self.update_manifest(state=STOPPED, finished=None, extension=extension)
@@ -191,11 +186,11 @@ class RunFolder(Store):
 
     def traces(self, checkpoint: Checkpoint | None = None) -> dict[str, np.ndarray] | None:
         """Return the traces up to a checkpoint, by default the newest usable one; None if there is none."""
-        found, prefix = checkpoint or self.checkpoint().checkpoint, "traces/"
+        found = checkpoint or self.checkpoint().checkpoint
         if found is None or "traces/seconds" not in found.arrays:
             return None
         parts = [self.read(piece("traces", number + 1)) for number in range(blocks_before(found))]
-        parts.append({name.removeprefix(prefix): a for name, a in found.arrays.items() if name.startswith(prefix)})
+        parts.append(found.part("traces/"))
         common = [name for name in parts[-1] if all(name in each for each in parts)]
         return {name: np.concatenate([each[name] for each in parts]) for name in common}
 
@@ -205,10 +200,7 @@ class RunFolder(Store):
         return {"genuine", "simulate"} & (manifest.keys() if RECORDING not in manifest else {"genuine", "simulate"})
 
     def remembered(self, given: Given) -> Given:
-        """Return what is given of a custom system; what is not is imported or read as the manifest says.
-
-        Raises RefusedError if a recording is gone or has changed.
-        """
+        """Return what is given of a custom system; what is not is imported, or read from a recording that must not have changed."""
         manifest, found = self.manifest(), dict[str, Any]()
         if given.genuine is None and given.simulate is None and RECORDING in manifest:
             from turing_learning.families._recorded import RecordedMotion
@@ -288,6 +280,10 @@ def blocks_before(checkpoint: Checkpoint) -> int:
 
 def new_manifest(configuration_text: str, seed: int) -> dict[str, Any]:
     """Return the manifest of a run that is about to begin, from its resolved configuration as it is stored, and its seed."""
+    lines = ["model name:" + (platform.processor() or "")]
+    with suppress(OSError):
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     machine = {"system": platform.platform(), "architecture": platform.machine()}
     return {
         "format_version": FORMAT_VERSION,
@@ -296,11 +292,11 @@ def new_manifest(configuration_text: str, seed: int) -> dict[str, Any]:
         "configuration_sha256": digest_of(configuration_text.encode()),
         "versions": _versions(),
         "commit": _commit(),
-        "machine": machine | {"processor": _processor(), "processors": os.cpu_count()},
+        "machine": machine | {"processor": next(filter(None, names), None), "processors": os.cpu_count()},
         "started": now(),
         "finished": None,
         "seconds": 0.0,
-        "process": this_process(),
+        "process": {"pid": os.getpid(), "host": socket.gethostname()},
     }
 
 
@@ -309,16 +305,11 @@ def now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
-def this_process() -> dict[str, Any]:
-    """Return who runs: process id and host."""
-    return {"pid": os.getpid(), "host": socket.gethostname()}
-
-
 def resumed(manifest: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Return what a manifest gets when its run is resumed: who runs it now, and with what, where that has changed."""
     before, here = (manifest.get("resumed") or [manifest])[-1].get("versions") or {}, _versions()
     changed = [f"{name} {before[name]}, now {here.get(name)}" for name in before if before[name] != here.get(name)]
-    entries: dict[str, Any] = {"process": this_process()}
+    entries: dict[str, Any] = {"process": {"pid": os.getpid(), "host": socket.gethostname()}}
     if changed:
         text = "%s was run with %s: the result may not be that of a run that never stopped."
         _LOGGER.warning(text, path, "; ".join(changed))
@@ -326,16 +317,12 @@ def resumed(manifest: Mapping[str, Any], path: Path) -> dict[str, Any]:
     return entries
 
 
-def manifest_rows(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return names and values for a page, nested objects in one row each."""
-    return [(name.replace("_", " "), _in_words(value)) for name, value in manifest.items() if value is not None]
-
-
-def _in_words(value: Any) -> str:
+def in_words(value: Any) -> str:
+    """Return a value of a manifest for a page, also one with others in it."""
     if isinstance(value, dict):
-        return ", ".join(f"{name} {_in_words(item)}" for name, item in value.items() if item is not None)
+        return ", ".join(f"{name} {in_words(item)}" for name, item in value.items() if item is not None)
     if isinstance(value, list):
-        return "; ".join(map(_in_words, value))
+        return "; ".join(map(in_words, value))
     return f"{value:.2f}" if isinstance(value, float) else str(value)
 
 
@@ -358,14 +345,6 @@ def _commit() -> str | None:
     except (OSError, subprocess.SubprocessError):
         return None
     return found.stdout.strip() or None
-
-
-def _processor() -> str | None:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        return platform.processor() or None
-    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), None)
 
 
 def refuse_target(

@@ -42,6 +42,7 @@ THIN: Variables = {
     "classifier_fitness_quantiles": (("quantile",), "<f8", "fitness of classifiers"),
     **{name: FULL[name] for name in ("best_model", "typical_model", "selection")},
 }
+PLURAL = ("model", "model_step_size", "classifier", "classifier_step_size")  # a generation has them in the plural
 IN_UNITS = ("model", "best_model", "typical_model")  # of the parameters
 ATTRIBUTES: dict[str, dict[str, Any]] = {
     "selection": {
@@ -64,12 +65,8 @@ class Layout:
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Return the sizes of a variable in one generation."""
-        sizes = {
-            "individual": self.models,
-            "parameter": len(self.parameters),
-            "classifier_individual": self.classifiers,
-            "weight": self.weights,
-        }
+        sizes = {"individual": self.models, "parameter": len(self.parameters)}
+        sizes |= {"classifier_individual": self.classifiers, "weight": self.weights}
         return tuple(sizes[dimension] for dimension in FULL[name][0])
 
 
@@ -164,10 +161,7 @@ def open_store(path: Path) -> Mapping[str, Any]:
 def damaged_generations(
     path: Path, layout: Layout, generations: int, seals: Mapping[str, np.ndarray]
 ) -> list[tuple[int, int]] | None:
-    """Return which of so many generations of a history on disk are not as the seals say: (first, behind the last).
-
-    None if nothing can be read, or the coordinates are others.
-    """
+    """Return which of so many generations are not as the seals say, as (first, behind the last); None if none can be read."""
     try:
         arrays = open_store(path)
         fits = all(
@@ -257,17 +251,8 @@ def with_units(history: "xarray.Dataset", units: Sequence[str]) -> "xarray.Datas
 
 def generation_values(generation: Generation) -> dict[str, np.ndarray]:
     """Return all that is kept of a generation, by the names of the history."""
-    return {
-        "model": generation.models,
-        "model_step_size": generation.model_step_sizes,
-        "model_fitness": generation.model_fitness,
-        "classifier": generation.classifiers,
-        "classifier_step_size": generation.classifier_step_sizes,
-        "classifier_fitness": generation.classifier_fitness,
-        "best_model": generation.best_model,
-        "typical_model": generation.typical_model,
-        "selection": np.array(SELECTION_CODES[generation.selection], dtype=np.int8),
-    }
+    values = {name: getattr(generation, f"{name}s" if name in PLURAL else name) for name in FULL}
+    return values | {"selection": np.array(SELECTION_CODES[generation.selection], dtype=np.int8)}
 
 
 class Traces:

@@ -22,7 +22,7 @@ from turing_learning.figures._one_run import (
 from turing_learning.report._page import Listing, Report, describe_selection, report_page
 from turing_learning.report._tabular import aligned
 
-from ._folder import manifest_rows
+from ._folder import in_words
 from ._history import SELECTION_CODES
 from ._paper import SOURCE
 from ._plots import distributions_of, draw_fitness, draw_parameters, recorded_replay, replay
@@ -81,7 +81,7 @@ def write_report(
         replay=replay(configuration, simulated_model(result)) if simulated else recorded_replay(motion),
         figures=pictures,
         configuration=to_toml(configuration),
-        manifest=manifest_rows(manifest),
+        manifest=[(name.replace("_", " "), in_words(value)) for name, value in manifest.items() if value is not None],
     )
     return report.write_page(report_page(page), target)
 
@@ -95,7 +95,11 @@ def save_figures(pictures: list[Picture], folder: Path) -> None:
 
 def draw(history: "xarray.Dataset", configuration: Configuration, dialogues: Mapping[str, np.ndarray]) -> list[Picture]:
     """Draw the figures of a run, of its history, and of what its classifiers did to the system."""
-    scenario, trials = configuration.scenario, configuration.spent(history.sizes["generation"])
+    scenario, system, trials = (
+        configuration.scenario,
+        configuration.system,
+        configuration.spent(history.sizes["generation"]),
+    )
     over, middle, models = "generations", "the typical one", "Subjectively best and typical model of each generation"
     fitness = "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded."
     if trials is not None:
@@ -113,39 +117,29 @@ def draw(history: "xarray.Dataset", configuration: Configuration, dialogues: Map
         drawn = error_figure(*errors, trials=trials)
         pictures.append(Picture("error", f"Mean absolute error over {over}", caption, drawn))
     if dialogues:
-        pictures.append(_dialogues(dialogues, configuration))
+        caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
+        if "outputs" in dialogues:  # the classifiers chose
+            caption = (
+                "For each parameter the classifier, of the fittest of 50 generations, that tells the system best from "
+                "models in which this parameter is drawn anew: the stimulus that it chose, and the answer, in a trial with "
+                "the system and in one with the estimate. An output of 0.5 or more says genuine."
+            )
+        rows, interval_s = tuple(system.parameters), system.interval_s
+        drawn = dialogues_figure(dialogues, names=system.signals, rows=rows, interval_s=interval_s)
+        pictures.append(Picture("stimuli", "Stimulus and answer", caption, drawn, wide=True))
     drawn = draw_fitness(history, configuration)
     pictures.append(Picture("fitness", f"Fitness over {over}", fitness, drawn))
     if "model_step_size" in history and trials is None:
-        pictures.append(_step_sizes(history, configuration))
+        names, caption = scenario.parameter_names, f"Median mutation strength of each parameter{system.step_unit}"
+        sizes, weights = (history[f"{of}_step_size"].to_numpy() for of in ("model", "classifier"))
+        if configuration.models.hidden:
+            names, caption = ("models",), "Median mutation strength of the models' weights"
+            sizes = sizes.reshape(len(sizes), -1, 1)
+        middle_weight = np.median(weights.reshape(len(weights), -1), axis=1).astype(float)
+        drawn = step_sizes_figure(np.median(sizes, axis=1), middle_weight, names=names)
+        caption += ", and of the classifiers' weights."
+        pictures.append(Picture("step-sizes", "Step sizes over generations", caption, drawn))
     return pictures
-
-
-def _dialogues(dialogues: Mapping[str, np.ndarray], configuration: Configuration) -> Picture:
-    system, chosen = configuration.system, "outputs" in dialogues
-    caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
-    if chosen:
-        caption = (
-            "For each parameter the classifier, of the fittest of 50 generations, that tells the system best from "
-            "models in which this parameter is drawn anew: the stimulus that it chose, and the answer, in a trial with "
-            "the system and in one with the estimate. An output of 0.5 or more says genuine."
-        )
-    rows = tuple(system.parameters)
-    drawn = dialogues_figure(dialogues, names=system.signals, rows=rows, interval_s=system.interval_s)
-    return Picture("stimuli", "Stimulus and answer", caption, drawn, wide=True)
-
-
-def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> Picture:
-    names, caption = configuration.scenario.parameter_names, "Median mutation strength of each parameter"
-    caption += configuration.system.step_unit
-    models, classifiers = (history[f"{of}_step_size"].to_numpy() for of in ("model", "classifier"))
-    sizes = np.median(models, axis=1)
-    if configuration.models.hidden:
-        names, caption = ("models",), "Median mutation strength of the models' weights"
-        sizes = np.median(models.reshape(len(models), -1), axis=1)[:, None]
-    weights = np.median(classifiers.reshape(len(classifiers), -1), axis=1).astype(float)
-    drawn = step_sizes_figure(sizes, weights, names=names)
-    return Picture("step-sizes", "Step sizes over generations", f"{caption}, and of the classifiers' weights.", drawn)
 
 
 def summary(result: Result) -> str:
@@ -160,14 +154,16 @@ def summary(result: Result) -> str:
 
 def tables(result: Result, history: "xarray.Dataset", configuration: Configuration) -> dict[str, str]:
     """Return the table of the parameters, and the models of each generation, or after so many trials, as CSV."""
+    import pandas as pd
+
     kinds = ("typical_model", "best_model")
     rows = np.hstack([configuration.described(history[name].to_numpy()) for name in kinds])
     spent, word, name = configuration.spent(len(rows)), "trials", "trials.csv"
     if spent is None:
         spent, word, name = np.arange(len(rows)), "generation", "generations.csv"
-    lines = [",".join([word, *(f"{of}_{each}" for of in kinds for each in configuration.scenario.parameter_names)])]
-    lines += [f"{k},{','.join(f'{x:.7g}' for x in row)}" for k, row in zip(spent, rows, strict=True)]
-    return {"parameters.csv": result.to_dataframe().to_csv(), name: "\n".join(lines) + "\n"}
+    columns = [f"{of}_{each}" for of in kinds for each in configuration.scenario.parameter_names]
+    models = pd.DataFrame(rows, index=pd.Index(spent, name=word), columns=columns)
+    return {"parameters.csv": result.to_dataframe().to_csv(), name: models.to_csv(float_format="%.7g", na_rep="nan")}
 
 
 def run_table(result: Result) -> Listing:

@@ -435,7 +435,7 @@ class Run:
         """Take over the newest usable checkpoint whose history is there; return the seals of that, None without a checkpoint."""
 
         def holds_history(found: Checkpoint) -> bool:
-            history, seals = folder.history_path, part(found.arrays, "history/")
+            history, seals = folder.history_path, found.part("history/")
             return self.configuration.run.thin or histories.intact(history, self._layout, found.generation, seals)
 
         latest = folder.checkpoint(holds_history)
@@ -450,17 +450,17 @@ class Run:
             return None
         self._traces = _traces_of(checkpoint, folder, self.configuration)
         self._blocks = blocks_before(checkpoint)
-        state = part(checkpoint.arrays, "coevolution/")
+        state = checkpoint.part("coevolution/")
         if self.configuration.run.trials:
             rows = [folder.read(piece("buffer", number)) for number in range(1, done + 1)]
             state |= {f"buffer/{name}": np.concatenate([each[name] for each in rows]) for name in rows[0]}
         self._loop.restore(state)
-        self._readout = part(checkpoint.arrays, _READOUT) if self.complete else {}
+        self._readout = checkpoint.part(_READOUT) if self.complete else {}
         if self._source.failures is not None:
-            self._source.failures.restore(part(checkpoint.arrays, _FAILURES))
+            self._source.failures.restore(checkpoint.part(_FAILURES))
         self._seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
         self._saved = done
-        return part(checkpoint.arrays, "history/")
+        return checkpoint.part("history/")
 
 
 class FinishedRun(ExitStack):
@@ -520,11 +520,6 @@ def layout_of(configuration: Configuration) -> histories.Layout:
     )
 
 
-def part(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    """Return the arrays whose names start with a prefix, without it."""
-    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
-
-
 @dataclass(frozen=True, eq=False)
 class Origin:
     """The run that a result belongs to: in its folder, or in memory."""
@@ -573,7 +568,7 @@ class Origin:
         else:
             assert folder is not None
             checkpoint, path = folder.checkpoint().checkpoint, folder.history_path
-            if checkpoint is not None and (seals := part(checkpoint.arrays, "history/")):
+            if checkpoint is not None and (seals := checkpoint.part("history/")):
                 histories.require_sound(path, layout_of(configuration), completed, seals)
             else:
                 _LOGGER.warning("%s: not verified, no checkpoint is left.", path)
@@ -595,8 +590,7 @@ class Origin:
         """Return who judges in a run of trials, see `Result.jury`; nobody where its last state is not stored."""
         if self.folder is None or not self.configuration.run.trials:
             return ()
-        stored = _stored_checkpoint(self.folder, self.configuration).arrays
-        return jury_of(self.configuration, part(stored, "coevolution/"))
+        return jury_of(self.configuration, _stored_checkpoint(self.folder, self.configuration).part("coevolution/"))
 
     def report(self, result: Result, target: Path) -> Path:
         """Write the report of the run to a file."""
@@ -708,7 +702,7 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
 
 
 def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> Result:
-    traces, failures = _traces_of(checkpoint, folder, configuration), part(checkpoint.arrays, _FAILURES)
+    traces, failures = _traces_of(checkpoint, folder, configuration), checkpoint.part(_FAILURES)
     log = FailureLog(configuration.parameter_names)
     if failures:
         log.restore(failures)
@@ -720,7 +714,7 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
         float(checkpoint.arrays["seconds"]),
         origin=Origin.of(folder, configuration, traces.completed),
         complete=checkpoint.generation == configuration.length or settled,
-        readout=part(checkpoint.arrays, _READOUT),
+        readout=checkpoint.part(_READOUT),
         failed_simulations=log.summary() if failures else None,
     )
 
