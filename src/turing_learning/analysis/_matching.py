@@ -27,6 +27,12 @@ WHOLE = 1.2
 TRUST = 0.7
 """Share of the samples at which the prediction is sure enough for draws."""
 
+SURE = 0.25
+"""Variance of a prediction, in units of that of the target, that is sure enough in any case."""
+
+TIGHT, TELLING = 0.5, 4.0
+"""Samples within so much (squared, in units of the noise of one) are too much alike to tell slopes; those within so much tell most."""
+
 LONGER = 2.5
 """By how much length scales of the fine fit may be longer than those of the broad one."""
 
@@ -156,7 +162,8 @@ def match(
        the covariance of both. Draws from this likelihood, uniform beforehand, follow every bend of it. Those of the canary test
        the fit; for the interval the canary is held at its middle, because its lack of effect is known.
     4. The samples nearest in judgment to the agents are chosen, and all is done again; at last with these alone, within what
-       the fit before, which knows samples from anywhere, does not rule out.
+       the fit before, which knows samples from anywhere, does not rule out. Where the nearest lie closer together than the noise
+       of one, half are taken from farther out, by how much they tell of slopes.
     5. The nearest of very many samples are too much alike to tell how judgments change with the parameters. If `farther`, as many
        are also taken evenly from farther out, twice, and the fit with the narrowest draws counts among those that pass the
        checks of `settled`.
@@ -191,7 +198,7 @@ def match(
     size = min(max(size, len(z) // 3), max(len(z) // 2, 250))
     near, logs, middle = _around(z, center, width), None, center
     for _ in range(ROUNDS):
-        broad, logs = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, FAR)
+        broad, logs = _fit(z, x, g, fold, near, recordings, averaged, logs, size, FAR)
         points = _sample(broad.log_likelihood, broad.points, draws, rng)
         before, middle = middle, np.median(points, axis=0)
         near = broad.remoteness(z)
@@ -201,7 +208,7 @@ def match(
     broadly = points
     fits: list[tuple[bool, float, int, _Local, np.ndarray, float, float]] = []
     for reach in reaches:
-        local, _ = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, 0.0, reach)
+        local, _ = _fit(z, x, g, fold, near, recordings, averaged, logs, size, 0.0, reach)
         local = replace(local, region=broad)
         if not np.isfinite(local.log_likelihood(local.points)).any():  # the two fits contradict each other
             local = broad
@@ -312,7 +319,7 @@ def _fit(
     x: np.ndarray,
     g: np.ndarray,
     fold: np.ndarray,
-    weights: np.ndarray,
+    near: np.ndarray,
     recordings: np.ndarray | None,
     averaged: int,
     logs: np.ndarray | None,
@@ -320,6 +327,7 @@ def _fit(
     far: float,
     reach: float = 0.0,
 ) -> tuple[_Local, np.ndarray]:
+    weights = _widened(near, size)
     broad = np.sqrt(weights)
     t, target_samples = np.zeros_like(z), np.zeros((len(g), z.shape[1]))
     for part in range(FOLDS):
@@ -329,10 +337,14 @@ def _fit(
         target_samples += ((g - middle) @ readout + offset) / FOLDS
     t, target_samples = t[:, :-1], target_samples[:, :-1]
     order = np.argsort(-weights, kind="stable")
-    few = round(size * (1 - far))
+    few, remote = round(size * (1 - far)), near[order] - near.min()
     if reach:
         inside = max(few, int((weights > reach * weights.max()).sum()))
         chosen = order[np.linspace(0, inside - 1, few).astype(int)]
+    elif not far and remote[min(few, len(remote)) - 1] < TIGHT:  # half of them by how much they tell of slopes
+        lever, half = np.cumsum(remote[remote < TELLING]), few // 2
+        spread = np.searchsorted(lever, lever[-1] * (np.arange(half) + 0.5) / half)
+        chosen = order[np.unique(np.r_[: min(half, len(order)), spread])]
     else:
         chosen = np.r_[order[:few], order[few :: max((len(order) - few) // max(size - few, 1), 1)]]
     z, t, weights = z[chosen], t[chosen], weights[chosen] / weights.max()
@@ -351,9 +363,10 @@ def _fit(
         misses = _left_out(emulator, z, (t - offset) @ whiten) @ np.linalg.inv(whiten)
     residual = (misses * weights[:, None]).T @ misses / weights.sum()
     target, covariance = _target(target_samples, residual, recordings, averaged)
-    trust = float(np.quantile(emulator.predict(z)[1].mean(axis=1), TRUST))
-    outputs = (t - offset) @ whiten
-    return _Local(emulator, z, outputs, trust, (target - offset) @ whiten, whiten.T @ covariance @ whiten), found
+    covariance = whiten.T @ covariance @ whiten
+    sure = SURE * float(np.trace(covariance)) / len(covariance)
+    trust = max(float(np.quantile(emulator.predict(z)[1].mean(axis=1), TRUST)), sure)
+    return _Local(emulator, z, (t - offset) @ whiten, trust, (target - offset) @ whiten, covariance), found
 
 
 def _linear(z: np.ndarray, t: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -73,8 +73,9 @@ def test_samples_of_one_trial_say_no_more_than_the_trial(alike):
     assert 0.2 < np.median(widths) < 0.35  # of the mean of 25 samples: 0.2
 
 
+@pytest.mark.parametrize("farther", [True, False])
 @pytest.mark.parametrize("seed", range(4))
-def test_many_samples_much_alike_leave_intervals_as_wide_as_the_genuine_samples_say(seed):
+def test_many_samples_much_alike_leave_intervals_as_wide_as_the_genuine_samples_say(seed, farther):
     """Three quarters of 4,500 samples lie within two standard errors of the truth, the others within one of a sample."""
     rng = np.random.default_rng([5, seed])
     reach = np.where(np.arange(4500) < 1100, 10.0 ** -rng.uniform(0, 1, 4500), 0.1)
@@ -87,7 +88,7 @@ def test_many_samples_much_alike_leave_intervals_as_wide_as_the_genuine_samples_
         high=HIGH[:2],
         start=TRUTH[:2],
         spread=np.full(2, 0.02),
-        farther=True,
+        farther=farther,
         rng=rng,
     )
     exact = 1.645 / np.sqrt(400)
