@@ -31,7 +31,7 @@ SURE = 0.25
 """Variance of a prediction, in units of that of the target, that is sure enough in any case."""
 
 TIGHT, TELLING = 0.5, 4.0
-"""Samples within so much (squared, in units of the noise of one) are too much alike to tell slopes; those within so much tell most."""
+"""Samples within so much (squared, in units of the noise of one) are too much alike to tell slopes; those up to so much do."""
 
 LONGER = 2.5
 """By how much length scales of the fine fit may be longer than those of the broad one."""

@@ -272,8 +272,11 @@ class Run:
     def result(self) -> Result:
         """What the completed generations have inferred; at least one must be completed."""
         if self._result is None or self._result.generations != self.completed:
-            origin = Origin(self.configuration, self.completed, memory=self)
-            if self.folder is not None:
+            if self.folder is None:
+                kept = self._traces if self.configuration.run.thin else self._arrays
+                memory = InMemory(kept, self._manifest, self._readout, self._dialogues)
+                origin = Origin(self.configuration, self.completed, memory=memory)
+            else:
                 origin = Origin.of(self.folder, self.configuration, self.completed)
             failures = self._source.failures
             self._result = summarize(
@@ -386,6 +389,7 @@ class Run:
         if folder is None:
             state = FINISHED if self.complete else STOPPED
             self._manifest |= {"state": state, "finished": now(), "seconds": self._seconds}
+            self._result = None  # a result of before has no dialogues
             return
         result = self.result
         with self.storage():
@@ -521,6 +525,16 @@ def layout_of(configuration: Configuration) -> histories.Layout:
 
 
 @dataclass(frozen=True, eq=False)
+class InMemory:
+    """What a result needs of a run without a folder; its loop and its samples are left to go."""
+
+    kept: "Mapping[str, np.ndarray] | histories.Traces"
+    manifest: dict[str, Any]
+    readout: dict[str, np.ndarray]
+    dialogues: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
 class Origin:
     """The run that a result belongs to: in its folder, or in memory."""
 
@@ -528,7 +542,7 @@ class Origin:
     completed: int  # generations
     path: Path | None = None
     begun: tuple[Any, Any] = (None, None)  # which run was in its folder, see `RunFolder.begun`
-    memory: Run | None = None  # the run, where it has no folder
+    memory: InMemory | None = None  # where it has no folder
     given: Given = field(default_factory=Given)  # of a custom system, in the process that had it
 
     @classmethod
@@ -557,7 +571,7 @@ class Origin:
         configuration, folder, completed = self.configuration, self.folder, self.completed
         kept: Mapping[str, np.ndarray] | histories.Traces | None = None
         if self.memory is not None:
-            kept = self.memory._traces if configuration.run.thin else self.memory._arrays
+            kept = self.memory.kept
         elif folder is not None and configuration.run.thin:
             kept = _traces_of(_stored_checkpoint(folder, configuration), folder, configuration)
             if kept.completed < completed:
@@ -582,7 +596,7 @@ class Origin:
     def draws(self) -> np.ndarray | None:
         """Return draws (D, P) of the matched estimate; None where there are none."""
         if self.memory is not None:
-            return self.memory._readout.get("draws")
+            return self.memory.readout.get("draws")
         assert self.folder is not None
         return _stored_checkpoint(self.folder, self.configuration).arrays.get(f"{_READOUT}draws")
 
@@ -600,7 +614,7 @@ class Origin:
 
         manifest, dialogues = {}, {}
         if self.memory is not None:
-            manifest, dialogues = self.memory._manifest, self.memory._dialogues
+            manifest, dialogues = self.memory.manifest, self.memory.dialogues
         elif folder := self.folder:
             manifest, dialogues = folder.manifest(), folder.find(DIALOGUES) or {}
         known, motion = {} if result.path is None else stored_check(result.path) or {}, self._motion(result)
