@@ -1,9 +1,9 @@
 """Runs of trials beside runs by generations, in cases that nothing was tuned on: ``python cases.py TRIALS FIRST LAST CASE...``.
 
-Cases: the families of examples/recovery.py, where the seed is also the number of the recording; scenarios by name; two-state and
-three-state, the random controller of curves.py whose number is the seed. Rows go to cases.csv; a run that has its rows is not
-repeated. ``python cases.py`` alone prints the median error beside that of the single runs by generations on the same recordings
-(docs/results/recovery-pools.csv).
+Cases: the families of examples/recovery.py, where the seed is also the number of the recording; own-system, the walkers of
+docs/own-system.md; scenarios by name; two-state and three-state, the random controller of curves.py whose number is the
+seed. Rows go to cases.csv; a run that has its rows is not repeated. ``python cases.py`` alone prints the median error beside
+that of the single runs by generations on the same recordings (docs/results/recovery-pools.csv).
 """
 
 import sys
@@ -36,6 +36,14 @@ FIELDS = (
     "verdict",
     "cpu_s",
 )
+WALKERS = {"speed": (0.0, 20.0), "turn_noise": (0.0, 3.0)}
+
+
+def walk(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return speed and turn (M, 50, 2) of walkers that differ in mean speed and in how much they turn (M, 2)."""
+    speed, turn_noise = parameters.T[:, :, None]
+    shape = (len(parameters), 50)
+    return np.stack([speed + rng.standard_normal(shape), turn_noise * rng.standard_normal(shape)], axis=-1)
 
 
 def run(case: str, trials: int, seed: int) -> list[dict[str, object]]:
@@ -50,6 +58,12 @@ def run(case: str, trials: int, seed: int) -> list[dict[str, object]]:
         )  # fmt: skip
         truth = known.truth
         widths = {name: one.high - one.low for name, one in known.family.parameters.items()}
+    elif case == "own-system":
+        genuine = walk(np.tile([6.0, 0.6], (100, 1)), np.random.default_rng([seed, 100]))
+        result = tl.infer(
+            genuine=genuine, simulate=walk, parameters=WALKERS, trials=trials, seed=seed, settings=settings
+        )
+        truth, widths = dict(zip(WALKERS, (6.0, 0.6), strict=True)), {"speed": 20.0, "turn_noise": 3.0}
     else:
         agents = curves.system(case if case in tl.swarm.SCENARIOS else f"{case}-{seed}")
         result = tl.infer(agents, trials=trials, seed=seed, settings=settings)
