@@ -30,8 +30,11 @@ TRUST = 0.7
 SURE = 0.25
 """Variance of a prediction, in units of that of the target, that is sure enough in any case."""
 
-TIGHT, TELLING = 0.5, 4.0
-"""Samples within so much (squared, in units of the noise of one) are too much alike to tell slopes; those up to so much do."""
+TIGHT = 0.5
+"""Squared distance in judgment, in units of the noise of one sample, within which samples are too much alike to tell slopes."""
+
+TELLING = 4.0
+"""Squared distance, in the same units, up to which samples are taken in place of half of those."""
 
 LONGER = 2.5
 """By how much length scales of the fine fit may be longer than those of the broad one."""

@@ -14,12 +14,10 @@ _SHRINKAGE = 0.05
 class Moments(NamedTuple):
     """What trained jurors say of S trials."""
 
-    values: (
-        np.ndarray
-    )  # (S, Q), output of each juror minus that for the genuine samples, decorrelated, with noise of variance 1
-    explained: (
-        np.ndarray
-    )  # (P,), share of each parameter's variance that a juror sees in a trial out of its fold; 0: nothing
+    #: (S, Q), output of each juror for a trial minus that for the genuine samples, decorrelated, with noise of variance 1
+    values: np.ndarray
+    #: (P,), share of the variance of each parameter that a juror sees in a single trial, out of its fold; 0 or less: nothing
+    explained: np.ndarray
 
 
 def train_moments(
