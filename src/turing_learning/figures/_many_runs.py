@@ -20,7 +20,6 @@ from ._style import (
     THIN,
     add_legend,
     draw_line,
-    label,
     logarithmic,
     note,
     one_panel,
@@ -96,8 +95,8 @@ def box_panels_figure(
         if known:
             places, look = np.arange(1, len(known) + 1), dict[str, Any](color=INK, linewidth=1.1, linestyle=DASHED)
             axes.hlines(known, places - 0.42, places + 0.42, label="true value", zorder=3, **look)
-        label(axes, what if axes is panels.axes[0] else "", "Parameter")
         limits.append(_focus(axes, values, known))
+    panels.label(what, "Parameter")
     lows, highs = zip(*limits, strict=True)
     panels.axes[0].set_ylim(min(lows), max(highs))
     return panels.with_legend(ncols=1)
@@ -121,20 +120,20 @@ def error_box_figure(
 ) -> "Figure":
     """Draw groups of errors (R,) as boxes on a logarithmic axis, as in figure 14b of the paper; the least is drawn at 1e-6."""
     groups = [np.maximum(group, SMALLEST) for group in errors]
-    figure, axes = one_panel(min(12.0, max(3.6, 1.1 * len(names) + 1.4)), 3.4)
+    panels, axes = one_panel(min(12.0, max(3.6, 1.1 * len(names) + 1.4)), 3.4)
     _draw_boxes(axes, groups, names=names)
     logarithmic(axes, *groups)
     if len(names) > MOST_LEVEL_LABELS:
         axes.tick_params(axis="x", rotation=60)
-    label(axes, what, where)
-    return figure
+    panels.label(what, where)
+    return panels.figure
 
 
 def error_groups_figure(groups: Mapping[str, np.ndarray], *, names: Sequence[str]) -> "Figure":
     """Draw errors (R, P) of several kinds of runs as boxes, side by side for each of P names, on a logarithmic axis."""
     from matplotlib.patches import Patch
 
-    figure, axes = one_panel(max(5.2, 0.45 * len(names) * len(groups) + 1.4), 3.3)
+    panels, axes = one_panel(max(5.2, 0.45 * len(names) * len(groups) + 1.4), 3.3)
     width, handles = len(groups) + 1, []
     for k, (kind, errors) in enumerate(groups.items()):
         color = series(k)["color"]
@@ -143,9 +142,9 @@ def error_groups_figure(groups: Mapping[str, np.ndarray], *, names: Sequence[str
         handles.append(Patch(edgecolor=color, facecolor="none", label=kind))
     axes.set_xticks([width * p + (len(groups) - 1) / 2 for p in range(len(names))], list(names))
     logarithmic(axes, *groups.values())
-    label(axes, "Absolute error, share of range", "Parameter")
-    add_legend(figure, handles=handles, loc="outside upper left", ncols=len(groups))
-    return figure
+    panels.label("Absolute error, share of range", "Parameter")
+    add_legend(panels.figure, handles=handles, loc="outside upper left", ncols=len(groups))
+    return panels.figure
 
 
 def dispersion_figure(agents: np.ndarray, models: np.ndarray, *, least: float, gathered: str) -> "Figure":
@@ -154,7 +153,7 @@ def dispersion_figure(agents: np.ndarray, models: np.ndarray, *, least: float, g
     The least possible dispersion is dashed. Values above four times the agents' largest are left out, and counted.
     As in figure 6 of the paper.
     """
-    figure, axes = one_panel(7.2, 3.2)
+    panels, axes = one_panel(7.2, 3.2)
     numbers = range(1, len(models) + 1)
     _draw_boxes(axes, [agents], positions=[0], color=INK, facecolor="#c9ced4", hatch="////")
     _draw_boxes(axes, list(models), positions=numbers, facecolor="white")
@@ -168,9 +167,8 @@ def dispersion_figure(agents: np.ndarray, models: np.ndarray, *, least: float, g
     axes.set_ylim(bottom - margin, top + margin)
     if beyond := int(np.count_nonzero(values > top)):
         note(axes, f"{beyond} trials beyond")
-    label(axes, f"Dispersion of the {gathered}", "Model")
-    add_legend(figure, loc="outside upper left")
-    return figure
+    panels.label(f"Dispersion of the {gathered}", "Model")
+    return panels.with_legend()
 
 
 def _draw_boxes(
@@ -195,38 +193,24 @@ def _draw_boxes(
 
 
 def convergence_figure(
-    medians: np.ndarray,
+    medians: Sequence[np.ndarray],
     *,
     names: Sequence[str],
+    titles: Sequence[str] = ("",),
     truth: Sequence[float] | np.ndarray | None = None,
     trials: np.ndarray | None = None,
 ) -> "Figure":
     """Draw medians over the runs (G, P), of runs of trials over those spent (G,), as in figure 5 of the paper.
 
-    True values are thin and dashed.
+    Several kinds of runs are side by side on one scale, as in figure 19. True values are thin and dashed.
     """
-    return convergence_panels_figure([medians], titles=[""], names=names, truth=truth, trials=trials, size=(6.4, 3.4))
-
-
-def convergence_panels_figure(
-    medians: Sequence[np.ndarray],
-    *,
-    titles: Sequence[str],
-    names: Sequence[str],
-    truth: Sequence[float] | np.ndarray | None,
-    trials: np.ndarray | None = None,
-    size: tuple[float, float] = (7.4, 3.3),
-) -> "Figure":
-    """Draw `convergence_figure` for several kinds of runs, side by side on one scale: figure 19 of the paper."""
-    panels = row_of_panels(titles, *size, loc="center", fontsize=9.5)
+    panels = row_of_panels(titles, *((6.4, 3.4) if len(titles) == 1 else (7.4, 3.3)), loc="center", fontsize=9.5)
     for axes, values in zip(panels.axes, medians, strict=True):
         for k, name in enumerate(names):
             draw_line(axes, values[:, k], trials, linewidth=1.3, label=name, **series(k))
             if truth is not None:
                 axes.axhline(truth[k], color=series(k)["color"], **THIN)
-        over_generations(axes, len(values), trials)
-        what = "Median over the runs" if axes is panels.axes[0] else ""
-        label(axes, what, "Generation" if trials is None else "Trials")
+        over_generations(axes, "Median over the runs" if axes is panels.axes[0] else "", len(values), trials)
     return panels.with_legend(ncols=min(len(names), 6))
 
 
@@ -236,9 +220,8 @@ def error_panels_figure(errors: Sequence[Mapping[str, np.ndarray]], *, titles: S
     for axes, curves in zip(panels.axes, errors, strict=True):
         for name, style in ERRORS.items():
             axes.plot(curves[name], label=name, linewidth=1.4, **style)
-            over_generations(axes, len(curves[name]))
+        over_generations(axes, "Mean absolute error" if axes is panels.axes[0] else "", len(curves[name]))
         axes.set_ylim(bottom=0)
-        label(axes, "Mean absolute error" if axes is panels.axes[0] else "")
     return panels.with_legend(ncols=3)
 
 
@@ -249,7 +232,7 @@ def error_histogram_figure(maes: np.ndarray, *, limits: tuple[float, float]) -> 
     As in figure 14a of the paper.
     """
     end = min(3 * limits[1], max(1.1 * limits[0], 1.02 * float(maes.max())))
-    figure, axes = one_panel(5.2, 3.1)
+    panels, axes = one_panel(5.2, 3.1)
     edges = np.linspace(0, end, 31)
     axes.hist(np.minimum(maes, end), bins=edges.tolist(), color=SKY, edgecolor=BLUE, linewidth=0.7)
     axes.locator_params(axis="y", integer=True)
@@ -257,8 +240,8 @@ def error_histogram_figure(maes: np.ndarray, *, limits: tuple[float, float]) -> 
         axes.axvline(limit, color=INK, linewidth=0.9, linestyle=DASHED)
     if beyond := int(np.count_nonzero(maes > end)):
         note(axes, f"{beyond} beyond {end:g}")
-    label(axes, "Number of runs", "Mean absolute error")
-    return figure
+    panels.label("Number of runs", "Mean absolute error")
+    return panels.figure
 
 
 def prediction_figure(
@@ -267,7 +250,7 @@ def prediction_figure(
     """Draw median and quartiles of what many runs have inferred (R, P) beside what theory predicts and beside the truth."""
     low, middle, high = np.quantile(values, (0.25, 0.5, 0.75), axis=0)
     places = np.arange(len(names))
-    figure, axes = one_panel(max(4.2, 0.8 * len(names) + 1.4), 3.2)
+    panels, axes = one_panel(max(4.2, 0.8 * len(names) + 1.4), 3.2)
     axes.hlines(truth, places - 0.36, places + 0.36, color=INK, linewidth=1.1, linestyle=DASHED, label="true value")
     axes.plot(places - 0.14, predicted, "D", color=ORANGE, markersize=6, markerfacecolor="none", label="predicted")
     axes.errorbar(
@@ -275,9 +258,8 @@ def prediction_figure(
         fmt="o", color=BLUE, ecolor=SKY, markersize=5, capsize=3, label="inferred: median, quartiles",
     )  # fmt: skip
     axes.set_xticks(places, names, parse_math=False)
-    label(axes, "Value of the parameter", "Parameter")
-    add_legend(figure, loc="outside upper left", ncols=3)
-    return figure
+    panels.label("Value of the parameter", "Parameter")
+    return panels.with_legend(ncols=3)
 
 
 def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) -> "Figure":
@@ -298,7 +280,7 @@ def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) 
             axes.plot(sorted(errors), medians, marker=marker, markersize=5.5, linewidth=1.3, label=name, **look)
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.0f}"))
-        label(axes, "Mean absolute error" if axes is row.axes[0] else "", "Trials")
+    row.label("Mean absolute error", "Trials")
     everything = (runs for methods in panels.values() for errors in methods.values() for runs in errors.values())
     logarithmic(row.axes[0], *everything)
     return row.with_legend(loc="center")
@@ -322,6 +304,6 @@ def dynamic_outputs_figure(
         axes.plot([], [], color=MUTED, linewidth=1.0, linestyle=DASHED, label="agents")
         axes.axvspan(0, 0, color=RULE, alpha=0.6, linewidth=0, label="I = 1")
         axes.set_xlim(0.5, len(steps) + 0.5)
-        label(axes, "Output" if axes is panels.axes[0] else "", "Time step")
+    panels.label("Output", "Time step")
     panels.axes[0].set_ylim(-1.1, 1.1)
     return panels.with_legend(ncols=4)

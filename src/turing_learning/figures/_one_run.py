@@ -22,17 +22,14 @@ from ._style import (
     RULE,
     SKY,
     Panels,
-    add_legend,
     draw_line,
     grid_of_panels,
-    label,
     logarithmic,
     new_figure,
     note,
     one_panel,
     over_generations,
     prepare_axes,
-    row_of_panels,
     series,
 )
 
@@ -61,11 +58,11 @@ def parameters_figure(
     A panel spans the central 99 % of its values and the truth; where that hides excursions, it names the full range.
     Figure 5 of the paper shows the same quantities for 30 runs.
     """
-    panels, (name, step) = panels or grid_of_panels(names, 2.15, sharex=True), _words(trials)
+    panels = panels or grid_of_panels(names, 2.15, sharex=True)
     for k, axes in enumerate(panels.axes):
         best, typical = best_models[:, k], typical_models[:, k]
         draw_line(axes, best, trials, color=SKY, linewidth=0.6, alpha=0.9, label="best model")
-        draw_line(axes, typical, trials, color=BLUE, linewidth=1.2, label=name)
+        draw_line(axes, typical, trials, color=BLUE, linewidth=1.2, label=_typical(trials))
         values = np.concatenate([best, typical])
         limits = np.percentile(values, CENTRAL)
         if truth is not None:
@@ -77,29 +74,26 @@ def parameters_figure(
         if values.min() < low - margin or values.max() > high + margin:
             text = f"whole range {values.min():.3g} to {values.max():.3g}"
             note(axes, text.replace("-", "\N{MINUS SIGN}"), height=1.03)
-        over_generations(axes, len(best), trials)
-        below = k + panels.columns >= len(panels.axes)
-        axes.tick_params(labelbottom=below)
-        label(axes, "", step if below else "")
+        over_generations(axes, "", len(best), trials)
+        if k + panels.columns < len(panels.axes):  # another panel is below
+            axes.tick_params(labelbottom=False)
+            axes.set_xlabel("")
     return panels.with_legend(ncols=3)
 
 
-def _words(trials: np.ndarray | None) -> tuple[str, str]:
-    """Return what the typical model is called, and the horizontal axis."""
-    return ("median of the better half", "Generation") if trials is None else ("estimate so far", "Trials")
+def _typical(trials: np.ndarray | None) -> str:
+    """Return what the typical model is called."""
+    return "median of the better half" if trials is None else "estimate so far"
 
 
 def error_figure(mae_best: np.ndarray, mae_typical: np.ndarray, *, trials: np.ndarray | None = None) -> "Figure":
     """Draw the mean absolute errors (G,) of the best and of the typical model on a logarithmic axis."""
-    figure, axes = one_panel(5.2, 3.1)
-    name, step = _words(trials)
+    panels, axes = one_panel(5.2, 3.1)
     draw_line(axes, mae_best, trials, color=SKY, linewidth=0.7, label="best model")
-    draw_line(axes, mae_typical, trials, color=BLUE, linewidth=1.2, label=name)
+    draw_line(axes, mae_typical, trials, color=BLUE, linewidth=1.2, label=_typical(trials))
     logarithmic(axes, mae_best, mae_typical)
-    over_generations(axes, len(mae_best), trials)
-    label(axes, "Mean absolute error", step)
-    add_legend(figure, loc="outside upper left", ncols=2)
-    return figure
+    over_generations(axes, "Mean absolute error", len(mae_best), trials)
+    return panels.with_legend(ncols=2)
 
 
 def fitness_figure(
@@ -114,7 +108,7 @@ def fitness_figure(
 
     Generations in which selection stopped, (G,) bool, are shaded.
     """
-    panels = panels or row_of_panels([""], 5.2, 3.1)
+    panels = panels or one_panel(5.2, 3.1)[0]
     (axes,) = panels.axes
     edges = np.flatnonzero(np.diff(np.asarray(stopped, dtype=bool), prepend=False, append=False))
     for number, (start, stop) in enumerate(edges.reshape(-1, 2)):
@@ -131,8 +125,7 @@ def fitness_figure(
         over = starts if trials is None else trials[starts]
         axes.fill_between(over, low, high, color=color, alpha=0.22, linewidth=0)
         draw_line(axes, middle, trials, color=color, linewidth=1.2, linestyle=line, label=name)
-    over_generations(axes, len(model_fitness), trials)
-    label(axes, "Fitness (median, quartiles)", _words(trials)[1])
+    over_generations(axes, "Fitness (median, quartiles)", len(model_fitness), trials)
     return panels.with_legend(ncols=3)
 
 
@@ -140,18 +133,16 @@ def step_sizes_figure(
     model_step_sizes: np.ndarray, classifier_step_sizes: np.ndarray, *, names: Sequence[str]
 ) -> "Figure":
     """Draw the step sizes of each parameter (G, P) and of the classifiers (G,) on a logarithmic axis."""
-    figure, axes = one_panel(5.2, 3.1)
+    panels, axes = one_panel(5.2, 3.1)
     for k, name in enumerate(names):
         # A legend reads dollar signs as formulas and skips names with a leading underscore.
         plain = ("\u200b" if name.startswith("_") else "") + name.replace("$", r"\$")
         draw_line(axes, model_step_sizes[:, k], linewidth=1.1, label=plain, **series(k))
     draw_line(axes, classifier_step_sizes, color=INK, linewidth=1.8, label="classifiers")
     logarithmic(axes, model_step_sizes, classifier_step_sizes)
-    over_generations(axes, len(model_step_sizes))
-    label(axes, "Step size (median)")
+    over_generations(axes, "Step size (median)", len(model_step_sizes))
     longest = max(map(len, (*names, "classifiers")))
-    add_legend(figure, loc="outside upper left", ncols=max(1, min(5, WIDTH_OF_NAMES // (longest + 4))))
-    return figure
+    return panels.with_legend(ncols=max(1, min(5, WIDTH_OF_NAMES // (longest + 4))))
 
 
 def dialogues_figure(
@@ -198,7 +189,7 @@ def accuracy_figure(
     """
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-    figure, axes = one_panel(5.2, 3.3)
+    panels, axes = one_panel(5.2, 3.3)
     for values, name, color, marker, dashes in (
         (jury, "best with archive (objective)", GREEN, "^", ":"),
         (objective, "best classifier (objective)", BLUE, "s", "-"),
@@ -218,9 +209,8 @@ def accuracy_figure(
     axes.set_xlim(-0.2, last)
     ends = [values.mean(axis=0) + sign * values.std(axis=0) for values in (objective, subjective) for sign in (-1, 1)]
     axes.set_ylim(min(0.5, 100 * np.min(ends) // 5 / 20), max(1.0, np.max(ends)) + 0.01)
-    label(axes, "Decision accuracy")
-    add_legend(figure, loc="outside upper left", ncols=2)
-    return figure
+    panels.label("Decision accuracy", "Generation")
+    return panels.with_legend(ncols=2)
 
 
 def quantities_figure(
@@ -231,11 +221,11 @@ def quantities_figure(
     `distributions` holds name -> edges of bins (B + 1,), shares of genuine and of simulated values in them (B,).
     """
     panels = panels or grid_of_panels(list(distributions), 2.1)
-    for k, (axes, (edges, genuine, simulated)) in enumerate(zip(panels.axes, distributions.values(), strict=True)):
+    for axes, (edges, genuine, simulated) in zip(panels.axes, distributions.values(), strict=True):
         axes.stairs(genuine, edges, fill=True, color=SKY, alpha=0.45, label="genuine")
         axes.stairs(simulated, edges, color=ORANGE, linewidth=1.3, label="simulated at the estimate")
         axes.set_ylim(bottom=0)
-        label(axes, "" if k % panels.columns else "Share", "")
+    panels.label("Share", "")
     return panels.with_legend(ncols=2)
 
 
@@ -256,7 +246,7 @@ class ParameterProfile:
 def profiles_figure(profiles: Sequence[ParameterProfile]) -> "Figure":
     """Draw how well fresh classifiers tell genuine samples from models in which one parameter is moved, one panel each."""
     panels = grid_of_panels([each.name for each in profiles], 2.1)
-    for k, (axes, each) in enumerate(zip(panels.axes, profiles, strict=True)):
+    for axes, each in zip(panels.axes, profiles, strict=True):
         if each.interval is not None:
             axes.axvspan(*each.interval, color=MUTED, alpha=0.22, linewidth=0, label="interval")
         axes.axvline(each.estimate, color=INK, linewidth=1.0, label="estimate")
@@ -269,7 +259,7 @@ def profiles_figure(profiles: Sequence[ParameterProfile]) -> "Figure":
         axes.set_ylim(min(0.38, float(each.accuracies.min()) - 0.03), 1.02)
         if each.logarithmic:
             axes.set_xscale("log")
-        label(axes, "" if k % panels.columns else "Accuracy", "")
+    panels.label("Accuracy", "")
     return panels.with_legend()
 
 
@@ -302,8 +292,7 @@ def timeline_figure(
     """
     alike = len(names) == len(windows) == len(scores) == len(abnormal) > 0
     require(alike, "names", "be one name for each of the individuals, at least one", len(names))
-    panels = row_of_panels([""], 8.4, 0.34 * min(len(names), MOST_NAMES) + 1.1)
-    (axes,) = panels.axes
+    panels, axes = one_panel(8.4, 0.34 * min(len(names), MOST_NAMES) + 1.1)
     axes.grid(visible=False)
     for row, (spans, values, bad) in enumerate(zip(windows, scores, abnormal, strict=True)):
         spans = array("windows", spans, "W 2")
@@ -319,7 +308,7 @@ def timeline_figure(
     axes.set_xlim(0, limit)
     axes.set_ylim(len(names) - 0.5, -0.6)
     axes.set_yticks(np.arange(len(names)), [str(name) for name in names], color=INK, parse_math=False)
-    label(axes, "", "Time (s)")
+    panels.label("", "Time (s)")
     return panels.with_legend(ncols=2)
 
 

@@ -50,6 +50,11 @@ class Panels:
     columns: int
     given: bool = False
 
+    def label(self, y: str, x: str) -> None:
+        """Label all panels, the vertical axes of those in the first column alone."""
+        for k, axes in enumerate(self.axes):
+            label(axes, "" if k % self.columns else y, x)
+
     def with_legend(self, *, ncols: int | None = None, loc: str = "left") -> "Figure":
         """Add one legend, above a new figure or in the first of the given axes, in which each name stands once."""
         found: dict[str, Any] = {}
@@ -71,10 +76,10 @@ def new_figure(width: float, height: float) -> "Figure":
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def one_panel(width: float, height: float) -> "tuple[Figure, Axes]":
-    """Return a figure with one panel."""
+def one_panel(width: float, height: float) -> "tuple[Panels, Axes]":
+    """Return the panel of a new figure, and its axes."""
     panels = row_of_panels([""], width, height)
-    return panels.figure, panels.axes[0]
+    return panels, panels.axes[0]
 
 
 def row_of_panels(titles: Sequence[str], width: float, height: float, *, sharey: bool = True, **look: Any) -> Panels:
@@ -116,7 +121,7 @@ def prepare_axes(axes: "Axes") -> None:
     axes.set_axisbelow(True)
 
 
-def label(axes: "Axes", y: str, x: str = "Generation") -> None:
+def label(axes: "Axes", y: str, x: str) -> None:
     """Label both axes; an empty text leaves an axis without label."""
     axes.set_xlabel(x, color=INK, fontsize=9.5)
     axes.set_ylabel(y, color=INK, fontsize=9.5)
@@ -127,8 +132,12 @@ def note(axes: "Axes", text: str, *, height: float = 1.02) -> None:
     axes.text(1, height, text, transform=axes.transAxes, ha="right", va="bottom", fontsize=7.5, color=MUTED)
 
 
-def over_generations(axes: "Axes", generations: int, trials: np.ndarray | None = None) -> None:
-    """Let the horizontal axis run from 0 to the number of generations, or to the last of the trials, with integers as ticks."""
+def over_generations(axes: "Axes", y: str, generations: int, trials: np.ndarray | None = None) -> None:
+    """Let the horizontal axis run from 0 to the number of generations, or to the last of the trials, with integers as ticks.
+
+    Label both axes.
+    """
+    label(axes, y, "Generation" if trials is None else "Trials")
     from matplotlib.ticker import MaxNLocator
 
     axes.set_xlim(0, generations if trials is None else trials[-1])

@@ -130,7 +130,7 @@ def draw_paths(
         axes.axis("on")
         axes.grid(visible=False)
         axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room))
-        label(axes, "y (cm)" if axes is panels.axes[0] else "", "x (cm)")
+    panels.label("y (cm)", "x (cm)")
 
 
 def gathering_figure(

@@ -15,7 +15,7 @@ from string import Template
 
 import numpy as np
 
-from turing_learning._files import whole
+from turing_learning._files import write_atomically
 from turing_learning.analysis import Verdict
 from turing_learning.figures import Picture
 
@@ -71,21 +71,27 @@ class Report:
 
 def report_page(report: Report) -> str:
     """Return one HTML page that works offline: its Content-Security-Policy forbids it to load anything."""
+    facts = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in report.facts)
+    coded = {escape(name): base64.b64encode(text.encode()).decode() for name, text in report.data.items()}
+    links = (f'<a download="{name}" href="data:text/csv;base64,{text}">{name}</a>' for name, text in coded.items())
+    steps = "".join(f"<li>{escape(why)}<pre><code>{escape(command)}</code></pre></li>" for command, why in report.steps)
     code = f"<pre><code>{escape(report.configuration)}</code></pre>"
+    rows = (f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>' for name, value in report.manifest)
+    manifest = '<table class="facts"><tbody>' + "\n".join(rows) + "</tbody></table>"
     sections = [
-        _verdict(report.verdicts),
-        _facts(report.facts),
+        _verdict(report.verdicts) if report.verdicts else "",
+        f'<dl class="top">{facts}</dl>' if report.facts else "",
         *(_listing(each) for each in report.listings if not each.folded),
-        _downloads(report.data),
+        f'<p class="note">Data: {", ".join(links)}</p>' if report.data else "",
         f'<p class="health warning" role="note">{escape(report.warning)}</p>' if report.warning else "",
         _asset("_reading.html") if report.verdicts else "",
         "" if report.check is None else _listing(report.check) + _figures(report.check_figures),
-        _steps(report.steps),
+        _section("next", "Next steps", f"<ul>{steps}</ul>") if report.steps else "",
         _replay(report.replay) if report.replay is not None else "",
         _section("figures", "Figures", _figures(report.figures)) if report.figures else "",
         *(_listing(each) for each in report.listings if each.folded),
         _folded("configuration", "Configuration", code) if report.configuration else "",
-        _manifest(report.manifest),
+        _folded("manifest", "Manifest", _scroll("Manifest", manifest)) if report.manifest else "",
     ]
     return _page(report.title, report.summary, sections, report.replay)
 
@@ -135,16 +141,14 @@ def write_page(page: str, path: str | Path) -> Path:
     OSError
         If the file cannot be written.
     """
-    path = Path(path)
-    with whole(path) as temporary:
-        temporary.write_text(page, encoding="utf-8", errors="xmlcharrefreplace")
-    return path
+    write_atomically(Path(path), page.encode("utf-8", "xmlcharrefreplace"))
+    return Path(path)
 
 
-def is_page(path: Path) -> bool:
-    """Return whether a file is a page that has been written here."""
+def is_page(path: Path, mark: str = f'<meta name="generator" content="{GENERATOR}">') -> bool:
+    """Return whether a file is a page that has been written here, by what stands near its beginning."""
     with path.open("rb") as file:
-        return f'<meta name="generator" content="{GENERATOR}">'.encode() in file.read(HEAD)
+        return mark.encode() in file.read(HEAD)
 
 
 @cache
@@ -154,31 +158,11 @@ def _asset(name: str) -> str:
 
 def _verdict(verdicts: tuple[Verdict, ...]) -> str:
     """Return whether to believe the result, as a banner."""
-    if not verdicts:
-        return ""
     first, *others = verdicts
     look = {"converged": "good", "model rejected": "bad"}.get(first, "warning")
     also = f" Also: {escape(', '.join(others))}." if others else ""
     meaning = re.sub("`(.*?)`", r"<code>\1</code>", escape(first.meaning))
     return f'<p class="judged {look}" id="verdict"><b>{escape(first)}</b> <span>{meaning}{also}</span></p>'
-
-
-def _facts(facts: Sequence[tuple[str, str]]) -> str:
-    entries = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts)
-    return f'<dl class="top">{entries}</dl>' if facts else ""
-
-
-def _downloads(data: Mapping[str, str]) -> str:
-    links = (
-        f'<a download="{escape(name)}" href="data:text/csv;base64,{base64.b64encode(text.encode()).decode()}">{escape(name)}</a>'
-        for name, text in data.items()
-    )
-    return f'<p class="note">Data: {", ".join(links)}</p>' if data else ""
-
-
-def _steps(steps: Sequence[tuple[str, str]]) -> str:
-    rows = "".join(f"<li>{escape(why)}<pre><code>{escape(command)}</code></pre></li>" for command, why in steps)
-    return _section("next", "Next steps", f"<ul>{rows}</ul>") if steps else ""
 
 
 def _page(title: str, summary: str, sections: list[str], replay: Replay | None) -> str:
@@ -246,12 +230,6 @@ def _figures(figures: Iterable[Picture]) -> str:
     return f'<div class="figures">{markup}</div>'
 
 
-def _manifest(manifest: Sequence[tuple[str, str]]) -> str:
-    rows = [f'<tr><th scope="row">{escape(name)}</th><td>{escape(str(value))}</td></tr>' for name, value in manifest]
-    table = '<table class="facts"><tbody>' + "\n".join(rows) + "</tbody></table>"
-    return _folded("manifest", "Manifest", _scroll("Manifest", table)) if rows else ""
-
-
 def _replay(replay: Replay, heading: bool = True) -> str:
     stages = ""
     for swarm in replay.swarms:
@@ -282,16 +260,11 @@ def _embed(replay: Replay) -> str:
     """Return a replay as JSON; poses as integers of 16 bits, shares of the view and of a turn."""
     (left, bottom, right, top), swarms = replay.view_cm, []
     for swarm in replay.swarms:
-        x, y, turns = (swarm.poses / (1, 1, 2 * np.pi)).transpose(2, 0, 1)
-        parts = ((x - left) / (right - left), (y - bottom) / (top - bottom), turns - np.floor(turns))
-        steps = np.rint(np.stack(parts, axis=-1) * STEPS).astype("<u2")
-        poses = base64.b64encode(steps.tobytes()).decode("ascii")
-        who = {
-            "robots": swarm.robots,
-            "bodies": swarm.poses.shape[1],
-            "replicas": swarm.is_replica.astype(int).tolist(),
-        }
-        swarms.append(who | {"poses": poses})
+        shares = (swarm.poses - (left, bottom, 0)) / (right - left, top - bottom, 2 * np.pi)
+        shares[..., 2] %= 1
+        who = {"robots": swarm.robots, "bodies": shares.shape[1], "replicas": swarm.is_replica.astype(int).tolist()}
+        steps = np.rint(shares * STEPS).astype("<u2").tobytes()
+        swarms.append(who | {"poses": base64.b64encode(steps).decode()})
     data = {
         "interval": replay.interval_s,
         "frames": replay.frames,

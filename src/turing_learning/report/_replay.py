@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from turing_learning._files import whole
 from turing_learning.arrays import array
 from turing_learning.errors import integer, number, optional, require
+from turing_learning.figures._style import BLUE, INK, ORANGE, RULE
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -20,9 +21,7 @@ if TYPE_CHECKING:
 MARGIN = 0.04  # of the longer side, around everything that moves
 NARROWEST = 0.6  # shorter side of the view, relative to the longer one
 
-PAPER, INK, MUTED, RULE = "#ffffff", "#1f2933", "#5f6a75", "#d5dae0"
-BLUE, ORANGE, GREEN = "#0072b2", "#d55e00", "#4dbb9d"
-PALE_BLUE, PALE_ORANGE = "#b3d4e8", "#f2cfb3"
+PAPER, MUTED, GREEN, PALE_BLUE, PALE_ORANGE = "#ffffff", "#5f6a75", "#4dbb9d", "#b3d4e8", "#f2cfb3"
 
 PANEL = 480  # pixels, width of one swarm
 HEAD = 30  # pixels, height of the line above it
@@ -132,9 +131,8 @@ class Replay:
         sides = high - low
         wanted = np.maximum(sides, NARROWEST * sides.max()) + 2 * MARGIN * sides.max()
         center = (low + high) / 2
-        left, bottom = center - wanted / 2
-        right, top = center + wanted / 2
-        return float(left), float(bottom), float(right), float(top)
+        left, bottom, right, top = np.concatenate((center - wanted / 2, center + wanted / 2)).tolist()
+        return left, bottom, right, top
 
 
 def write_gif(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_per_second: int = 20) -> Path:
@@ -161,13 +159,12 @@ def write_gif(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_pe
     number("speed", speed, above=0)
     integer("frames_per_second", frames_per_second, 1, 50)
     pictures = _pictures(replay, speed, frames_per_second)
-    palette = next(pictures).quantize(64)
-    indexed = (
-        picture.quantize(palette=palette, dither=Dither.NONE) for picture in _pictures(replay, speed, frames_per_second)
-    )
-    first, milliseconds = next(indexed), 10 * round(100 / frames_per_second)
+    opening = next(pictures)
+    how: dict[str, Any] = {"palette": opening.quantize(64), "dither": Dither.NONE}
+    first, others = opening.quantize(**how), (picture.quantize(**how) for picture in pictures)
+    milliseconds = 10 * round(100 / frames_per_second)
     with whole(Path(path)) as temporary:
-        first.save(temporary, format="GIF", save_all=True, append_images=indexed, duration=milliseconds, loop=0)
+        first.save(temporary, format="GIF", save_all=True, append_images=others, duration=milliseconds, loop=0)
     return Path(path)
 
 
@@ -214,27 +211,23 @@ def _size(replay: Replay) -> tuple[int, int]:
 
 
 def _pictures(replay: Replay, speed: float, frames_per_second: int) -> Iterator["Image"]:
-    count = int(replay.duration_s / speed * frames_per_second + 1e-9) + 1
-    for k in range(count):
-        yield _picture(replay, k * speed / frames_per_second)
-
-
-def _picture(replay: Replay, time_s: float) -> "Image":
     from PIL import Image, ImageDraw, ImageFont
 
-    width, height = _size(replay)
-    canvas = Image.new("RGB", (FINE * width, FINE * height), PAPER)
-    for k, swarm in enumerate(replay.swarms):
-        panel = Image.new("RGB", (FINE * PANEL, FINE * (height - HEAD - GAP)), PAPER)
-        _draw_swarm(ImageDraw.Draw(panel), panel.size, replay, swarm, time_s)
-        canvas.paste(panel, (FINE * (GAP + k * (PANEL + GAP)), FINE * HEAD))
-    picture = canvas.resize((width, height), Image.Resampling.BOX)
-    pen, font = ImageDraw.Draw(picture), ImageFont.load_default(14)
-    for k, swarm in enumerate(replay.swarms):
-        pen.text((GAP + k * (PANEL + GAP), HEAD / 2), swarm.label, fill=INK, font=font, anchor="lm")
-    right = len(replay.swarms) * (PANEL + GAP)
-    pen.text((right, HEAD / 2), f"{time_s:.1f} s", fill=MUTED, font=font, anchor="rm")
-    return picture
+    (width, height), font = _size(replay), ImageFont.load_default(14)
+    places = [GAP + k * (PANEL + GAP) for k in range(len(replay.swarms))]
+    for step in range(int(replay.duration_s / speed * frames_per_second + 1e-9) + 1):
+        time_s = step * speed / frames_per_second
+        canvas = Image.new("RGB", (FINE * width, FINE * height), PAPER)
+        for left, swarm in zip(places, replay.swarms, strict=True):
+            panel = Image.new("RGB", (FINE * PANEL, FINE * (height - HEAD - GAP)), PAPER)
+            _draw_swarm(ImageDraw.Draw(panel), panel.size, replay, swarm, time_s)
+            canvas.paste(panel, (FINE * left, FINE * HEAD))
+        picture = canvas.resize((width, height), Image.Resampling.BOX)
+        pen = ImageDraw.Draw(picture)
+        for left, swarm in zip(places, replay.swarms, strict=True):
+            pen.text((left, HEAD / 2), swarm.label, fill=INK, font=font, anchor="lm")
+        pen.text((places[-1] + PANEL, HEAD / 2), f"{time_s:.1f} s", fill=MUTED, font=font, anchor="rm")
+        yield picture
 
 
 def poses_at(replay: Replay, swarm: Swarm, time_s: float) -> np.ndarray:

@@ -5,6 +5,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from pydantic import TypeAdapter, ValidationError
 from turing_learning._files import in_home, write_atomically, write_json
 from turing_learning.errors import refuse, require
 from turing_learning.figures import save_figure
+from turing_learning.report._page import is_page
 from turing_learning.results._folder import new_manifest, refuse_target
 from turing_learning.store import LOCK, SEALS, RunFolderError, Store, refuse_format
 
@@ -123,7 +125,6 @@ class ExperimentFolder:
 
 NOT_RUN = "not run yet"
 MADE = "This page is made from the folders of the experiments:"  # by which the page of all claims is known
-HEAD = 2048  # bytes of a page, within which it says so
 SECTIONS = ("3.2", "4.", "5-")  # of the paper, whose claims the page of all claims holds
 
 
@@ -210,12 +211,7 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
 
 def refuse_page_path(path: Path, *, force: bool, name: str = "path") -> None:
     """Raise ConfigurationError unless the page of all claims may be written to a path, by the name of what says so."""
-
-    def is_page(path: Path) -> bool:
-        with path.open("rb") as file:
-            return MADE.encode() in file.read(HEAD)
-
-    refuse_target(path, name=name, suffixes=(".md",), force=force, replaceable=is_page)
+    refuse_target(path, name=name, suffixes=(".md",), force=force, replaceable=partial(is_page, mark=MADE))
 
 
 def write_page(experiments: str | Path, path: str | Path, *, force: bool = False) -> Path:

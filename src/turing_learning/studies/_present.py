@@ -51,10 +51,10 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
         figure = error_box_figure([errors_of(result.runs, chosen, name) for name in names], names=names)
         errors = Picture("errors", "Absolute errors", caption, figure)
         caption = f"Median over the runs of the absolute errors of the {what}."
-        figure = convergence_figure(medians[0].medians[f"{kind}_error"], names=names, trials=over)
+        figure = convergence_figure([medians[0].medians[f"{kind}_error"]], names=names, trials=over)
         return [histogram, errors, Picture("convergence", "Convergence", caption, figure)]
     caption = f"Median over the runs of the {what}; the truth is thin (figure 5 of the paper)."
-    figure = convergence_figure(medians[0].medians[f"{kind}_model"], names=labels, truth=truth, trials=over)
+    figure = convergence_figure([medians[0].medians[f"{kind}_model"]], names=labels, truth=truth, trials=over)
     return [boxes, histogram, Picture("convergence", "Convergence", caption, figure, wide=True)]
 
 

@@ -6,7 +6,6 @@ from turing_learning.figures._many_runs import (
     box_panels_figure,
     budget_figure,
     convergence_figure,
-    convergence_panels_figure,
     dispersion_figure,
     dynamic_outputs_figure,
     error_box_figure,
@@ -67,7 +66,7 @@ def test_few_runs_can_be_drawn(runs):
     draw(box_figure(np.ones((runs, 3)), names=NAMES, truth=[1, 1, 1]))
     draw(error_box_figure([np.zeros(runs)], names=["a"]))
     draw(error_histogram_figure(np.zeros(runs), limits=LIMITS))
-    draw(convergence_figure(np.ones((runs, 3)), names=NAMES))
+    draw(convergence_figure([np.ones((runs, 3))], names=NAMES))
 
 
 def test_groups_of_errors_may_differ_in_size_and_the_axis_is_logarithmic():
@@ -78,7 +77,7 @@ def test_groups_of_errors_may_differ_in_size_and_the_axis_is_logarithmic():
 
 def test_convergence_has_a_line_and_a_thin_truth_per_parameter():
     values = RNG.normal(size=(20, 3))
-    axes = draw(convergence_figure(values, names=NAMES, truth=[1, 2, 3])).axes[0]
+    axes = draw(convergence_figure([values], names=NAMES, truth=[1, 2, 3])).axes[0]
     lines = {line.get_label(): line.get_ydata() for line in axes.lines if not line.get_label().startswith("_")}
     assert list(lines) == list(NAMES)
     np.testing.assert_array_equal(lines["vr0"], values[:, 1])
@@ -147,7 +146,7 @@ def test_both_axes_are_logarithmic_with_plain_numbers():
 
 def test_parameters_of_both_kinds_of_runs_share_a_scale_and_a_legend():
     medians = [RNG.uniform(-1, 1, (20, 2)), RNG.uniform(-1, 1, (20, 2))]
-    figure = draw(convergence_panels_figure(medians, titles=("A", "B"), names=("x", "y"), truth=(0.5, -0.5)))
+    figure = draw(convergence_figure(medians, titles=("A", "B"), names=("x", "y"), truth=(0.5, -0.5)))
     assert [axes.get_title() for axes in figure.axes] == ["A", "B"]
     assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["x", "y"]

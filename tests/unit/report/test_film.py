@@ -1,5 +1,6 @@
 import importlib
 import sys
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -89,14 +90,13 @@ def test_a_film_that_cannot_be_finished_leaves_the_old_one(replay, tmp_path, mon
         pytest.importorskip("av")
     (tmp_path / "film").write_text("old")
     film = importlib.import_module("turing_learning.report._replay")
-    draw = film._picture
+    draw = film._pictures
 
-    def fail(replay, time_s):
-        if time_s > 0.5:
-            raise OSError("No space left on device")
-        return draw(replay, time_s)
+    def fail(*arguments):
+        yield from islice(draw(*arguments), 5)
+        raise OSError("No space left on device")
 
-    monkeypatch.setattr(film, "_picture", fail)
+    monkeypatch.setattr(film, "_pictures", fail)
     with pytest.raises(OSError, match="No space left"):
         write(replay, tmp_path / "film")
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("film", "old")]

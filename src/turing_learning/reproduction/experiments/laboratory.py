@@ -14,7 +14,7 @@ from turing_learning.analysis._errors import median_place
 from turing_learning.coevolution import THRESHOLD
 from turing_learning.config import classifier_of
 from turing_learning.figures import box_figure
-from turing_learning.figures._many_runs import convergence_panels_figure, error_panels_figure
+from turing_learning.figures._many_runs import convergence_figure, error_panels_figure
 from turing_learning.figures._one_run import accuracy_figure
 from turing_learning.figures._swarms import gathering_figure, snapshots_figure
 
@@ -186,7 +186,7 @@ def _show_runs(findings: Findings, outcomes: Mapping[str, LaboratoryRuns], seeds
     both, best = (EMULATED, SIMULATED), outcomes[EMULATED].best
     titles, number = [kind.capitalize() for kind in both], len(best)
     look: dict[str, Any] = {"names": NAMES, "truth": truth}
-    parameters = convergence_panels_figure([medians(outcomes[kind]) for kind in both], titles=titles, **look)
+    parameters = convergence_figure([medians(outcomes[kind]) for kind in both], titles=titles, **look)
     words = {"average": "average of all models", "subjective": "subjectively best", "objective": "objectively best"}
     named = [{word: curves[kind][name].to_numpy() for name, word in words.items()} for kind in both]
     findings.picture("models", ERRORS, box_figure(best, **look), runs=number)
