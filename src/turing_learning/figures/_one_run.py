@@ -75,8 +75,9 @@ def parameters_figure(
             text = f"whole range {values.min():.3g} to {values.max():.3g}"
             note(axes, text.replace("-", "\N{MINUS SIGN}"), height=1.03)
         over_generations(axes, "", len(best), trials)
-        if k + panels.columns < len(panels.axes):  # another panel is below
-            axes.tick_params(labelbottom=False)
+        lowest = k + panels.columns >= len(panels.axes)
+        axes.tick_params(labelbottom=lowest)
+        if not lowest:
             axes.set_xlabel("")
     return panels.with_legend(ncols=3)
 

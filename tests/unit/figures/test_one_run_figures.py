@@ -73,6 +73,14 @@ def test_every_parameter_has_a_panel_with_its_name(parameters):
     draw(figure)
 
 
+def test_every_panel_without_another_below_it_has_labels():
+    values = RNG.normal(size=(G, 5))
+    figure = draw(parameters_figure(values, values, names=list("abcde")))
+    labelled = [axes.get_xlabel() != "" for axes in panels(figure)]
+    assert labelled == [axes.xaxis.get_tick_params()["labelbottom"] for axes in panels(figure)]
+    assert labelled == [False, False, True, True, True]
+
+
 def test_a_panel_shows_both_histories_and_the_truth():
     axes = panels(parameters_figure(BEST, TYPICAL, names=NAMES, truth=[0.1, 0.2, 0.3, 0.4]))[2]
     np.testing.assert_array_equal(curve(axes, "best model"), BEST[:, 2])
