@@ -40,6 +40,8 @@ class Jumps:
     dependent: tuple[int, ...] = ()
     #: () or (P,): Range from which numbers are drawn anew, in ranges of the first genomes
     reach: float | tuple[float, ...] = 1.0
+    #: Indices of the numbers of which large ones are all alike, on either side, and infinite ones stand for the parameter's ends
+    saturated: tuple[int, ...] = ()
 
 
 class Representation(Protocol):
@@ -118,7 +120,7 @@ class MorphologyModel(ReactiveModel):
     def jumps(self) -> Jumps:
         """Sensor states exchange the speeds of both wheels, and the field of view, which tells them apart, is drawn anew."""
         speeds = 2 * self.states
-        return Jumps(super().jumps.groups, dependent=(speeds,), reach=(1.0,) * speeds + (VIEW_REACH,))
+        return Jumps(super().jumps.groups, (speeds,), reach=(1.0,) * speeds + (VIEW_REACH,), saturated=(speeds,))
 
     def truth(self, wheel_speeds: tuple[float, ...], field_of_view: float) -> tuple[float, ...]:
         """Return the wheel speeds and the field of view (2 n + 1,)."""

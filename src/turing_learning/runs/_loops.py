@@ -52,7 +52,9 @@ _APART = 1e-9  # of the range: individuals that begin in its middle
 _READ_OUT = 1_000_000  # batch whose random numbers the intervals are drawn with
 _STANDARD = 2.576  # standard deviations of a custom system's samples that its input scale spans: 99 % of normal values
 _JUDGED = 200  # genuine samples by which the fitness of a batch is stated
+_SATURATED = 10.0  # reach of numbers whose large ones are all alike: an angle of 0.0003 rad
 _AT_END = 0.05  # share of the loop's draws at an end that the 90 % interval reaches
+_NEAR_END = 0.1  # of an interval: a density that falls to 0 at an end leaves 0.3 of it free there, one that does not 0.06
 _FEWEST = 50  # trials within the range, to be matched
 _LOOKED_AT = 4  # batches after which a run with a tolerance looks at its intervals, from the second time on
 
@@ -203,9 +205,11 @@ class TrialsLoop:
         dimension, models = len(configuration.parameter_names), configuration.models
         low, high = (models.initial_low, models.initial_high) if source.ends is None else source.ends
         middle, half = (low + high) / 2, (high - low) / 2
-        reach = half * np.broadcast_to(np.asarray(jumps.reach, float), dimension)
+        reach = half * np.resize(np.asarray(jumps.reach, float), dimension)
+        reach[list(jumps.saturated)] = _SATURATED
         ends = [each.initial == (each.low, each.high) for each in system.parameters.values()]
-        self._limits = np.array(ends if source.genuine is not None else [source.ends is not None] * dimension)
+        self._saturated = np.isin(np.arange(dimension), jumps.saturated) | (source.ends is not None)
+        self._limits = np.array(ends) if source.genuine is not None else self._saturated
         learning = source.genuine.learning if source.genuine is not None and not source.genuine.live else None
         self._observed_anew = learning is None
         optimizer = optimizer_of(section, self.classifier.parameters, (CLASSIFIERS, seed), "classifiers")
@@ -222,8 +226,8 @@ class TrialsLoop:
             genuine=None if learning is None else system.centered(learning),  # type: ignore[attr-defined]
             groups=jumps.groups,
             dependent=jumps.dependent,
-            limits=self._limits & (source.ends is None),
-            saturated=source.ends is not None,
+            limits=self._limits & ~self._saturated,
+            saturated=self._saturated,
             together=source.together,
         )
         self._seed, self._middle, self._reach = seed, np.full(dimension, middle), reach
@@ -315,12 +319,15 @@ class TrialsLoop:
         if found is None:
             return {}
         low, high, inferred = found.interval_low, found.interval_high, np.median(found.draws, axis=0)
-        if self._source.ends is not None:  # matching, whose models have a density, gives none of it to an end
+        if self._saturated.any():  # matching, whose models have a density, gives none of it to an end
             tried = (self.trials.draws - self._middle) / self._reach
-            for end, at_end in ((-1.0, (tried <= -1).mean(axis=0)), (1.0, (tried >= 1).mean(axis=0))):
-                reached = at_end >= _AT_END
-                low, high = np.where(reached & (end < 0), end, low), np.where(reached & (end > 0), end, high)
-                inferred = np.where(at_end > 0.5, end, inferred)
+            last = 1.0 if self._source.ends is not None else np.inf  # the end itself, if it is infinitely far
+            near = _NEAR_END * (high - low)  # so near an end, the draws do not become fewer towards it
+            for side, bound in ((-1, low), (1, high)):
+                at_end = np.where(self._saturated, (side * tried >= 1).mean(axis=0), 0)
+                reached = (at_end >= _AT_END) | self._saturated & (side * bound >= 1 - near)
+                low, high = np.where(reached & (side < 0), -last, low), np.where(reached & (side > 0), last, high)
+                inferred = np.where(at_end > 0.5, side * last, inferred)
         values = {"estimate": inferred[None], "interval": np.stack((low, high)), "draws": found.draws}
         scaled = {name: self._source.to_units(self._middle + self._reach * value) for name, value in values.items()}
         scaled["estimate"] = scaled["estimate"][0]

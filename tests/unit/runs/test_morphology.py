@@ -63,6 +63,15 @@ def test_a_line_of_sight_can_be_the_truth():
     assert result.estimate_absolute_error["theta"] == result.estimate["theta"]
 
 
+def test_an_interval_reaches_the_end_where_the_truth_is():
+    result = tl.infer("aggregation-field-of-view-0", trials=300, seed=2)
+    low, high = np.array(list(result.interval.values())).T
+    truth = np.array([-0.7, -1, 1, -1, 0])
+    assert ((low <= truth) & (truth <= high)).all()
+    assert low[-1] == 0 < high[-1] < 0.2  # rad
+    assert result.verdict == "at a bound"
+
+
 def test_a_field_of_view_can_be_known_without_being_inferred():
     settings = SMALL | {"scenario.sensor.field_of_view": 1.0}
     result = tl.infer("aggregation", generations=2, seed=1, settings=settings)
