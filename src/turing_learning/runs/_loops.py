@@ -54,7 +54,7 @@ _STANDARD = 2.576  # standard deviations of a custom system's samples that its i
 _JUDGED = 200  # genuine samples by which the fitness of a batch is stated
 _SATURATED = 10.0  # reach of numbers whose large ones are all alike: an angle of 0.0003 rad
 _AT_END = 0.05  # share of the loop's draws at an end that the 90 % interval reaches
-_NEAR_END = 0.1  # of an interval: a density that falls to 0 at an end leaves 0.3 of it free there, one that does not 0.06
+_NEAR_END = 0.1  # of an interval: so much is free at an end, and more, where the density falls to 0 there
 _FEWEST = 50  # trials within the range, to be matched
 _LOOKED_AT = 4  # batches after which a run with a tolerance looks at its intervals, from the second time on
 
