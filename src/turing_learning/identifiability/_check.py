@@ -110,28 +110,30 @@ def fault(
         Of fresh classifiers that tell the genuine samples from the estimate.
     recovered : (B,)
         The same for each of at least 2 recoveries and what it has found.
-    attainable : (B,)
-        The same for each recovery and its truth, so about 0.5.
+    attainable : (A,)
+        The same for recoveries and their truth, at least 2, so about 0.5.
     others : (R,)
         The same as `accuracy` for estimates of other searches on the genuine samples.
     level
         How often a right model with searches that succeed may be called something else.
     """
     found = array("recovered", recovered, "B")
-    best = array("attainable", attainable, "B", B=len(found))
+    best = array("attainable", attainable, "A")
     again = array("others", others, "R", empty=True)
-    require(len(found) >= 2, "recovered", "be of at least 2 recoveries", str(len(found)))
+    for name, each in (("recovered", found), ("attainable", best)):
+        require(len(each) >= 2, name, "be of at least 2 recoveries", str(len(each)))
 
     def exceeds(value: float, sample: np.ndarray, size: float = 1) -> bool:
-        """Return whether a value, or a mean of `size`, is beyond what a normally distributed sample (B,) makes likely."""
+        """Return whether a value, or a mean of `size`, is beyond what a normally distributed sample makes likely."""
         error = max(float(sample.std(ddof=1)), 1e-9) * np.sqrt(1 / len(sample) + 1 / size)
         return bool(stdtr(len(sample) - 1, (value - sample.mean()) / error) > 1 - level / 2)
 
     if exceeds(float(found.mean()), best, len(found)):
         return FAILED_SEARCH
-    if not exceeds(accuracy, found):
+    usual = np.append(found, best)  # searches that succeed find models as good as the truth
+    if not exceeds(accuracy, usual):
         return FINE
-    return FAILED_SEARCH if len(again) and not exceeds(float(again.min()), found) else WRONG_MODEL
+    return FAILED_SEARCH if len(again) and not exceeds(float(again.min()), usual) else WRONG_MODEL
 
 
 @dataclass(frozen=True)
@@ -224,7 +226,7 @@ class Recovery(Stored):
     error_share: Mapping[str, float]  #: Name -> absolute error as a share of the initial range
     #: Of fresh classifiers that tell its truth from its estimate; None for runs of generations
     accuracy: float | None = None
-    attainable: float | None = None  #: Of those that tell its truth from its truth; None for runs of generations
+    attainable: tuple[float, ...] = ()  #: Of those that tell its truth from its truth; empty for runs of generations
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields by name, as in `check.json`."""
@@ -309,12 +311,11 @@ class Check(Tabular):
 
         None, too, if classifiers tell the samples from the model better than in any recovery, and more cannot be said.
         """
-        tested = [(each.accuracy, each.attainable) for each in self.recoveries if each.accuracy is not None]
-        if len(tested) < 2:
+        recovered = [each.accuracy for each in self.recoveries if each.accuracy is not None]
+        if len(recovered) < 2:
             return None
-        recovered, attainable = np.array(tested, dtype=float).T
-        found = fault(self.test.accuracy, recovered, attainable)
-        return None if found == FINE and self.test.told_apart and self.test.accuracy > recovered.max() else found
+        found = fault(self.test.accuracy, recovered, [one for each in self.recoveries for one in each.attainable])
+        return None if found == FINE and self.test.told_apart and self.test.accuracy > max(recovered) else found
 
     @property
     def not_pinned_down(self) -> tuple[str, ...]:

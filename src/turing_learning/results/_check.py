@@ -53,6 +53,8 @@ FOLDER, CHECK = "check", "check/check.json"
 COMPARED = 500  # simulated samples whose signals are compared
 RECOVERIES = 5
 """Of a run of trials, by default."""
+ATTEMPTS = 3
+"""Tests of the truth of each, which show how well right models are told by chance."""
 LEAST_INDIVIDUALS = 5
 """With fewer individuals, those of each are divided by blocks of time, too; with so many recordings, each is one group."""
 
@@ -193,22 +195,24 @@ class _Checker:
             **(self._told(k, configuration, given, found) if self.configuration.run.trials else {}),
         ).to_json()
 
-    def _told(self, k: int, configuration: Configuration, given: Given, found: Result) -> dict[str, float]:
+    def _told(self, k: int, configuration: Configuration, given: Given, found: Result) -> dict[str, Any]:
         """Return how well fresh classifiers tell samples of a recovery's truth from its estimate, and from its truth."""
-        number, known = self.seed + 1 + k, self.evidence
+        number, accuracies = self.seed + 1 + k, []
         with configuration.system.open(given) as source:
-            if source.genuine is None:
-                known = evidence_of(configuration, source, self.effort, number)
-            else:
-                rng, live = stream(self.seed, RECOVERING, k, 1), source.genuine.live
-                testing = self._simulated(len(known.testing), rng)
-                learning = source.genuine.learning if live is None else source.genuine_samples(self.effort.samples, rng)
-                known = replace(known, learning=learning, testing=testing, groups=known.groups[: len(testing)])
-            tested = {"accuracy": np.array(list(found.estimate.values())), "attainable": self.estimate}
-            return {
-                name: two_sample_test(known, values, self.effort, seed=number, use=(RECOVERING, place)).accuracy
-                for place, (name, values) in enumerate(tested.items(), 1)
-            }
+            for place, values in enumerate([np.array(list(found.estimate.values()))] + [self.estimate] * ATTEMPTS, 1):
+                known = self.evidence
+                if source.genuine is None:
+                    known = evidence_of(
+                        configuration, source, self.effort, number + place * self.settings["recoveries"]
+                    )
+                else:
+                    rng, live = stream(self.seed, RECOVERING, k, place), source.genuine.live
+                    testing = self._simulated(len(known.testing), rng)
+                    own = source.genuine.learning if live is None else source.genuine_samples(self.effort.samples, rng)
+                    known = replace(known, learning=own, testing=testing, groups=known.groups[: len(testing)])
+                test = two_sample_test(known, values, self.effort, seed=number, use=(RECOVERING, place))
+                accuracies.append(test.accuracy)
+        return {"accuracy": accuracies[0], "attainable": accuracies[1:]}
 
     def _simulated(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return so many samples, simulated at the estimate."""

@@ -190,19 +190,25 @@ def test_covariance_and_draws_are_those_of_the_matched_estimate(tmp_path):
     np.testing.assert_array_equal(tl.load_run(tmp_path / "run").draws(5, seed=2), result.draws(5, seed=2))
 
 
-@pytest.mark.parametrize(("share", "estimate", "high"), [(0.0, 0.95, 0.99), (0.1, 0.95, 1.0), (0.6, 1.0, 1.0)])
-def test_where_models_end_at_full_speed_the_interval_reaches_it(share, estimate, high):
-    draws, tried = np.full((10, 2), [[0.95, 0.5]]), np.full((100, 2), [[0.9, 0.5]])
-    tried[: round(100 * share), 0] = 1.0
-    low, upper = np.array([0.9, 0.4]), np.array([0.99, 0.6])
+@pytest.mark.parametrize("ends", [(-1.0, 1.0), None])
+@pytest.mark.parametrize(
+    ("share", "matched", "estimate", "high"),
+    [(0.0, 0.98, 0.95, 0.98), (0.0, 0.995, 0.95, None), (0.1, 0.98, 0.95, None), (0.6, 0.98, None, None)],
+)
+def test_where_models_end_the_interval_reaches_the_end(share, matched, estimate, high, ends):
+    end = np.inf if ends is None else 1.0
+    draws, tried = np.full((10, 2), [[0.95, 0.95]]), np.full((100, 2), [[0.9, 0.9]])
+    tried[: round(100 * share)] = 1.0
+    low, upper = np.full(2, 0.9), np.full(2, matched)
     found = SimpleNamespace(interval_low=low, interval_high=upper, draws=draws, p_value=0.5, settled=True)
-    source = SimpleNamespace(ends=(-1.0, 1.0), to_units=lambda values: values)
+    source = SimpleNamespace(ends=ends, to_units=lambda values: values)
     loop = SimpleNamespace(
-        matched=lambda: found, trials=SimpleNamespace(draws=tried), _source=source, _middle=0.0, _reach=1.0
-    )
+        matched=lambda: found, trials=SimpleNamespace(draws=tried), _source=source, _middle=0.0, _reach=1.0,
+        _saturated=np.array([True, False]),
+    )  # fmt: skip
     read = TrialsLoop.readout(loop)
-    assert read["estimate"].tolist() == [estimate, 0.5]
-    assert read["interval"].tolist() == [[0.9, 0.4], [high, 0.6]]
+    assert read["estimate"].tolist() == [end if estimate is None else estimate, 0.95]
+    assert read["interval"].tolist() == [[0.9, 0.9], [end if high is None else high, matched]]
 
 
 def test_a_run_of_generations_has_no_draws():
@@ -304,7 +310,7 @@ def test_a_run_of_trials_is_checked(tmp_path):
     check = result.check(effort=effort, recoveries=2)
     assert check.fault in (FINE, FAILED_SEARCH, WRONG_MODEL)
     assert check.verdict.startswith({FINE: "The estimate is fine."}.get(check.fault, "The "))
-    assert all(0.3 < each.attainable < 0.75 for each in check.recoveries)
+    assert all(0.3 < one < 0.75 for each in check.recoveries for one in each.attainable)
     speed, inert = check.parameters
     assert speed.pinned_down
     assert inert.reasons
