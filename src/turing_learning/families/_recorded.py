@@ -17,11 +17,11 @@ WINDOW_S = 4.0
 
 def read_recording(path: Path, name: str, options: Mapping[str, Any]) -> Trajectories:
     """Open a tracker's file by those options of commands that are given; `name` is that of the argument for the file."""
-    fps, scale, y_axis, format, keypoint, every, bridge = map(options.get, _OF_FILES)
+    every, bridge = options.get("every"), options.get("bridge")
+    how: dict[str, Any] = {name: options.get(name) for name in ("fps", "y_axis", "format", "keypoint")}
     try:
         with refusing_as(RefusedError):
-            how: dict[str, Any] = {"fps": fps, "pixels_per_cm": scale, "y_axis": y_axis}
-            recording = load_trajectories(path, format=format, keypoint=keypoint, **how)
+            recording = load_trajectories(path, pixels_per_cm=options.get("scale"), **how)
             if every is not None:
                 rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
                 require(every < 1 or every % recording.every == 0, "every", rule, str(every), place=str(path))
@@ -35,9 +35,6 @@ def read_recording(path: Path, name: str, options: Mapping[str, Any]) -> Traject
         refuse(name, "be a readable file", f"{path} ({error.strerror or error})")
     except ImportError as error:
         raise RefusedError(str(error)) from error
-
-
-_OF_FILES = ("fps", "scale", "y_axis", "format", "keypoint", "every", "bridge")
 
 
 @dataclass(frozen=True)

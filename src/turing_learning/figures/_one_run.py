@@ -75,10 +75,9 @@ def parameters_figure(
             text = f"whole range {values.min():.3g} to {values.max():.3g}"
             note(axes, text.replace("-", "\N{MINUS SIGN}"), height=1.03)
         over_generations(axes, "", len(best), trials)
-        lowest = k + panels.columns >= len(panels.axes)
-        axes.tick_params(labelbottom=lowest)
-        if not lowest:
+        if k + panels.columns < len(panels.axes):  # another panel is below
             axes.set_xlabel("")
+        axes.tick_params(labelbottom=bool(axes.get_xlabel()))
     return panels.with_legend(ncols=3)
 
 
@@ -115,11 +114,8 @@ def fitness_figure(
     for number, (start, stop) in enumerate(edges.reshape(-1, 2)):
         name = "selection stopped" if number == 0 else "_"
         axes.axvspan(start - 0.5, stop - 0.5, facecolor=MUTED, alpha=0.3, edgecolor=MUTED, linewidth=0.5, label=name)
-    dashed, solid = (0, (5, 1.2)), "-"
-    for name, fitness, color, line in (
-        ("models", model_fitness, ORANGE, dashed),
-        ("classifiers", classifier_fitness, BLUE, solid),
-    ):
+    lines = (("models", model_fitness, ORANGE, (0, (5, 1.2))), ("classifiers", classifier_fitness, BLUE, "-"))
+    for name, fitness, color, line in lines:
         lower, middle, upper = np.quantile(fitness, (0.25, 0.5, 0.75), axis=1)
         starts = np.arange(0, len(middle), -(-len(middle) // MOST_POINTS))
         low, high = np.minimum.reduceat(lower, starts), np.maximum.reduceat(upper, starts)

@@ -82,10 +82,6 @@ class Work:
         self._seconds[name] = stored["seconds"]
         return stored["found"]
 
-    def arrays(self, name: str, compute: Callable[[], Found | None]) -> dict[str, np.ndarray]:
-        """Return what a piece of work has found, as `piece`, where that is arrays by name."""
-        return self.piece(name, compute, "npz")
-
     def all_arrays(self, compute: Compute, given: Mapping[str, tuple[Any, ...]]) -> dict[str, dict[str, np.ndarray]]:
         """Return what pieces have found, by the arguments of each; done side by side in worker processes."""
         missing = {name: each for name, each in given.items() if self._find(f"{name}.npz") is None}
@@ -107,23 +103,23 @@ class Work:
                 raise
             finally:
                 workers.close()
-        return {name: self.arrays(name, partial(compute, self.should_stop, *each)) for name, each in given.items()}
+        return {
+            name: self.piece(name, partial(compute, self.should_stop, *each), "npz") for name, each in given.items()
+        }
 
     def _find(self, file: str) -> dict[str, Any] | None:
         """Return seconds and what was found of a piece of work that is done."""
         keys = {"seconds", "found"} if file.endswith(".json") else {"seconds"}
         held = self.store.find(file, fits=lambda held: isinstance(held, dict) and keys <= held.keys())
-        if held is None or "found" in keys:
-            return held
-        found = {name.removeprefix(_FOUND): held[name] for name in held if name.startswith(_FOUND)}
-        return {"seconds": float(held["seconds"]), "found": found}
+        if held is None:
+            return None
+        arrays = {name.removeprefix(_FOUND): held[name] for name in held if name.startswith(_FOUND)}
+        return {"seconds": float(held["seconds"]), "found": held.get("found", arrays)}
 
     def _write(self, file: str, stored: dict[str, Any]) -> None:
-        content = stored
-        if file.endswith(".npz"):
-            arrays = {f"{_FOUND}{key}": array for key, array in stored["found"].items()}
-            content = {"seconds": np.array(stored["seconds"])} | arrays
-        self.store.write(file, content)
+        arrays = {f"{_FOUND}{key}": found for key, found in stored["found"].items()}
+        content = {"seconds": np.array(stored["seconds"])} | arrays
+        self.store.write(file, content if file.endswith(".npz") else stored)
         self._say(f"{Path(file).stem}: {stored['seconds']:.1f} s")
 
     def study(self, name: str, scenario: str, **arguments: Any) -> "studies.StudyResult":

@@ -156,18 +156,18 @@ class Gathering:
 
 def gatherings(work: Work, model: np.ndarray) -> tuple[Gathering, Gathering]:
     """Let swarms of agents and of replicas of a model (P,) go, a piece of work for each trial."""
-    sizes, found = work.sizes["validation"], []
+    sizes, names = work.sizes["validation"], ("seen", "complete", "poses")
     controllers = zip(KINDS, (np.array(robots.LABORATORY.controller), model), strict=True)
     given = {
         f"validation-{kind}-trial{trial:02d}": (sizes, controller, trial, number)
         for number, (kind, controller) in enumerate(controllers)
         for trial in range(1, sizes["trials"] + 1)
     }
-    pieces = list(work.all_arrays(_filmed, given).values())
-    for part in (pieces[: sizes["trials"]], pieces[sizes["trials"] :]):
-        seen, complete, poses = (np.stack([one[name] for one in part]) for name in ("seen", "complete", "poses"))
-        found.append(Gathering(seen, complete, poses, robots.LABORATORY.robot.radius_cm))
-    return found[0], found[1]
+    pieces = work.all_arrays(_filmed, given).values()
+    parts = [np.split(np.stack([one[name] for one in pieces]), len(KINDS)) for name in names]
+    radius_cm = robots.LABORATORY.robot.radius_cm
+    agents, replicas = (Gathering(seen, full, poses, radius_cm) for seen, full, poses in zip(*parts, strict=True))
+    return agents, replicas
 
 
 def times_of(sizes: Sizes) -> np.ndarray:

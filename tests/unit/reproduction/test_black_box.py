@@ -61,9 +61,10 @@ def test_more_runs_with_an_output_far_off_than_printed_make_the_claim_differ(hid
     outputs = np.tile(TRUTH, (30, 1))
     outputs[:astray, 2] += 1.0
     outcome = NetworkRuns(runs_of(outputs), model, np.zeros((30, len(model.parameter_names))))
-    assert outcome.near  # the medians do not notice
-    assert outcome.few_astray is agrees
-    assert black_box_verdict([outcome]).agrees is agrees
+    verdict = black_box_verdict([outcome])
+    assert "medians vl0 -0.70, vr0 -1.00, vl1 1.00, vr1 -1.00" in verdict.observed  # which do not notice
+    assert f"in {astray} of 30 runs" in verdict.observed
+    assert verdict.agrees is agrees
 
 
 def test_outputs_that_settle_slowly_make_the_claim_differ():

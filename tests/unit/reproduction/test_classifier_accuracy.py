@@ -113,18 +113,18 @@ def test_populations_are_those_of_the_runs(tmp_path):
         history = infer("aggregation", preset="paper", generations=3, seed=seed, settings=SETTINGS).history.isel(
             generation=[0, 2]
         )
-        np.testing.assert_array_equal(found.classifiers[run], history["classifier"])
-        np.testing.assert_array_equal(found.fitness[run], history["classifier_fitness"])
-        assert found.archived[run].shape == (0, history.sizes["weight"])
-        assert found.judging[run].shape == (2, 0)
+        np.testing.assert_array_equal(found[run]["classifiers"], history["classifier"])
+        np.testing.assert_array_equal(found[run]["fitness"], history["classifier_fitness"])
+        assert found[run]["archived"].shape == (0, history.sizes["weight"])
+        assert found[run]["judging"].shape == (2, 0)
 
 
 def test_the_archive_holds_the_best_of_the_generations_before(tmp_path):
     found = run_populations(Work(tmp_path, None), SMALL, "default", (0, 1, 2))
     for run in range(2):
-        best = [found.classifiers[run][k][found.fitness[run][k].argmax()] for k in range(2)]
+        best = [found[run]["classifiers"][k][found[run]["fitness"][k].argmax()] for k in range(2)]
         for generation in range(3):
-            archived = found.archived[run][found.judging[run][generation]]
+            archived = found[run]["archived"][found[run]["judging"][generation]]
             assert {one.tobytes() for one in archived} == {one.tobytes() for one in best[:generation]}
 
 

@@ -16,7 +16,6 @@ from turing_learning.reproduction.experiments import EXPERIMENTS
 from turing_learning.reproduction.experiments.classifiers import BestAccuracies
 from turing_learning.reproduction.experiments.laboratory import (
     NAMES,
-    Validation,
     classifiers_verdict,
     distances,
     does_not_drop,
@@ -113,10 +112,9 @@ def gathering(rng, spread_cm, trials=10):
 def test_swarms_of_one_kind_agree_and_dispersed_ones_differ():
     rng = np.random.default_rng(1)
     agents, alike, apart = (gathering(rng, spread) for spread in (10, 10, 60))
-    times = np.array([0.0, 2.0, 4.0])
     assert agents.proportion.shape == (10, 3)
-    assert validation_verdict(Validation(agents, alike, times)).agrees
-    verdict = validation_verdict(Validation(agents, apart, times))
+    assert validation_verdict(agents, alike, 4.0).agrees
+    verdict = validation_verdict(agents, apart, 4.0)
     assert not verdict.agrees
     assert verdict.observed.startswith("12 robots after 4 s: largest cluster")
 

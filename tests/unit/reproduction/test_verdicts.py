@@ -13,7 +13,6 @@ from turing_learning.reproduction.experiments.case_studies import (
     Outcome,
     emergence_verdict,
     settled,
-    settled_for_good,
 )
 from turing_learning.swarm import AGGREGATION
 
@@ -90,18 +89,17 @@ def test_an_outcome_names_the_reason_of_a_difference():
 
 def test_values_settle_where_they_are_near_the_truth_for_twenty_generations():
     values = [1.0] * 5 + [0.55] + [1.0] * 3 + [0.45] * 30
-    assert settled(np.array(values), 0.5) == 9
-    assert settled_for_good(np.array(values), 0.5) == 9
+    assert settled(np.array(values), 0.5) == (9, 9)
 
 
 def test_values_that_leave_again_have_settled_and_not_for_good():
     values = np.array([0.5] * 30 + [1.0] + [0.5] * 10)
-    assert (settled(values, 0.5), settled_for_good(values, 0.5)) == (0, 31)
-    assert settled_for_good(values[:31], 0.5) is None
+    assert settled(values, 0.5) == (0, 31)
+    assert settled(values[:31], 0.5) == (0, None)
 
 
 def test_values_that_leave_again_and_again_never_settle():
-    assert settled(np.array([0.5, 0.5, 1.0] * 20), 0.5) is None
+    assert settled(np.array([0.5, 0.5, 1.0] * 20), 0.5) == (None, None)
 
 
 @pytest.mark.parametrize(("dispersions", "agrees"), [((10.0, 10.0), True), ((10.0, 30.0), False)])

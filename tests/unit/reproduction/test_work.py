@@ -37,7 +37,7 @@ def test_arrays_are_computed_once_and_come_back_as_they_were(tmp_path):
 
     for _ in range(2):
         work = Work(tmp_path / "pieces", None)
-        found = work.arrays("one", compute)
+        found = work.piece("one", compute, "npz")
         assert (found["seconds"].tolist(), found["seconds"].dtype) == ([0, 1, 2], np.uint32)
         assert (found["empty"].shape, found["empty"].dtype) == ((0, 2), np.float32)
         assert work.seconds < 10
@@ -48,15 +48,15 @@ def test_arrays_are_computed_once_and_come_back_as_they_were(tmp_path):
 def test_arrays_whose_file_is_not_whole_are_computed_again(damage, tmp_path):
     path = tmp_path / "one.npz"
     if damage is None:
-        Work(tmp_path, None).arrays("one", lambda: {"value": np.arange(1000)})
+        Work(tmp_path, None).piece("one", lambda: {"value": np.arange(1000)}, "npz")
         damage = path.read_bytes()[:-100]
     path.write_bytes(damage)
-    assert Work(tmp_path, None).arrays("one", lambda: {"value": np.array(7)})["value"] == 7
+    assert Work(tmp_path, None).piece("one", lambda: {"value": np.array(7)}, "npz")["value"] == 7
 
 
 def test_arrays_that_were_stopped_leave_no_file(tmp_path):
     with pytest.raises(Stopped, match="one"):
-        Work(tmp_path, None).arrays("one", lambda: None)
+        Work(tmp_path, None).piece("one", lambda: None, "npz")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -129,10 +129,10 @@ def test_a_study_with_failed_runs_is_no_result(tmp_path, monkeypatch):
 
 
 def test_a_damaged_piece_is_set_aside_and_done_again(tmp_path, caplog):
-    for suffix, do in (("json", Work.piece), ("npz", Work.arrays)):
-        do(Work(tmp_path, None), "one", lambda: {"value": np.arange(3).tolist()})
+    for suffix in ("json", "npz"):
+        Work(tmp_path, None).piece("one", lambda: {"value": np.arange(3).tolist()}, suffix)
         path = tmp_path / f"one.{suffix}"
         path.write_bytes(path.read_bytes().replace(b"seconds", b"secondt"))
-        assert list(do(Work(tmp_path, None), "one", lambda: {"value": [7]})["value"]) == [7]
+        assert list(Work(tmp_path, None).piece("one", lambda: {"value": [7]}, suffix)["value"]) == [7]
         assert (tmp_path / f"one.{suffix}.damaged").exists()
         assert f"one.{suffix} is damaged (it has been changed); it is made again" in caplog.messages[-1]

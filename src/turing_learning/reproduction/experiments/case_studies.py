@@ -204,18 +204,13 @@ def _emergence(work: Work, case: Case, models: np.ndarray, name: str) -> Emergen
     )
 
 
-def settled(values: np.ndarray, truth: float) -> int | None:
-    """Return the first generation from which values (G,) are near the truth for some time, None if never."""
+def settled(values: np.ndarray, truth: float) -> tuple[int | None, int | None]:
+    """Return the first generations from which values (G,) are near the truth for some time, and to the end; None if never."""
     near = np.abs(values - truth) <= NEAR
     lasting = [near[generation : generation + LASTING].all() for generation in range(len(near))]
-    return int(np.argmax(lasting)) if any(lasting) else None
-
-
-def settled_for_good(values: np.ndarray, truth: float) -> int | None:
-    """Return the first generation from which values (G,) are near the truth to the end, None if they are not."""
-    far = np.flatnonzero(np.abs(values - truth) > NEAR)
-    first = int(far[-1]) + 1 if far.size else 0
-    return first if first < len(values) else None
+    to_the_end = np.logical_and.accumulate(near[::-1])[::-1]
+    first, last = (int(np.argmax(each)) if np.any(each) else None for each in (lasting, to_the_end))
+    return first, last
 
 
 def convergence_verdict(outcomes: Sequence[Outcome]) -> ClaimVerdict:
@@ -225,7 +220,7 @@ def convergence_verdict(outcomes: Sequence[Outcome]) -> ClaimVerdict:
         scenario, texts = outcome.case.scenario, []
         curves = zip(outcome.runs.names, outcome.medians.T, scenario.controller, NAMED[scenario.name], strict=True)
         for name, values, truth, limit in curves:
-            first, last = settled(values, truth), settled_for_good(values, truth)
+            first, last = settled(values, truth)
             agrees &= first is not None and first <= SLOWNESS * limit
             later = "" if first is None or first == last else f" (for good {'never' if last is None else last})"
             texts.append(f"{name} {'never' if first is None else first}{later}")

@@ -1,6 +1,6 @@
 """Section 4.4, how accurate classifiers are; and footnote 1 of section 3.1, classifiers that choose stimuli."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ from turing_learning.figures._one_run import accuracy_figure
 from turing_learning.interaction import STIMULATED
 from turing_learning.swarm import AGGREGATION
 
-from .._experiment import PRESETS, Findings, Runs, Sizes, Work, compare_columns, seeds_of, stacked, variant_of
+from .._experiment import PRESETS, Findings, Sizes, Work, compare_columns, seeds_of, stacked, variant_of
 from .._verdicts import REASONS, ClaimVerdict, Spreads, held
 
 if TYPE_CHECKING:
@@ -54,25 +54,15 @@ class BestAccuracies:
         return frame.join([Spreads.of(getattr(self, name)).frame(name, f"{name}_deviation") for name in names])
 
 
-@dataclass(frozen=True, eq=False)
-class Populations:
-    """Classifiers of some generations of R runs."""
-
-    classifiers: np.ndarray  # (R, G, N, Q), in the single precision in which they judge
-    fitness: np.ndarray  # (R, G, N), subjective
-    archived: list[np.ndarray]  # R of (U, Q): all that have judged beside them from the archive, each once
-    judging: list[np.ndarray]  # R of (G, U): in which of the generations each of those did
-
-
 def conduct_accuracy(work: Work, findings: Findings) -> None:
     """Conduct the runs; let all classifiers judge the same trials; compare the best of each generation."""
     sizes, means, every = work.sizes, {}, {}
     populations = {preset: run_populations(work, sizes["runs"], preset, sizes["generations"]) for preset in PRESETS}
     for preset, (accuracy, archived) in _accuracies(work, populations).items():
-        one = populations[preset]
-        pairs = zip(one.judging, archived, strict=True)
+        pairs = [(run["judging"], each) for run, each in zip(populations[preset], archived, strict=True)]
         referees = [np.where(judging, each, 0.0).max(axis=1, initial=0.0) for judging, each in pairs]
-        best = BestAccuracies.of(variant_of(preset), sizes["generations"], accuracy, one.fitness, referees)
+        fitness = np.stack([run["fitness"] for run in populations[preset]])
+        best = BestAccuracies.of(variant_of(preset), sizes["generations"], accuracy, fitness, referees)
         findings.verdicts += accuracy_verdicts(best)
         means[preset] = best.means_frame("subjective", "objective", "jury").assign(all=accuracy.mean(axis=(0, 2)))
         for k, seed in enumerate(seeds_of(sizes["runs"])):
@@ -91,15 +81,17 @@ def configuration_of(sizes: Sizes, preset: str, seed: int) -> Configuration:
     return load_configuration(None, preset, sizes["settings"] | own, scenario=AGGREGATION.name)
 
 
-def run_populations(work: Work, sizes: Sizes, preset: str, generations: list[int]) -> Populations:
-    """Conduct runs, a piece of work for each, and return the classifiers of some generations."""
-    pieces = []
+def run_populations(work: Work, sizes: Sizes, preset: str, generations: list[int]) -> list[dict[str, np.ndarray]]:
+    """Conduct runs, a piece of work for each, and return the classifiers of some generations G.
+
+    Of each run there are "classifiers" (G, N, Q), in the single precision in which they judge; their subjective "fitness" (G, N);
+    "archived" (U, Q), all that have judged beside them from the archive, each once; and "judging" (G, U), in which generations.
+    """
+    found = []
     for seed in seeds_of(sizes):
         compute = partial(_conducted, work, configuration_of(sizes, preset, seed), generations)
-        pieces.append(work.arrays(f"run-{preset}-seed{seed}", compute))
-    names = ("classifiers", "fitness", "archived", "judging")
-    classifiers, fitness, archived, judging = ([piece[name] for piece in pieces] for name in names)
-    return Populations(np.stack(classifiers), np.stack(fitness), archived, judging)
+        found.append(work.piece(f"run-{preset}-seed{seed}", compute, "npz"))
+    return found
 
 
 def _conducted(work: Work, configuration: Configuration, chosen: list[int]) -> dict[str, np.ndarray] | None:
@@ -124,13 +116,15 @@ def _conducted(work: Work, configuration: Configuration, chosen: list[int]) -> d
     return {name: np.stack(arrays) for name, arrays in kept.items()} | {"archived": archived, "judging": judging}
 
 
-def _accuracies(work: Work, populations: Mapping[str, Populations]) -> dict[str, tuple[np.ndarray, list[np.ndarray]]]:
+def _accuracies(
+    work: Work, populations: Mapping[str, Sequence[Mapping[str, np.ndarray]]]
+) -> dict[str, tuple[np.ndarray, list[np.ndarray]]]:
     """Return preset -> accuracies of populations (R, G, N) and archives, R of (U,), all in the same trials."""
     sizes = work.sizes
     models = detection.grid_models(AGGREGATION, sizes["points"])
     groups: list[np.ndarray] = []
-    for one in populations.values():
-        groups += [one.classifiers.reshape(-1, one.classifiers.shape[-1]), *one.archived]
+    for runs in populations.values():
+        groups += [one for run in runs for one in run["classifiers"]] + [run["archived"] for run in runs]
     genomes = np.concatenate(groups)
     classifier = classifier_of(configuration_of(sizes["runs"], PRESETS[0], sizes["runs"]["first_seed"]))
     bounds = [len(models) * k // sizes["parts"] for k in range(sizes["parts"] + 1)]
@@ -141,12 +135,13 @@ def _accuracies(work: Work, populations: Mapping[str, Populations]) -> dict[str,
         counts = detection.count_agents(classifier, genomes, AGGREGATION, models, part=chosen, **how)
         return None if counts is None else {"agents": counts.astype(np.uint32)}
 
-    parts = [work.arrays(f"grid-part{k + 1:02d}", partial(counted, k))["agents"] for k in range(sizes["parts"])]
+    names = [f"grid-part{k + 1:02d}" for k in range(sizes["parts"])]
+    parts = [work.piece(name, partial(counted, k), "npz")["agents"] for k, name in enumerate(names)]
     accuracy = detection.PostEvaluation.of_counts(np.asarray(sum(parts)), AGGREGATION, len(models)).accuracy
     split = iter(np.split(accuracy, np.cumsum([len(group) for group in groups])[:-1]))
     return {
-        preset: (next(split).reshape(one.fitness.shape), [next(split) for _ in one.archived])
-        for preset, one in populations.items()
+        preset: (np.array([[next(split) for _ in run["fitness"]] for run in runs]), [next(split) for _ in runs])
+        for preset, runs in populations.items()
     }
 
 
@@ -209,28 +204,21 @@ def conduct_interaction(work: Work, findings: Findings) -> None:
         for form, settings in FORMS.items():
             how: dict[str, Any] = {"generations": generations, "settings": settings}
             found[form] = work.runs(f"{name}-{form}", name, PRESETS[0], names, **how)
-        tests[name], remark = _compared(name, found)
-        findings.remarks.append(remark)
+        interactive, better = found["interactive"].errors[KIND], np.full(len(names), True)
+        tests[name] = frame = pd.DataFrame({"parameter": names})
+        for form, runs in found.items():
+            frame[f"{form}_median"] = np.median(runs.errors[KIND], axis=0)
+            if form != "interactive":
+                frame[f"{form}_p_value"] = compare_columns(interactive, runs.errors[KIND]).p_values
+                better &= frame["interactive_median"] < frame[f"{form}_median"]
+                better &= frame[f"{form}_p_value"] < 0.01
+        findings.remarks.append(
+            f"{system.title}: interaction has smaller errors than both passive forms (Mann-Whitney, p < 0.01 each) in "
+            f"{', '.join(frame['parameter'][better]) or 'no parameter'}."
+        )
         models = stacked({form: runs.models_frame() for form, runs in found.items()}, "form")
         findings.table("{system.name}-models", models, system=system)
         spans = np.array([each.high - each.low for each in system.parameters.values()])  # type: ignore[operator]
         figure = error_groups_figure({form: runs.errors[KIND] / spans for form, runs in found.items()}, names=names)
         findings.picture("{system.name}-errors", "", figure, system=system, runs=work.sizes["runs"])
     findings.table("errors", stacked(tests, "system"), True)
-
-
-def _compared(name: str, found: Mapping[str, Runs]) -> tuple[pd.DataFrame, str]:
-    """Return median errors of all forms with the tests, parameter by parameter, and a sentence about them."""
-    interactive = found["interactive"].errors[KIND]
-    frame = pd.DataFrame({"parameter": STIMULATED[name].parameter_names})
-    better = np.full(len(frame), True)
-    for form, runs in found.items():
-        frame[f"{form}_median"] = np.median(runs.errors[KIND], axis=0)
-        if form != "interactive":
-            frame[f"{form}_p_value"] = compare_columns(interactive, runs.errors[KIND]).p_values
-            better &= frame["interactive_median"] < frame[f"{form}_median"]
-            better &= frame[f"{form}_p_value"] < 0.01
-    said = ", ".join(frame["parameter"][better]) or "no parameter"
-    return frame, (
-        f"{STIMULATED[name].title}: interaction has smaller errors than both passive forms (Mann-Whitney, p < 0.01 each) in {said}."
-    )

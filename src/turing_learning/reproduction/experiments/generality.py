@@ -94,22 +94,6 @@ class NetworkRuns:
         """Outputs (T, 2) of the network of median performance."""
         return dynamic_outputs(self.model, self.networks[median_place(self.performance)])
 
-    @property
-    def near(self) -> bool:
-        """Whether the median of every steady output is near the truth."""
-        return bool((np.abs(np.median(self.runs.models["best_model"], axis=0) - TRUTH) <= NEAR).all())
-
-    @property
-    def astray(self) -> int:
-        """Number of runs with an output far from the truth."""
-        return int(np.count_nonzero(self.runs.errors["best_model"].max(axis=1) > 2 * NEAR))
-
-    @property
-    def few_astray(self) -> bool:
-        """Whether the share of the others does not fall short of the printed one."""
-        runs, printed = len(self.runs), PRINTED_ASTRAY.get(self.model.hidden, 0)
-        return shares_not_worse(1 - self.astray / runs, runs, 1 - printed / PAPER_RUNS, PAPER_RUNS)
-
 
 def conduct_black_box(work: Work, findings: Findings) -> None:
     """Conduct the studies, and look at what the networks do."""
@@ -155,15 +139,18 @@ def settling(outputs: np.ndarray, readings: np.ndarray = READINGS) -> int:
 
 def black_box_verdict(outcomes: Sequence[NetworkRuns]) -> ClaimVerdict:
     """Hold networks of all sizes against the claim."""
-    settled = [settling(outcome.dynamics) for outcome in outcomes]
-    texts = []
-    for one, step in zip(outcomes, settled, strict=True):
-        medians = valued(NAMES, np.median(one.runs.models["best_model"], axis=0))
+    texts, agrees = [], True
+    for one in outcomes:
+        medians, step, count = np.median(one.runs.models["best_model"], axis=0), settling(one.dynamics), len(one.runs)
+        astray = np.count_nonzero(one.runs.errors["best_model"].max(axis=1) > 2 * NEAR)
+        printed = PRINTED_ASTRAY.get(one.model.hidden, 0)
+        few_astray = shares_not_worse(1 - astray / count, count, 1 - printed / PAPER_RUNS, PAPER_RUNS)
+        agrees &= (np.abs(medians - TRUTH) <= NEAR).all() and few_astray and step <= QUICK
         texts.append(
-            f"{one.model.hidden} hidden: medians {medians}; median MAE {np.median(one.runs.maes('best_model')):.3f}, an output "
-            f"off by more than {2 * NEAR:g} in {one.astray} of {len(one.runs)} runs; settled in step {step}"
+            f"{one.model.hidden} hidden: medians {valued(NAMES, medians)}; median MAE "
+            f"{np.median(one.runs.maes('best_model')):.3f}, an output off by more than {2 * NEAR:g} in {astray} of {count} runs; "
+            f"settled in step {step}"
         )
-    agrees = all(one.near and one.few_astray for one in outcomes) and max(settled) <= QUICK
     return held(NETWORKS, agrees, ". ".join(texts), "black box", outcomes[0].runs.variant())
 
 

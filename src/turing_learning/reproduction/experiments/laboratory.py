@@ -1,7 +1,6 @@
 """Section 5: robots in the loop, in a laboratory that is emulated."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -9,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from turing_learning import analysis, robots
-from turing_learning.analysis import Comparison, absolute_error, mean_absolute_error
+from turing_learning.analysis import absolute_error, mean_absolute_error
 from turing_learning.analysis._errors import median_place
 from turing_learning.coevolution import THRESHOLD
 from turing_learning.config import classifier_of
@@ -48,43 +47,24 @@ def share_between(dynamics: pd.DataFrame) -> float:
     return float(dynamics["subjective"].between(dynamics["objective"], dynamics["average"]).mean())
 
 
-@dataclass(frozen=True, eq=False)
-class Validation:
-    """Trials of agents and of the median inferred model from common initial configurations, at K moments."""
-
-    agents: Gathering
-    replicas: Gathering
-    times_s: np.ndarray
-
-    @property
-    def comparison(self) -> Comparison:
-        """Tests of the four `QUANTITIES`."""
-
-        def values(one: Gathering) -> np.ndarray:
-            ends = one.proportion[:, -1], one.dispersion[:, -1]
-            return np.column_stack([*ends, one.proportion.mean(1), one.dispersion.mean(1)])
-
-        return compare_columns(values(self.agents), values(self.replicas))
-
-
 def conduct(work: Work, findings: Findings) -> None:
     """Conduct the emulated and the simulated runs; validate the median model; judge random models."""
     sizes, truth = work.sizes, np.array(robots.LABORATORY.controller)
     emulated, simulated = trials.emulated_runs(work), trials.simulated_runs(work, "default")
     outcomes = {EMULATED: emulated, SIMULATED: simulated}
     outcomes[f"{SIMULATED}, preset paper"] = trials.simulated_runs(work, "paper")
-    swarms = trials.gatherings(work, np.median(emulated.best, axis=0))
-    validation = Validation(*swarms, trials.times_of(sizes["validation"]))
+    agents, replicas = trials.gatherings(work, np.median(emulated.best, axis=0))
+    times_s = trials.times_of(sizes["validation"])
     best = _accuracies(work, emulated)
     verdicts = findings.verdicts
     verdicts += [runs_verdict(runs, truth, "" if kind == EMULATED else kind) for kind, runs in outcomes.items()]
     verdicts += [
         dynamics_verdict(emulated, simulated, truth),
-        validation_verdict(validation),
+        validation_verdict(agents, replicas, times_s[-1]),
         classifiers_verdict(best),
     ]
     _show_runs(findings, outcomes, seeds_of(sizes["runs"]), truth)
-    _show_validation(findings, validation, sizes["validation"])
+    _show_validation(findings, agents, replicas, times_s, sizes["validation"])
     findings.table("accuracy", best.means_frame("subjective", "objective"))
     figure = accuracy_figure(best.generations, subjective=best.subjective, objective=best.objective)
     words = {"models": sizes["random_models"]["models"], "runs": len(best.objective)}
@@ -94,7 +74,7 @@ def conduct(work: Work, findings: Findings) -> None:
 def _accuracies(work: Work, runs: LaboratoryRuns) -> BestAccuracies:
     """Let all stored classifiers judge the same trials of random models (paper, section 5.5)."""
     sizes, path = work.sizes["runs"], trials.laboratory_file(work, "default")
-    samples = work.arrays("random-models", partial(trials.random_models, path, work.sizes["random_models"]))
+    samples = work.piece("random-models", partial(trials.random_models, path, work.sizes["random_models"]), "npz")
     classifier = classifier_of(robots.load_laboratory(path, sizes["settings"]).configuration)
     genomes = runs.classifiers.reshape(-1, runs.classifiers.shape[-1]).astype(np.float64)
     agents, replicas = (classifier.judge(genomes, samples[name]) >= THRESHOLD for name in ("agents", "replicas"))
@@ -135,15 +115,14 @@ def dynamics_verdict(emulated: LaboratoryRuns, simulated: LaboratoryRuns, truth:
     return held(DYNAMICS, min(shares) > 0.5 and (late <= CORRESPONDENCE).all(), observed, "dynamics")
 
 
-def validation_verdict(validation: Validation) -> ClaimVerdict:
-    """Compare what swarms of the median model and of agents do."""
-    swarms, comparison = (validation.agents, validation.replicas), validation.comparison
-    shares = [one.proportion[:, -1].mean() for one in swarms]
-    spreads = [one.dispersion[:, -1].mean() for one in swarms]
+def validation_verdict(agents: Gathering, replicas: Gathering, duration_s: float) -> ClaimVerdict:
+    """Compare what swarms of agents and of the median model do from the same start, by the four `QUANTITIES`."""
+    curves = [(one.proportion, one.dispersion) for one in (agents, replicas)]
+    values = [np.column_stack([each[:, -1] for each in own] + [each.mean(axis=1) for each in own]) for own in curves]
+    comparison, (shares, spreads) = compare_columns(*values), [[own[:, k].mean() for own in values] for k in (0, 1)]
     observed = (
-        f"{validation.agents.seen.shape[2]} robots after {validation.times_s[-1]:g} s: largest cluster {shares[0]:.2f} (agents), "
-        f"{shares[1]:.2f} (model) of the robots; dispersion {spreads[0]:.0f}, {spreads[1]:.0f}; p: "
-        f"{valued(QUANTITIES, comparison.p_values, '.2g')}"
+        f"{agents.seen.shape[2]} robots after {duration_s:g} s: largest cluster {shares[0]:.2f} (agents), {shares[1]:.2f} "
+        f"(model) of the robots; dispersion {spreads[0]:.0f}, {spreads[1]:.0f}; p: {valued(QUANTITIES, comparison.p_values, '.2g')}"
     )
     return held(VALIDATION, not comparison.significant.any(), observed, "validation")
 
@@ -194,24 +173,26 @@ def _show_runs(findings: Findings, outcomes: Mapping[str, LaboratoryRuns], seeds
     findings.picture("error-dynamics", DYNAMICS, error_panels_figure(named, titles=titles), runs=number)
 
 
-def _show_validation(findings: Findings, validation: Validation, sizes: Sizes) -> None:
+def _show_validation(
+    findings: Findings, agents: Gathering, replicas: Gathering, times_s: np.ndarray, sizes: Sizes
+) -> None:
     """Add table and pictures of the swarms before the camera."""
-    both, frames = (validation.agents, validation.replicas), {}
+    both, frames = (agents, replicas), {}
     for kind, one in zip(trials.KINDS, both, strict=True):
         ends = {"proportion": one.proportion[:, -1], "dispersion": one.dispersion[:, -1]}
         numbers = np.arange(1, len(one.complete) + 1)
         frames[kind] = pd.DataFrame({"trial": numbers, **ends, "images_complete": one.complete.mean(axis=1)})
     findings.table("validation", stacked(frames, "controller"))
-    swarms, replicas = dict(zip(("agents", "inferred model"), both, strict=True)), validation.replicas
+    swarms = {"agents": agents, "inferred model": replicas}
     curves = {
         "Proportion in largest cluster": {name: one.proportion for name, one in swarms.items()},
         "Dispersion": {name: one.dispersion for name, one in swarms.items()},
     }
     limits = dict(zip(curves, (1.0, analysis.least_dispersion(sizes["robots"])), strict=True))
-    moments = [int(np.argmin(np.abs(validation.times_s - time))) for time in sizes["shown_s"]]
+    moments = [int(np.argmin(np.abs(times_s - time))) for time in sizes["shown_s"]]
     trial = median_place(replicas.dispersion[:, -1])
     look: dict[str, Any] = {"robots": sizes["robots"], "robot_radius_cm": replicas.radius_cm, "columns": 4}
     snapshots = snapshots_figure(replicas.poses[trial, moments], times_s=sizes["shown_s"], **look)
-    gathering, words = gathering_figure(validation.times_s, curves, limits=limits), {"robots": sizes["robots"]}
+    gathering, words = gathering_figure(times_s, curves, limits=limits), {"robots": sizes["robots"]}
     findings.picture("gathering", VALIDATION, gathering, trials=sizes["trials"], **words)
     findings.picture("snapshots", VALIDATION, snapshots, **words)

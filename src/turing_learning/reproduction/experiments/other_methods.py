@@ -182,10 +182,8 @@ def _found(work: Work, scenario: Scenario, method: str, trials: int, seed: int) 
 
 def as_json(inferred: methods.Inferred, seconds: float) -> dict[str, Any]:
     """Return what a piece of work holds: None where a number is not known."""
-    found: dict[str, Any] = {}
-    for name in ("estimate", "low", "high"):
-        values = getattr(inferred, name)
-        found[name] = None if values is None else [v if is_known(v) else None for v in values.tolist()]
+    known = {name: None if values is None else values.tolist() for name, values in vars(inferred).items()}
+    found = {name: values and [v if is_known(v) else None for v in values] for name, values in known.items()}
     return found | {"processor_seconds": round(seconds, 2)}
 
 
