@@ -17,13 +17,10 @@ from ._style import (
     ORANGE,
     RULE,
     SKY,
-    THIN,
     add_legend,
     draw_line,
-    logarithmic,
     note,
     one_panel,
-    over_generations,
     row_of_panels,
     series,
 )
@@ -122,7 +119,7 @@ def error_box_figure(
     groups = [np.maximum(group, SMALLEST) for group in errors]
     panels, axes = one_panel(min(12.0, max(3.6, 1.1 * len(names) + 1.4)), 3.4)
     _draw_boxes(axes, groups, names=names)
-    logarithmic(axes, *groups)
+    panels.logarithmic(*groups)
     if len(names) > MOST_LEVEL_LABELS:
         axes.tick_params(axis="x", rotation=60)
     panels.label(what, where)
@@ -141,7 +138,7 @@ def error_groups_figure(groups: Mapping[str, np.ndarray], *, names: Sequence[str
         _draw_boxes(axes, list(np.maximum(errors, 1e-4).T), positions=places, color=color)
         handles.append(Patch(edgecolor=color, facecolor="none", label=kind))
     axes.set_xticks([width * p + (len(groups) - 1) / 2 for p in range(len(names))], list(names))
-    logarithmic(axes, *groups.values())
+    panels.logarithmic(*groups.values())
     panels.label("Absolute error, share of range", "Parameter")
     add_legend(panels.figure, handles=handles, loc="outside upper left", ncols=len(groups))
     return panels.figure
@@ -209,8 +206,8 @@ def convergence_figure(
         for k, name in enumerate(names):
             draw_line(axes, values[:, k], trials, linewidth=1.3, label=name, **series(k))
             if truth is not None:
-                axes.axhline(truth[k], color=series(k)["color"], **THIN)
-        over_generations(axes, "Median over the runs" if axes is panels.axes[0] else "", len(values), trials)
+                axes.axhline(truth[k], color=series(k)["color"], linewidth=0.7, linestyle=(0, (2, 3)), label="_")
+    panels.over_generations("Median over the runs", len(medians[0]), trials)
     return panels.with_legend(ncols=min(len(names), 6))
 
 
@@ -220,8 +217,8 @@ def error_panels_figure(errors: Sequence[Mapping[str, np.ndarray]], *, titles: S
     for axes, curves in zip(panels.axes, errors, strict=True):
         for name, style in ERRORS.items():
             axes.plot(curves[name], label=name, linewidth=1.4, **style)
-        over_generations(axes, "Mean absolute error" if axes is panels.axes[0] else "", len(curves[name]))
         axes.set_ylim(bottom=0)
+    panels.over_generations("Mean absolute error", len(errors[0]["subjectively best"]))
     return panels.with_legend(ncols=3)
 
 
@@ -282,7 +279,7 @@ def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) 
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.0f}"))
     row.label("Mean absolute error", "Trials")
     everything = (runs for methods in panels.values() for errors in methods.values() for runs in errors.values())
-    logarithmic(row.axes[0], *everything)
+    row.logarithmic(*everything)
     return row.with_legend(loc="center")
 
 

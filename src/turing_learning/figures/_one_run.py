@@ -24,11 +24,9 @@ from ._style import (
     Panels,
     draw_line,
     grid_of_panels,
-    logarithmic,
     new_figure,
     note,
     one_panel,
-    over_generations,
     prepare_axes,
     series,
 )
@@ -59,6 +57,7 @@ def parameters_figure(
     Figure 5 of the paper shows the same quantities for 30 runs.
     """
     panels = panels or grid_of_panels(names, 2.15, sharex=True)
+    panels.over_generations("", len(best_models), trials)
     for k, axes in enumerate(panels.axes):
         best, typical = best_models[:, k], typical_models[:, k]
         draw_line(axes, best, trials, color=SKY, linewidth=0.6, alpha=0.9, label="best model")
@@ -74,7 +73,6 @@ def parameters_figure(
         if values.min() < low - margin or values.max() > high + margin:
             text = f"whole range {values.min():.3g} to {values.max():.3g}"
             note(axes, text.replace("-", "\N{MINUS SIGN}"), height=1.03)
-        over_generations(axes, "", len(best), trials)
         if k + panels.columns < len(panels.axes):  # another panel is below
             axes.set_xlabel("")
         axes.tick_params(labelbottom=bool(axes.get_xlabel()))
@@ -91,8 +89,8 @@ def error_figure(mae_best: np.ndarray, mae_typical: np.ndarray, *, trials: np.nd
     panels, axes = one_panel(5.2, 3.1)
     draw_line(axes, mae_best, trials, color=SKY, linewidth=0.7, label="best model")
     draw_line(axes, mae_typical, trials, color=BLUE, linewidth=1.2, label=_typical(trials))
-    logarithmic(axes, mae_best, mae_typical)
-    over_generations(axes, "Mean absolute error", len(mae_best), trials)
+    panels.logarithmic(mae_best, mae_typical)
+    panels.over_generations("Mean absolute error", len(mae_best), trials)
     return panels.with_legend(ncols=2)
 
 
@@ -122,7 +120,7 @@ def fitness_figure(
         over = starts if trials is None else trials[starts]
         axes.fill_between(over, low, high, color=color, alpha=0.22, linewidth=0)
         draw_line(axes, middle, trials, color=color, linewidth=1.2, linestyle=line, label=name)
-    over_generations(axes, "Fitness (median, quartiles)", len(model_fitness), trials)
+    panels.over_generations("Fitness (median, quartiles)", len(model_fitness), trials)
     return panels.with_legend(ncols=3)
 
 
@@ -136,8 +134,8 @@ def step_sizes_figure(
         plain = ("\u200b" if name.startswith("_") else "") + name.replace("$", r"\$")
         draw_line(axes, model_step_sizes[:, k], linewidth=1.1, label=plain, **series(k))
     draw_line(axes, classifier_step_sizes, color=INK, linewidth=1.8, label="classifiers")
-    logarithmic(axes, model_step_sizes, classifier_step_sizes)
-    over_generations(axes, "Step size (median)", len(model_step_sizes))
+    panels.logarithmic(model_step_sizes, classifier_step_sizes)
+    panels.over_generations("Step size (median)", len(model_step_sizes))
     longest = max(map(len, (*names, "classifiers")))
     return panels.with_legend(ncols=max(1, min(5, WIDTH_OF_NAMES // (longest + 4))))
 

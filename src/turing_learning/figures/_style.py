@@ -29,8 +29,6 @@ PAGE_COLORS = {
 
 DASHED = (0, (4, 2.5))
 """Line style of true values and limits."""
-THIN: dict[str, Any] = {"linewidth": 0.7, "linestyle": (0, (2, 3)), "label": "_"}
-"""Look of lines that others are compared with."""
 
 _COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER)
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)), (0, (9, 2)), (0, (3, 3)))
@@ -54,6 +52,29 @@ class Panels:
         """Label all panels, the vertical axes of those in the first column alone."""
         for k, axes in enumerate(self.axes):
             label(axes, "" if k % self.columns else y, x)
+
+    def over_generations(self, y: str, generations: int, trials: np.ndarray | None = None) -> None:
+        """Label all panels, and let them run from 0 to the number of generations, or to the last of the trials."""
+        from matplotlib.ticker import MaxNLocator
+
+        self.label(y, "Generation" if trials is None else "Trials")
+        for axes in self.axes:
+            axes.set_xlim(0, generations if trials is None else trials[-1])
+            axes.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True, steps=[1, 2, 2.5, 5, 10]))
+
+    def logarithmic(self, *values: np.ndarray) -> None:
+        """Make the vertical axis logarithmic with plain numbers as labels, if there is a positive value to show."""
+        from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+        everything, axes = np.concatenate([np.ravel(value) for value in values]), self.axes[0]
+        positive = everything[everything > 0]
+        if not positive.size:
+            return
+        axes.set_yscale("log", nonpositive="mask")
+        decades = np.log10(positive.max() / positive.min())
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 2 else (1.0,), numticks=12))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
 
     def with_legend(self, *, ncols: int | None = None, loc: str = "left") -> "Figure":
         """Add one legend, above a new figure or in the first of the given axes, in which each name stands once."""
@@ -132,37 +153,10 @@ def note(axes: "Axes", text: str, *, height: float = 1.02) -> None:
     axes.text(1, height, text, transform=axes.transAxes, ha="right", va="bottom", fontsize=7.5, color=MUTED)
 
 
-def over_generations(axes: "Axes", y: str, generations: int, trials: np.ndarray | None = None) -> None:
-    """Let the horizontal axis run from 0 to the number of generations, or to the last of the trials, with integers as ticks.
-
-    Label both axes.
-    """
-    label(axes, y, "Generation" if trials is None else "Trials")
-    from matplotlib.ticker import MaxNLocator
-
-    axes.set_xlim(0, generations if trials is None else trials[-1])
-    axes.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True, steps=[1, 2, 2.5, 5, 10]))
-
-
 def draw_line(axes: "Axes", values: np.ndarray, trials: np.ndarray | None = None, **options: Any) -> None:
     """Draw one value per generation, or over the trials spent by then; a single generation becomes a dot."""
     marker: dict[str, Any] = {"marker": "o", "markersize": 4} if len(values) == 1 else {}
     axes.plot(np.arange(len(values)) if trials is None else trials, values, **marker, **options)
-
-
-def logarithmic(axes: "Axes", *values: np.ndarray) -> None:
-    """Make the vertical axis logarithmic with plain numbers as labels, if there is a positive value to show."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    everything = np.concatenate([np.ravel(value) for value in values])
-    positive = everything[everything > 0]
-    if not positive.size:
-        return
-    axes.set_yscale("log", nonpositive="mask")
-    decades = np.log10(positive.max() / positive.min())
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 2 else (1.0,), numticks=12))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def add_legend(target: Any, **options: Any) -> None:
