@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Numbers = Sequence[float] | np.ndarray | None
+"""True values of parameters, None where they are unknown."""
 WHISKERS = 1.5  # interquartile ranges: paper, footnote on box plots
 SMALLEST = 1e-6  # error that a logarithmic axis can show
 MOST_LEVEL_LABELS = 12  # names that fit side by side
@@ -71,23 +73,17 @@ def box_figure(
     parameters = values.shape[1]
     require(len(names) == parameters, "names", f"hold one name per parameter, {parameters}", len(names))
     truth = None if truth is None else array("truth", truth, "P", P=parameters)
-    size = max(3.6, 0.9 * parameters + 1.4), 3.4
-    return box_panels_figure([values], titles=[""], names=names, truth=truth, size=size)
+    return box_panels_figure({"": values}, names=names, truth=truth)
 
 
 def box_panels_figure(
-    groups: Sequence[np.ndarray],
-    *,
-    titles: Sequence[str],
-    names: Sequence[str],
-    truth: Sequence[float] | np.ndarray | None,
-    what: str = "Value of the parameter",
-    size: tuple[float, float] | None = None,
+    groups: Mapping[str, np.ndarray], *, names: Sequence[str], truth: Numbers, what: str = "Value of the parameter"
 ) -> "Figure":
-    """Draw `box_figure` for several groups of runs (R, P), side by side at the same scale: figures 11 and 13 of the paper."""
-    panels = row_of_panels(titles, *(size or (max(3.6, 2.7 * len(groups)), 3.2)))
+    """Draw `box_figure` for groups of runs (R, P) with titles, side by side at one scale: figures 11 and 13 of the paper."""
+    size = (max(3.6, 2.7 * len(groups)), 3.2) if len(groups) > 1 else (max(3.6, 0.9 * len(names) + 1.4), 3.4)
+    panels = row_of_panels(list(groups), *size)
     known, limits = [] if truth is None else list(truth), []
-    for axes, values in zip(panels.axes, groups, strict=True):
+    for axes, values in zip(panels.axes, groups.values(), strict=True):
         _draw_boxes(axes, list(values.T), names=names)
         if known:
             places, look = np.arange(1, len(known) + 1), dict[str, Any](color=INK, linewidth=1.1, linestyle=DASHED)
@@ -113,14 +109,14 @@ def _focus(axes: "Axes", values: np.ndarray, truth: list[float]) -> tuple[float,
 
 
 def error_box_figure(
-    errors: Sequence[np.ndarray], *, names: Sequence[str], what: str = "Absolute error", where: str = "Parameter"
+    errors: Mapping[str, np.ndarray], *, what: str = "Absolute error", where: str = "Parameter"
 ) -> "Figure":
     """Draw groups of errors (R,) as boxes on a logarithmic axis, as in figure 14b of the paper; the least is drawn at 1e-6."""
-    groups = [np.maximum(group, SMALLEST) for group in errors]
-    panels, axes = one_panel(min(12.0, max(3.6, 1.1 * len(names) + 1.4)), 3.4)
-    _draw_boxes(axes, groups, names=names)
+    groups = [np.maximum(group, SMALLEST) for group in errors.values()]
+    panels, axes = one_panel(min(12.0, max(3.6, 1.1 * len(errors) + 1.4)), 3.4)
+    _draw_boxes(axes, groups, names=list(errors))
     panels.logarithmic(*groups)
-    if len(names) > MOST_LEVEL_LABELS:
+    if len(errors) > MOST_LEVEL_LABELS:
         axes.tick_params(axis="x", rotation=60)
     panels.label(what, where)
     return panels.figure
@@ -190,35 +186,31 @@ def _draw_boxes(
 
 
 def convergence_figure(
-    medians: Sequence[np.ndarray],
-    *,
-    names: Sequence[str],
-    titles: Sequence[str] = ("",),
-    truth: Sequence[float] | np.ndarray | None = None,
-    trials: np.ndarray | None = None,
+    medians: Mapping[str, np.ndarray], *, names: Sequence[str], truth: Numbers = None, trials: np.ndarray | None = None
 ) -> "Figure":
     """Draw medians over the runs (G, P), of runs of trials over those spent (G,), as in figure 5 of the paper.
 
-    Several kinds of runs are side by side on one scale, as in figure 19. True values are thin and dashed.
+    Several kinds of runs, by titles, are side by side on one scale, as in figure 19. True values are thin and dashed.
     """
-    panels = row_of_panels(titles, *((6.4, 3.4) if len(titles) == 1 else (7.4, 3.3)), loc="center", fontsize=9.5)
-    for axes, values in zip(panels.axes, medians, strict=True):
+    size = (7.4, 3.3) if len(medians) > 1 else (6.4, 3.4)
+    panels = row_of_panels(list(medians), *size, loc="center", fontsize=9.5)
+    for axes, values in zip(panels.axes, medians.values(), strict=True):
         for k, name in enumerate(names):
             draw_line(axes, values[:, k], trials, linewidth=1.3, label=name, **series(k))
             if truth is not None:
                 axes.axhline(truth[k], color=series(k)["color"], linewidth=0.7, linestyle=(0, (2, 3)), label="_")
-    panels.over_generations("Median over the runs", len(medians[0]), trials)
+    panels.over_generations("Median over the runs", len(values), trials)
     return panels.with_legend(ncols=min(len(names), 6))
 
 
-def error_panels_figure(errors: Sequence[Mapping[str, np.ndarray]], *, titles: Sequence[str]) -> "Figure":
-    """Draw the errors of the models of each generation in several kinds of runs, the curves (G,) of `ERRORS`, as figure 20."""
-    panels = row_of_panels(titles, 7.4, 3.3, loc="center", fontsize=9.5)
-    for axes, curves in zip(panels.axes, errors, strict=True):
+def error_panels_figure(errors: Mapping[str, Mapping[str, Any]]) -> "Figure":
+    """Draw the errors of the models of each generation in kinds of runs, by titles: the curves (G,) of `ERRORS`, as figure 20."""
+    panels = row_of_panels(list(errors), 7.4, 3.3, loc="center", fontsize=9.5)
+    for axes, curves in zip(panels.axes, errors.values(), strict=True):
         for name, style in ERRORS.items():
             axes.plot(curves[name], label=name, linewidth=1.4, **style)
         axes.set_ylim(bottom=0)
-    panels.over_generations("Mean absolute error", len(errors[0]["subjectively best"]))
+    panels.over_generations("Mean absolute error", len(curves["subjectively best"]))
     return panels.with_legend(ncols=3)
 
 
@@ -283,16 +275,14 @@ def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) 
     return row.with_legend(loc="center")
 
 
-def dynamic_outputs_figure(
-    outputs: Sequence[np.ndarray], *, readings: np.ndarray, titles: Sequence[str], truth: np.ndarray
-) -> "Figure":
-    """Draw both outputs (T, 2) of networks while the sensor reading (T,) changes, a panel each; those of agents are dashed.
+def dynamic_outputs_figure(outputs: Mapping[str, np.ndarray], *, readings: np.ndarray, truth: np.ndarray) -> "Figure":
+    """Draw both outputs (T, 2) of networks, by titles, while the sensor reading (T,) changes; those of agents are dashed.
 
     A panel is shaded where the reading is not 0. As in figure 12 of the paper.
     """
-    panels = row_of_panels(titles, max(3.6, 2.7 * len(outputs)), 3.0)
+    panels = row_of_panels(list(outputs), max(3.6, 2.7 * len(outputs)), 3.0)
     steps = np.arange(1, len(readings) + 1)
-    for axes, one in zip(panels.axes, outputs, strict=True):
+    for axes, one in zip(panels.axes, outputs.values(), strict=True):
         for step in steps[readings != 0]:
             axes.axvspan(step - 0.5, step + 0.5, color=RULE, alpha=0.6, linewidth=0, zorder=0)
         for side, color, name in ((0, BLUE, "left wheel"), (1, ORANGE, "right wheel")):

@@ -36,10 +36,10 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
         return [boxes]
     if len(result.groups) > 1:
         found = members(plan, result.runs)[:MOST_GROUPS]
-        maes = [np.array([run.estimate_mae for run in own], dtype=float) for _, own in found]
+        maes = {label(group): np.array([run.estimate_mae for run in own], dtype=float) for group, own in found}
         more = f"; the first {MOST_GROUPS} of {len(result.groups)}" if len(result.groups) > MOST_GROUPS else ""
-        words = [label(group).replace(", ", "\n") for group, _ in found]
-        figure = error_box_figure(maes, names=words, what="Mean absolute error", where="")
+        named = {name.replace(", ", "\n"): errors for name, errors in maes.items()}
+        figure = error_box_figure(named, what="Mean absolute error", where="")
         caption = f"Of the estimate, configuration by configuration{more}."
         return [Picture("configurations", "Mean absolute errors", caption, figure, wide=True)]
     caption = f"Of the estimate, {len(result.maes)} runs; {GOOD:g} and {FAIR:g} are dashed where errors reach them"
@@ -48,13 +48,13 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
     over = plan.configuration(1).spent(len(medians[0].medians["best_mae"]))
     if plan.behaviors:
         caption = f"Of the {what}, parameter by parameter (figure 14b of the paper)."
-        figure = error_box_figure([errors_of(result.runs, chosen, name) for name in names], names=names)
+        figure = error_box_figure({name: errors_of(result.runs, chosen, name) for name in names})
         errors = Picture("errors", "Absolute errors", caption, figure)
         caption = f"Median over the runs of the absolute errors of the {what}."
-        figure = convergence_figure([medians[0].medians[f"{kind}_error"]], names=names, trials=over)
+        figure = convergence_figure({"": medians[0].medians[f"{kind}_error"]}, names=names, trials=over)
         return [histogram, errors, Picture("convergence", "Convergence", caption, figure)]
     caption = f"Median over the runs of the {what}; the truth is thin (figure 5 of the paper)."
-    figure = convergence_figure([medians[0].medians[f"{kind}_model"]], names=labels, truth=truth, trials=over)
+    figure = convergence_figure({"": medians[0].medians[f"{kind}_model"]}, names=labels, truth=truth, trials=over)
     return [boxes, histogram, Picture("convergence", "Convergence", caption, figure, wide=True)]
 
 

@@ -64,20 +64,20 @@ def test_far_outliers_are_counted_and_do_not_flatten_the_boxes():
 @pytest.mark.parametrize("runs", [1, 2])
 def test_few_runs_can_be_drawn(runs):
     draw(box_figure(np.ones((runs, 3)), names=NAMES, truth=[1, 1, 1]))
-    draw(error_box_figure([np.zeros(runs)], names=["a"]))
+    draw(error_box_figure({"a": np.zeros(runs)}))
     draw(error_histogram_figure(np.zeros(runs), limits=LIMITS))
-    draw(convergence_figure([np.ones((runs, 3))], names=NAMES))
+    draw(convergence_figure({"": np.ones((runs, 3))}, names=NAMES))
 
 
 def test_groups_of_errors_may_differ_in_size_and_the_axis_is_logarithmic():
-    axes = draw(error_box_figure([np.array([0.01, 0.1, 1.0]), np.array([0.5])], names=["a", "b"])).axes[0]
+    axes = draw(error_box_figure({"a": np.array([0.01, 0.1, 1.0]), "b": np.array([0.5])})).axes[0]
     assert axes.get_yscale() == "log"
     assert medians(axes) == [0.1, 0.5]
 
 
 def test_convergence_has_a_line_and_a_thin_truth_per_parameter():
     values = RNG.normal(size=(20, 3))
-    axes = draw(convergence_figure([values], names=NAMES, truth=[1, 2, 3])).axes[0]
+    axes = draw(convergence_figure({"": values}, names=NAMES, truth=[1, 2, 3])).axes[0]
     lines = {line.get_label(): line.get_ydata() for line in axes.lines if not line.get_label().startswith("_")}
     assert list(lines) == list(NAMES)
     np.testing.assert_array_equal(lines["vr0"], values[:, 1])
@@ -94,7 +94,7 @@ def test_the_histogram_counts_every_run_and_names_those_beyond():
 
 
 def box_panels(*groups, titles=("mixed", "separated"), truth=TRUTH):
-    return box_panels_figure(groups, titles=titles, names=FOUR, truth=truth)
+    return box_panels_figure(dict(zip(titles, groups, strict=False)), names=FOUR, truth=truth)
 
 
 def test_a_panel_for_each_group_at_the_same_scale_with_the_truth_dashed():
@@ -119,7 +119,7 @@ def test_outliers_of_a_panel_are_counted_and_do_not_flatten_the_boxes():
 def test_the_outputs_of_both_wheels_are_drawn_over_time_where_something_is_seen_shaded():
     outputs = RNG.uniform(-1, 1, (30, 2))
     truth = TRUTH.reshape(-1, 2)[READINGS]
-    figure = draw(dynamic_outputs_figure([outputs, outputs], readings=READINGS, titles=("One", "Three"), truth=truth))
+    figure = draw(dynamic_outputs_figure({"One": outputs, "Three": outputs}, readings=READINGS, truth=truth))
     axes = figure.axes[0]
     left = next(line for line in axes.lines if line.get_label() == "left wheel")
     np.testing.assert_array_equal(left.get_ydata(), outputs[:, 0])
@@ -145,15 +145,15 @@ def test_both_axes_are_logarithmic_with_plain_numbers():
 
 
 def test_parameters_of_both_kinds_of_runs_share_a_scale_and_a_legend():
-    medians = [RNG.uniform(-1, 1, (20, 2)), RNG.uniform(-1, 1, (20, 2))]
-    figure = draw(convergence_figure(medians, titles=("A", "B"), names=("x", "y"), truth=(0.5, -0.5)))
+    medians = {name: RNG.uniform(-1, 1, (20, 2)) for name in "AB"}
+    figure = draw(convergence_figure(medians, names=("x", "y"), truth=(0.5, -0.5)))
     assert [axes.get_title() for axes in figure.axes] == ["A", "B"]
     assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["x", "y"]
 
 
 def test_curves_differ_in_their_dashes():
-    figure = draw(error_panels_figure([CURVES, CURVES], titles=("A", "B")))
+    figure = draw(error_panels_figure({"A": CURVES, "B": CURVES}))
     dashes = {str(line.get_linestyle()) + str(line._dash_pattern) for line in figure.axes[0].lines}
     assert len(dashes) == 3
 

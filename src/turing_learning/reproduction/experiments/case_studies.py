@@ -277,7 +277,7 @@ def _show(findings: Findings, cases: Sequence[Case], outcomes: Sequence[Outcome]
         swarms = dispersion_figure(emergence.agents, emergence.models, least=least, gathered=case.gathered)
         for name, claim, figure in (
             ("boxes", f"4.3-{case.key}-ae", box_figure(runs.models["best_model"], **look)),
-            ("convergence", "4.3-convergence", convergence_figure([one.medians], **look)),
+            ("convergence", "4.3-convergence", convergence_figure({"": one.medians}, **look)),
             ("dispersion", f"4.3-emergent-{case.key}", swarms),
         ):
             findings.picture("{scenario.name}-{preset}-" + name, claim, figure, **words)

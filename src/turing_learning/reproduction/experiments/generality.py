@@ -116,11 +116,11 @@ def conduct_black_box(work: Work, findings: Findings) -> None:
             moments = pd.DataFrame({"step": np.arange(1, len(READINGS) + 1), "reading": READINGS})
             dynamic[preset, hidden] = moments.join(pd.DataFrame(one.dynamics, columns=["left", "right"]))
         findings.verdicts.append(black_box_verdict(outcomes))
-        titles, words = [one.title for one in outcomes], {"preset": preset, "runs": len(outcomes[0].runs)}
-        look: dict[str, Any] = {"titles": titles, "names": NAMES, "truth": TRUTH, "what": "Steady output"}
-        boxes = figures.box_panels_figure([one.runs.models["best_model"] for one in outcomes], **look)
-        look = {"titles": titles, "readings": READINGS, "truth": TRUTH.reshape(-1, 2)[READINGS]}
-        curves = figures.dynamic_outputs_figure([one.dynamics for one in outcomes], **look)
+        words, changing = {"preset": preset, "runs": len(outcomes[0].runs)}, TRUTH.reshape(-1, 2)[READINGS]
+        outputs = {one.title: one.runs.models["best_model"] for one in outcomes}
+        boxes = figures.box_panels_figure(outputs, names=NAMES, truth=TRUTH, what="Steady output")
+        dynamics = {one.title: one.dynamics for one in outcomes}
+        curves = figures.dynamic_outputs_figure(dynamics, readings=READINGS, truth=changing)
         findings.picture("{preset}-steady-outputs", NETWORKS, boxes, **words)
         findings.picture("{preset}-dynamic-outputs", NETWORKS, curves, **words)
     findings.table("absolute-errors", stacked(errors, "preset", "hidden", "weights"))
@@ -177,8 +177,8 @@ def conduct_separated(work: Work, findings: Findings) -> None:
         words = {"preset": preset, "runs": work.sizes["runs"]}
         models = stacked({name: runs.models_frame() for name, runs in both.items()}, "grouping")
         findings.table("{preset}-models", models, **words)
-        look: dict[str, Any] = {"titles": ("Mixed", "Separated"), "names": NAMES, "truth": AGGREGATION.controller}
-        figure = figures.box_panels_figure([runs.models["best_model"] for runs in both.values()], **look)
+        groups = {name.capitalize(): runs.models["best_model"] for name, runs in both.items()}
+        figure = figures.box_panels_figure(groups, names=NAMES, truth=AGGREGATION.controller)
         findings.picture("{preset}-boxes", SEPARATED_SWARMS, figure, **words)
     findings.table("absolute-errors", stacked(errors, "preset", "model"))
 
@@ -221,7 +221,7 @@ def conduct_behaviors(work: Work, findings: Findings) -> None:
         words = {"preset": preset, "runs": len(runs)}
         findings.table("{preset}-runs", frame, **words)
         histogram = figures.error_histogram_figure(runs.maes("best_model"), limits=(GOOD, FAIR))
-        boxes = figures.error_box_figure(list(runs.errors["best_model"].T), names=NAMES)
+        boxes = figures.error_box_figure(dict(zip(NAMES, runs.errors["best_model"].T, strict=True)))
         findings.picture("{preset}-histogram", RANDOM, histogram, **words)
         findings.picture("{preset}-errors", RANDOM, boxes, **words)
 

@@ -162,15 +162,14 @@ def _show_runs(findings: Findings, outcomes: Mapping[str, LaboratoryRuns], seeds
     findings.table("absolute-errors", stacked(errors, "runs"), True)
     findings.table("models", stacked(models, "runs"))
     findings.table("dynamics", stacked(dynamics, "runs"))
-    both, best = (EMULATED, SIMULATED), outcomes[EMULATED].best
-    titles, number = [kind.capitalize() for kind in both], len(best)
+    both, best = {kind.capitalize(): kind for kind in (EMULATED, SIMULATED)}, outcomes[EMULATED].best
     look: dict[str, Any] = {"names": NAMES, "truth": truth}
-    parameters = convergence_figure([medians(outcomes[kind]) for kind in both], titles=titles, **look)
+    parameters = convergence_figure({title: medians(outcomes[kind]) for title, kind in both.items()}, **look)
     words = {"average": "average of all models", "subjective": "subjectively best", "objective": "objectively best"}
-    named = [{word: curves[kind][name].to_numpy() for name, word in words.items()} for kind in both]
-    findings.picture("models", ERRORS, box_figure(best, **look), runs=number)
-    findings.picture("parameter-dynamics", DYNAMICS, parameters, runs=number)
-    findings.picture("error-dynamics", DYNAMICS, error_panels_figure(named, titles=titles), runs=number)
+    named = {title: curves[kind].rename(columns=words).to_dict("series") for title, kind in both.items()}
+    findings.picture("models", ERRORS, box_figure(best, **look), runs=len(best))
+    findings.picture("parameter-dynamics", DYNAMICS, parameters, runs=len(best))
+    findings.picture("error-dynamics", DYNAMICS, error_panels_figure(named), runs=len(best))
 
 
 def _show_validation(
