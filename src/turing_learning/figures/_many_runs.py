@@ -37,9 +37,9 @@ MOST_LEVEL_LABELS = 12  # names that fit side by side
 HIGHEST = 4.0  # dispersions that are drawn, in multiples of the agents' largest
 MARKERS = ("o", "s", "^", "D", "v", "P")
 ERRORS: dict[str, dict[str, Any]] = {
-    "average of all models": {"color": ORANGE, "linestyle": (0, (1.5, 1.2))},
-    "subjectively best": {"color": GREEN, "linestyle": "-"},
-    "objectively best": {"color": BLUE, "linestyle": (0, (5, 1.5))},
+    "average": {"color": ORANGE, "linestyle": (0, (1.5, 1.2)), "label": "average of all models"},
+    "subjective": {"color": GREEN, "linestyle": "-", "label": "subjectively best"},
+    "objective": {"color": BLUE, "linestyle": (0, (5, 1.5)), "label": "objectively best"},
 }
 """Curve of `error_panels_figure` -> its look."""
 
@@ -208,9 +208,9 @@ def error_panels_figure(errors: Mapping[str, Mapping[str, Any]]) -> "Figure":
     panels = row_of_panels(list(errors), 7.4, 3.3, loc="center", fontsize=9.5)
     for axes, curves in zip(panels.axes, errors.values(), strict=True):
         for name, style in ERRORS.items():
-            axes.plot(curves[name], label=name, linewidth=1.4, **style)
+            axes.plot(curves[name], linewidth=1.4, **style)
         axes.set_ylim(bottom=0)
-    panels.over_generations("Mean absolute error", len(curves["subjectively best"]))
+    panels.over_generations("Mean absolute error", len(curves["average"]))
     return panels.with_legend(ncols=3)
 
 

@@ -39,8 +39,6 @@ MOST_POINTS = 1000  # corners of a band's edge; more could not be seen
 MOST_NAMES = 60  # rows of a timeline that make it higher
 WIDTH_OF_NAMES = 75  # characters that fit side by side above a figure, with 4 for each line that a name explains
 
-_KINDS = (("system", BLUE, "-"), ("estimate", ORANGE, DASHED))
-
 
 def parameters_figure(
     best_models: np.ndarray,
@@ -158,9 +156,9 @@ def dialogues_figure(
         for place, axes in zip(order, axes_of_row, strict=True):
             prepare_axes(axes)
             drawn = answers[row, ..., place] if place < own else stimuli[row, ..., place - own]
-            for values, (kind, color, style) in zip(drawn, _KINDS, strict=True):
-                shape = "default" if place < own else "steps-post"
-                axes.plot(time, values, color=color, linestyle=style, linewidth=1.1, drawstyle=shape, label=kind)
+            look = {"linewidth": 1.1, "drawstyle": "default" if place < own else "steps-post"}
+            axes.plot(time, drawn[0], color=BLUE, linestyle="-", label="system", **look)
+            axes.plot(time, drawn[1], color=ORANGE, linestyle=DASHED, label="estimate", **look)
             if place >= own:
                 low, high = dialogues["ranges"][place - own]
                 axes.set_ylim(low - 0.06 * (high - low), high + 0.06 * (high - low))

@@ -20,7 +20,7 @@ from turing_learning.analysis import Verdict
 from turing_learning.figures import Picture
 
 from ._replay import Replay
-from ._tabular import aligned
+from ._tabular import aligned, counted
 
 GENERATOR = "Turing Learning for Python"
 """By which a page is known."""
@@ -233,14 +233,12 @@ def _figures(figures: Iterable[Picture]) -> str:
 def _replay(replay: Replay, heading: bool = True) -> str:
     stages = ""
     for swarm in replay.swarms:
-        replicas = int(swarm.is_replica.sum())
-        genuine = "agent" if replay.robotic else "individual"
-        counts = {genuine: swarm.robots - replicas, "replica": replicas, "object": swarm.objects}
-        legend = "".join(
-            f'<span class="key {"agent" if kind == genuine else kind}">{count} {kind}{"s" if count != 1 else ""}</span>'
-            for kind, count in counts.items()
-            if count
-        )
+        counts = {"agent": np.sum(~swarm.is_replica), "replica": np.sum(swarm.is_replica), "object": swarm.objects}
+        nouns = counts if replay.robotic else ("individual", "replica", "object")
+        found = [
+            (kind, counted(count, noun)) for (kind, count), noun in zip(counts.items(), nouns, strict=True) if count
+        ]
+        legend = "".join(f'<span class="key {kind}">{text}</span>' for kind, text in found)
         stages += (
             f'<figure class="stage"><figcaption><b>{escape(swarm.label)}</b>{legend}</figcaption>'
             f'<canvas role="img" aria-label="{escape(swarm.label)}, seen from above"></canvas></figure>\n'

@@ -270,10 +270,8 @@ def infer_by_abc_smc(
         return {"summaries": groups.simulate(np.array([[model[name] for name in names]]), rng)[0]}
 
     logger = logging.getLogger("ABC")
-    with (
-        warnings.catch_warnings(),
-        ExitStack() as after,
-    ):  # hold back what pyabc says, seed its draws, leave all as it was
+    with warnings.catch_warnings(), ExitStack() as after:
+        # hold back what pyabc says, seed its draws, leave all as it was
         after.callback(logger.setLevel, logger.level)
         after.callback(np.random.set_state, np.random.get_state())  # noqa: NPY002
         logger.setLevel(logging.ERROR)

@@ -20,7 +20,7 @@ FOUR, TRUTH = ("vl0", "vr0", "vl1", "vr1"), np.array([-0.7, -1.0, 1.0, -1.0])
 LIMITS = (0.05, 0.1)
 RNG = np.random.default_rng(0)
 READINGS = np.repeat((0, 1, 0), 10)
-CURVES = {name: RNG.random(20) for name in ("average of all models", "subjectively best", "objectively best")}
+CURVES = {name: RNG.random(20) for name in ("average", "subjective", "objective")}
 ERRORS = {100: np.array([0.3, 0.2, 0.4]), 1000: np.array([0.05, 0.02, 0.03])}
 
 

@@ -1,6 +1,6 @@
 """The experiments of the paper, in its order."""
 
-from typing import Any
+from turing_learning.config._load import merged
 
 from .._experiment import Experiment
 from .._verdicts import prose
@@ -21,12 +21,8 @@ _IN_ORDER = {
 }
 
 
-def _changed(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    return values | {k: _changed(values[k], v) if isinstance(v, dict) else v for k, v in changes.items()}
-
-
 EXPERIMENTS: dict[str, Experiment] = {
-    id: Experiment(id=id, conduct=_IN_ORDER[id], **about | {"fast": _changed(about["full"], about["fast"])})
+    id: Experiment(id=id, conduct=_IN_ORDER[id], **about | {"fast": merged(about["full"], about["fast"])})
     for id, about in ((id, prose()["experiments"][id]) for id in _IN_ORDER)
 }
 """Experiments by their sections."""

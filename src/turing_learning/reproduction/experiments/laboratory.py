@@ -165,8 +165,7 @@ def _show_runs(findings: Findings, outcomes: Mapping[str, LaboratoryRuns], seeds
     both, best = {kind.capitalize(): kind for kind in (EMULATED, SIMULATED)}, outcomes[EMULATED].best
     look: dict[str, Any] = {"names": NAMES, "truth": truth}
     parameters = convergence_figure({title: medians(outcomes[kind]) for title, kind in both.items()}, **look)
-    words = {"average": "average of all models", "subjective": "subjectively best", "objective": "objectively best"}
-    named = {title: curves[kind].rename(columns=words).to_dict("series") for title, kind in both.items()}
+    named = {title: curves[kind].to_dict("series") for title, kind in both.items()}
     findings.picture("models", ERRORS, box_figure(best, **look), runs=len(best))
     findings.picture("parameter-dynamics", DYNAMICS, parameters, runs=len(best))
     findings.picture("error-dynamics", DYNAMICS, error_panels_figure(named), runs=len(best))
