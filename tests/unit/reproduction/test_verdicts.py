@@ -9,7 +9,6 @@ from turing_learning.reproduction._verdicts import (
 )
 from turing_learning.reproduction.experiments.case_studies import (
     Case,
-    Emergence,
     Outcome,
     emergence_verdict,
     settled,
@@ -105,8 +104,8 @@ def test_values_that_leave_again_and_again_never_settle():
 @pytest.mark.parametrize(("dispersions", "agrees"), [((10.0, 10.0), True), ((10.0, 30.0), False)])
 def test_a_swarm_that_does_not_gather_makes_the_claim_differ(dispersions, agrees):
     # all of four trials alike: no test can be significant, so that only the second condition decides
-    emergence = Emergence(np.full(4, 10.0), np.array([[d] * 4 for d in dispersions]), np.full((2, 4), 10.0))
-    case = Case(AGGREGATION, "aggregation", {"robots": 5, "trials": 4}, PRINTED)
+    agents, models = np.full((3, 4), 10.0), np.array([[d] * 4 for d in dispersions])
+    case = Case(AGGREGATION, "aggregation", {"robots": 5, "trials": 4}, PRINTED, agents[0], agents[1:])
     runs = Runs("default", AGGREGATION.parameter_names, (1, 2), {}, {})
-    outcome = Outcome(case, runs, np.zeros((2, 2, 4)), np.zeros((1, 4)), {"best_model": emergence})
+    outcome = Outcome(case, runs, np.zeros((2, 2, 4)), np.zeros((1, 4)), {"best_model": models})
     assert emergence_verdict(outcome, "best_model").agrees is agrees

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from turing_learning.analysis import Comparison, compare, dispersion, interval, largest_cluster, least_dispersion
+from turing_learning.analysis import compare, dispersion, interval, largest_cluster, least_dispersion
 from turing_learning.analysis._errors import median_place
 from turing_learning.figures import box_figure
 from turing_learning.figures._many_runs import convergence_figure, dispersion_figure
@@ -91,12 +91,14 @@ REPEATS = 1000  # number of the first repetition of the agents' trials; models a
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One case study."""
+    """One case study; the R trials of its agents begin as those of its models."""
 
     scenario: Scenario
     key: str  # its name in the ids of the claims
     emergence: Sizes  # how the swarms of its models are measured
     shares: Spreads  # of the sensor readings, over trials
+    agents: np.ndarray  # their dispersion (R,) at the end of the trials
+    repeated: np.ndarray  # (K, R), of the agents again, with other noise: how much hangs on their R trials?
 
     @property
     def gathered(self) -> str:
@@ -111,20 +113,6 @@ class Case:
 
 
 @dataclass(frozen=True, eq=False)
-class Emergence:
-    """The dispersion at the end of R trials, all from the same initial configurations."""
-
-    agents: np.ndarray  # (R,)
-    models: np.ndarray  # (M, R), of replicas of each of M models
-    repeated: np.ndarray  # (K, R), of the agents again, with other noise: how much hangs on their R trials?
-
-    @property
-    def comparison(self) -> Comparison:
-        """Each model's trials tested against those of the agents."""
-        return compare(self.agents, self.models)
-
-
-@dataclass(frozen=True, eq=False)
 class Outcome:
     """What the runs of one case study with one preset have inferred."""
 
@@ -132,7 +120,7 @@ class Outcome:
     runs: Runs
     intervals: np.ndarray  # (R, 2, P), ends of the 90 % interval of each run's estimate; NaN where unknown
     medians: np.ndarray  # (G, P), over the runs, of the best model of each generation
-    emergence: dict[str, Emergence]  # by the kind of the models
+    emergence: dict[str, np.ndarray]  # kind -> dispersion (M, R) of replicas of each of M models
 
 
 def conduct_case_studies(work: Work, findings: Findings) -> None:
@@ -141,8 +129,11 @@ def conduct_case_studies(work: Work, findings: Findings) -> None:
     for scenario, key in ((AGGREGATION, "aggregation"), (OBJECT_CLUSTERING, "clustering")):
         # of each sensor state (R, n)
         compute = partial(lambda one: {"shares": sensor_shares(one, **work.sizes["shares"]).mean(1).tolist()}, scenario)
-        shares = work.piece(f"shares-{scenario.name}", compute)["shares"]
-        cases.append(Case(scenario, key, work.sizes[key], Spreads.of(np.array(shares))))
+        shares = Spreads.of(np.array(work.piece(f"shares-{scenario.name}", compute)["shares"]))
+        reached = partial(_reached, work, scenario, sizes := work.sizes[key])
+        again = [reached(f"agents-{k + 1:02d}", scenario.controller, REPEATS + k) for k in range(sizes["repeats"])]
+        agents = reached("agents", scenario.controller, 0)
+        cases.append(Case(scenario, key, sizes, shares, agents, np.array(again)))
     outcomes = [_outcome(work, case, preset) for preset in PRESETS for case in cases]
     verdicts = findings.verdicts
     for one in outcomes:
@@ -164,10 +155,10 @@ def _outcome(work: Work, case: Case, preset: str) -> Outcome:
 
     scenario = case.scenario
     runs = work.runs(f"study-{scenario.name}-{preset}", scenario.name, preset, scenario.parameter_names)
-    emergence = {
-        kind: _emergence(work, case, runs.models[kind], name)
-        for kind, name in (("best_model", preset), ("estimate", f"{preset}-estimate"))
-    }
+    emergence, reached = {}, partial(_reached, work, scenario, case.emergence)
+    for kind, name in (("best_model", preset), ("estimate", f"{preset}-estimate")):
+        spreads = [reached(f"{name}-{k:02d}", model, k) for k, model in enumerate(runs.models[kind], start=1)]
+        emergence[kind] = np.array(spreads)
     folder, intervals = StudyFolder(runs.result.path), []
     plan = folder.plan()
     for run in runs.result.runs:  # read off its typical models by the present rule
@@ -179,29 +170,17 @@ def _outcome(work: Work, case: Case, preset: str) -> Outcome:
     return Outcome(case, runs, np.array(intervals), medians, emergence)
 
 
-def _emergence(work: Work, case: Case, models: np.ndarray, name: str) -> Emergence:
-    """Measure the dispersion of agents and of replicas of models (M, P), a piece of work for each."""
-    scenario, sizes = case.scenario, case.emergence
-    seed, trials, robots = sizes["seed"], sizes["trials"], sizes["robots"]
-    steps = round(sizes["duration_s"] / scenario.trial.control_interval_s)
+def _reached(work: Work, scenario: Scenario, sizes: Sizes, name: str, controller: Any, number: int) -> np.ndarray:
+    """Return the dispersion at the end of each trial (R,) of those that are to gather, a piece of work."""
 
-    def reached(name: str, controller: Any, number: int) -> list[float]:
-        """Return the dispersion at the end of each trial (R,), of those that are to gather."""
+    def compute() -> dict[str, list[float]]:
+        seed, robots = sizes["seed"], sizes["robots"]
+        noise = int(np.random.SeedSequence((EMERGENCE_STARTS + 1 + number, seed)).generate_state(1)[0])
+        steps, starts = round(sizes["duration_s"] / scenario.trial.control_interval_s), (EMERGENCE_STARTS, seed)
+        simulation = moved(scenario, controller, sizes["trials"], robots, steps, starts=starts, noise=noise)
+        return {"dispersion": dispersion(*_gathered(scenario, simulation.poses[:, -1], robots)).tolist()}
 
-        def compute() -> dict[str, list[float]]:
-            noise = int(np.random.SeedSequence((EMERGENCE_STARTS + 1 + number, seed)).generate_state(1)[0])
-            starts = (EMERGENCE_STARTS, seed)
-            poses = moved(scenario, controller, trials, robots, steps, starts=starts, noise=noise).poses[:, -1]
-            return {"dispersion": dispersion(*_gathered(scenario, poses, robots)).tolist()}
-
-        return work.piece(f"dispersion-{scenario.name}-{name}", compute)["dispersion"]
-
-    again = range(sizes["repeats"])
-    return Emergence(
-        np.array(reached("agents", scenario.controller, 0)),
-        np.array([reached(f"{name}-{k:02d}", model, k) for k, model in enumerate(models, start=1)]),
-        np.array([reached(f"agents-{k + 1:02d}", scenario.controller, REPEATS + k) for k in again]),
-    )
+    return np.array(work.piece(f"dispersion-{scenario.name}-{name}", compute)["dispersion"])
 
 
 def settled(values: np.ndarray, truth: float) -> tuple[int | None, int | None]:
@@ -246,16 +225,16 @@ def _shares_verdict(cases: Sequence[Case]) -> ClaimVerdict:
 
 def emergence_verdict(outcome: Outcome, kind: str) -> ClaimVerdict:
     """Hold the number of models whose swarms do what the agents do against the printed one."""
-    claim, emergence = f"4.3-emergent-{outcome.case.key}", outcome.emergence[kind]
+    case, models = outcome.case, outcome.emergence[kind]
+    claim, alike, runs = f"4.3-emergent-{case.key}", compare(case.agents, models).without_difference, len(models)
     count, total = load_claims()[claim].values["no_significant_difference"]
-    alike, models = emergence.comparison.without_difference, len(emergence.models)
-    agents, medians = np.median(emergence.agents), np.median(emergence.models, axis=1)
-    others = [compare(agents, emergence.models).without_difference for agents in emergence.repeated]
+    agents, medians = np.median(case.agents), np.median(models, axis=1)
+    others = [compare(again, models).without_difference for again in case.repeated]
     span = " to ".join(str(n) for n in sorted({min(others), max(others)}))
-    agrees = shares_not_worse(alike / models, models, count / total, total) and medians.max() <= SPREAD_OUT * agents
+    agrees = shares_not_worse(alike / runs, runs, count / total, total) and medians.max() <= SPREAD_OUT * agents
     fewer = f"; {alike} is fewer than {count}, but not by more than chance explains" if agrees and alike < count else ""
     observed = (
-        f"no significant difference in {alike} of {models} cases ({span} with {len(others)} repetitions of the agents' trials); "
+        f"no significant difference in {alike} of {runs} cases ({span} with {len(others)} repetitions of the agents' trials); "
         f"median dispersion of the agents {agents:.0f}, of the models {medians.min():.0f} to {medians.max():.0f}{fewer}"
     )
     printed = f"no significant difference in {count} of {total} cases"
@@ -273,8 +252,8 @@ def _show(findings: Findings, cases: Sequence[Case], outcomes: Sequence[Outcome]
         frame.insert(0, "generation", frame.index)
         findings.table("{scenario.name}-{preset}-convergence", frame, **words)
         look: dict[str, Any] = {"names": runs.names, "truth": scenario.controller}
-        emergence, least = one.emergence["best_model"], least_dispersion(case.gathering)
-        swarms = dispersion_figure(emergence.agents, emergence.models, least=least, gathered=case.gathered)
+        least, best = least_dispersion(case.gathering), one.emergence["best_model"]
+        swarms = dispersion_figure(case.agents, best, least=least, gathered=case.gathered)
         for name, claim, figure in (
             ("boxes", f"4.3-{case.key}-ae", box_figure(runs.models["best_model"], **look)),
             ("convergence", "4.3-convergence", convergence_figure({"": one.medians}, **look)),
@@ -283,19 +262,18 @@ def _show(findings: Findings, cases: Sequence[Case], outcomes: Sequence[Outcome]
             findings.picture("{scenario.name}-{preset}-" + name, claim, figure, **words)
     for case in cases:
         scenario, names = case.scenario, case.scenario.parameter_names
-        own, trials = [one for one in outcomes if one.case is case], case.emergence["trials"]
         frames, ends = {}, [f"{end}_{name}" for end in ("low", "high") for name in names]
-        columns = [f"trial_{k}" for k in range(1, trials + 1)]
-        reached = {("", "agents"): pd.DataFrame([own[0].emergence["best_model"].agents], columns=columns)}
-        for one in own:
+        columns = [f"trial_{k}" for k in range(1, case.emergence["trials"] + 1)]
+        reached = {("", "agents"): pd.DataFrame([case.agents], columns=columns)}
+        for one in (each for each in outcomes if each.case is case):
             intervals = pd.DataFrame(one.intervals.reshape(len(one.runs), -1), columns=ends)
             intervals.index += len(one.runs)  # estimates come after best models, which have none
             frames[one.runs.preset] = one.runs.models_frame().join(intervals)
-            for kind, emergence in one.emergence.items():
-                tests = emergence.comparison
+            for kind, models in one.emergence.items():
+                tests = compare(case.agents, models)
                 found = {"p_value": tests.p_values, "significant": tests.significant.astype(object)}
                 frame = pd.DataFrame({"seed": one.runs.seeds, **found})
-                reached[one.runs.preset, kind] = frame.join(pd.DataFrame(emergence.models, columns=columns))
+                reached[one.runs.preset, kind] = frame.join(pd.DataFrame(models, columns=columns))
         findings.table("{scenario.name}-models", stacked(frames, "preset"), scenario=scenario)
         frame = stacked(reached, "preset", "model")[["preset", "model", "seed", "p_value", "significant", *columns]]
         findings.table("{scenario.name}-dispersion", frame, scenario=scenario, case=case)
