@@ -11,7 +11,7 @@ from turing_learning.errors import RefusedError, Setting, brief, integer, number
 
 from ._recording import JUMP_FACTOR, Jump, Problems, counted, doubt_headings
 from ._signals import Signals, compute_signals, last_true, next_true, wrap
-from ._windows import EXCERPT_S, Cut, Windows, cut_windows, join_windows
+from ._windows import EXCERPT_S, Windows, cut_windows, join_windows
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -229,22 +229,16 @@ class Trajectories:
             fits = math.isfinite(length_s) and round(length_s * self.fps) >= 1
             require(fits, "length_s", f"be at least one frame of {1 / self.fps:.4g} s", length_s)
             steps = round(length_s * self.fps)
-        cut = Cut(
-            steps=integer("steps", steps, 1, remedy="A length in s is given as `length_s`."),
-            stride=stride,
-            hold_out=hold_out,
-            gap=gap,
-            half=smooth_frames // 2,
-            lead=int(self.headings is None and bool({"turn", "neighbor_bearing"} & set(signals))),
-            apart=tuple(self._place(name) for name in apart),
-        )
+        steps = integer("steps", steps, 1, remedy="A length in s is given as `length_s`.")
         usable = self.signals(signals, smooth_frames=smooth_frames)
         jumps = np.zeros_like(usable.valid)
         for jump in () if jump_factor is None else self.check(jump_factor).jumps:
             jumps[jump.frame - self.first_frame, self.individuals.index(jump.individual)] = True
         first = slice(int(EXCERPT_S * self.fps) + 1)
         return cut_windows(
-            usable, cut, chosen, jumps, interval_s=1 / self.fps, headings=self.headings is not None,
+            usable, chosen, jumps, steps=steps, stride=stride, hold_out=hold_out, gap=gap, half=smooth_frames // 2,
+            lead=int(self.headings is None and bool({"turn", "neighbor_bearing"} & set(signals))),
+            apart=[self._place(name) for name in apart], interval_s=1 / self.fps, headings=self.headings is not None,
             smooth_frames=smooth_frames,
             excerpt=np.where(self.present[first, :, None], self.positions[first], np.nan),
         )  # fmt: skip

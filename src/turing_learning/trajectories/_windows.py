@@ -16,24 +16,6 @@ LEAST_WINDOWS = 4
 """Windows that fit into a held-out block, one after the other, before there is a further one."""
 
 
-@dataclass(frozen=True)
-class Cut:
-    """How windows are cut: T steps, how many frames before and after them enter the signals, and who is for testing alone."""
-
-    steps: int
-    stride: int | None
-    hold_out: float
-    gap: int
-    half: int
-    lead: int
-    apart: tuple[int, ...] = ()
-
-    def __post_init__(self) -> None:
-        integer("stride", 1 if self.stride is None else self.stride, 1)
-        require(0 <= self.hold_out <= 0.9, "hold_out", "be from 0 to 0.9", str(self.hold_out))
-        integer("gap", self.gap)
-
-
 @dataclass(frozen=True, eq=False)
 class Windows:
     """Samples for learning and testing, in the units that `SIGNALS` names: cm/s and rad/s for "speed" and "turn"."""
@@ -118,22 +100,41 @@ def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Wi
     )
 
 
-def cut_windows(signals: Signals, cut: Cut, individuals: Sequence[int], jumps: np.ndarray, **measured: Any) -> Windows:
-    """Cut windows of some individuals out of signals (F - 1, A, D); `measured` says how these are."""
-    valid = signals.valid.copy()
+def cut_windows(
+    signals: Signals, individuals: Sequence[int], jumps: np.ndarray, *, steps: int, stride: int | None, hold_out: float,
+    gap: int, half: int, lead: int, apart: Sequence[int], **measured: Any,
+) -> Windows:  # fmt: skip
+    """Cut windows of T = `steps` of some individuals out of signals (F - 1, A, D), each as early as possible.
+
+    So many frames on either side of a step as `half`, and before it as `lead`, enter its signals; individuals `apart` are for
+    testing alone; `measured` says how the signals are.
+    """
+    stride = steps if stride is None else integer("stride", stride, 1)
+    require(0 <= hold_out <= 0.9, "hold_out", "be from 0 to 0.9", str(hold_out))
+    integer("gap", gap)
+    valid, frames, places = signals.valid.copy(), len(signals.valid) + 1, []
     for step, who in np.argwhere(jumps):  # enters later signals by the lead, and those around it by smoothing
-        valid[max(0, step - cut.half) : step + cut.half + cut.lead + 1, who] = False
-    blocks, places = cut_blocks(len(valid) + 1, cut), []
-    for side, apart in zip(SIDES, (False, True), strict=True):
-        chosen = [who for who in individuals if not cut.apart or (who in cut.apart) == apart]
-        places.append(_starts(valid, cut, chosen, [block for block in blocks if block[2] in (side, BOTH)]))
-        rule = f"leave at least one window {'held out' if apart else 'for learning'}"
-        got = f"{cut.steps} steps in {len(valid) + 1} frames with hold_out {cut.hold_out}, gap {cut.gap}"
-        needed = not apart or cut.hold_out or cut.apart
-        require(len(places[-1]) or not needed, "steps", rule, got, "Take shorter windows, or bridge gaps.")
-    learning, held_out = (
-        signals.values[index[:, 1, None] + np.arange(cut.steps), index[:, 0, None]] for index in places
-    )
+        valid[max(0, step - half) : step + half + lead + 1, who] = False
+    blocks: tuple[tuple[int, int, str], ...] = ((0, frames, BOTH if apart else SIDES[0]),)
+    if hold_out:
+        blocks = cut_blocks(frames, hold_out, gap, lead + steps + 1 + 2 * half)
+    for side, tested in zip(SIDES, (False, True), strict=True):
+        found = []
+        for begin, end, of in blocks:
+            first, last = begin + lead + half, end - half - 2  # the steps whose frames lie within the block
+            for who in individuals if of in (side, BOTH) else ():
+                start = first
+                for broken in [*(first + np.flatnonzero(~valid[first : last + 1, who])), last + 1]:
+                    if not apart or (who in apart) == tested:
+                        found += [(who, k) for k in range(start, int(broken) - steps + 1, stride)]
+                    start = int(broken) + 1
+        rule = f"leave at least one window {'held out' if tested else 'for learning'}"
+        got = f"{steps} steps in {frames} frames with hold_out {hold_out}, gap {gap}"
+        needed = not tested or hold_out or apart
+        require(found or not needed, "steps", rule, got, "Take shorter windows, or bridge gaps.")
+        index = np.array(found, dtype=np.int64).reshape(-1, 2)
+        places.append(index[np.lexsort(index.T)])  # in order of time
+    learning, held_out = (signals.values[index[:, 1, None] + np.arange(steps), index[:, 0, None]] for index in places)
     return Windows(
         learning=learning,
         held_out=held_out,
@@ -143,7 +144,7 @@ def cut_windows(signals: Signals, cut: Cut, individuals: Sequence[int], jumps: n
         steps_without_signal=int((~signals.valid[:, individuals]).sum()),
         steps_with_jump=int(jumps[:, individuals].sum()),
         blocks=blocks,
-        recordings=np.array([[valid.shape[1], len(valid) + 1]]),
+        recordings=np.array([[valid.shape[1], frames]]),
         **measured,
     )
 
@@ -152,31 +153,15 @@ SIDES = ("learning", "held out")
 BOTH = "learning and held out"
 
 
-def cut_blocks(frames: int, cut: Cut) -> tuple[tuple[int, int, str], ...]:
-    """Return the blocks of frames for learning and for testing, those for testing spread over time."""
-    if cut.hold_out == 0:
-        return ((0, frames, BOTH if cut.apart else SIDES[0]),)
-    of_window = cut.lead + cut.steps + 1 + 2 * cut.half  # frames that enter its signals
-    parts = int(np.clip(frames * cut.hold_out // (LEAST_WINDOWS * of_window), 1, MOST_PARTS))
+def cut_blocks(frames: int, hold_out: float, gap: int, of_window: int) -> tuple[tuple[int, int, str], ...]:
+    """Return the blocks of frames for learning and for testing, those for testing spread over time.
+
+    So many frames enter the signals `of_window`, one window.
+    """
+    parts = int(np.clip(frames * hold_out // (LEAST_WINDOWS * of_window), 1, MOST_PARTS))
     blocks = []
     for part in range(parts):
         start, end = frames * part // parts, frames * (part + 1) // parts
-        border = end - round((end - start) * cut.hold_out)
-        blocks.append((start + (cut.gap if part else 0), border, SIDES[0]))
-        blocks.append((border + cut.gap, end, SIDES[1]))
+        border = end - round((end - start) * hold_out)
+        blocks += [(start + (gap if part else 0), border, SIDES[0]), (border + gap, end, SIDES[1])]
     return tuple(block for block in blocks if block[0] < block[1])
-
-
-def _starts(
-    valid: np.ndarray, cut: Cut, individuals: Sequence[int], blocks: Sequence[tuple[int, int, str]]
-) -> np.ndarray:
-    """Return individual and first step (K, 2) of each window, as early as possible, in order of time."""
-    stride, found = cut.stride or cut.steps, []
-    for begin, end, _ in blocks:
-        first, last = begin + cut.lead + cut.half, end - cut.half - 2  # the steps whose frames lie within the block
-        for who in individuals:
-            start = first
-            for broken in [*(first + np.flatnonzero(~valid[first : last + 1, who])), last + 1]:
-                found += [(who, k) for k in range(start, int(broken) - cut.steps + 1, stride)]
-                start = int(broken) + 1
-    return np.array(sorted(found, key=lambda window: window[::-1]), dtype=np.int64).reshape(-1, 2)
