@@ -13,9 +13,9 @@ from turing_learning.errors import RefusedError, Setting, brief, choice, refuse,
 
 from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refusal
 from ._trajectories import Trajectories
-from .readers import _poses, _tables, _trackers
-from .readers._poses import read_dataset
-from .readers._shared import LONGEST_LINE, names_in, refuse_utf16
+from .readers import _arrays, _tables
+from .readers._arrays import names_in, read_dataset
+from .readers._shared import LONGEST_LINE, refuse_utf16
 from .readers._tables import read_frame
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 Source = Union[str, Path, "pd.DataFrame", "xr.Dataset"]
 
 _ALL = (
-    _tables.IDTRACKER_FORMAT, _trackers.H5_FORMAT, _tables.CSV_FORMAT, _trackers.NPY_FORMAT,
-    _trackers.TREX_FORMAT, _tables.TOXTRAC_FORMAT, _tables.TRACKTOR_FORMAT, _trackers.SLEAP_FORMAT,
-    _tables.DEEPLABCUT_FORMAT, _poses.H5_FORMAT, _poses.MOVEMENT_FORMAT, _tables.TIDY_FORMAT,
+    _tables.IDTRACKER_FORMAT, _arrays.IDTRACKER_H5_FORMAT, _tables.CSV_FORMAT, _arrays.IDTRACKER_NPY_FORMAT,
+    _arrays.TREX_FORMAT, _tables.TOXTRAC_FORMAT, _tables.TRACKTOR_FORMAT, _arrays.SLEAP_FORMAT,
+    _tables.DEEPLABCUT_FORMAT, _arrays.DEEPLABCUT_H5_FORMAT, _arrays.MOVEMENT_FORMAT, _tables.TIDY_FORMAT,
 )  # fmt: skip
 FORMATS = tuple(one.name for one in _ALL)
 """Names of the formats that can be read."""
@@ -210,7 +210,7 @@ def _find(path: Path) -> Format:
 
 def _look(path: Path) -> Glance:
     if path.is_dir():
-        return Glance("npz", names=tuple(frozenset(_trackers.array_sizes(file)) for file in _trackers.files_of(path)))
+        return Glance("npz", names=tuple(frozenset(_arrays.array_sizes(file)) for file in _arrays.files_of(path)))
     with path.open("rb") as file:
         head = file.read(1 << 16)
         file.seek(0)
@@ -220,7 +220,7 @@ def _look(path: Path) -> Glance:
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
         return Glance("hdf5", names=(names_in(path),))
     if head.startswith(b"PK\x03\x04"):
-        return Glance("npz", names=(frozenset(_trackers.array_sizes(path)),))
+        return Glance("npz", names=(frozenset(_arrays.array_sizes(path)),))
     if head.startswith((b"\x93NUMPY", b"CDF\x01", b"CDF\x02")):
         return Glance("npy" if head.startswith(b"\x93") else "netcdf3")
     refuse_utf16(head, path)

@@ -52,7 +52,8 @@ def judges_zeros_as_half(kernels):
 def test_the_judge_is_vectorized(inputs, hidden):
     if not llvmlite.binding.get_host_cpu_features().get("fma"):
         pytest.skip("this processor has no fused multiply-add for AVX registers")
-    fresh = elman._load_in_memory(inputs, hidden)  # Numba cannot show the assembly of cached code
+    source = elman_source.elman_source(inputs, hidden, cache=False)  # Numba cannot show the assembly of cached code
+    fresh = elman._run("fresh", source, "<fresh>")
     assembly = "\n".join(fresh.judge.inspect_asm().values())
     packed = len(re.findall(r"\bvfn?m(?:add|sub)\d+ps\b.*%[yz]mm", assembly))
     scalar = len(re.findall(r"\bvfn?m(?:add|sub)\d+ss\b", assembly))

@@ -7,7 +7,7 @@ import pytest
 from tracker_files import SAID, WRITERS, expected, idtracker_ai_h5, idtracker_ai_npy, sleap, trex, walk
 
 from turing_learning.trajectories import load_trajectories
-from turing_learning.trajectories.readers import _shared, _trackers
+from turing_learning.trajectories.readers import _arrays
 
 SAY = {"fps": 25, "pixels_per_cm": 10}
 
@@ -93,7 +93,7 @@ def test_an_hdf5_file_with_wrong_trajectories_is_refused_with_its_dataset(trajec
 
 
 def test_a_huge_dataset_is_refused_before_it_is_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(_shared, "MOST_NUMBERS", 10)
+    monkeypatch.setattr(_arrays, "MOST_NUMBERS", 10)
     with pytest.raises(ValueError, match=r"hold at most 10 numbers; got \(12, 3, .\) \[.*, dataset "):
         load_trajectories(idtracker_ai_h5(tmp_path, walk()), pixels_per_cm=10)
 
@@ -271,7 +271,7 @@ def test_no_pickle_in_an_npz_is_opened(tmp_path):
 
 
 def test_an_npz_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(_trackers, "MOST_BYTES", 1000)
+    monkeypatch.setattr(_arrays, "MOST_BYTES", 1000)
     with pytest.raises(ValueError, match=r"unpack to at most 1000 bytes; got \d+ \["):
         load_trajectories(trex(tmp_path, walk()))
 

@@ -1,25 +1,19 @@
-"""What readers share: arrays, rates, HDF5, and text in tables."""
+"""What readers share: frame rates, key points, and text in tables."""
 
 import codecs
 import csv
 import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from turing_learning.errors import RefusedError, brief, optional, require
+from turing_learning.errors import brief, require
 
 from .._recording import LARGEST, Place, refusal, refuse_first
-
-MOST_NUMBERS = 1 << 28
-FREE_BYTES = 1 << 26
-MOST_TIMES = 200
-"""A file may unpack to `FREE_BYTES`, or to so many times its own size: recordings do not compress by more, and bombs do."""
 
 
 def rounded(rate: float) -> float:
@@ -48,84 +42,6 @@ def check_rate(value: object, path: object) -> float:
     if not (np.isfinite(fps) and fps > 0):
         raise refusal("state a frame rate above 0", repr(value), path)
     return fps
-
-
-def check_unpacked(size: int, path: Path, most: int = 8 * MOST_NUMBERS) -> None:
-    """Refuse what unpacks to more bytes than a recording of the file's size does."""
-    most = min(most, max(FREE_BYTES, MOST_TIMES * path.stat().st_size))
-    if size > most:
-        raise refusal(f"unpack to at most {most} bytes", size, path)
-
-
-@contextmanager
-def whole(kind: str, path: Path) -> Iterator[None]:
-    """Refuse a file as damaged, whatever a library raises over it; a reader's own refusal passes."""
-    try:
-        yield
-    except RefusedError:
-        raise
-    except Exception as error:  # a damaged file can raise anything
-        rule, remedy = f"be a whole {kind} file", "The file may be cut off or damaged."
-        raise refusal(rule, str(error)[:120], path, remedy) from None
-
-
-@contextmanager
-def open_hdf5(path: Path) -> Iterator[Any]:
-    """Open a file; whatever HDF5 cannot read is an error that names the file."""
-    h5py = optional("h5py", f"h5py, to read {path},", "tracking")
-    with whole("HDF5", path), h5py.File(path, "r") as file:
-        yield file
-
-
-def names_in(path: Path) -> frozenset[str]:
-    """Return what is at the top of an HDF5 file, with "pandas_type" if there is a table of pandas."""
-    with open_hdf5(path) as file:
-        import h5py
-
-        own = [name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)]
-        return frozenset([*file, *(["pandas_type"] if any("pandas_type" in file[name].attrs for name in own) else [])])
-
-
-def member(file: Any, name: str, path: Path) -> Any:
-    """Return a member of a file, None if there is none; refuse one that lies in another file, or unpacks to too much."""
-    import h5py
-
-    elsewhere = isinstance(file.get(name, getlink=True), h5py.ExternalLink)
-    found: Any = None if elsewhere else file.get(name)
-    stored = isinstance(found, h5py.Dataset)
-    if elsewhere or (stored and (found.external or found.is_virtual)):
-        raise refusal("hold its data itself", "a link to another file", f"{path}, {name}", "Copy the data into it.")
-    if stored and found.dtype.kind != "O":
-        if found.size > MOST_NUMBERS:
-            raise refusal(f"hold at most {MOST_NUMBERS} numbers", found.shape, f"{path}, dataset {name}")
-        check_unpacked(found.size * found.dtype.itemsize, path)
-    return found
-
-
-def dataset(file: Any, name: str, dimensions: int, path: Path) -> np.ndarray:
-    """Return a dataset of numbers."""
-    found = member(file, name, path)
-    shape = getattr(found, "shape", None)
-    if shape is None or len(shape) != dimensions or found.dtype.kind not in "fiu" or 0 in shape:
-        received = "none" if shape is None else f"{found.dtype} {shape}"
-        raise refusal(f"hold numbers with {dimensions} dimensions, not empty", received, f"{path}, dataset {name}")
-    return np.asarray(found, dtype=np.float64)
-
-
-def texts(file: Any, name: str, path: Path) -> list[str]:
-    """Return a dataset of names; empty if there is none."""
-    found = member(file, name, path)
-    shape = getattr(found, "shape", (0,))
-    if 0 in shape:
-        return []
-    if len(shape) != 1 or shape[0] > FREE_BYTES >> 8:
-        raise refusal("hold a list of names", shape, f"{path}, dataset {name}")
-    return [text(item) for item in found[()]]
-
-
-def text(value: Any) -> str:
-    """Return a name or attribute as text."""
-    return value.decode("utf-8", errors="replace") if isinstance(value, bytes) else str(value)
 
 
 def choose(keypoint: str | None, names: Sequence[str], place: object) -> str:

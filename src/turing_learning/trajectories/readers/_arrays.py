@@ -1,0 +1,457 @@
+"""Files of arrays: HDF5, npy and npz of SLEAP, idtracker.ai, TRex and DeepLabCut, and datasets of the movement package."""
+
+import io
+import json
+import math
+import pickle
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from turing_learning.errors import RefusedError, brief, optional, refuse, require
+
+from .._recording import Format, Options, Recording, assemble, from_array, natural, refusal
+from ._shared import Sheet, check_rate, choose, rounded, stated_rate
+from ._tables import Labels, read_points
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_NUMBERS = 1 << 28
+FREE_BYTES = 1 << 26
+MOST_TIMES = 200
+"""A file may unpack to `FREE_BYTES`, or to so many times its own size: recordings do not compress by more, and bombs do."""
+
+
+def check_unpacked(size: int, path: Path, most: int = 8 * MOST_NUMBERS) -> None:
+    """Refuse what unpacks to more bytes than a recording of the file's size does."""
+    most = min(most, max(FREE_BYTES, MOST_TIMES * path.stat().st_size))
+    if size > most:
+        raise refusal(f"unpack to at most {most} bytes", size, path)
+
+
+@contextmanager
+def whole(kind: str, path: Path) -> Iterator[None]:
+    """Refuse a file as damaged, whatever a library raises over it; a reader's own refusal passes."""
+    try:
+        yield
+    except RefusedError:
+        raise
+    except Exception as error:  # a damaged file can raise anything
+        rule, remedy = f"be a whole {kind} file", "The file may be cut off or damaged."
+        raise refusal(rule, str(error)[:120], path, remedy) from None
+
+
+@contextmanager
+def open_hdf5(path: Path) -> Iterator[Any]:
+    """Open a file; whatever HDF5 cannot read is an error that names the file."""
+    h5py = optional("h5py", f"h5py, to read {path},", "tracking")
+    with whole("HDF5", path), h5py.File(path, "r") as file:
+        yield file
+
+
+def names_in(path: Path) -> frozenset[str]:
+    """Return what is at the top of an HDF5 file, with "pandas_type" if there is a table of pandas."""
+    with open_hdf5(path) as file:
+        import h5py
+
+        own = [name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)]
+        return frozenset([*file, *(["pandas_type"] if any("pandas_type" in file[name].attrs for name in own) else [])])
+
+
+def member(file: Any, name: str, path: Path) -> Any:
+    """Return a member of a file, None if there is none; refuse one that lies in another file, or unpacks to too much."""
+    import h5py
+
+    elsewhere = isinstance(file.get(name, getlink=True), h5py.ExternalLink)
+    found: Any = None if elsewhere else file.get(name)
+    stored = isinstance(found, h5py.Dataset)
+    if elsewhere or (stored and (found.external or found.is_virtual)):
+        raise refusal("hold its data itself", "a link to another file", f"{path}, {name}", "Copy the data into it.")
+    if stored and found.dtype.kind != "O":
+        if found.size > MOST_NUMBERS:
+            raise refusal(f"hold at most {MOST_NUMBERS} numbers", found.shape, f"{path}, dataset {name}")
+        check_unpacked(found.size * found.dtype.itemsize, path)
+    return found
+
+
+def dataset(file: Any, name: str, dimensions: int, path: Path) -> np.ndarray:
+    """Return a dataset of numbers."""
+    found = member(file, name, path)
+    shape = getattr(found, "shape", None)
+    if shape is None or len(shape) != dimensions or found.dtype.kind not in "fiu" or 0 in shape:
+        received = "none" if shape is None else f"{found.dtype} {shape}"
+        raise refusal(f"hold numbers with {dimensions} dimensions, not empty", received, f"{path}, dataset {name}")
+    return np.asarray(found, dtype=np.float64)
+
+
+def texts(file: Any, name: str, path: Path) -> list[str]:
+    """Return a dataset of names; empty if there is none."""
+    found = member(file, name, path)
+    shape = getattr(found, "shape", (0,))
+    if 0 in shape:
+        return []
+    if len(shape) != 1 or shape[0] > FREE_BYTES >> 8:
+        raise refusal("hold a list of names", shape, f"{path}, dataset {name}")
+    return [text(item) for item in found[()]]
+
+
+def text(value: Any) -> str:
+    """Return a name or attribute as text."""
+    return value.decode("utf-8", errors="replace") if isinstance(value, bytes) else str(value)
+
+
+DIMENSIONS = ["track", "xy", "node", "frame"]
+
+
+def read_sleap(path: Path, options: Options) -> Recording:
+    """Read `tracks` (tracks, 2, nodes, frames), or in the order of its `dims`, in pixels, with `point_scores` as confidence.
+
+    Source: Pereira et al. 2022, SLEAP, Nature Methods 19; its documentation of the analysis format.
+    """
+    with open_hdf5(path) as file:
+        place = f"{path}, dataset tracks"
+        tracks, dims = dataset(file, "tracks", 4, path), file["tracks"].attrs.get("dims")
+        if dims is not None:
+            try:
+                order = [str(name).rstrip("s") for name in json.loads(dims)]
+                tracks = tracks.transpose([order.index(name) for name in DIMENSIONS])
+            except ValueError:
+                raise refusal(f"name the dimensions {DIMENSIONS}", dims, f"{place}, dims") from None
+        nodes, names = texts(file, "node_names", path), texts(file, "track_names", path)
+        names = names or [str(k + 1) for k in range(tracks.shape[0])]
+        if tracks.shape[:3] != (len(names), 2, len(nodes)):
+            rule = f"have `tracks` of (tracks, 2, nodes, frames) = ({len(names)}, 2, {len(nodes)}, F)"
+            raise refusal(rule, tracks.shape, place)
+        node, scores = nodes.index(choose(options.keypoint, nodes, path)), None
+        if getattr(member(file, "point_scores", path), "shape", None) == (tracks.shape[0], *tracks.shape[2:]):
+            scores = dataset(file, "point_scores", 3, path)[:, node].T
+    return from_array(tracks[:, :, node].transpose(2, 0, 1), tuple(names), place, confidence=scores)
+
+
+SLEAP_FORMAT = Format("sleap", lambda glance: glance.holds("tracks", "node_names"), read_sleap, has_keypoints=True)
+
+
+def read_idtracker_h5(path: Path, options: Options) -> Recording:
+    """Read `trajectories` (F, A, 2) in pixels; frame rate from the attribute `frames_per_second`.
+
+    Source: Romero-Ferrero et al. 2019, idtracker.ai, Nature Methods 16; its documentation of the output.
+    """
+    with open_hdf5(path) as file:
+        positions = dataset(file, "trajectories", 3, path)
+        rate = file.attrs.get("frames_per_second")
+        found, scores = member(file, "id_probabilities", path), None
+        if found is not None:
+            scores = dataset(file, "id_probabilities", len(found.shape), path)
+            scores = scores.reshape(positions.shape[:2]) if scores.size == positions[..., 0].size else None
+    return _recording(positions, scores, rate, f"{path}, dataset trajectories", path)
+
+
+def read_npy(path: Path, options: Options) -> Recording:
+    """Read a pickled dictionary with `trajectories` and `frames_per_second`, if the user allows pickle."""
+    if not options.allow_pickle:
+        remedy = "Opening it can run any code it holds. Let idtracker.ai write h5 or csv; allow_pickle=True in Python opens it."
+        raise refusal("not be a pickle", "an npy file", path, remedy)
+    with whole("npy", path):
+        content = np.load(path, allow_pickle=True)
+        content = content.item() if content.shape == () else {}
+    positions = content.get("trajectories") if isinstance(content, dict) else None
+    if not isinstance(positions, np.ndarray) or positions.ndim != 3 or positions.dtype.kind not in "fiu":
+        raise refusal("hold a dictionary with the array `trajectories` (F, A, 2)", type(content).__name__, path)
+    rate = content.get("frames_per_second")
+    return _recording(positions.astype(np.float64), None, rate, f"{path}, trajectories", path)
+
+
+def _recording(positions: np.ndarray, scores: np.ndarray | None, rate: object, place: str, path: Path) -> Recording:
+    if positions.shape[2] != 2 or 0 in positions.shape:
+        raise refusal("hold trajectories of shape (F, A, 2), not empty", positions.shape, place)
+    names = tuple(str(k + 1) for k in range(positions.shape[1]))
+    fps = None if rate is None else check_rate(rate, path)
+    return from_array(positions, names, place, confidence=scores, fps=fps)
+
+
+IDTRACKER_H5_FORMAT = Format("idtracker.ai-h5", lambda glance: glance.holds("trajectories"), read_idtracker_h5)
+IDTRACKER_NPY_FORMAT = Format("idtracker.ai-npy", lambda glance: glance.kind == "npy", read_npy)
+
+
+MOST_BYTES = 1 << 32
+CENTROID = "wcentroid"
+HEAD = "head"
+_WANTED = ("X", "Y", "frame", "time", "missing", "ANGLE", "frame_rate")
+
+
+def _points(arrays: Iterable[str]) -> dict[str, str]:
+    """Return the points of the body that have X and Y, "head" without a suffix, else what is after the #; each with its suffix."""
+    found = sorted((name[2:] or HEAD, name[1:]) for name in arrays if name.partition("#")[0] == "X")
+    return {point: suffix for point, suffix in found if f"Y{suffix}" in arrays}
+
+
+def _is_track(arrays: Iterable[str]) -> bool:
+    return "frame" in arrays and bool(_points(arrays))
+
+
+def read_trex(path: Path, options: Options) -> Recording:
+    """Read X, Y (cm) by `frame` of each individual; infinity or `missing` marks frames without a position.
+
+    The weighted centroid (`X#wcentroid`) stands for the animal unless `keypoint` says otherwise. Frame rate
+    from `frame_rate`, or from `time` (s). `ANGLE` (rad) is the heading if it is there wherever a position is.
+    Source: Walter and Couzin 2021, TRex, eLife 10; its documentation of the output.
+    """
+    files = sorted(files_of(path), key=lambda file: natural(file.name)) if path.is_dir() else [path]
+    contents = {file: _arrays(file) for file in files}
+    tracks = {file: _track(file, arrays, options) for file, arrays in contents.items() if _is_track(arrays)}
+    if not tracks:
+        raise refusal("hold arrays `frame`, X and Y", "none", path)
+    rates = {rate for _, rate in tracks.values() if rate is not None}
+    if len(rates) > 1:
+        raise refusal("state one frame rate for all individuals", sorted(rates), path)
+    short = [file.stem.rpartition("_")[2] for file in tracks]
+    names = short if len(set(short)) == len(short) else [file.stem for file in tracks]
+    lengths = [len(rows) for rows, _ in tracks.values()]
+    starts = np.cumsum([0, *lengths])
+
+    def place(row: int) -> str:
+        file = int(np.searchsorted(starts, row, side="right")) - 1
+        return f"{list(tracks)[file]}, index {row - starts[file]}"
+
+    rows = np.concatenate([rows for rows, _ in tracks.values()])
+    headings = rows[:, 3]
+    unknown = int((~np.isfinite(headings) & ~np.isnan(rows[:, 1])).sum())
+    remarks: tuple[str, ...] = ()
+    if unknown and all("ANGLE" in contents[file] for file in tracks):
+        remarks = (f"headings are left out: {unknown} positions come without one",)
+    other = len(contents) - len(tracks)
+    remarks += (f"{other} npz files of the folder hold no track",) if other else ()
+    return assemble(
+        rows[:, 0],
+        np.repeat(np.array(names, dtype=object), lengths).tolist(),
+        rows[:, 1:3],
+        place,
+        extras={} if unknown else {"headings": np.where(np.isfinite(headings), headings, 0.0)},
+        fps=rates.pop() if rates else None,
+        unit="cm",
+        remarks=remarks,
+    )
+
+
+def files_of(folder: Path) -> list[Path]:
+    """Return the npz files of a folder; nothing that is no file, such as a pipe, is opened."""
+    return sorted(file for file in folder.glob("*.npz") if file.is_file())
+
+
+def array_sizes(path: Path) -> dict[str, int]:
+    """Return name -> size of the arrays in an npz file; names are those of its directory and their own, and none is damage."""
+    with whole("npz", path), zipfile.ZipFile(path) as archive:
+        for item in archive.infolist():
+            archive.open(item).close()
+        sizes = {item.filename.removesuffix(".npy"): item.file_size for item in archive.infolist()}
+        if not sizes:
+            raise zipfile.BadZipFile("no arrays in it")
+        return sizes
+
+
+def _arrays(path: Path) -> dict[str, np.ndarray]:
+    """Return the arrays that make a track from an npz file; no pickle is read."""
+    check_unpacked(sum(array_sizes(path).values()), path, MOST_BYTES)
+    with whole("npz", path), np.load(path, allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files if name.partition("#")[0] in _WANTED}
+
+
+def _track(path: Path, arrays: Mapping[str, np.ndarray], options: Options) -> tuple[np.ndarray, float | None]:
+    """Return frame, x, y, not a number where missing, and heading (rows, 4) of an individual, and the frame rate."""
+    available = _points(arrays)
+    suffix = available[choose(options.keypoint or (CENTROID if CENTROID in available else None), [*available], path)]
+    values = {}
+    for name in ("frame", f"X{suffix}", f"Y{suffix}", "ANGLE", "missing", "time"):
+        if name in arrays:
+            column = arrays[name]
+            if column.ndim != 1 or column.dtype.kind not in "fiub":
+                raise refusal("hold lists of numbers", f"{column.dtype} {column.shape}", f"{path}, array {name}")
+            values[name] = column.astype(np.float64)
+    lengths = {name: len(column) for name, column in values.items()}
+    if len(set(lengths.values())) > 1 or not lengths["frame"]:
+        raise refusal("have arrays of one length, not empty", lengths, path)
+    unknown = np.full(lengths["frame"], np.nan)
+    rows = np.column_stack([*list(values.values())[:3], values.get("ANGLE", unknown)])
+    rows[np.isinf(rows[:, 1:3]).any(axis=1) | (values.get("missing", np.zeros(1)) != 0), 1:3] = np.nan
+    rate = check_rate(arrays["frame_rate"], path) if "frame_rate" in arrays else None
+    if rate is None and "time" in values:
+        rate = stated_rate(values["time"], values["frame"])
+    return rows, rate
+
+
+TREX_FORMAT = Format(
+    "trex", lambda glance: glance.kind == "npz" and any(map(_is_track, glance.names)), read_trex, has_keypoints=True
+)
+
+
+def read_deeplabcut_h5(path: Path, options: Options) -> Recording:
+    """Read what DeepLabCut writes to HDF5, in both forms of a table of pandas; no pickle that calls anything is opened."""
+    with open_hdf5(path) as file:
+        names = [name for name in file if "pandas_type" in getattr(member(file, name, path), "attrs", ())]
+        if len(names) != 1:
+            raise refusal("hold one table of pandas", f"{len(names)}", path)
+        group = file[names[0]]
+        form = {"frame_table": _appendable, "frame": _fixed}.get(text(group.attrs["pandas_type"]))
+        if form is None:
+            raise refusal("hold a table of pandas", text(group.attrs["pandas_type"]), f"{path}, {names[0]}")
+        frames, labels, values = form(group, path)
+    place, widths = f"{path}, {names[0]}", {len(label) for label in labels}
+    sound = values.shape == (len(frames), len(labels)) and widths in ({3}, {4})
+    if not (sound and frames.dtype.kind in "iu" and values.dtype.kind == "f"):
+        raise refusal("name scorer, (individual,) body part and coordinate of each column", "others", place)
+    values = np.column_stack([frames, values])
+    sheet = Sheet([], lambda numbers: (values[:, numbers], []), place, lambda row: f"{place}, row {row}")
+    return read_points(labels, sheet, options)
+
+
+class _Plain(pickle.Unpickler):
+    """Opens pickles of lists, tuples and texts, in which pandas names columns, and none that calls anything."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        raise pickle.UnpicklingError(f"a pickle that calls {module}.{name}")
+
+
+def _appendable(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
+    """Return frames, labels and values of a table to which rows can be appended, as DeepLabCut writes it."""
+    rows = member(group, "table", path)
+    blocks = [name for name in rows.dtype.names or () if name.startswith("values_block_")]
+    kinds = [_Plain(io.BytesIO(bytes(rows.attrs[f"{name}_kind"]))).load() for name in blocks]
+    labels = [tuple(map(str, label)) for kind in kinds for label in kind]
+    table = rows[()]
+    return table["index"], labels, np.concatenate([table[name].reshape(len(table), -1) for name in blocks], axis=1)
+
+
+def _fixed(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
+    """Return the same of a table that cannot grow, as movement writes it."""
+    labels: Labels = []
+    blocks = []
+    for block in range(int(group.attrs["nblocks"])):
+        columns = []
+        for level in range(int(group.attrs[f"block{block}_items_nlevels"])):
+            names = [text(name) for name in member(group, f"block{block}_items_level{level}", path)[()]]
+            columns.append([names[k] for k in member(group, f"block{block}_items_label{level}", path)[()]])
+        labels += list(zip(*columns, strict=True))
+        blocks.append(member(group, f"block{block}_values", path)[()])
+    return member(group, "axis1", path)[()], labels, np.concatenate(blocks, axis=1)
+
+
+DEEPLABCUT_H5_FORMAT = Format(
+    "deeplabcut-h5", lambda glance: glance.holds("pandas_type"), read_deeplabcut_h5, has_keypoints=True
+)
+
+
+def read_movement(path: Path, options: Options) -> Recording:
+    """Read what `to_netcdf` of a dataset of movement writes: NetCDF 3, or HDF5, whose dimensions are scales."""
+    import xarray as xr
+
+    with path.open("rb") as raw:
+        old = raw.read(3) == b"CDF"
+    if old:
+        with whole("NetCDF", path), xr.open_dataset(path, engine="scipy", decode_times=False) as opened:
+            check_unpacked(8 * max(each.size for each in opened.variables.values()), path)
+            return read_dataset(opened.load(), options, str(path))
+    variables: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {}
+    with open_hdf5(path) as file:
+        for name in ("position", "confidence", "heading"):
+            found = member(file, name, path)
+            if found is not None:
+                if found.dtype.kind not in "fiu":
+                    raise refusal("hold numbers", found.dtype, f"{path}, {name}")
+                dimensions = [text(scale[0].name).lstrip("/") if len(scale) else "unnamed" for scale in found.dims]
+                variables[name] = (dimensions, found[()])
+        for name in sorted({name for dimensions, _ in variables.values() for name in dimensions}):
+            scale = member(file, name, path)
+            if scale is not None and not bytes(scale.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension"):
+                coordinates[name] = scale[()] if scale.dtype.kind in "fiu" else texts(file, name, path)
+        stated = {name: _plain(value) for name, value in file.attrs.items() if not name.startswith("_")}
+        dataset = xr.Dataset(variables, coordinates, stated)
+    return read_dataset(dataset, options, str(path))
+
+
+def _plain(value: Any) -> Any:
+    """Return an attribute as a number or a text."""
+    if isinstance(value, (bytes, str)):
+        return text(value)
+    return value.ravel()[0] if np.size(value) == 1 and hasattr(value, "ravel") else value
+
+
+def read_dataset(dataset: "xr.Dataset", options: Options, source: str = "") -> Recording:
+    """Read `position` (time, space, keypoints, individuals), `confidence`, `heading`; dimensions may be in the singular.
+
+    Source: the documentation of movement, neuroinformatics.dev, "movement datasets".
+    """
+    dataset = dataset.rename({name: f"{name}s" for name in ("individual", "keypoint") if name in dataset.dims})
+    if "position" not in dataset or not {"time", "space", "individuals"} <= set(dataset["position"].dims):
+        dimensions = ("time", "space", "keypoints", "individuals")
+        refuse("dataset", f"have `position` {dimensions}", str(dict(dataset.sizes)), place=source)
+    space = [str(name) for name in dataset["space"].values]
+    require(space == ["x", "y"], "dataset", "have the coordinates x, y in space", str(space), place=source)
+    require(0 not in dataset["position"].shape, "dataset", "not be empty", str(dict(dataset.sizes)), place=source)
+    stated, y_axis, keypoint = dataset.attrs.get("y_axis"), options.y_axis, options.keypoint
+    if stated not in (None, "up", "down") or (None not in (stated, y_axis) and stated != y_axis):
+        refuse("y_axis", "be 'up' or 'down', as the dataset states", f"{y_axis!r} and {stated!r}", place=source)
+    rate, first_frame = _timing(dataset, options.fps, source)
+    if "keypoints" in dataset.dims:
+        points = [str(name) for name in dataset["keypoints"].values]
+        dataset = dataset.isel(keypoints=points.index(choose(keypoint, points, source or "dataset")))
+    elif keypoint is not None:
+        refuse("keypoint", "be left out for a dataset without key points", brief(keypoint), place=source)
+    confidence, headings = (
+        dataset[name].transpose("time", "individuals").values.astype(np.float64) if name in dataset else None
+        for name in ("confidence", "heading")
+    )
+    unit = dataset.attrs.get("length_unit")
+    return from_array(
+        dataset["position"].transpose("time", "individuals", "space").values.astype(np.float64),
+        tuple(str(name) for name in dataset["individuals"].values),
+        f"{source or 'dataset'}, position",
+        confidence=None if confidence is None or np.isnan(confidence).all() else confidence,
+        headings=headings,
+        fps=rate,
+        first_frame=first_frame,
+        unit=unit if unit in ("cm", "px") else None,
+        y_axis=stated,
+    )
+
+
+def _timing(dataset: "xr.Dataset", fps: float | None, source: str) -> tuple[float | None, int]:
+    """Return frame rate and first frame of a dataset, by its attribute and by times in seconds; `fps` decides between them.
+
+    Times count frames if they say so, or if there are none, or if they are one apart and state no unit.
+    """
+    times = np.asarray(dataset["time"].values)
+    steps = np.diff(times.astype(np.float64)) if times.dtype.kind in "fiu" else np.full(1, np.nan)
+    if not np.allclose(steps, steps[:1], rtol=1e-3, atol=0) or (steps <= 0).any():
+        refuse("dataset", "have evenly spaced times as numbers", "others", place=source)
+    unit = dataset.attrs.get("time_unit")
+    known = unit in (None, "seconds", "frames")
+    require(known, "time_unit", "be 'seconds' or 'frames' in `dataset`", brief(unit), place=source)
+    if unit == "frames" and (steps != 1).any():
+        remedy = "Number the frames that are there, and give the rate of those as `fps`."
+        refuse("dataset", "have times one frame apart, as their unit is frames", f"{steps[0]:g}", remedy, place=source)
+    rate = None if dataset.attrs.get("fps") is None else check_rate(dataset.attrs["fps"], f"{source or 'dataset'}, fps")
+    if unit == "frames" or "time" not in dataset.coords or (unit is None and bool((steps == 1).all())):
+        return rate, round(float(times[0]))
+    if len(times) > 1:
+        by_times = rounded((len(times) - 1) / float(times[-1] - times[0]))
+        close = rate is not None and math.isclose(rate, by_times, rel_tol=1e-3)
+        if rate is not None and not close and fps is None:
+            rule = f"have the same frame rate in its times, {by_times:g}, and in its attribute fps"
+            remedy = f"If the times are right, give fps={by_times:g}; if not, mend them."
+            refuse("dataset", rule, f"{rate:g}", remedy, place=source)
+        rate = rate if close else by_times
+    return rate, round(float(times[0]) * (rate or fps or 1.0))
+
+
+MOVEMENT_FORMAT = Format(
+    "movement",
+    lambda glance: glance.kind == "netcdf3" or glance.holds("position", "space"),
+    read_movement,
+    has_keypoints=True,
+)
