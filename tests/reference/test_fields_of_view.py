@@ -10,7 +10,7 @@ from naive_view import read
 from standalone import standalone
 
 from turing_learning.kernels import trials
-from turing_learning.kernels.sectors import nearest_visible
+from turing_learning.kernels.sensing import nearest_visible
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Sensor, initial_poses, simulate
 
 nearest_visible = standalone(nearest_visible)

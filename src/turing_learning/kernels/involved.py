@@ -2,16 +2,15 @@
 
 A pair is near if its distance is below the sum of the two reaches; see `stepping` for why no other pair needs to be looked at.
 
-A few trials are advanced as one party, so that contacts of different trials can be resolved side by side, see `contacts`.
+A few trials are advanced as one party, so that contacts of different trials can be resolved side by side, see `stepping`.
 """
 
 import numpy as np
 
 from .compile import inlined
-from .neighbors import find_pairs_in_tiles
 from .party import ALL_PAIRS, Lanes, Pairs, Party, gather_party, scatter_party
 from .stepping import step_cycle
-from .tiles import Tiles
+from .tiles import Tiles, find_pairs_in_tiles
 from .world import State, World
 
 MARGINS = (0.0, 8.0, np.inf)

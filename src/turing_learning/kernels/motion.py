@@ -1,4 +1,7 @@
-"""Commands and reaches of the robots, and the closed form in which those that touch nothing move through a control cycle."""
+"""Commands and reaches of the robots, and the closed form in which those that touch nothing move through a control cycle.
+
+The noise of the wheels is counter-based: every draw is a function of (key, counter), so threads cannot change it.
+"""
 
 import math
 
@@ -6,8 +9,33 @@ import numpy as np
 
 from .compile import contracted, inlined
 from .geometry import sines_and_cosines, wrapped
-from .noise import noise_factor
 from .world import State, World
+
+_INCREMENT = np.uint64(0x9E3779B97F4A7C15)
+_FIRST = np.uint64(0xBF58476D1CE4E5B9)
+_SECOND = np.uint64(0x94D049BB133111EB)
+_S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
+_STEP = 2.0**-53
+
+
+@inlined
+def uniform(key: np.uint64, counter: np.uint64) -> float:
+    """Return the draw number `counter` of the stream `key`, uniform in (0, 1).
+
+    Source: SplitMix64, Steele, Lea and Flood, Fast splittable pseudorandom number generators (2014).
+    """
+    z = key + (counter + np.uint64(1)) * _INCREMENT
+    z = (z ^ (z >> _S30)) * _FIRST
+    z = (z ^ (z >> _S27)) * _SECOND
+    z = z ^ (z >> _S31)
+    return (np.float64(z >> _S11) + 0.5) * _STEP
+
+
+@inlined
+def noise_factor(key: np.uint64, counter: np.uint64, noise: float) -> float:
+    """Return a factor uniform in (1 - noise, 1 + noise)."""
+    return 1.0 + noise * (2.0 * uniform(key, counter) - 1.0)
+
 
 SKIN = 0.5
 """Travel beyond its own motion that a body may be pushed in a cycle before the near pairs are given up (cm)."""

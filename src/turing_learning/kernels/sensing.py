@@ -1,25 +1,115 @@
-"""Line of sight: a ray from a robot's centre along its heading, and the first item it meets."""
+"""Sensors of robots: lines of sight, rays along the headings, and fields of view, sectors around them.
+
+In a sector, a robot sees the nearest item of which any part lies in it. Seen from a robot, a body's centre is `ahead` along the
+heading and `off` to a side. The sector ends on that side at the angle h, half the field of view, and from its border the centre
+is
+
+    along   = ahead cos h + |off| sin h
+    outside = |off| cos h - ahead sin h
+
+The centre lies in the sector if outside < 0; then the nearest visible point is the nearest of the disk. Otherwise a part of the
+disk is visible if the border meets it (along > 0, outside <= r), first at along - sqrt(r r - outside outside), or if the
+robot's centre lies in the disk. A field of 0 has no inside: along = ahead and outside = |off|, to the last bit, the line of
+sight.
+"""
 
 import math
 
 import numpy as np
 
 from .compile import inlined
-from .sectors import sense_in_sectors
 from .world import State, World
+
+
+@inlined
+def nearest_visible(ahead: float, off: float, radius: float, cosine: float, sine: float) -> float:
+    """Return the signed distance of the nearest visible point of a disk; inf if no part of it is in view.
+
+    `cosine` and `sine` are those of half the field of view.
+    """
+    side = abs(off)
+    along = ahead * cosine + side * sine
+    outside = side * cosine - ahead * sine
+    square = ahead * ahead + side * side
+    within = outside < 0.0
+    met = (along > 0.0) & (outside <= radius)
+    around = (sine > 0.0) & (square <= radius * radius)
+    root = math.sqrt(square if within else max(radius * radius - outside * outside, 0.0))
+    distance = root - radius if within else along - root
+    return distance if within | met | around else np.inf
+
+
+@inlined
+def look_into(i: int, j: int, world: World, state: State) -> None:
+    """Let robot `i` read body `j`, in every slot, if that is the nearest so far; count the two if they are within reach."""
+    x, y, cosine, sine, reach = state.x[i], state.y[i], state.cosine[i], state.sine[i], state.reach[i]
+    other_x, other_y, other_reach, crowd = state.x[j], state.y[j], state.reach[j], state.crowd
+    view_cosine, view_sine, nearest, reading = state.view_cosine[i], state.view_sine[i], state.seen[i], state.reading[i]
+    radius, own = world.sight_radius[j], world.reading[j]
+    for w in range(crowd.shape[0]):
+        dx = other_x[w] - x[w]
+        dy = other_y[w] - y[w]
+        limit = reach[w] + other_reach[w]
+        ahead = dx * cosine[w] + dy * sine[w]
+        off = dx * sine[w] - dy * cosine[w]
+        distance = nearest_visible(ahead, off, radius, view_cosine[w], view_sine[w])
+        closer = (distance < nearest[w]) & (radius >= 0.0)
+        nearest[w] = distance if closer else nearest[w]
+        reading[w] = own if closer else reading[w]
+        crowd[w] += 1.0 if dx * dx + dy * dy < limit * limit else 0.0
+
+
+@inlined
+def sense_in_sectors(world: World, state: State) -> None:
+    """Read the sensors of every robot in every slot, and count the pairs within reach, as `sensing.sense` does."""
+    state.seen[:] = np.inf
+    state.reading[:] = 0
+    state.crowd[:] = 0.0
+    for i in range(world.robots):
+        for j in range(world.bodies):
+            if i != j:
+                look_into(i, j, world, state)
+
+
+@inlined
+def sense_one_trial(world: World, state: State) -> None:
+    """Read the sensor of every robot of the only trial: the inner loop is over the bodies, of which there are many."""
+    x, y, visible, distance = state.x.reshape(-1), state.y.reshape(-1), world.sight_radius, state.work[0].reshape(-1)
+    for i in range(world.robots):
+        cosine, sine = state.cosine[i, 0], state.sine[i, 0]
+        view_cosine, view_sine = state.view_cosine[i, 0], state.view_sine[i, 0]
+        for j in range(world.bodies):
+            dx = x[j] - x[i]
+            dy = y[j] - y[i]
+            ahead, off = dx * cosine + dy * sine, dx * sine - dy * cosine
+            found = nearest_visible(ahead, off, visible[j], view_cosine, view_sine)
+            distance[j] = found if (visible[j] >= 0.0) & (j != i) else np.inf
+        state.reading[i, 0] = reading_of_nearest(distance, world)
+
+
+@inlined
+def reading_of_nearest(distance: np.ndarray, world: World) -> int:
+    """Return the sensor state that the first of the nearest bodies gives; 0 if all distances (bodies,) are infinite."""
+    nearest, reading = np.inf, 0
+    for j in range(world.bodies):
+        if distance[j] < nearest:
+            nearest, reading = distance[j], world.reading[j]
+    return reading
+
+
+@inlined
+def open_view(sectors: np.ndarray | None, trial: int, w: int, state: State) -> None:
+    """Give the robots in slot `w` the fields of view of a trial, if there are any."""
+    if sectors is not None:
+        for i in range(sectors.shape[2]):
+            state.view_cosine[i, w], state.view_sine[i, w] = sectors[0, trial, i], sectors[1, trial, i]
 
 
 @inlined
 def look_at(i: int, j: int, radius: float, state: State) -> None:
     """Count body `j`, in every slot, if robot `i` has it in its line of sight, and if the two are within reach."""
-    x, y, cosine, sine, reach, seen = (
-        state.x[i],
-        state.y[i],
-        state.cosine[i],
-        state.sine[i],
-        state.reach[i],
-        state.seen[i],
-    )
+    x, y, cosine, sine = state.x[i], state.y[i], state.cosine[i], state.sine[i]
+    reach, seen = state.reach[i], state.seen[i]
     other_x, other_y, other_reach, crowd = state.x[j], state.y[j], state.reach[j], state.crowd
     for w in range(crowd.shape[0]):
         dx = other_x[w] - x[w]

@@ -10,10 +10,8 @@ from .involved import advance_involved
 from .motion import command_wheels, glide_free_robots, reach_of_robot, set_object_reach
 from .networks import Networks, drive, with_memory
 from .party import LANES, Lanes, Pairs, Party, new_lanes, new_pairs, new_party
-from .rays import read_sensors
-from .sectors import open_view, sense_one_trial
-from .sensing import sense
-from .tiles import REORDER_CYCLES, Tiles, new_tiles, renew_boxes, renew_order
+from .sensing import open_view, sense, sense_one_trial
+from .tiles import REORDER_CYCLES, Tiles, new_tiles, read_sensors, renew_boxes, renew_order
 from .world import State, World, new_state
 
 SLOTS = 64

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from standalone import standalone
 
 from turing_learning.kernels.geometry import sines_and_cosines, wrapped
-from turing_learning.kernels.noise import uniform
+from turing_learning.kernels.motion import uniform
 
 sines_and_cosines = standalone(sines_and_cosines)
 uniform = standalone(uniform)

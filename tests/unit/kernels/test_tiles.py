@@ -3,7 +3,6 @@ import pytest
 from standalone import standalone
 
 from turing_learning.kernels.involved import find_near_pairs
-from turing_learning.kernels.neighbors import find_pairs_in_tiles
 from turing_learning.kernels.party import ALL_PAIRS, new_pairs
 from turing_learning.kernels.tiles import (
     BOTTOM,
@@ -13,6 +12,7 @@ from turing_learning.kernels.tiles import (
     SIGHT,
     TILE,
     TOP,
+    find_pairs_in_tiles,
     new_tiles,
     renew_boxes,
     renew_order,
