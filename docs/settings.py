@@ -58,8 +58,8 @@ def page() -> str:
 
 
 def _row(section: str, key: str) -> list[str]:
-    description = SECTIONS[section].model_fields[key].description
-    if description is None:
+    description = " ".join((SECTIONS[section].model_fields[key].description or "").split())
+    if not description:
         raise ValueError(f"`{section}.{key}` must have a description; got none.")
     return [key, *_values(section, key), description]
 

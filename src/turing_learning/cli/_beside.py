@@ -12,6 +12,7 @@ from turing_learning.errors import choice, refuse
 
 from ._options import Integer
 from ._stopping import Interrupted, stopping
+from ._tables import plain_console, print_table
 
 FISH = ("--fps", "30", "--scale", "20", "--every", "3", "--bridge", "5", "--model", "burst-and-coast")
 SWARM = ("--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "robots")
@@ -49,8 +50,6 @@ def reproduce(
     from rich.text import Text
 
     from turing_learning.store import told
-
-    from ._tables import plain_console, print_table
 
     if page is not None:
         tl.reproduction.refuse_page_path(page, force=force, name="page")
@@ -157,8 +156,6 @@ def docs(page: str | None = None, /) -> None:
     :param page: Name of a page, as scenarios or docs/scenarios.md.
     """
     from rich.markdown import Markdown
-
-    from ._tables import plain_console
 
     top = Path(str(files("turing_learning") / "_docs"))
     top = top if top.is_dir() else Path(__file__).parents[3] / "docs"  # beside the code in a repository

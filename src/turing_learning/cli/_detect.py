@@ -16,6 +16,7 @@ from turing_learning.errors import RefusedError, refuse, refusing_as, require
 
 from ._options import Files, Integer, Real, Tracks, titled
 from ._runs import opened
+from ._tables import plain_console, print_table
 
 if TYPE_CHECKING:
     Motion = tl.detection.Motion | tl.detection.RecordedMotion
@@ -71,8 +72,6 @@ def detect(
     :param as_json: Print JSON.
     """
     from turing_learning.results._folder import refuse_target
-
-    from ._tables import plain_console, print_table
 
     got = "neither" if motion is None else "both"
     require((motion is None) != (simulate is None), "MOTION", "be given, or --simulate", got)

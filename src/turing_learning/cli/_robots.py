@@ -16,6 +16,7 @@ from turing_learning.errors import RefusedError, refuse, refusing_as, require
 
 from ._options import Integer, Real, Settings, settings_of
 from ._stopping import REFUSED, Interrupted, handling, stopping
+from ._tables import named_numbers, plain_console, print_result
 
 LABORATORY_FILE = Path("lab.toml")
 
@@ -240,8 +241,6 @@ def _execute(
 
     Addresses of real robots of a run that is resumed are in the file `stored` of its folder.
     """
-    from ._tables import named_numbers, plain_console, print_result
-
     if needed and not _inspected(laboratory, equipment):
         if stored is not None:
             text = f"The addresses of replicas and camera are those in {stored}, where they may be edited."

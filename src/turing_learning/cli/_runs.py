@@ -8,11 +8,12 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 import turing_learning as tl
-from turing_learning.errors import integer, refuse
+from turing_learning.errors import choice, integer, refuse
 
 from . import _robots, _study
 from ._options import Integer, Real, Recording, Settings, require_scenario, settings_of, watched
 from ._stopping import Interrupted, stopping
+from ._tables import plain_console, print_files, print_result, print_study
 
 
 def infer(
@@ -142,8 +143,6 @@ def show(run: Path, /) -> None:
 
     :param run: A run folder, or a study folder.
     """
-    from ._tables import plain_console, print_result, print_study
-
     if tl.studies.is_study(run):
         print_study(plain_console(), tl.load_study(run))
     else:
@@ -185,17 +184,18 @@ def simulate(
     :param settings: Any setting, for example scenario.noise.wheel_speed_sd=0.1. Repeatable.
     """
     from turing_learning.config import load_configuration
-    from turing_learning.runs._trial import refuse_film_path, scenario_named
+    from turing_learning.results._folder import refuse_target
+    from turing_learning.runs._trial import SUFFIXES
 
     require_scenario(scenario, config, tl.swarm.SCENARIOS)
     overrides, labels = settings_of(settings, {})
-    named = None if scenario is None else scenario_named(scenario)
+    named = scenario and tl.swarm.SCENARIOS[choice("scenario", scenario, tl.swarm.SCENARIOS, noun="scenario")]
     system = load_configuration(config, "default", overrides, scenario=named, labels=labels).system
     chosen = system.simulated
     if chosen is None:
         refuse("SCENARIO", "be a swarm of robots", system.name)
     path = out or Path(f"{chosen.name}.html")
-    refuse_film_path(path, force=force)
+    refuse_target(path, name="out", suffixes=SUFFIXES, force=force)
     try:
         speeds = None if controller is None else [float(part) for part in controller.split(",")]
     except ValueError:
@@ -208,8 +208,6 @@ def scenarios() -> None:
     """List the scenarios."""
     import numpy as np
     from rich.text import Text
-
-    from ._tables import plain_console
 
     line = partial(plain_console().print, soft_wrap=True)
     for name, scenario in tl.swarm.SCENARIOS.items():
@@ -237,8 +235,6 @@ def pool(runs: list[Path], /) -> None:
 
     :param runs: Run folders, two or more.
     """
-    from ._tables import plain_console
-
     for run in runs:
         if tl.studies.is_study(run):
             refuse("RUN", "be a run folder", f"{run}, a study. Its runs are {run / 'runs'}/*")
@@ -276,8 +272,6 @@ def check(
     :param force: Check again, and replace the check that is there.
     """
     from turing_learning.report._tabular import judged
-
-    from ._tables import plain_console, print_files
 
     result = opened(run)
     system = _system_of(run, recording, "load_run({run}).check(genuine=..., simulate=...)")
@@ -323,7 +317,6 @@ def _system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
 def _execute(run: "partial[tl.Result]", path: Path) -> None:
     """Run with a live view; print the result, or how to resume."""
     from ._live import watching
-    from ._tables import plain_console, print_result
 
     console = plain_console()
     ahead, early = f"resume with: {tl.results.resume_command(path)}", "interrupted before the run began"

@@ -11,6 +11,7 @@ from turing_learning.errors import refuse
 
 from ._options import Integer, Settings, require_scenario, settings_of
 from ._stopping import FAILED, Interrupted, stopping
+from ._tables import plain_console, print_study
 
 
 def study(
@@ -103,15 +104,12 @@ def study_collect(study: Path, /) -> None:
 
     :param study: A study folder.
     """
-    from ._tables import plain_console, print_study
-
     print_study(plain_console(), tl.studies.collect_study(study))
 
 
 def execute(run: "partial[tl.StudyResult]", path: Path) -> int | None:
     """Execute a study with a live view; print its table, or how to resume."""
     from ._live import watching_study
-    from ._tables import plain_console, print_study
 
     console = plain_console()
     ahead = f"resume with: {tl.results.resume_command(path)}"

@@ -2,26 +2,30 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-
-from rich.console import Console
+from typing import TYPE_CHECKING
 
 import turing_learning as tl
-from turing_learning.report import counted, short_number
-from turing_learning.report._tabular import tables
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
-def plain_console(*, stderr: bool = False) -> Console:
+def plain_console(*, stderr: bool = False) -> "Console":
     """Return where text is printed as it is: names of files and individuals may hold brackets."""
+    from rich.console import Console
+
     return Console(stderr=stderr, markup=False, highlight=False)
 
 
-def print_table(console: Console, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+def print_table(console: "Console", headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table, in parts where the terminal is narrow."""
+    from turing_learning.report._tabular import tables
+
     for table in tables(headings, rows, console.width):
         console.print(table)
 
 
-def print_files(console: Console, **files: Path) -> None:
+def print_files(console: "Console", **files: Path) -> None:
     """Print where files are, of those that exist."""
     for name, path in files.items():
         if path.exists():
@@ -30,10 +34,10 @@ def print_files(console: Console, **files: Path) -> None:
 
 def named_numbers(values: Iterable[tuple[str, float]]) -> str:
     """Return names and numbers in one line."""
-    return " ".join(f"{name} {short_number(value)}" for name, value in values)
+    return " ".join(f"{name} {tl.report.short_number(value)}" for name, value in values)
 
 
-def print_result(console: Console, result: "tl.Result", path: Path) -> "tl.runs.ModelEvaluation | None":
+def print_result(console: "Console", result: "tl.Result", path: Path) -> "tl.runs.ModelEvaluation | None":
     """Print what a run has inferred, and where its files are, by the path of its folder as it was given.
 
     Of a run in a laboratory say and return what is known of its last models from observing them again.
@@ -43,7 +47,7 @@ def print_result(console: Console, result: "tl.Result", path: Path) -> "tl.runs.
     console.print(f"run:    {path}", soft_wrap=True)
     found = tl.runs.read_post_evaluation(path)
     if found is not None:
-        times = counted(found.repeats, "time")
+        times = tl.report.counted(found.repeats, "time")
         text = f"the last models have been observed again {len(found.fitness)} of {times}"
         if found.best_model is not None:
             text = f"the last models, observed again {times}; the best: {named_numbers(found.best_model.items())}"
@@ -53,7 +57,7 @@ def print_result(console: Console, result: "tl.Result", path: Path) -> "tl.runs.
     return found
 
 
-def print_study(console: Console, result: "tl.StudyResult") -> None:
+def print_study(console: "Console", result: "tl.StudyResult") -> None:
     """Print the table of a study, how good the runs are, which failed, and where the files are."""
     console.print(result)
     print_files(console, report=result.path / "report.html", tables=result.path / "summary.csv")

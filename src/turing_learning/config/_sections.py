@@ -50,9 +50,11 @@ def dotted(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 class Section(BaseModel):
-    """What all sections share: frozen, no unknown keys, only finite numbers."""
+    """What all sections share: frozen, no unknown keys, only finite numbers; what stands below a field describes it."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
 
 class PopulationSection(Section):
@@ -61,27 +63,24 @@ class PopulationSection(Section):
     A file may give `population` instead of `parents` and `offspring`; it must be even and is split into halves.
     """
 
-    parents: Count = Field(default=50, description="individuals that survive a generation, the fittest")
-    offspring: Count = Field(default=50, description="children of them in the next generation")
-    initial_low: Start = Field(
-        default=-1.0,
-        description="lower end of the range from which the first individuals are drawn: wheel speeds of robots, weights of "
-        "networks; for a custom system -1 and 1 are the ends of the first models' range of each parameter",
-    )
-    initial_high: Start = Field(default=1.0, description="upper end of that range")
-    start: Literal["range", "middle"] = Field(
-        default="range",
-        description='"range": the first individuals are drawn from it; "middle": they begin in its middle',
-    )
-    initial_step_size: Positive = Field(
-        default=1.0, description="standard deviation of the first mutations; 0.3 if models are networks"
-    )
-    minimum_step_size: float = Field(default=0.01, ge=0, description="no mutation has a smaller standard deviation")
-    optimizer: str = Field(
-        default=OPTIMIZERS[0],
-        description='what improves the population: "evolution-strategy", the paper\'s; "cma", CMA-ES; or "module:function", see '
-        "docs/your-own-parts.md. The settings of step sizes and of children are those of the evolution strategy",
-    )
+    parents: Count = 50
+    """individuals that survive a generation, the fittest"""
+    offspring: Count = 50
+    """children of them in the next generation"""
+    initial_low: Start = -1.0
+    """lower end of the range from which the first individuals are drawn: wheel speeds of robots, weights of networks; for a
+    custom system -1 and 1 are the ends of the first models' range of each parameter"""
+    initial_high: Start = 1.0
+    """upper end of that range"""
+    start: Literal["range", "middle"] = "range"
+    """ "range": the first individuals are drawn from it; "middle": they begin in its middle"""
+    initial_step_size: Positive = 1.0
+    """standard deviation of the first mutations; 0.3 if models are networks"""
+    minimum_step_size: float = Field(default=0.01, ge=0)
+    """no mutation has a smaller standard deviation"""
+    optimizer: str = OPTIMIZERS[0]
+    """what improves the population: "evolution-strategy", the paper's; "cma", CMA-ES; or "module:function", see
+    docs/your-own-parts.md. The settings of step sizes and of children are those of the evolution strategy"""
 
     @model_validator(mode="after")
     def _check_range(self) -> "PopulationSection":
@@ -105,34 +104,21 @@ class ModelsSection(PopulationSection):
     docs/method.md says how; the paper has neither.
     """
 
-    hidden: Annotated[int, Field(ge=0, le=LARGEST_NEURONS)] = Field(
-        default=0,
-        description="0: models are what the scenario says, in the agents' parameters; 1 or more: Elman networks with so many "
-        "hidden neurons",
-    )
-    recombination: Share = Field(
-        default=0.5, description="share of children with two parents in the first half of a run; the others have one"
-    )
-    redraw: Share = Field(
-        default=0.2,
-        description="share of children of which one parameter is drawn anew from the range of the first individuals (of a "
-        "field of view five times that range), in the first half of a run; then of ever fewer, and of none after 0.7 of the run",
-    )
-    exchange: Share = Field(
-        default=0.1,
-        description="in the same way, share of children in which two sensor states exchange their wheel speeds, and an inferred "
-        "field of view is drawn anew; without effect where models are networks or a custom system",
-    )
-    intermediate: bool = Field(
-        default=True,
-        description="in the second half, children have the means of their parents' parameters, not one's or the other's",
-    )
-    memory: Share = Field(
-        default=0.9,
-        description="in the second half, models are selected by the mean of their rewards over the generations that they "
-        "have lived, relative to the population, each weighing so many times the next one; 0: by the present "
-        "reward alone",
-    )
+    hidden: Annotated[int, Field(ge=0, le=LARGEST_NEURONS)] = 0
+    """0: models are what the scenario says, in the agents' parameters; 1 or more: Elman networks with so many hidden neurons"""
+    recombination: Share = 0.5
+    """share of children with two parents in the first half of a run; the others have one"""
+    redraw: Share = 0.2
+    """share of children of which one parameter is drawn anew from the range of the first individuals (of a field of view five
+    times that range), in the first half of a run; then of ever fewer, and of none after 0.7 of the run"""
+    exchange: Share = 0.1
+    """in the same way, share of children in which two sensor states exchange their wheel speeds, and an inferred field of view is
+    drawn anew; without effect where models are networks or a custom system"""
+    intermediate: bool = True
+    """in the second half, children have the means of their parents' parameters, not one's or the other's"""
+    memory: Share = 0.9
+    """in the second half, models are selected by the mean of their rewards over the generations that they have lived, relative to
+    the population, each weighing so many times the next one; 0: by the present reward alone"""
 
     @model_validator(mode="before")
     @classmethod
@@ -145,21 +131,16 @@ class ModelsSection(PopulationSection):
 class ClassifiersSection(PopulationSection):
     """The population of classifiers and their networks."""
 
-    network: str = Field(
-        default=NETWORKS[0],
-        description='what judges: "elman", the paper\'s network; or "module:function", see docs/your-own-parts.md',
-    )
-    hidden: Count = Field(default=5, description="hidden neurons of an Elman network")
-    renewal: Annotated[int, Field(ge=0)] = Field(
-        default=100,
-        description="in the first half of a run all classifiers are replaced by random ones after every so many generations; "
-        "0: never. Needs an archive",
-    )
-    input_scale: Literal["robot"] | tuple[Positive, ...] = Field(
-        default="robot",
-        description='what the inputs are divided by: "robot", the largest speeds of the scenario\'s robot, or a list with one '
-        "positive number for each signal (cm/s, rad/s). Of a custom system it is found in the data",
-    )
+    network: str = NETWORKS[0]
+    """what judges: "elman", the paper's network; or "module:function", see docs/your-own-parts.md"""
+    hidden: Count = 5
+    """hidden neurons of an Elman network"""
+    renewal: Annotated[int, Field(ge=0)] = 100
+    """in the first half of a run all classifiers are replaced by random ones after every so many generations; 0: never. Needs an
+    archive"""
+    input_scale: Literal["robot"] | tuple[Positive, ...] = "robot"
+    """what the inputs are divided by: "robot", the largest speeds of the scenario's robot, or a list with one positive number for
+    each signal (cm/s, rad/s). Of a custom system it is found in the data"""
 
     @model_validator(mode="after")
     def _check_network(self) -> "ClassifiersSection":
@@ -170,52 +151,36 @@ class ClassifiersSection(PopulationSection):
 class CoevolutionSection(Section):
     """The interplay of the two populations."""
 
-    archive: Annotated[int, Field(ge=0)] = Field(
-        default=100,
-        description="past classifiers, each the best of its generation, that judge the models beside the present ones; then "
-        "votes weigh by competence. 0: none, and equal votes",
-    )
+    archive: Annotated[int, Field(ge=0)] = 100
+    """past classifiers, each the best of its generation, that judge the models beside the present ones; then votes weigh by
+    competence. 0: none, and equal votes"""
 
 
 class RunSection(Section):
     """How long and with what to run."""
 
-    generations: Annotated[int, Field(ge=1, le=LARGEST_GENERATIONS)] = Field(
-        default=1000, description="length of a run without `trials`"
-    )
-    trials: Annotated[int, Field(ge=0, le=LARGEST_GENERATIONS)] = Field(
-        default=0,
-        description="20 or more: the run infers from so many trials, keeps all samples and judges them again (decision 0028); "
-        "generations and the population of models do not count. 0: as many trials as the generations need. 3000 where nothing is "
-        "said of run.generations, checkpoint_every, estimate_window, models, classifiers and coevolution (decision 0035)",
-    )
-    tolerance: Annotated[float, Field(ge=0, lt=0.5)] = Field(
-        default=0.0,
-        description="of a run with `trials`: it stops before they are spent once it has settled and the interval of every "
-        "parameter that can be identified is at most this share of the parameter's range to either side. 0: never",
-    )
-    extended: tuple[tuple[int, int], ...] = Field(
-        default=(),
-        description="of a finished run that was given more `trials`: the number that it had, and how many of them were spent, "
-        "for each time",
-    )
-    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] = Field(
-        default=1, description="of all random numbers: the same seed gives the same result, another one another run"
-    )
-    threads: Literal["all"] | Count = Field(
-        default="all", description="a number, or all processors; results do not depend on it"
-    )
-    checkpoint_every: Count = Field(default=50, description="generations after which the run is saved")
-    estimate_window: Count = Field(
-        default=300,
-        description="last generations that the estimate is read from, or the last 0.3 of the run if these are fewer",
-    )
-    history: Literal["full", "thin"] = Field(
-        default="full",
-        description='"full": both populations of every generation are kept, and the run ends with figures and a report; '
-        '"thin": the best and the typical models and the quartiles of the fitness, in a hundredth of the space, '
-        "as studies keep them",
-    )
+    generations: Annotated[int, Field(ge=1, le=LARGEST_GENERATIONS)] = 1000
+    """length of a run without `trials`"""
+    trials: Annotated[int, Field(ge=0, le=LARGEST_GENERATIONS)] = 0
+    """20 or more: the run infers from so many trials, keeps all samples and judges them again (decision 0028); generations and
+    the population of models do not count. 0: as many trials as the generations need. 3000 where nothing is said of
+    run.generations, checkpoint_every, estimate_window, models, classifiers and coevolution (decision 0035)"""
+    tolerance: Annotated[float, Field(ge=0, lt=0.5)] = 0.0
+    """of a run with `trials`: it stops before they are spent once it has settled and the interval of every parameter that can be
+    identified is at most this share of the parameter's range to either side. 0: never"""
+    extended: tuple[tuple[int, int], ...] = ()
+    """of a finished run that was given more `trials`: the number that it had, and how many of them were spent, for each time"""
+    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] = 1
+    """of all random numbers: the same seed gives the same result, another one another run"""
+    threads: Literal["all"] | Count = "all"
+    """a number, or all processors; results do not depend on it"""
+    checkpoint_every: Count = 50
+    """generations after which the run is saved"""
+    estimate_window: Count = 300
+    """last generations that the estimate is read from, or the last 0.3 of the run if these are fewer"""
+    history: Literal["full", "thin"] = "full"
+    """ "full": both populations of every generation are kept, and the run ends with figures and a report; "thin": the best and
+    the typical models and the quartiles of the fitness, in a hundredth of the space, as studies keep them"""
 
     @property
     def earlier(self) -> set[int]:

@@ -100,9 +100,8 @@ class _Checker:
             self.stage(f"fresh classifiers where {name} is moved")
             try:
                 options: dict[str, Any] = {"seed": self.seed, "beyond": self.configuration.run.trials > 0}
-                content["profiles"][name] = profile(
-                    self.evidence, self.estimate, place, self.effort, **options
-                ).to_json()
+                found = profile(self.evidence, self.estimate, place, self.effort, **options)
+                content["profiles"][name] = found.to_json()
             except CustomSystemError as error:
                 ahead = "Or check without profiles, with points=0 in `effort` and force=True."
                 raise CustomSystemError(f"{error} {ahead}") from error
@@ -127,10 +126,8 @@ class _Checker:
         known = None if self.folder is None else stored_check(self.folder.path)
         if self.folder is not None and known is not None and not force:
             needed = partial(require, name="run", place=str(self.folder.path / FOLDER), error=RunFolderError)
-            same, rule = (
-                known["settings"]["estimate"] == self.result.estimate,
-                "have the estimate that it had when its check began",
-            )
+            same = known["settings"]["estimate"] == self.result.estimate
+            rule = "have the estimate that it had when its check began"
             remedy = "The run has gone on since: replace the check with force=True."
             needed(same, rule=rule, got=f"another, after {self.result.length}", remedy=remedy)
             rule, remedy = "be checked with the settings that its check began with", "Replace it with force=True."

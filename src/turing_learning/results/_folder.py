@@ -1,15 +1,18 @@
-"""A run folder: its files, and what ran there, when, where and with what."""
+"""A run folder: its files, its checkpoints, and what ran there, when, where and with what."""
 
+import io
 import logging
 import os
 import platform
+import re
 import shlex
 import shutil
 import socket
 import subprocess
+import zipfile
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
@@ -32,8 +35,6 @@ from turing_learning.store import (
     told,
 )
 from turing_learning.systems import Given, imported
-
-from ._checkpoints import Checkpoint, Latest, latest_checkpoint
 
 FORMAT_VERSION = 1
 BLOCK = 5000
@@ -66,6 +67,10 @@ _KIND = Kind(
     newest=FORMAT_VERSION,
     beside=("config.toml",),
 )
+_CHECKPOINT = re.compile(r"^generation-(\d{6,})-([0-9a-f]{16})\.npz$")
+KEPT = 2  # checkpoints
+CONFIGURATION = "configuration_sha256"
+"""Among the arrays of a checkpoint: to which configuration it belongs. Those of version 0.1.0 have none."""
 _LOGGER = logging.getLogger("turing_learning")
 _unverified: set[Path] = set()  # folders of which it has been said
 
@@ -80,6 +85,27 @@ def how_to_resume(path: Path, configuration: Configuration) -> Call | str:
     known = RunFolder(path).known_parts()
     needed = tuple(each for each in (*configuration.system.resuming, *configuration.given) if each.name not in known)
     return Call("resume", str(path), needed) if needed else f"`{resume_command(path)}`"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """The state of a run after so many completed generations: name -> array."""
+
+    generation: int
+    arrays: dict[str, np.ndarray]
+
+    def part(self, prefix: str) -> dict[str, np.ndarray]:
+        """Return the arrays whose names start with a prefix, without it."""
+        return {name.removeprefix(prefix): a for name, a in self.arrays.items() if name.startswith(prefix)}
+
+
+@dataclass(frozen=True)
+class Latest:
+    """The newest usable checkpoint, None if there is none, and the files passed over: damaged ones, and refused ones."""
+
+    checkpoint: Checkpoint | None
+    damaged: tuple[Path, ...]
+    refused: tuple[Path, ...] = ()
 
 
 class RunFolder(Store):
@@ -373,3 +399,75 @@ def writing(path: Path, name: str) -> AbstractContextManager[None]:
     """Turn what the operating system says about such a file into one message."""
     what = f"`{name}` must be a file that can be written; got {path}"
     return told(ConfigurationError, what, "Choose another place.")
+
+
+# Checkpoints: plain arrays in a file whose name holds the digest of its bytes
+
+
+def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -> Path:
+    """Write a checkpoint, atomically, in a folder that may be missing; keep the newest two, or it `alone`."""
+    folder.mkdir(exist_ok=True)
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, array in checkpoint.arrays.items():
+            with archive.open(f"{name}.npy", "w") as member:
+                np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
+    content = buffer.getvalue()
+    path = folder / f"generation-{checkpoint.generation:06d}-{digest_of(content)[:16]}.npz"
+    write_atomically(path, content)
+    for old in [other for _, other in _newest_first(folder) if other != path][0 if alone else KEPT - 1 :]:
+        old.unlink(missing_ok=True)
+    return path
+
+
+def latest_checkpoint(
+    folder: Path, accept: Callable[[Checkpoint], bool] = lambda checkpoint: True, configuration: str | None = None
+) -> Latest:
+    """Read the newest checkpoint that is as it was written, of the run's `configuration` (SHA-256), and that `accept` takes."""
+    damaged, refused = list[Path](), list[Path]()
+    for generation, path in _newest_first(folder):
+        arrays = _read(path)
+        if arrays is None or (configuration and str(arrays.get(CONFIGURATION, configuration)) != configuration):
+            damaged.append(path)
+        elif accept(checkpoint := Checkpoint(generation, arrays)):
+            return Latest(checkpoint, tuple(damaged), tuple(refused))
+        else:
+            refused.append(path)
+    return Latest(None, tuple(damaged), tuple(refused))
+
+
+def stored_generations(folder: Path) -> int:
+    """Return the number of generations in the newest checkpoint of a folder, 0 if there is none; nothing is read."""
+    return max((generation for generation, _ in _newest_first(folder)), default=0)
+
+
+def discard_checkpoints(folder: Path, above: int) -> None:
+    """Remove checkpoints of more than `above` generations."""
+    for path in [path for generation, path in _newest_first(folder) if generation > above]:
+        path.unlink(missing_ok=True)
+
+
+def _newest_first(folder: Path) -> list[tuple[int, Path]]:
+    """Return generation and path of every checkpoint; the folder may be missing."""
+    named = [
+        (int(found[1]), path) for path in folder.glob("generation-*.npz") if (found := _CHECKPOINT.match(path.name))
+    ]
+    return sorted(named, key=lambda each: (each[0], _written_at(each[1])), reverse=True)
+
+
+def _written_at(path: Path) -> int:
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:  # the run that a reader looks at goes on, and has removed it
+        return 0
+
+
+def _read(path: Path) -> dict[str, np.ndarray] | None:
+    try:
+        content = path.read_bytes()
+        if digest_of(content)[:16] != _CHECKPOINT.match(path.name)[2]:  # type: ignore[index]
+            return None
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except (OSError, ValueError, zipfile.BadZipFile):
+        return None

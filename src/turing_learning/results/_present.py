@@ -59,9 +59,8 @@ def write_report(
     steps: list[tuple[str, str]] = []
     if result.path is not None and not result.in_laboratory:
         again = "turing-learning infer --config RUN/config.toml --out AGAIN" if simulated else again
-        tells = (
-            "Can fresh classifiers tell the model from the system? What is pinned down? (RUN: the folder of this page.)"
-        )
+        tells = "Can fresh classifiers tell the model from the system? What is pinned down?"
+        tells += " (RUN: the folder of this page.)"
         agree = "Do runs with other seeds agree? Make one or more, and pool them."
         steps = [("turing-learning check RUN", tells), ("turing-learning pool RUN ANOTHER-SEED", agree)]
     begun = manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
@@ -95,11 +94,8 @@ def save_figures(pictures: list[Picture], folder: Path) -> None:
 
 def draw(history: "xarray.Dataset", configuration: Configuration, dialogues: Mapping[str, np.ndarray]) -> list[Picture]:
     """Draw the figures of a run, of its history, and of what its classifiers did to the system."""
-    scenario, system, trials = (
-        configuration.scenario,
-        configuration.system,
-        configuration.spent(history.sizes["generation"]),
-    )
+    scenario, system = configuration.scenario, configuration.system
+    trials = configuration.spent(history.sizes["generation"])
     over, middle, models = "generations", "the typical one", "Subjectively best and typical model of each generation"
     fitness = "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded."
     if trials is not None:

@@ -11,8 +11,15 @@ import numpy as np
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._configuration import give_again, part_named
 from turing_learning.errors import refuse
-from turing_learning.results._checkpoints import stored_generations
-from turing_learning.results._folder import CALIBRATION, CAMERA, FINISHED, LABORATORY, RunFolder, resume_command
+from turing_learning.results._folder import (
+    CALIBRATION,
+    CAMERA,
+    FINISHED,
+    LABORATORY,
+    RunFolder,
+    resume_command,
+    stored_generations,
+)
 from turing_learning.results._result import Result
 from turing_learning.robots import (
     Equipment,

@@ -18,7 +18,6 @@ from turing_learning.arrays import array
 from turing_learning.classifiers import PooledClassifier
 from turing_learning.coevolution import (
     THRESHOLD,
-    Classifier,
     ClassifierArchive,
     Coevolution,
     FewTrials,
@@ -181,18 +180,10 @@ class _BatchGeneration(Generation):
         return self.estimate
 
 
-def _observers(configuration: Configuration) -> PooledClassifier:
+def observers_of(configuration: Configuration) -> PooledClassifier:
     finer = _STANDARD if hasattr(configuration.system, "centered") else 1.0
     scale = [each / finer for each in configuration.input_scale]
     return PooledClassifier(inputs=len(scale), scale=scale, threads=configuration.threads)
-
-
-def jury_of(configuration: Configuration, state: Mapping[str, np.ndarray]) -> tuple[tuple[Classifier, np.ndarray], ...]:
-    """Return who judges in a run of trials: evolved classifiers, the fittest of the last batch last, and random ones."""
-    if "drawn" not in state:
-        return ()
-    evolved = np.concatenate((state["archive/genomes"], state["present"][::-1]))
-    return (classifier_of(configuration), evolved), (_observers(configuration), state["drawn"])
 
 
 class TrialsLoop:
@@ -222,7 +213,7 @@ class TrialsLoop:
             trials=configuration.run.trials,
             seed=seed,
             extended=configuration.run.extended,
-            observers=_observers(configuration),
+            observers=observers_of(configuration),
             genuine=None if learning is None else system.centered(learning),  # type: ignore[attr-defined]
             groups=jumps.groups,
             dependent=jumps.dependent,

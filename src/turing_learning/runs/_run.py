@@ -19,29 +19,32 @@ from turing_learning.config._study import resolved
 from turing_learning.errors import brief, refuse, refusing_as, require, said
 from turing_learning.purposes import DIALOGUE, REPLAY
 from turing_learning.results import _history as histories
-from turing_learning.results._checkpoints import CONFIGURATION, Checkpoint, discard_checkpoints, save_checkpoint
 from turing_learning.results._folder import (
     BLOCK,
     CALIBRATION,
+    CONFIGURATION,
     DIALOGUES,
     FINISHED,
     MOTION,
     RUNNING,
     STOPPED,
+    Checkpoint,
     RunFolder,
     blocks_before,
+    discard_checkpoints,
     how_to_resume,
     new_manifest,
     now,
     piece,
     resumed,
+    save_checkpoint,
 )
 from turing_learning.results._result import Jury, Result, result_from_json, simulated_model, summarize, units_of
 from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import Given, Source, SystemFailedError
 from turing_learning.systems._system import FailureLog
 
-from ._loops import Loop, jury_of, loop_of
+from ._loops import Loop, loop_of, observers_of
 from ._progress import Observer, Progress
 
 if TYPE_CHECKING:
@@ -192,11 +195,9 @@ class Run:
             found, manifest = _stored_result(folder, configuration), folder.manifest()
             if found is None and manifest["state"] == FINISHED and (last := folder.checkpoint().checkpoint):
                 if folder.result_path.exists():
-                    aside, text = (
-                        folder.set_aside("result.json"),
-                        "%s is damaged; it is made again. The damaged file is %s.",
-                    )
-                    _LOGGER.warning(text, folder.result_path, aside.name)
+                    aside = folder.set_aside("result.json").name
+                    text = "%s is damaged; it is made again. The damaged file is %s."
+                    _LOGGER.warning(text, folder.result_path, aside)
                 found = _result_of(last, folder, configuration)
                 folder.write("result.json", found.to_json())
             if found is not None:
@@ -274,8 +275,8 @@ class Run:
         if self._result is None or self._result.generations != self.completed:
             if self.folder is None:
                 kept = self._traces if self.configuration.run.thin else self._arrays
-                memory = InMemory(kept, self._manifest, self._readout, self._dialogues)
-                origin = Origin(self.configuration, self.completed, memory=memory)
+                memory = (kept, self._manifest, self._readout, self._dialogues)
+                origin = Origin(self.configuration, self.completed, None, (None, None), *memory)
             else:
                 origin = Origin.of(self.folder, self.configuration, self.completed)
             failures = self._source.failures
@@ -525,16 +526,6 @@ def layout_of(configuration: Configuration) -> histories.Layout:
 
 
 @dataclass(frozen=True, eq=False)
-class InMemory:
-    """What a result needs of a run without a folder; its loop and its samples are left to go."""
-
-    kept: "Mapping[str, np.ndarray] | histories.Traces"
-    manifest: dict[str, Any]
-    readout: dict[str, np.ndarray]
-    dialogues: dict[str, np.ndarray]
-
-
-@dataclass(frozen=True, eq=False)
 class Origin:
     """The run that a result belongs to: in its folder, or in memory."""
 
@@ -542,7 +533,12 @@ class Origin:
     completed: int  # generations
     path: Path | None = None
     begun: tuple[Any, Any] = (None, None)  # which run was in its folder, see `RunFolder.begun`
-    memory: InMemory | None = None  # where it has no folder
+    kept: "Mapping[str, np.ndarray] | histories.Traces | None" = (
+        None  # in memory, as what follows: where it has no folder
+    )
+    manifest: Mapping[str, Any] = field(default_factory=dict)
+    readout: Mapping[str, np.ndarray] = field(default_factory=dict)
+    dialogues: Mapping[str, np.ndarray] = field(default_factory=dict)
     given: Given = field(default_factory=Given)  # of a custom system, in the process that had it
 
     @classmethod
@@ -569,10 +565,8 @@ class Origin:
     def history(self) -> "xarray.Dataset":
         """Return the history, with names and units, and trials spent where they are the budget; one on disk is verified."""
         configuration, folder, completed = self.configuration, self.folder, self.completed
-        kept: Mapping[str, np.ndarray] | histories.Traces | None = None
-        if self.memory is not None:
-            kept = self.memory.kept
-        elif folder is not None and configuration.run.thin:
+        kept = self.kept
+        if folder is not None and configuration.run.thin:
             kept = _traces_of(_stored_checkpoint(folder, configuration), folder, configuration)
             if kept.completed < completed:
                 why = f"one of {kept.completed} generations is left, the result has {completed}"
@@ -587,24 +581,26 @@ class Origin:
             else:
                 _LOGGER.warning("%s: not verified, no checkpoint is left.", path)
             found = histories.dataset_on_disk(path, completed)
-        found = histories.with_units(
-            found, list(units_of(configuration.system, configuration.parameter_names).values())
-        )
+        units = units_of(configuration.system, configuration.parameter_names)
+        found = histories.with_units(found, list(units.values()))
         spent = configuration.spent(completed)
         return found if spent is None else found.assign_coords(trials=("generation", spent))
 
     def draws(self) -> np.ndarray | None:
         """Return draws (D, P) of the matched estimate; None where there are none."""
-        if self.memory is not None:
-            return self.memory.readout.get("draws")
-        assert self.folder is not None
+        if self.folder is None:
+            return self.readout.get("draws")
         return _stored_checkpoint(self.folder, self.configuration).arrays.get(f"{_READOUT}draws")
 
     def jury(self) -> Jury:
         """Return who judges in a run of trials, see `Result.jury`; nobody where its last state is not stored."""
         if self.folder is None or not self.configuration.run.trials:
             return ()
-        return jury_of(self.configuration, _stored_checkpoint(self.folder, self.configuration).part("coevolution/"))
+        state = _stored_checkpoint(self.folder, self.configuration).part("coevolution/")
+        if "drawn" not in state:
+            return ()
+        evolved = np.concatenate((state["archive/genomes"], state["present"][::-1]))
+        return (classifier_of(self.configuration), evolved), (observers_of(self.configuration), state["drawn"])
 
     def report(self, result: Result, target: Path) -> Path:
         """Write the report of the run to a file."""
@@ -612,10 +608,8 @@ class Origin:
         from turing_learning.results._check import stored_check
         from turing_learning.results._present import write_report
 
-        manifest, dialogues = {}, {}
-        if self.memory is not None:
-            manifest, dialogues = self.memory.manifest, self.memory.dialogues
-        elif folder := self.folder:
+        manifest, dialogues = self.manifest, self.dialogues
+        if folder := self.folder:
             manifest, dialogues = folder.manifest(), folder.find(DIALOGUES) or {}
         known, motion = {} if result.path is None else stored_check(result.path) or {}, self._motion(result)
         check = check_from_json(known) if "parameters" in known else None

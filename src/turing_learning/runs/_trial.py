@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from turing_learning.config import ConfigurationError, require_whole_cycles
-from turing_learning.errors import brief, choice, integer, number, require
+from turing_learning.errors import brief, integer, number, require
 from turing_learning.models import ReactiveModel
 from turing_learning.results._folder import refuse_target, writing
-from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
+from turing_learning.swarm import Scenario, initial_poses
 from turing_learning.swarm._trials import Execution
 
 if TYPE_CHECKING:
@@ -21,11 +21,6 @@ MOST_ROBOTS = 1000
 LARGEST_SPEED = 1e6  # of a controller, in maximum speeds
 FILM_SPEED = 10.0  # seconds of the swarm's time in one second of film
 SUFFIXES = (".html", ".gif", ".mp4")
-
-
-def scenario_named(name: str) -> Scenario:
-    """Return a preset scenario; reject an unknown name with a ConfigurationError that names the nearest."""
-    return SCENARIOS[choice("scenario", name, SCENARIOS, noun="scenario", error=ConfigurationError)]
 
 
 def trial_replay(
@@ -84,11 +79,6 @@ def trial_replay(
     )
 
 
-def refuse_film_path(path: Path, *, force: bool) -> None:
-    """Raise ConfigurationError unless a page or film may be written to a path."""
-    refuse_target(path, name="out", suffixes=SUFFIXES, force=force)
-
-
 def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
     """Write a trial as page (.html), GIF (.gif) or film (.mp4), by the suffix of the path; `force` replaces a file that exists.
 
@@ -99,7 +89,7 @@ def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
     """
     from turing_learning import report
 
-    refuse_film_path(path, force=force)
+    refuse_target(path, name="out", suffixes=SUFFIXES, force=force)
     try:
         with writing(path, "out"):
             if (suffix := path.suffix.lower()) == ".html":

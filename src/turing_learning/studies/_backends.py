@@ -83,9 +83,9 @@ class Hands:
 class Backend:
     """Who executes: how to submit a run, count the futures that are being executed, and end all at once where that is possible."""
 
-    submit: Callable[
-        [str, int, str], "Future[str]"
-    ]  # study folder, number of the run, file that stops it: see `execute`
+    submit: (
+        "Callable[[str, int, str], Future[str]]"  # study folder, number of the run, file that stops it: see `execute`
+    )
     running: Callable[[Iterable["Future[str]"]], int] = lambda futures: sum(future.running() for future in futures)
     kill: Callable[[], None] = lambda: None
 
@@ -100,9 +100,7 @@ def backend_of(
 
         def running(futures: Iterable["Future[str]"]) -> int:
             cores = 0
-            with suppress(
-                OSError
-            ):  # no answer; if the scheduler stays away, the futures end with an error of their own
+            with suppress(OSError):  # no answer; if the scheduler stays away, the futures end with errors of their own
                 cores = sum(client.ncores().values())
             return min(sum(not future.done() for future in futures), cores)
 
@@ -128,10 +126,7 @@ def backend_of(
 
 
 def first_of_each_network(plan: Plan, numbers: Sequence[int]) -> list[int]:
-    """Return runs that, together, need all kernels that the runs need.
-
-    Those that judge are made for the size of the network, those that simulate for reactive models or for networks.
-    """
+    """Return runs that together need all kernels: for each size of classifiers, with reactive models and with networks."""
     found: dict[Any, int] = {}
     for number in numbers:
         settings = plan.settings[number - 1]
@@ -155,12 +150,9 @@ def dask_cluster(address: str | None) -> Iterator["Client | None"]:
             _require_address(address)
             client = Client(address, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError, ImportError) as error:
-            rule, got = (
-                "be the address of a Dask scheduler that answers",
-                f"{address!r} ({' '.join(str(error).split())})",
-            )
+            rule, why = "be the address of a Dask scheduler that answers", " ".join(str(error).split())
             remedy = "Start one with `dask scheduler`, and give the address that it prints."
-            refuse("cluster", rule, got, remedy, error=ConfigurationError)
+            refuse("cluster", rule, f"{address!r} ({why})", remedy, error=ConfigurationError)
         try:
             with suppress(TimeoutError):  # workers that were started just before
                 client.wait_for_workers(1, timeout=WORKER_S)
@@ -174,10 +166,8 @@ def dask_cluster(address: str | None) -> Iterator["Client | None"]:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Silence the logs of Dask, which has a traceback for a scheduler that is gone."""
-    loggers = [
-        logging.getLogger(name) for name in list(logging.root.manager.loggerDict) if name.startswith("distributed")
-    ]
-    talking = [logger for logger in loggers if not logger.disabled]
+    names = [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]
+    talking = [logger for logger in map(logging.getLogger, names) if not logger.disabled]
     for logger in talking:
         logger.disabled = True
     try:
@@ -204,7 +194,7 @@ def require_visible(client: "Client", path: Path, address: str) -> None:
     """Raise ConfigurationError unless all workers of a cluster can run the package and see a file of the study."""
     check = partial(require, error=ConfigurationError)
     try:
-        seen = client.run(_sees, str(path), on_error="return")
+        seen = client.run(os.path.isfile, str(path), on_error="return")
     except Exception as error:  # whatever the cluster raises: the study cannot begin
         raise ConfigurationError(f"`cluster` must be able to work; got {address!r} ({error!r}).") from error
     for worker, answer in seen.items():
@@ -212,10 +202,6 @@ def require_visible(client: "Client", path: Path, address: str) -> None:
         check(good, "cluster", rule, f"{answer!r} from {worker}")
         rule, got = "be a folder that all workers of the cluster share", f"{path.parent}, which {worker} does not see"
         check(answer, "out", rule, got, "Choose a shared folder.")
-
-
-def _sees(path: str) -> bool:
-    return Path(path).is_file()
 
 
 def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool = False) -> str:

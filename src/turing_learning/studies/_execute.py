@@ -18,12 +18,8 @@ if TYPE_CHECKING:
 
     from ._plan import Plan
 
-COMPLETE, STOPPED, FAILED, WAITING = (
-    "complete",
-    "stopped",
-    "failed",
-    "waiting",
-)  # stopped: can go on; waiting: not begun
+COMPLETE, FAILED = "complete", "failed"
+STOPPED, WAITING = "stopped", "waiting"  # can go on; not begun
 LOOK_EVERY_S = 0.2  # between two looks for the file that asks workers to stop
 LONGEST_WAIT_S = 30.0  # for the lock of a run whose worker was given up for lost, but lives
 

@@ -45,16 +45,16 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
     caption = f"Of the estimate, {len(result.maes)} runs; {GOOD:g} and {FAIR:g} are dashed where errors reach them"
     figure = error_histogram_figure(np.array(result.maes), limits=(GOOD, FAIR))
     histogram = Picture("histogram", "Mean absolute errors", f"{caption} (paper: figure 14a).", figure)
-    over = plan.configuration(1).spent(len(medians[0].medians["best_mae"]))
+    over = plan.configuration(1).spent(len(medians[0][1]["best_mae"]))
     if plan.behaviors:
         caption = f"Of the {what}, parameter by parameter (figure 14b of the paper)."
         figure = error_box_figure({name: errors_of(result.runs, chosen, name) for name in names})
         errors = Picture("errors", "Absolute errors", caption, figure)
         caption = f"Median over the runs of the absolute errors of the {what}."
-        figure = convergence_figure({"": medians[0].medians[f"{kind}_error"]}, names=names, trials=over)
+        figure = convergence_figure({"": medians[0][1][f"{kind}_error"]}, names=names, trials=over)
         return [histogram, errors, Picture("convergence", "Convergence", caption, figure)]
     caption = f"Median over the runs of the {what}; the truth is thin (figure 5 of the paper)."
-    figure = convergence_figure({"": medians[0].medians[f"{kind}_model"]}, names=labels, truth=truth, trials=over)
+    figure = convergence_figure({"": medians[0][1][f"{kind}_model"]}, names=labels, truth=truth, trials=over)
     return [boxes, histogram, Picture("convergence", "Convergence", caption, figure, wide=True)]
 
 
@@ -109,10 +109,8 @@ def _errors(result: StudyResult) -> list[Listing]:
 
 def _estimates(result: StudyResult) -> Listing:
     """Return how much the estimates of runs differ whose truth nobody knows."""
-    found = [run.result["estimate"] for run in result.runs if run.result is not None]
-    rows = [
-        (name, *np.quantile([one[name] for one in found], (0.5, 0.25, 0.75)).tolist()) for name in (found or [{}])[0]
-    ]
+    found, shares = [run.result["estimate"] for run in result.runs if run.result is not None], (0.5, 0.25, 0.75)
+    rows = [(name, *np.quantile([one[name] for one in found], shares).tolist()) for name in (found or [{}])[0]]
     columns = ("Parameter", "Estimate: median", "Lower quartile", "Upper quartile")
     return Listing("estimates", "Estimates", columns, rows, "Over the complete runs. The truth is not known.")
 

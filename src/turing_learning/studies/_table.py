@@ -34,6 +34,10 @@ KINDS = ("best", "typical")  # models of each generation
 MODELS = ("best_model", "estimate")
 ERRORS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
 
+Convergence = tuple[dict[str, Any], dict[str, np.ndarray]]
+"""Settings of a configuration, and medians over its complete runs in each generation: "best_model" and "typical_model" (G, P), of
+networks their steady outputs; their absolute errors "best_error" and "typical_error"; the means of these, "best_mae" and so on."""
+
 NO_TRUTH = "no truth"
 _COUNTS = ("generations", "trials", "selection_stopped", "mae", "estimate_mae")
 MOST_FAILED = 10  # listed one by one
@@ -135,18 +139,6 @@ class ParameterSummary:
     standard_deviation: float | None
     median: float
     paper: float | None
-
-
-@dataclass(frozen=True)
-class Convergence:
-    """Medians over the complete runs of the configuration with the settings `group`, generation by generation.
-
-    `medians` has "best_model" and "typical_model" (G, P), of networks their steady outputs; their absolute errors "best_error" and
-    "typical_error" (G, P); and the means of these, "best_mae" and "typical_mae" (G,).
-    """
-
-    group: dict[str, Any]
-    medians: dict[str, np.ndarray]
 
 
 @dataclass(frozen=True, repr=False)
@@ -335,10 +327,9 @@ def paper_of(plan: Plan, own: Sequence[StudyRun], name: str) -> float | None:
     """Return the paper's error of a parameter, where it has one for the configuration of these runs."""
     if plan.behaviors:
         scenario = plan.configuration(own[0].number).swarm
-        drawn = replace(
-            BEHAVIORS, controller=scenario.controller, title=scenario.title, description=scenario.description
-        )
-        return BEHAVIORS_PAPER[plan.base.scenario.parameter_names.index(name)] if scenario == drawn else None
+        drawn = {name: getattr(scenario, name) for name in ("controller", "title", "description")}
+        known = scenario == replace(BEHAVIORS, **drawn)
+        return BEHAVIORS_PAPER[plan.base.scenario.parameter_names.index(name)] if known else None
     given = {((run.result or {}).get("paper_absolute_error") or {}).get(name) for run in own}
     return given.pop() if len(given) == 1 else None
 
@@ -366,7 +357,7 @@ def convergences(folder: StudyFolder, plan: Plan, runs: Iterable[StudyRun]) -> l
         if stored:
             shortest = min(len(each["best_mae"]) for each in stored)  # runs stop within their tolerance
             medians = {name: np.median([each[name][:shortest] for each in stored], axis=0) for name in stored[0]}
-            found.append(Convergence(group, medians))
+            found.append((group, medians))
     return found
 
 
@@ -406,12 +397,12 @@ def write_tables(
     columns = [f"{kind}_{what}" for what in ("model", "error") for kind in KINDS]
     named = {f"{column}_{name}": (column, p) for column in columns for p, name in enumerate(names)}
     generations = [
-        {key: one.group.get(key) for key in keys}
+        {key: group.get(key) for key in keys}
         | {"generation": g}
-        | {name: one.medians[column][g, p] for name, (column, p) in named.items()}
-        | {f"{kind}_mae": one.medians[f"{kind}_mae"][g] for kind in KINDS}
-        for one in medians
-        for g in range(len(one.medians["best_mae"]))
+        | {name: each[column][g, p] for name, (column, p) in named.items()}
+        | {f"{kind}_mae": each[f"{kind}_mae"][g] for kind in KINDS}
+        for group, each in medians
+        for g in range(len(each["best_mae"]))
     ]
     write("runs.csv", run_rows(result, names))
     write("summary.csv", (row if row["model"] == "best_model" else row | {"paper": None} for row in summaries),

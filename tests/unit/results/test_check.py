@@ -144,7 +144,6 @@ def no_room(*arguments, **options):
     [
         "store.write_atomically",
         "results._check.save_figures",
-        "results._checkpoints.write_atomically",
         "results._folder.write_atomically",
     ],
 )

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from turing_learning.results._checkpoints import Checkpoint, discard_checkpoints, latest_checkpoint, save_checkpoint
+from turing_learning.results._folder import Checkpoint, discard_checkpoints, latest_checkpoint, save_checkpoint
 
 
 def checkpoint(generation):

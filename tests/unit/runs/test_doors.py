@@ -8,7 +8,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import RefusedError
 from turing_learning.results import RunFolderError
 from turing_learning.runs import start, trial_replay
-from turing_learning.runs._trial import scenario_named
+from turing_learning.swarm import AGGREGATION
 
 HUGE = 10**400
 SMALL = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
@@ -94,5 +94,5 @@ def test_doors_of_runs_that_are_there(small, tmp_path):
 )
 def test_a_trial_to_look_at_is_rejected_by_its_door(options, message):
     with pytest.raises(ConfigurationError) as refused:
-        trial_replay(scenario_named("aggregation"), **options)
+        trial_replay(AGGREGATION, **options)
     assert message in str(refused.value)

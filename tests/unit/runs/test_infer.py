@@ -541,18 +541,18 @@ def test_a_folder_in_use_is_refused_and_names_who_uses_it(stopped, small):
 
 
 def test_a_full_disk_ends_with_a_message_and_a_run_that_can_be_resumed(small, whole, tmp_path, monkeypatch):
-    from turing_learning.results import _checkpoints
+    from turing_learning.results import _folder
 
-    written = _checkpoints.write_atomically
+    written = _folder.write_atomically
     calls = []
 
     def filling_up(path, content):
         calls.append(path)
-        if len(calls) == 2:
+        if len(calls) == 3:  # the configuration, and two checkpoints
             raise OSError(28, "No space left on device")
         written(path, content)
 
-    monkeypatch.setattr(_checkpoints, "write_atomically", filling_up)
+    monkeypatch.setattr(_folder, "write_atomically", filling_up)
     with pytest.raises(
         RunStorageError, match=r"\(No space left on device\). Make room, then resume with `turing-learning resume"
     ):

@@ -5,7 +5,6 @@ import pytest
 import turing_learning.report
 from turing_learning.config import ConfigurationError
 from turing_learning.runs import trial_replay, write_trial
-from turing_learning.runs._trial import scenario_named
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING
 
 
@@ -40,11 +39,6 @@ def test_a_given_controller_is_executed():
 def test_a_trial_that_cannot_be_is_refused(arguments, message):
     with pytest.raises(ConfigurationError, match=message):
         trial_replay(AGGREGATION, **arguments)
-
-
-def test_an_unknown_scenario_names_the_nearest():
-    with pytest.raises(ConfigurationError, match=r"got 'agregation'. Did you mean `aggregation`\?"):
-        scenario_named("agregation")
 
 
 @pytest.fixture(scope="module")

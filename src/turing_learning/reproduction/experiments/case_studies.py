@@ -166,7 +166,7 @@ def _outcome(work: Work, case: Case, preset: str) -> Outcome:
         assert traces is not None  # of a complete run
         typical = traces["typical_model"]
         intervals.append(interval(typical, plan.configuration(run.number).run.estimated_from(len(typical))).T)
-    medians = convergences(folder, plan, runs.result.runs)[0].medians["best_model"]
+    medians = convergences(folder, plan, runs.result.runs)[0][1]["best_model"]
     return Outcome(case, runs, np.array(intervals), medians, emergence)
 
 
