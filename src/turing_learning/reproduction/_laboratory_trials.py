@@ -101,37 +101,27 @@ def _emulated(
         seed = int(np.random.SeedSequence((laboratory.configuration.run.seed, 1 + begun)).generate_state(1)[0])
         result = runs.resume_laboratory(out, equipment=robots.rehearse(laboratory, seed), **how)
     evaluation = runs.read_post_evaluation(out)
-    if evaluation is None or not evaluation.complete:
-        return None
-    history, judging = result.history, result.history.isel(generation=list(kept))
-    return {
-        "models": history["model"].to_numpy(),
-        "fitness": history["model_fitness"].to_numpy(),
-        "again": evaluation.fitness,
-        "classifiers": judging["classifier"].to_numpy(),
-        "classifier_fitness": judging["classifier_fitness"].to_numpy(),
-    }
+    return None if evaluation is None or not evaluation.complete else _arrays(result, evaluation.fitness, kept)
 
 
 def _simulated(
     should_stop: Stop, path: Path, overrides: dict[str, Any], kept: list[int], repeats: int
 ) -> dict[str, np.ndarray] | None:
-    names = ("models", "fitness", "classifiers", "classifier_fitness")
-    found: dict[str, list[np.ndarray]] = {name: [] for name in names}
+    configuration = robots.load_laboratory(path, {**overrides, "run.history": "full"}).configuration
+    run = runs.simulate_laboratory(configuration, repeats, should_stop=should_stop)
+    return None if run is None else _arrays(run.result, run.fitness, kept)
 
-    def keep(progress: "runs.Progress") -> None:
-        generation = progress.generation
-        found["models"].append(generation.models)
-        found["fitness"].append(generation.model_fitness)
-        if generation.number in kept:
-            found["classifiers"].append(generation.classifiers.astype(np.float32))
-            found["classifier_fitness"].append(generation.classifier_fitness)
 
-    laboratory = robots.load_laboratory(path, {**overrides, "run.history": "full"})
-    run = runs.simulate_laboratory(laboratory.configuration, repeats, observer=keep, should_stop=should_stop)
-    if run is None:
-        return None
-    return {name: np.stack(arrays) for name, arrays in found.items()} | {"again": run.fitness}
+def _arrays(result: results.Result, again: np.ndarray, kept: list[int]) -> dict[str, np.ndarray]:
+    """Return what a run has been through, by the names of `LaboratoryRuns`."""
+    history, judging = result.history, result.history.isel(generation=kept)
+    return {
+        "models": history["model"].to_numpy(),
+        "fitness": history["model_fitness"].to_numpy(),
+        "again": again,
+        "classifiers": judging["classifier"].to_numpy(),
+        "classifier_fitness": judging["classifier_fitness"].to_numpy(),
+    }
 
 
 @dataclass(frozen=True, eq=False)
