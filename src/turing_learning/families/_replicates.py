@@ -53,18 +53,17 @@ class Robots(Family):
         return {name: angle if unit else speed for name, unit in pairs}
 
     def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        from ..swarm import initial_poses, simulate  # needs the compiled kernels
+        from ..swarm import execution_of, initial_poses, simulate  # needs the compiled kernels
 
         seed = int(rng.integers(2**63))
         duration_s = self.moves * self.interval_s
         trial = replace(self.scenario.trial, control_interval_s=self.interval_s, duration_s=duration_s)
         scenario = replace(self.scenario, trial=trial)
         starts = initial_poses(scenario, len(parameters), rng, robots=self.individuals, side_cm=self._side)
-        model = scenario.model.behavior(parameters)
-        controllers = np.repeat(model.wheel_speeds[:, None], self.individuals, axis=1)
-        view = model.field_of_view
-        views = None if view is None else np.repeat(view[:, None], self.individuals, axis=1)
-        poses = simulate(scenario, controllers, starts, control_steps=self.moves, seed=seed, fields_of_view=views).poses
+        executed = np.repeat(np.arange(len(parameters))[:, None], self.individuals, axis=1)
+        robots = execution_of(scenario, scenario.model.behavior(parameters), executed)
+        how: dict[str, Any] = {"control_steps": self.moves, "seed": seed, "fields_of_view": robots.fields_of_view}
+        poses = simulate(scenario, robots.controllers, starts, **how).poses
         seen = poses[:, self.settling_steps :, : self.individuals]
         return seen[..., :2], seen[..., 2]
 

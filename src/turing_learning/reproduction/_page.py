@@ -180,11 +180,8 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
     experiments as the page sees it.
     """
     claims = {name: claim for name, claim in load_claims().items() if name.startswith(SECTIONS)}
-    found: dict[str, Results] = {}
-    for one in EXPERIMENTS.values():
-        results = ExperimentFolder(in_home(experiments) / one.id).results()
-        if results is not None and results.form == FULL:
-            found[one.id] = results
+    stored = {id: ExperimentFolder(in_home(experiments) / id).results() for id in EXPERIMENTS}
+    found = {id: results for id, results in stored.items() if results is not None and results.form == FULL}
     pages = {claim: f"[{claim}]({link}/{one.id}/README.md)" for one in EXPERIMENTS.values() for claim in one.claims}
     counted = {one.claim: one for results in found.values() for one in results.verdicts if not one.variant}
     rows: list[tuple[str, ...]] = [("claim", "verdict", "printed", "came out")]
