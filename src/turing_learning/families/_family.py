@@ -87,10 +87,16 @@ class Family(ABC):
             The signals of the first C individuals, measured as those of recorded motion, by `compute_signals`.
         """
         positions, headings = self._paths(self._checked(parameters), rng)
-        if NEIGHBOR & set(self.signals):
-            seen = with_nearest(positions, self.observed)
-        else:
-            seen = positions[:, :, : self.observed].swapaxes(1, 2)[..., None, :]
+        focal = positions[:, :, : self.observed, None]
+        seen = focal
+        if NEIGHBOR & set(
+            self.signals
+        ):  # with whoever is nearest: signals as among all, at the cost of C individuals, not A
+            distance = np.square(positions[:, :, None] - focal).sum(axis=-1)
+            distance[..., np.arange(self.observed), np.arange(self.observed)] = np.inf
+            nearest = np.take_along_axis(positions, distance.argmin(axis=-1)[..., None], axis=2)
+            seen = np.concatenate([focal, nearest[..., None, :]], axis=3)
+        seen = seen.swapaxes(1, 2)  # (M, C, F, 1 or 2, 2)
         if headings is not None:
             headings = np.broadcast_to(headings[..., : self.observed].swapaxes(1, 2)[..., None], seen.shape[:-1])
         found = compute_signals(seen, fps=self.fps, names=self.signals, headings=headings)
@@ -153,19 +159,6 @@ class Family(ABC):
     def _check_above_zero(self, *names: str) -> None:
         for name in names:
             number(name, getattr(self, name), above=0)
-
-
-def with_nearest(positions: np.ndarray, observed: int) -> np.ndarray:
-    """Return the first C individuals, each with whoever is nearest in a frame, as (M, C, F, 2, 2).
-
-    The signals of neighbors are the same as among all, at the cost of C individuals instead of A.
-    """
-    focal = positions[:, :, :observed]
-    way = positions[:, :, None] - focal[:, :, :, None]
-    distance = np.square(way).sum(axis=-1)
-    distance[..., np.arange(observed), np.arange(observed)] = np.inf
-    nearest = np.take_along_axis(positions, distance.argmin(axis=-1)[..., None], axis=2)
-    return np.stack([focal, nearest], axis=3).swapaxes(1, 2)
 
 
 NEIGHBOR = {"neighbor_distance", "neighbor_bearing"}
