@@ -248,16 +248,16 @@ class _Trials:
     def __init__(
         self, source: StimulatedSource, genuine: int, parameters: np.ndarray, rng: np.random.Generator
     ) -> None:
-        system, answering = source.system, source.answering if genuine else None
+        system = source.system
         self._rng, self._genuine, self._count = rng, genuine, genuine + len(parameters)
         self._number, self._generation = 0, source.generation
         self._center = np.array(system.center[: system.own])
         self._failed = np.zeros(self._count, bool)
-        if genuine and answering is None:
-            parameters = np.concatenate((np.tile(system.true, (genuine, 1)), parameters))
         self._answering: list[tuple[str, Any, tuple[np.ndarray, ...], int]] = []
-        if answering is not None:
-            self._answering.append(("genuine", answering, (), genuine))
+        if genuine and source.answering is not None:
+            self._answering.append(("genuine", source.answering, (), genuine))
+        elif genuine:
+            parameters = np.concatenate((np.tile(system.true, (genuine, 1)), parameters))
         if len(parameters):
             self._answering.append(("simulate", source.step, (parameters,), len(parameters)))
         self._states: dict[str, Any] = {}
