@@ -1,6 +1,6 @@
 """What can be done to a system while it is watched, and networks that choose it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -99,11 +99,11 @@ class Interrogator:
 
     network: ElmanClassifier
     stimulus: Stimulus
-    parameters: int = field(init=False)
 
-    def __post_init__(self) -> None:
-        more = self.stimulus.outputs * (self.network.hidden + 1)
-        object.__setattr__(self, "parameters", self.network.parameters + more)
+    @property
+    def parameters(self) -> int:
+        """Number of weights Q of a genome."""
+        return self.network.parameters + self.stimulus.outputs * (self.network.hidden + 1)
 
     def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
         """Return outputs (N, S) for genomes (N, Q) and samples (S, T, D): what was seen, whoever chose the stimuli."""

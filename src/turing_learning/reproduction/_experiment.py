@@ -273,8 +273,7 @@ def seeds_of(sizes: Sizes) -> range:
 
 def stacked(frames: Mapping[Any, pd.DataFrame], *columns: str) -> pd.DataFrame:
     """Return frames one below the other, after columns with what their keys say."""
-    frame = pd.concat(dict(frames), names=columns)
-    return frame.reset_index(level=list(range(len(columns)))).reset_index(drop=True)
+    return pd.concat(dict(frames), names=columns).reset_index(level=list(columns)).reset_index(drop=True)
 
 
 def seeded(seeds: Sequence[int], models: np.ndarray, names: Sequence[str]) -> pd.DataFrame:
