@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import turing_learning as tl
-from turing_learning.swarm._simulate import observe
+from turing_learning.swarm._trials import observe
 
 ROBOTS = (10, 30, 100, 300, 1000)
 SIDE_BY_SIDE = 64

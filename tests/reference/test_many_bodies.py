@@ -11,7 +11,7 @@ from turing_learning.kernels.involved import find_near_pairs
 from turing_learning.kernels.sensing import sense
 from turing_learning.kernels.tiles import find_pairs_in_tiles, new_tiles, read_sensors, renew_boxes, renew_order
 from turing_learning.kernels.world import new_state
-from turing_learning.swarm._simulate import build_world
+from turing_learning.swarm._trials import build_world
 
 find_near_pairs = standalone(find_near_pairs)
 find_pairs_in_tiles = standalone(find_pairs_in_tiles)

@@ -16,9 +16,8 @@ ITEM_KINDS = ("background", "robot", "object")
 class Start:
     """Robots and objects, and the rectangle in which their centers are placed."""
 
-    disks: tuple[
-        tuple[int, float], ...
-    ]  #: (number, radius in cm) of the robots, then of the objects where there are some
+    #: (number, radius in cm) of the robots, then of the objects where there are some
+    disks: tuple[tuple[int, float], ...]
     corner_cm: float  #: x and y of the corner of the rectangle
     sides_cm: tuple[float, float]  #: Its width and height
 
@@ -76,9 +75,8 @@ class Objects(Settings):
     count: int = 0  #: Number O of objects in a trial
     radius_cm: float = 5.0  #: Of each (cm)
     mass_g: float = 35.0  #: Of each (g)
-    friction: float = (
-        0.58  #: Coefficient of dry friction on the ground, without unit; what it does is in docs/physics.md
-    )
+    #: Coefficient of dry friction on the ground, without unit; what it does is in docs/physics.md
+    friction: float = 0.58
 
     def __post_init__(self) -> None:
         integer("objects.count", self.count, 0)

@@ -1,15 +1,245 @@
-"""Who executes what in a trial, and swarms as sources of samples."""
+"""Place swarms and run trials: who executes what in them, and swarms as sources of samples."""
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Self
 
 import numpy as np
 
 from ..arrays import array
 from ..coevolution import Samples
-from ..models import Behavior, Representation
+from ..errors import integer, number, refuse, require
+from ..kernels.networks import Networks, new_networks
+from ..kernels.parallel import run_range
+from ..kernels.trials import observe_trials, record_trials, slots_of
+from ..kernels.world import World
+from ..models import FULL_VIEW, Behavior, Representation
 from ._scenario import Scenario
-from ._simulate import Drivers, initial_poses, observe
+
+GRAVITY = 9.81
+"""In the simulator's own unit of length, the centimetre (cm/s^2): what the paper's platform did. Source: docs/physics.md."""
+
+LONGEST = 10**12
+"""Control cycles of a trial: more than any memory holds, fewer than NumPy can count."""
+
+LARGEST_OUTPUT = 1.0
+"""Of a network that drives a robot: how far the robot may move follows from it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drivers:
+    """Which robots of R trials are driven by a network, and by which."""
+
+    weights: np.ndarray  #: (K, Q): Networks, laid out as in `models.ElmanModel`; finite
+    hidden: int  #: Their hidden neurons H, with Q = H^2 + 4 H + 2
+    driver: np.ndarray  #: (R, A): The network, 0 to K - 1, that drives each robot; -1 for a reactive one
+
+    def __post_init__(self) -> None:
+        integer("hidden", self.hidden, 1)
+        weights = array("weights", self.weights, "K Q", empty=True, Q=self.hidden * (self.hidden + 4) + 2)
+        driver = array("driver", self.driver, "R A", dtype=np.int64, empty=True)
+        if driver.size:
+            low, high = int(driver.min()), int(driver.max())
+            rule = f"hold numbers of {len(weights)} networks from 0, or -1 for none"
+            require(low >= -1 and high < len(weights), "driver", rule, f"{low} to {high}")
+        for name, checked in (("weights", weights), ("driver", driver)):
+            # a copy that nobody changes: a kernel takes the numbers for places in memory
+            own = np.array(checked, order="C")
+            own.flags.writeable = False
+            object.__setattr__(self, name, own)
+
+    def networks(self, trials: int, robots: int) -> Networks:
+        """Return what the kernels execute; reject drivers of other trials or robots."""
+        array("drivers.driver", self.driver, "R A", dtype=np.int64, R=trials, A=robots)
+        return new_networks(self.weights, self.driver, self.hidden)
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What was observed in R trials of A robots and O objects for T control cycles."""
+
+    poses: np.ndarray  #: (R, T + 1, A + O, 3): x, y (cm), heading (rad, in [-pi, pi)); robots first
+    sensors: np.ndarray  #: (R, T + 1, A): Sensor state I at each pose
+    #: (R, A, T, 2): Linear speed (cm/s), negative against the heading at a cycle's start; angular (rad/s)
+    speeds: np.ndarray
+
+
+def build_world(
+    scenario: Scenario, robots: int, objects: int, wheel_noise: float, fields_of_view: np.ndarray | None = None
+) -> World:
+    """Return the constants of trials with the given numbers of robots and objects, and fields of view (R, A), if there are any."""
+    robot, item, sensor = scenario.robot, scenario.objects, scenario.sensor
+
+    def bodies(of_robot: float, of_object: float) -> np.ndarray:
+        return np.repeat([of_robot, of_object], [robots, objects])
+
+    readings = sensor.reading_of("robot"), sensor.reading_of("object")
+    inertia = (0.5 * robot.mass_g * robot.radius_cm**2, 0.5 * item.mass_g * item.radius_cm**2)
+    return World(
+        robots=robots,
+        bodies=robots + objects,
+        radius=bodies(robot.radius_cm, item.radius_cm),
+        inverse_mass=bodies(1 / robot.mass_g, 1 / item.mass_g),
+        inverse_inertia=bodies(1 / inertia[0], 1 / inertia[1]),
+        sight_radius=bodies(robot.radius_cm if readings[0] else -1.0, item.radius_cm if readings[1] else -1.0),
+        reading=bodies(*readings).astype(np.int64),
+        sectors=None if fields_of_view is None else np.stack((np.cos(fields_of_view / 2), np.sin(fields_of_view / 2))),
+        deceleration=item.friction * GRAVITY,
+        wheel_distance=robot.wheel_distance_cm,
+        maximum_speed=robot.maximum_speed_cm_s,
+        wheel_noise=float(wheel_noise),
+        clamp=robot.clamp_wheel_speeds,
+        interval=scenario.trial.control_interval_s,
+        substeps=scenario.trial.physics_steps,
+        width=float(scenario.arena.width_cm or 0.0),
+        height=float(scenario.arena.height_cm or 0.0),
+    )
+
+
+def simulate(
+    scenario: Scenario, controllers: np.ndarray, initial_poses: np.ndarray, *, control_steps: int,
+    seed: int = 0, wheel_noise: float | None = None, fields_of_view: np.typing.ArrayLike | None = None,
+    threads: int | None = None, drivers: Drivers | None = None,
+) -> Simulation:  # fmt: skip
+    """Run trials of a swarm; the numbers of robots and objects come from the arrays.
+
+    Source: paper, sections 3.2, 4.1 and 4.6.2; docs/physics.md.
+
+    Parameters
+    ----------
+    scenario
+        Robots, objects, sensor, arena and control interval; its numbers of individuals and its duration do not count.
+    controllers : (R, A, 2 n)
+        Left and right wheel speed for each sensor state, as fractions of the maximum, for each trial and individual.
+    initial_poses : (R, A + O, 3)
+        x, y (cm), heading (rad); robots first, then objects.
+    control_steps
+        Number of control cycles T, >= 1.
+    seed
+        Seed of the wheel noise, >= 0.
+    wheel_noise
+        Relative wheel noise in [0, 1); None takes the scenario's.
+    fields_of_view : (), (A,) or (R, A)
+        Of the robots' sensors (rad), from 0 to 2 pi; None takes the scenario's.
+    threads
+        Number of threads, >= 1; None takes every processor. It does not change the result.
+    drivers
+        Networks that drive some of the robots, whose controllers do not count; None if all are reactive.
+
+    Returns
+    -------
+    Simulation
+        Poses, sensor states and speeds at every control cycle.
+    """
+    controllers = np.ascontiguousarray(array("controllers", controllers, "R A S", S=2 * scenario.sensor.states))
+    trials, robots = controllers.shape[:2]
+    poses = np.ascontiguousarray(array("initial_poses", initial_poses, "R B 3", R=trials))
+    rule = f"hold a pose of each of the {robots} robots, then of objects"
+    require(poses.shape[1] >= robots, "initial_poses", rule, poses.shape[1])
+    kind = type(drivers).__name__
+    require(isinstance(drivers, Drivers | None), "drivers", "be Drivers", kind, "None stands for reactive robots.")
+    integer("control_steps", control_steps, 1, LONGEST)
+    integer("seed", seed, 0)
+    noise = scenario.robot.wheel_noise if wheel_noise is None else wheel_noise
+    number("wheel_noise", noise, least=0, below=1)
+    if threads is not None:
+        integer("threads", threads, 1, remedy="None takes every processor.")
+    if fields_of_view is not None:
+        fields, shape = array("fields_of_view", fields_of_view, "...", finite=False, empty=True), (trials, robots)
+        rule = f"have shape (), (A,) or (R, A) = {shape}"
+        require(fields.shape in ((), shape[1:], shape), "fields_of_view", rule, fields.shape)
+        wrong = fields[~((fields >= 0) & (fields <= FULL_VIEW))]
+        require(not wrong.size, "fields_of_view", f"be from 0 to 2 pi = {FULL_VIEW:.6f} rad", wrong[:1].tolist())
+    if scenario.arena.bounded:
+        size = (scenario.arena.width_cm, scenario.arena.height_cm)
+        radius = np.repeat([scenario.robot.radius_cm, scenario.objects.radius_cm], [robots, poses.shape[1] - robots])
+        outside = (poses[..., :2] < radius[:, None]) | (poses[..., :2] > np.array(size) - radius[:, None])
+        for trial, body in np.argwhere(outside.any(axis=-1))[:1].tolist():
+            got, place = f"x, y = {poses[trial, body, :2].tolist()}", f"body {body} of trial {trial}"
+            refuse("initial_poses", f"lie inside the arena of {size[0]} x {size[1]} cm", got, place=place)
+    keys = np.random.SeedSequence(seed).generate_state(trials, np.uint64)
+    room = (trials, control_steps + 1)
+    sensors, speeds = np.empty((*room, robots), np.int8), _new_speeds(trials, robots, control_steps)
+    result = Simulation(np.empty((*room, poses.shape[1], 3)), sensors, speeds)
+    poses = poses.copy()
+    poses[..., 2] = (poses[..., 2] + math.pi) % (2 * math.pi) - math.pi
+    outputs = (result.speeds, result.poses, result.sensors)
+    _run(record_trials, scenario, controllers, poses, keys, noise, fields_of_view, drivers, threads, *outputs)
+    return result
+
+
+def observe(
+    scenario: Scenario, controllers: np.ndarray, poses: np.ndarray, keys: np.ndarray, threads: int | None,
+    fields_of_view: np.ndarray | None = None, drivers: Drivers | None = None,
+) -> np.ndarray:  # fmt: skip
+    """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are."""
+    trials, robots = controllers.shape[:2]
+    speeds = _new_speeds(trials, robots, scenario.control_steps)
+    noise = scenario.robot.wheel_noise
+    _run(observe_trials, scenario, controllers, poses, keys, noise, fields_of_view, drivers, threads, speeds)
+    return speeds
+
+
+def _new_speeds(trials: int, robots: int, steps: int) -> np.ndarray:
+    """Return room for speeds (R, A, T, 2), in memory robot by robot, as they are judged; that of one trial in the same layout."""
+    return np.empty((robots, max(trials, 2), steps, 2))[:, :trials].transpose(1, 0, 2, 3)
+
+
+def _run(
+    kernel: Callable[..., None], scenario: Scenario, controllers: np.ndarray, poses: np.ndarray, keys: np.ndarray,
+    wheel_noise: float, fields_of_view: np.typing.ArrayLike | None, drivers: Drivers | None, threads: int | None,
+    *outputs: np.ndarray,
+) -> None:  # fmt: skip
+    """Let a kernel fill the outputs of trials with these controllers (R, A, 2 n), poses (R, A + O, 3) and keys (R,)."""
+    trials, robots = controllers.shape[:2]
+    fields = np.asarray(scenario.sensor.field_of_view if fields_of_view is None else fields_of_view, dtype=np.float64)
+    views = np.broadcast_to(fields, (trials, robots)) if fields.any() else None  # else all have a line of sight
+    world = build_world(scenario, robots, poses.shape[1] - robots, wheel_noise, views)
+    networks = None if drivers is None else drivers.networks(trials, robots)
+    if networks is not None:
+        controllers = np.where(networks.driver[..., None] >= 0, LARGEST_OUTPUT, controllers)
+    advance = partial(kernel, world=world, networks=networks)
+    run_range(advance, trials, threads, poses, controllers, keys, *outputs, grain=slots_of(world.bodies))
+
+
+def initial_poses(
+    scenario: Scenario, trials: int, rng: np.random.Generator, *, robots: int | None = None,
+    side_cm: float | None = None,
+) -> np.ndarray:  # fmt: skip
+    """Place robots and objects uniformly in the scenario's start square, in any direction (paper, section 4.2).
+
+    Parameters
+    ----------
+    scenario
+        What is placed, and where: within the walls, or in the start square of its trial.
+    trials
+        Number of trials R, >= 1.
+    rng
+        Draws the places and headings.
+    robots
+        Number of robots; objects and the area of the square grow in proportion. None takes the scenario's.
+    side_cm
+        Side of a start square, however crowded; None keeps within the walls, or to the scenario's density.
+
+    Returns
+    -------
+    (R, A + O, 3)
+        x, y (cm), heading (rad). Bodies may overlap; they are pushed apart as they begin to move.
+    """
+    integer("trials", trials, 1)
+    integer("robots", scenario.individuals if robots is None else robots, 1)
+    number("side_cm", 1.0 if side_cm is None else side_cm, above=0)
+    start = scenario.start(robots, side_cm)
+    if side_cm is None and start.crowd:
+        rule, remedy = "have room where the scenario lets them start", "Take fewer, or another scenario."
+        refuse("robots", rule, f"{robots}, and {start.crowd}", remedy)
+    poses = rng.random((trials, start.bodies, 3))
+    poses[..., 2] = math.pi * (2 * poses[..., 2] - 1)
+    poses[..., :2] = start.corner_cm + poses[..., :2] * start.sides_cm
+    return poses
+
 
 AGENT = -1
 """In the place of the number of a model: a robot that executes the agents' controller."""

@@ -20,7 +20,7 @@ from turing_learning.kernels.tiles import (
 )
 from turing_learning.kernels.world import new_state
 from turing_learning.swarm import AGGREGATION
-from turing_learning.swarm._simulate import build_world
+from turing_learning.swarm._trials import build_world
 
 find_near_pairs = standalone(find_near_pairs)
 find_pairs_in_tiles = standalone(find_pairs_in_tiles)
