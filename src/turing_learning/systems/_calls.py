@@ -1,24 +1,19 @@
-"""Calls of a simulator: by the name that another process imports it by, what is asked, what comes back, and making them."""
+"""Calls of a simulator: by the name that another process imports it by, what is asked, and what comes back."""
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from importlib import import_module
-from itertools import starmap
 from traceback import walk_tb
 from typing import Any
 
 import numpy as np
 
-from ..errors import RefusedError, brief, integer, number, refuse, require
-from ..workers import NotImportable, WorkerDied, Workers, packed
+from ..errors import RefusedError, brief, require
 from ._genuine import with_gaps
-from ._system import CustomSystemError
 
 _RULE = 'be "module:function", or a function of a module, which another process can import'
 _REMEDY = "Define it at the top level of a module, and have the module's folder in PYTHONPATH."
-_HERE = "Define it at the top level of a module, or leave `workers` out."
 
 Simulator = Callable[[np.ndarray, np.random.Generator], Any]
 """(parameters (M, P), rng) -> samples (M, T, D) or (M, C, T, D); of one model: (P,) -> (T, D) or (C, T, D)."""
@@ -97,60 +92,3 @@ def _place(error: Exception) -> str:
     places = [(frame.f_code.co_filename, line) for frame, line in walk_tb(error.__traceback__)]
     own = [f" [{path}:{line}]" for path, line in places if path != __file__ and not path.startswith(sys.prefix)]
     return own[-1] if own else ""
-
-
-class Runner:
-    """Call a simulator: here, or in worker processes, which are started on the first call and stay; see `answer`.
-
-    The answers do not depend on the number of workers. With them a call that takes longer than `timeout_s` (s) is given up, and
-    its process killed.
-    """
-
-    def __init__(
-        self,
-        simulate: Simulator,
-        vectorized: bool,
-        shape: tuple[int, int],
-        workers: int | None,
-        timeout_s: float | None,
-    ) -> None:
-        require(callable(simulate), "simulate", "be a function of (parameters, rng)", type(simulate).__name__)
-        self._answer = partial(answer, simulate, vectorized, shape)
-        self._count, self._timeout_s = workers, timeout_s
-        self._workers: Workers | None = None
-        if workers is None:
-            rule = "be given together with `workers`, as only a process can be ended"
-            require(timeout_s is None, "timeout_s", rule, timeout_s)
-            return
-        integer("workers", workers, 1)
-        if timeout_s is not None:
-            number("timeout_s", timeout_s, above=0)
-        try:
-            self._function = packed(self._answer)
-        except Exception as error:  # pickle raises what the object's own methods raise
-            refuse("simulate", "be a function that another process can import", f"{simulate!r} ({error})", _HERE)
-
-    def run(self, calls: Sequence[tuple[np.ndarray, np.random.Generator]]) -> Iterator[Answer]:
-        """Yield the answers in the order of the calls; raise CustomSystemError if a worker cannot load the simulator."""
-        if self._count is None:
-            yield from starmap(self._answer, calls)
-            return
-        if self._workers is None:
-            self._workers = Workers(self._function, self._count, timeout_s=self._timeout_s)
-        for future in self._workers.in_order(calls):
-            try:
-                yield future.result()
-            except TimeoutError as error:
-                yield Failed(str(error))
-            except WorkerDied:
-                yield Failed("its worker process died")
-            except NotImportable as error:
-                rule = "be importable by a worker process"
-                raise CustomSystemError(f"`simulate` must {rule}; got {error}. {_HERE}") from error
-
-    def close(self) -> None:
-        """End all workers at once."""
-        workers, self._workers = self._workers, None
-        if workers is not None:
-            workers.kill()
-            workers.close()

@@ -4,16 +4,19 @@ import logging
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, is_dataclass, replace
+from functools import partial
+from itertools import starmap
 from typing import Any, Literal, NoReturn
 
 import numpy as np
 
 from ..coevolution import Classifier, Samples
-from ..errors import Setting, Text, brief, integer, refuse, require
+from ..errors import Setting, Text, brief, integer, number, refuse, require
 from ..models import Behavior, Jumps, Parameter
 from ..models._parameters import LARGEST_DECADE, Settings
 from ..trajectories import SIGNALS
-from ._calls import Answer, Failed, Runner, Simulator
+from ..workers import NotImportable, WorkerDied, Workers, packed
+from ._calls import Answer, Failed, Simulator, answer
 from ._genuine import Genuine, cut_samples, observed, shown
 from ._system import CustomSystemError, FallibleSource, Given, Source, System
 
@@ -21,6 +24,7 @@ _LOGGER = logging.getLogger("turing_learning")
 MOST = 10**9  # samples, steps or calls
 SHOWN = 601  # frames of replicas alone, where there is no recording
 TIME_STEP_TOLERANCE = 0.01  # share by which time steps may differ that count as the same
+_HERE = "Define it at the top level of a module, or leave `workers` out."
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,60}")
 
 
@@ -256,6 +260,7 @@ class CustomSource(FallibleSource):
 
     system: CustomSystem
     genuine: Genuine
+    _workers: Workers | None
 
     def __init__(
         self, system: CustomSystem, genuine: Genuine, simulate: Simulator, *, workers: int | None = None,
@@ -263,12 +268,28 @@ class CustomSource(FallibleSource):
     ) -> None:  # fmt: skip
         super().__init__(system)
         self.genuine, self._live, self._learning = genuine, genuine.live, system.centered(genuine.learning)
+        require(callable(simulate), "simulate", "be a function of (parameters, rng)", type(simulate).__name__)
         self._simulate, shape = simulate, (system.steps, len(system.signals))
-        self._runner = Runner(simulate, system.vectorized, shape, workers, timeout_s)
+        self._answer = partial(answer, simulate, system.vectorized, shape)
+        self._count, self._timeout_s, self._workers = workers, timeout_s, None
+        if workers is None:
+            rule = "be given together with `workers`, as only a process can be ended"
+            require(timeout_s is None, "timeout_s", rule, timeout_s)
+            return
+        integer("workers", workers, 1)
+        if timeout_s is not None:
+            number("timeout_s", timeout_s, above=0)
+        try:
+            self._function = packed(self._answer)
+        except Exception as error:  # pickle raises what the object's own methods raise
+            refuse("simulate", "be a function that another process can import", f"{simulate!r} ({error})", _HERE)
 
     def close(self) -> None:
-        """End the worker processes, if there are any."""
-        self._runner.close()
+        """End the worker processes, if there are any, at once."""
+        workers, self._workers = self._workers, None
+        if workers is not None:
+            workers.kill()
+            workers.close()
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return genuine samples (K, T, D), and counterfeit ones (M, C, T, D) of models (M, P) as the optimizer has them.
@@ -282,19 +303,19 @@ class CustomSource(FallibleSource):
         """Return samples (M, C, T, D) of models with parameters (M, P), both in their users' units; `failed` marks zeros."""
         samples: np.ndarray | None = None  # C is that of the first proper answer
         reasons: dict[int, str] = {}
-        for places, answer in self._answers(parameters, rng):
-            if not isinstance(answer, Failed) and samples is not None and answer.shape[1] != samples.shape[1]:
-                answer = Failed(f"it returned {answer.shape[1]} samples of a model, and {samples.shape[1]} of others")
-            if isinstance(answer, Failed):
+        for places, found in self._answers(parameters, rng):
+            if not isinstance(found, Failed) and samples is not None and found.shape[1] != samples.shape[1]:
+                found = Failed(f"it returned {found.shape[1]} samples of a model, and {samples.shape[1]} of others")
+            if isinstance(found, Failed):
                 if self.generation == 0:
-                    self._refuse(answer, self.system.shown(parameters[places[0]]))
-                reasons |= dict.fromkeys(places.tolist(), answer.reason)
+                    self._refuse(found, self.system.shown(parameters[places[0]]))
+                reasons |= dict.fromkeys(places.tolist(), found.reason)
             else:
-                samples = np.zeros((len(parameters), *answer.shape[1:])) if samples is None else samples
-                samples[places] = answer
-                for k in np.flatnonzero(~np.isfinite(answer).all(axis=(1, 2, 3))):
-                    c, t, d = (int(place) for place in np.argwhere(~np.isfinite(answer[k]))[0])
-                    got = f"{shown(answer[k, c, t, d])} [step {t}, signal {self.system.signals[d]}]"
+                samples = np.zeros((len(parameters), *found.shape[1:])) if samples is None else samples
+                samples[places] = found
+                for k in np.flatnonzero(~np.isfinite(found).all(axis=(1, 2, 3))):
+                    c, t, d = (int(place) for place in np.argwhere(~np.isfinite(found[k]))[0])
+                    got = f"{shown(found[k, c, t, d])} [step {t}, signal {self.system.signals[d]}]"
                     reasons[int(places[k])] = f"it returned {got}"
                     samples[places[k]] = 0
             if 2 * len(reasons) > len(parameters):
@@ -361,10 +382,29 @@ class CustomSource(FallibleSource):
         return self.system.centered(samples)
 
     def _answers(self, parameters: np.ndarray, rng: np.random.Generator) -> Iterator[tuple[np.ndarray, Answer]]:
-        """Yield what the simulator says of which models: of groups, and of each model of a group that failed."""
+        """Yield what the simulator says of which models: of groups, and of each model of a group that failed.
+
+        It is called here, or in worker processes, which are started on the first call and stay. The answers come in the order of
+        the calls, and do not depend on the number of workers.
+        """
 
         def asked(groups: list[np.ndarray], generators: list[np.random.Generator]) -> Iterator[Answer]:
-            return self._runner.run([(parameters[k], rng) for k, rng in zip(groups, generators, strict=True)])
+            calls = [(parameters[k], rng) for k, rng in zip(groups, generators, strict=True)]
+            if self._count is None:
+                yield from starmap(self._answer, calls)
+                return
+            if self._workers is None:
+                self._workers = Workers(self._function, self._count, timeout_s=self._timeout_s)
+            for future in self._workers.in_order(calls):
+                try:
+                    yield future.result()
+                except TimeoutError as error:
+                    yield Failed(str(error))
+                except WorkerDied:
+                    yield Failed("its worker process died")
+                except NotImportable as error:
+                    rule = "be importable by a worker process"
+                    raise CustomSystemError(f"`simulate` must {rule}; got {error}. {_HERE}") from error
 
         count = self.system.batches or len(parameters)
         groups = [part for part in np.array_split(np.arange(len(parameters)), count) if len(part)]
