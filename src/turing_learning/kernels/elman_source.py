@@ -134,27 +134,23 @@ def elman_source(inputs: int, hidden: int, *, cache: bool) -> str:
     """Return the source of the judge for a network of ``inputs`` inputs and ``hidden`` hidden neurons."""
     sizes = {"inputs": inputs, "hidden": hidden, "lanes": LANES, "limit": LIMIT, "cache": cache}
     sizes["memory"] = 2 * hidden * LANES  # the activations; the second half is for networks that are not written out
-    small = hidden * (inputs + hidden + 1) <= UNROLLED_WEIGHTS
-    judge = _JUDGE.format(
-        **sizes,
-        state=hidden * LANES,
-        load=_indent(8, _load(inputs, hidden, small)),
-        step=_indent(12, _small_step(inputs, hidden) if small else _large_step(inputs, hidden)),
-        output=_indent(12, _output(hidden)),
-    )
-    return "\n".join([_HEADER.format(**sizes), _PACK.format(**sizes), judge])
-
-
-def _indent(spaces: int, lines: list[str]) -> str:
-    return "\n".join(" " * spaces + line for line in lines)
-
-
-def _load(inputs: int, hidden: int, small: bool) -> list[str]:
     names = [f"w{i}_{d}" for i in range(hidden) for d in range(inputs)]
     names += [f"u{i}_{j}" for i in range(hidden) for j in range(hidden)]
     names += [f"b{i}" for i in range(hidden)] + [f"v{i}" for i in range(hidden)] + ["c"]
-    lines = [f"{name} = weights[n, {k}]" for k, name in enumerate(names)]
-    return lines if small else lines[-hidden - 1 :]
+    load = [f"{name} = weights[n, {k}]" for k, name in enumerate(names)]
+    small = hidden * (inputs + hidden + 1) <= UNROLLED_WEIGHTS
+    step = _small_step(inputs, hidden) if small else _large_step(inputs, hidden)
+    # The sign of z alone decides: rounding must not lift a negative z to 1/2.
+    below_half = 0.5 - 2.0**-25
+    output = [
+        *_sigmoid("c", [f"v{j} * state[{j * LANES} + lane]" for j in range(hidden)]),
+        f"y = min(max(y, F({SMALLEST_OUTPUT!r})), F({1 - SMALLEST_OUTPUT!r}))",
+        f"state[lane] = min(y, F({below_half!r})) if z < F(0) else y",
+    ]
+    parts = {"load": (8, load if small else load[-hidden - 1 :]), "step": (12, step), "output": (12, output)}
+    written = {name: "\n".join(_indented(lines, spaces)) for name, (spaces, lines) in parts.items()}
+    judge = _JUDGE.format(**sizes, state=hidden * LANES, **written)
+    return "\n".join([_HEADER.format(**sizes), _PACK.format(**sizes), judge])
 
 
 def _small_step(inputs: int, hidden: int) -> list[str]:
@@ -163,8 +159,8 @@ def _small_step(inputs: int, hidden: int) -> list[str]:
     body += [f"h{j} = state[{j * LANES} + lane]" for j in range(hidden)]
     for i in range(hidden):
         terms = [f"w{i}_{d} * x{d}" for d in range(inputs)] + [f"u{i}_{j} * h{j}" for j in range(hidden)]
-        body += [f"z = {_sum(f'b{i}', terms)}", *_sigmoid(), f"state[{i * LANES} + lane] = {_CUT}"]
-    return [f"for lane in range({LANES}):", *_inner(body)]
+        body += [*_sigmoid(f"b{i}", terms), f"state[{i * LANES} + lane] = {_CUT}"]
+    return [f"for lane in range({LANES}):", *_indented(body)]
 
 
 def _large_step(inputs: int, hidden: int) -> list[str]:
@@ -174,37 +170,23 @@ def _large_step(inputs: int, hidden: int) -> list[str]:
     row += [f"u{j} = weights[n, {recurrent} + i * {hidden} + {j}]" for j in range(hidden)]
     terms = [f"w{d} * blocks[block, t, {d}, lane]" for d in range(inputs)]
     terms += [f"u{j} * state[{j * LANES} + lane]" for j in range(hidden)]
-    body = [f"z = {_sum('b', terms)}", *_sigmoid(), f"state[{hidden * LANES} + i * {LANES} + lane] = {_CUT}"]
-    neuron = [*row, f"b = weights[n, {biases} + i]", f"for lane in range({LANES}):", *_inner(body)]
-    copy = [f"for k in range({hidden * LANES}):", *_inner([f"state[k] = state[{hidden * LANES} + k]"])]
-    return [f"for i in range({hidden}):", *_inner(neuron), *copy]
+    body = [*_sigmoid("b", terms), f"state[{hidden * LANES} + i * {LANES} + lane] = {_CUT}"]
+    neuron = [*row, f"b = weights[n, {biases} + i]", f"for lane in range({LANES}):", *_indented(body)]
+    copy = [f"for k in range({hidden * LANES}):", f"    state[k] = state[{hidden * LANES} + k]"]
+    return [f"for i in range({hidden}):", *_indented(neuron), *copy]
 
 
-def _inner(lines: list[str]) -> list[str]:
-    return [f"    {line}" for line in lines]
+def _indented(lines: list[str], spaces: int = 4) -> list[str]:
+    return [" " * spaces + line for line in lines]
 
 
-def _output(hidden: int) -> list[str]:
-    # The sign of z alone decides: rounding must not lift a negative z to 1/2.
-    below_half = 0.5 - 2.0**-25
-    terms = [f"v{j} * state[{j * LANES} + lane]" for j in range(hidden)]
-    return [
-        f"z = {_sum('c', terms)}",
-        *_sigmoid(),
-        f"y = min(max(y, F({SMALLEST_OUTPUT!r})), F({1 - SMALLEST_OUTPUT!r}))",
-        f"state[lane] = min(y, F({below_half!r})) if z < F(0) else y",
-    ]
-
-
-def _sum(bias: str, terms: list[str]) -> str:
+def _sigmoid(bias: str, terms: list[str]) -> list[str]:
+    """Write out z, the sum of a bias and terms, and y, its sigmoid, not yet cut."""
     # Two chains of half the length: the multiply-adds of one need not wait for those of the other.
     middle = (len(terms) + 1) // 2
     first, second = " + ".join([bias, *terms[:middle]]), " + ".join(terms[middle:])
-    return f"({first}) + ({second})" if second else first
-
-
-def _sigmoid() -> list[str]:
     return [
+        f"z = ({first}) + ({second})" if second else f"z = {first}",
         f"u = min(z * z, F({SATURATION**2!r}))",
         f"p = {_horner(NUMERATOR)}",
         f"q = {_horner(DENOMINATOR)}",
