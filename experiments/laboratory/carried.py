@@ -31,7 +31,7 @@ from turing_learning.robots import (
     overhead_camera,
 )
 from turing_learning.robots.program._equipment import fastest_turn
-from turing_learning.robots.program._states import Disturbance, ObservedTrial, PcProgram
+from turing_learning.robots.program._source import Disturbance, ObservedTrial, PcProgram
 from turing_learning.robots.tracking._tracker import Track, impossible, signed_speeds, wrap
 
 HERE = Path(__file__).parent

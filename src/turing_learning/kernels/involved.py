@@ -8,10 +8,9 @@ A few trials are advanced as one party, so that contacts of different trials can
 import numpy as np
 
 from .compile import inlined
-from .party import ALL_PAIRS, Lanes, Pairs, Party, gather_party, scatter_party
 from .stepping import step_cycle
 from .tiles import Tiles, find_pairs_in_tiles
-from .world import State, World
+from .world import ALL_PAIRS, Lanes, Pairs, Party, State, World, gather_party, scatter_party
 
 MARGINS = (0.0, 8.0, np.inf)
 """Additions to the sum of two reaches, tried in turn (cm): a crowd may push its bodies farther than they drive."""

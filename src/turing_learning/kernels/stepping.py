@@ -13,9 +13,8 @@ import numpy as np
 
 from .compile import inlined
 from .geometry import sines_and_cosines, wrapped
-from .party import ALL_PAIRS, LANES, Lanes, Pairs, Party
 from .tiles import Tiles
-from .world import World
+from .world import ALL_PAIRS, LANES, Lanes, Pairs, Party, World
 
 RESTITUTION = 0.9
 """Coefficient of every body; a contact uses the product of two."""

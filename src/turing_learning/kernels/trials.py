@@ -9,10 +9,9 @@ from .geometry import sines_and_cosines
 from .involved import advance_involved
 from .motion import command_wheels, glide_free_robots, reach_of_robot, set_object_reach
 from .networks import Networks, drive, with_memory
-from .party import LANES, Lanes, Pairs, Party, new_lanes, new_pairs, new_party
 from .sensing import open_view, sense, sense_one_trial
 from .tiles import REORDER_CYCLES, Tiles, new_tiles, read_sensors, renew_boxes, renew_order
-from .world import State, World, new_state
+from .world import LANES, Lanes, Pairs, Party, State, World, new_lanes, new_pairs, new_party, new_state
 
 SLOTS = 64
 """Trials that one thread advances side by side at most."""

@@ -1,12 +1,18 @@
-"""What is constant during a trial (`World`) and what changes (`State`).
+"""What is constant during a trial (`World`), what changes (`State`), and the bodies that may touch something (`Party`).
 
 A thread advances several trials side by side: ``state.x[i, w]`` belongs to body i of the trial in slot w, robots first, and
 loops over the slots are the inner ones, because they vectorize.
+
+A party has the bodies of one trial or several that may touch something in a control cycle, side by side in memory: robots first,
+then objects, of each trial in its order. A cycle is advanced in copies and written back when it is complete, so that it can be
+begun anew.
 """
 
 from typing import NamedTuple
 
 import numpy as np
+
+from .compile import inlined
 
 
 class World(NamedTuple):
@@ -60,3 +66,112 @@ def new_state(slots: int, bodies: int) -> State:
     """Allocate the state of `slots` trials of `bodies` bodies."""
     floats, marks = np.zeros((16, bodies, slots)), np.zeros((2, bodies, slots), np.int64)
     return State._make((*floats, np.zeros(slots), *marks, np.zeros((9, bodies, slots))))
+
+
+SAFE = 1.0 - 1e-12
+"""Share of its reach that a body may use: the rest is for the rounding of distances."""
+
+ALL_PAIRS = -1
+"""Number of listed pairs that stands for every pair."""
+PAIRS_PER_BODY = 64
+"""Near pairs for which there is room; where there are more, all pairs are looked at, without a list."""
+
+
+class Pairs(NamedTuple):
+    """Near pairs of the trials of a party."""
+
+    near: np.ndarray  # (trials, room, 2) int64, bodies in the order of the physics, then their places in the party
+    number: np.ndarray  # (trials,) int64, how many of them there are; ALL_PAIRS if every pair counts
+
+
+def new_pairs(trials: int, bodies: int) -> Pairs:
+    """Allocate room for the near pairs of trials; it grows with the number of bodies, not with its square."""
+    room = max(min(bodies * (bodies - 1) // 2, PAIRS_PER_BODY * bodies), 1)
+    near = np.zeros((trials, room, 2), np.int64)
+    return Pairs(near=near, number=np.zeros(trials, np.int64))
+
+
+LANES = 16
+"""Contacts that are resolved side by side, each of another trial."""
+
+
+class Lanes(NamedTuple):
+    """Room for the contacts that are resolved side by side. One trial of many bodies has none, but `Tiles`."""
+
+    hit: np.ndarray  # (LANES + 1, 2) int64, members that overlap; the last row is never read
+    number: np.ndarray  # (16 * LANES,) their motion and disks
+
+
+def new_lanes() -> Lanes:
+    """Allocate lanes."""
+    return Lanes(hit=np.zeros((LANES + 1, 2), np.int64), number=np.ones(16 * LANES))
+
+
+class Party(NamedTuple):
+    """Members of the party; arrays are (trials * bodies,) and filled up to the number of members."""
+
+    body: np.ndarray  # int64, g * bodies + i is body i of the party's trial g
+    place: np.ndarray  # int64, the member that each of these bodies is
+    x: np.ndarray  # cm
+    y: np.ndarray
+    heading: np.ndarray  # rad
+    vx: np.ndarray  # cm/s
+    vy: np.ndarray
+    turn: np.ndarray  # rad/s
+    forward: np.ndarray  # commanded, cm/s
+    command: np.ndarray  # commanded, rad/s
+    radius: np.ndarray  # cm
+    inverse_mass: np.ndarray  # 1/g
+    inverse_inertia: np.ndarray  # 1/(g cm^2)
+    start_x: np.ndarray  # at the start of the cycle, cm
+    start_y: np.ndarray
+    travel: np.ndarray  # square of the distance from the start that is allowed, cm^2
+    work: np.ndarray  # (3, trials * bodies) angles, sines and cosines
+
+
+def new_party(bodies: int) -> Party:
+    """Allocate a party of up to `bodies` members, of all its trials."""
+    body, place = np.zeros(bodies, np.int64), np.zeros(bodies, np.int64)
+    return Party._make((body, place, *np.zeros((14, bodies)), np.zeros((3, bodies))))
+
+
+@inlined
+def gather_party(
+    first: int, stop: int, margin: float, world: World, state: State, pairs: Pairs, party: Party
+) -> tuple[int, int]:
+    """Copy the marked bodies of the trials in slots first ... stop - 1, and replace the bodies of their pairs by members.
+
+    Members may travel half of `margin` (cm) beyond their reach. Returns the number of robots and of members.
+    """
+    robots, k = 0, 0
+    for kind in range(2):  # robots, then objects
+        for w in range(first, stop):
+            for i in range(world.robots if kind else 0, world.bodies if kind else world.robots):
+                if state.near[i, w] == 1:
+                    party.body[k] = (w - first) * world.bodies + i
+                    party.place[party.body[k]] = k
+                    party.x[k], party.y[k], party.heading[k] = state.x[i, w], state.y[i, w], state.heading[i, w]
+                    party.vx[k], party.vy[k], party.turn[k] = state.vx[i, w], state.vy[i, w], state.turn[i, w]
+                    party.forward[k], party.command[k] = state.forward[i, w], state.command[i, w]
+                    party.radius[k] = world.radius[i]
+                    party.inverse_mass[k], party.inverse_inertia[k] = world.inverse_mass[i], world.inverse_inertia[i]
+                    party.start_x[k], party.start_y[k] = state.x[i, w], state.y[i, w]
+                    travel = (state.reach[i, w] - world.radius[i] + 0.5 * margin) * SAFE
+                    party.travel[k] = travel * travel
+                    k += 1
+        if kind == 0:
+            robots = k
+    for g in range(stop - first):
+        for n in range(pairs.number[g]):
+            for end in range(2):
+                pairs.near[g, n, end] = party.place[g * world.bodies + pairs.near[g, n, end]]
+    return robots, k
+
+
+@inlined
+def scatter_party(first: int, members: int, world: World, state: State, party: Party) -> None:
+    """Write the motion of the members back to the trials in the slots from `first` on."""
+    for k in range(members):
+        i, w = party.body[k] % world.bodies, first + party.body[k] // world.bodies
+        state.x[i, w], state.y[i, w], state.heading[i, w] = party.x[k], party.y[k], party.heading[k]
+        state.vx[i, w], state.vy[i, w], state.turn[i, w] = party.vx[k], party.vy[k], party.turn[k]

@@ -23,7 +23,7 @@ from turing_learning.store import RunFolderError
 
 if TYPE_CHECKING:
     from turing_learning.robots import Event, LaboratorySource
-    from turing_learning.robots.program._states import ObservedTrial
+    from turing_learning.robots.program._source import ObservedTrial
 
 
 _LOGGER = logging.getLogger("turing_learning")
@@ -51,7 +51,7 @@ def keep_trial(folder: RunFolder, stage: str, attempt: int, trial: "ObservedTria
 def stored_trials(folder: RunFolder, stage: str) -> tuple[int, list["ObservedTrial"]]:
     """Return the number of the last attempt at a stage with a trial, or 0, and its trials without faults."""
     from turing_learning.robots import Track
-    from turing_learning.robots.program._states import ObservedTrial
+    from turing_learning.robots.program._source import ObservedTrial
 
     last, names = _last_attempt(folder, stage)
     trials: list[ObservedTrial] = []

@@ -3,7 +3,6 @@ import pytest
 from standalone import standalone
 
 from turing_learning.kernels.involved import find_near_pairs
-from turing_learning.kernels.party import ALL_PAIRS, new_pairs
 from turing_learning.kernels.tiles import (
     BOTTOM,
     LEFT,
@@ -18,7 +17,7 @@ from turing_learning.kernels.tiles import (
     renew_order,
     sort_places,
 )
-from turing_learning.kernels.world import new_state
+from turing_learning.kernels.world import ALL_PAIRS, new_pairs, new_state
 from turing_learning.swarm import AGGREGATION
 from turing_learning.swarm._trials import build_world
 

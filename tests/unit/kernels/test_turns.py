@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from turing_learning.kernels.party import LANES, new_lanes, new_party
 from turing_learning.kernels.stepping import push_all_apart
+from turing_learning.kernels.world import LANES, new_lanes, new_party
 from turing_learning.swarm import AGGREGATION, AGGREGATION_VIEW_60, OBJECT_CLUSTERING, Arena, initial_poses, observe
 
 SCENARIOS = {

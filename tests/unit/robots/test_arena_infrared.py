@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turing_learning.robots.emulation._arena import DARK, read_infrared
-from turing_learning.robots.emulation._robot import OBSTACLE, SENSOR_ANGLES, WALL
+from turing_learning.robots.emulation._emulated_robot import OBSTACLE, SENSOR_ANGLES, WALL
 
 ARENA, RADIUS = (200.0, 225.0), 3.5
 

@@ -2,8 +2,14 @@ import numpy as np
 import pytest
 from robot_bodies import Body, Clock
 
-from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
-from turing_learning.robots.emulation._robot import LOOP, OBSTACLE, SENSOR_ANGLES, WALL, Firmware, avoid_walls
+from turing_learning.robots.emulation._emulated_robot import (
+    LOOP,
+    OBSTACLE,
+    SENSOR_ANGLES,
+    WALL,
+    EmulatedRobot,
+    avoid_walls,
+)
 
 NOTHING = (60,) * 8
 AGENT = (-0.7, -1.0, 1.0, -1.0)
@@ -14,20 +20,20 @@ class Rig:
 
     def __init__(self, controller=None, rate=1.0, seed=0):
         self.clock, self.rate = Clock(), rate
-        self.robot = EmulatedRobot(Body(), clock=self.clock)
         self.signals = []
-        self.firmware = Firmware(
-            self.robot,
-            np.random.default_rng(seed),
+        self.robot = EmulatedRobot(
+            Body(),
+            clock=self.clock,
             controller=controller,
-            signal=lambda kind: self.signals.append((kind, round(self.clock.now, 6))),
+            tell=lambda kind: self.signals.append((kind, round(self.clock.now, 6))),
+            rng=np.random.default_rng(seed),
         )
         self.cycle = 0
         self.entered = {}
 
     def step(self, sight=0, proximity=NOTHING):
         self.clock.now = self.cycle * 0.1
-        wheels = self.firmware.step(self.clock.now * self.rate, sight, proximity)
+        wheels = self.robot.step(self.clock.now * self.rate, sight, proximity)
         self.entered.setdefault(self.robot.state, round(self.clock.now, 6))
         self.cycle += 1
         return wheels
@@ -42,7 +48,7 @@ class Rig:
 @pytest.fixture
 def replica():
     rig = Rig()
-    rig.firmware.start(0.0)
+    rig.robot.start(0.0)
     return rig
 
 
@@ -68,7 +74,7 @@ def test_a_replica_signals_stop_in_r1_and_start_in_r4(replica):
 
 def test_an_agent_goes_through_the_same_states_and_signals_no_model():
     agent = Rig(AGENT)
-    agent.firmware.start(0.0)
+    agent.robot.start(0.0)
     for _ in range(300):
         agent.step()
     assert agent.entered == {"R1": 0.0, "R2": 1.0, "R3": 9.0, "R4": 10.0, "R5": 11.0}
@@ -78,7 +84,7 @@ def test_an_agent_goes_through_the_same_states_and_signals_no_model():
 
 def test_a_robot_with_a_slow_clock_is_late_and_does_not_add_up_its_cycles():
     slow = Rig(rate=1 / 1.001)
-    slow.firmware.start(0.0)
+    slow.robot.start(0.0)
     for _ in range(18 * 100 * 10):
         slow.step()
     starts = [time for kind, time in slow.signals if kind == "START"]
@@ -115,14 +121,14 @@ def test_the_model_that_came_in_time_is_executed_by_what_is_seen(replica):
 
 def test_an_agent_executes_its_own_controller():
     agent = Rig(AGENT)
-    agent.firmware.start(0.0)
+    agent.robot.start(0.0)
     agent.go_to("R5")
     assert [agent.step(sight=0), agent.step(sight=1)] == [(-0.7, -1.0), (1.0, -1.0)]
 
 
 def test_the_remote_control_begins_the_loop_anew(replica):
     replica.go_to("R5")
-    replica.firmware.start(replica.clock.now)
+    replica.robot.start(replica.clock.now)
     assert replica.robot.state == "R1"
     before = replica.clock.now
     replica.go_to("R2")
@@ -148,7 +154,7 @@ def test_dispersing_robots_turn_to_different_directions():
     turns = set()
     for seed in range(12):
         rig = Rig(seed=seed)
-        rig.firmware.start(0.0)
+        rig.robot.start(0.0)
         rig.go_to("R2")
         wheels = [rig.step() for _ in range(14)]
         turns.add((wheels[0], sum(left + right == 0 for left, right in wheels)))
@@ -192,7 +198,7 @@ def test_what_is_too_dark_for_a_wall_changes_nothing():
 
 def test_walls_are_avoided_in_the_trial_and_robots_only_while_dispersing():
     agent = Rig(AGENT)
-    agent.firmware.start(0.0)
+    agent.robot.start(0.0)
     agent.go_to("R5")
     assert agent.step(proximity=near(151, OBSTACLE)) == (-0.7, -1.0)
     assert agent.step(proximity=near(151, WALL)) == (1.0, -1.0)

@@ -14,7 +14,6 @@ from turing_learning.robots._link import sealed
 from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
 from turing_learning.robots.emulation._laboratory import obey
 from turing_learning.robots.emulation._lines import TcpServer
-from turing_learning.robots.emulation._robot import Firmware
 
 ALIVE = (sealed("X,A") + "\r").encode()
 MODEL = (sealed("X,M,1,5000,5000,5000,5000") + "\r").encode()
@@ -32,10 +31,9 @@ class Replica:
 
     def __init__(self):
         self.clock, self.signals, self.cycle = Clock(), [], 0
-        self.robot = EmulatedRobot(Body(), clock=self.clock)
-        self.firmware = Firmware(self.robot, np.random.default_rng(1), signal=self.signals.append)
+        self.robot = EmulatedRobot(Body(), clock=self.clock, tell=self.signals.append, rng=np.random.default_rng(1))
         self.robot.receive(MODEL)
-        self.firmware.start(0.0)
+        self.robot.start(0.0)
 
     def go(self, seconds, alive=True):
         """Return the states that it was in, and in which of them it moved."""
@@ -44,7 +42,7 @@ class Replica:
             if alive and self.cycle % 5 == 0:
                 assert self.robot.receive(ALIVE) == b""
             self.clock.now = 0.1 * self.cycle
-            if self.firmware.step(self.clock.now, 0, (60,) * 8) != (0.0, 0.0):
+            if self.robot.step(self.clock.now, 0, (60,) * 8) != (0.0, 0.0):
                 moved.add(self.robot.state)
             states.append(self.robot.state)
             self.cycle += 1
@@ -94,7 +92,7 @@ def test_a_replica_that_is_asked_nothing_for_five_loops_halts_unless_it_never_me
     replica = Replica()
     if not asked:
         replica.robot.restart()
-        replica.firmware.start(0.0)
+        replica.robot.start(0.0)
     replica.go(5 * 18.0, alive)
     assert replica.robot.state != "R0"
     replica.go(1.0, alive)

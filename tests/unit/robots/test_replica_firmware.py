@@ -20,7 +20,6 @@ from turing_learning.robots import EPuck, LinkError, Model, live, open_link
 from turing_learning.robots._clock import RealClock
 from turing_learning.robots._link import sealed
 from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
-from turing_learning.robots.emulation._robot import Firmware
 
 FOLDER = Path(__file__).parents[3] / "firmware"
 AGENT = (-0.7, -1.0, 1.0, -1.0)
@@ -84,10 +83,10 @@ class Both:
         library.board(*(ctypes.cast(one, ctypes.c_void_p) for one in self._kept))
         speeds = [round(10_000 * speed) for speed in controller]
         library.replica_begin((ctypes.c_int * max(len(speeds), 1))(*speeds), len(speeds), 0)
-        self.robot = EmulatedRobot(self.body, clock=self.clock)
-        self.python = Firmware(self.robot, Choices(seed), controller=controller or None, signal=self._signal)
+        own = {"controller": controller or None, "tell": self._tell, "rng": Choices(seed)}
+        self.robot = EmulatedRobot(self.body, clock=self.clock, **own)
 
-    def _signal(self, kind):
+    def _tell(self, kind):
         self.said += self.robot.signal(kind)
 
     @property
@@ -102,7 +101,7 @@ class Both:
 
     def step(self, sight, proximity):
         self.c.replica_step(self.now_ms, sight, (ctypes.c_int * 8)(*proximity))
-        wheels = self.python.step(self.clock.now, sight, proximity)
+        wheels = self.robot.step(self.clock.now, sight, proximity)
         assert self.wheels == tuple(round(10_000 * wheel) for wheel in wheels), (self.clock.now, self.robot.state)
         assert self.sent == self.said
 

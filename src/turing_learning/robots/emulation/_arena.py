@@ -14,7 +14,7 @@ from turing_learning.robots.tracking._camera import Calibration, CameraError, Le
 from turing_learning.robots.tracking._markers import Markers, Shapes
 from turing_learning.swarm import AGGREGATION, Arena, Robot, Scenario, Trial, simulate
 
-from ._robot import SENSOR_ANGLES, avoid_walls
+from ._emulated_robot import SENSOR_ANGLES, avoid_walls
 
 BRIGHTEST, DARK, HALF_CM = 3800.0, 60.0, 0.75
 """Reading with a white wall at the sensor, above that of nothing; of nothing; distance at which it is half the brightest (cm)."""
@@ -176,11 +176,7 @@ class EmulatedCamera:
         tops = [self._covered if k in covered else top for k, top in enumerate(self._tops)]
         for rows, columns in [self._draw(canvas, poses[k], tops[k]) for k in np.argsort(-away)]:
             image[rows, columns] = self._expose(canvas, rows, columns)
-        return self._add_noise(image)
-
-    def _add_noise(self, image: np.ndarray) -> np.ndarray:
-        width, height = self.image_size
-        down, right = (int(value) for value in self._rng.integers(0, 257, 2))
+        (width, height), (down, right) = self.image_size, self._rng.integers(0, 257, 2).tolist()
         more, less = (part[down : down + height, right : right + width] for part in self._noise)
         return np.asarray(cv2.subtract(cv2.add(image, more), less))
 

@@ -1,4 +1,8 @@
-"""The emulated robot: the protocol's other side."""
+"""The program of a robot, emulated or real: the protocol's other side, and the loop of the states R1 to R5.
+
+Source: paper, sections 5.1.2 and 5.2. How the robots disperse and avoid walls is only in the paper's
+supplement; the rules here are ours (docs/robots/arena.md).
+"""
 
 import math
 import struct
@@ -8,6 +12,8 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import suppress
 from itertools import takewhile
 from typing import Protocol
+
+import numpy as np
 
 from turing_learning.errors import choice
 from turing_learning.robots._link import LARGEST_SEQUENCE, PARAMETER_UNIT, SIGNALS, Model, opened, sealed
@@ -27,6 +33,45 @@ _BINARY_ARGUMENTS = {"D": 4, "L": 2, "P": 4, "W": 3, "w": 35}
 _SECOND_ARGUMENTS = {"Y": 2, "\x09": 19, "\x0a": 12, "\x0f": 1, "\x10": 1, "\x11": 1}  # of an e-puck2
 
 
+LOOP = {"R1": 1.0, "R2": 8.0, "R3": 1.0, "R4": 1.0, "R5": 7.0}  #: States and how long they last (s)
+_AFTER = dict(zip(LOOP, (*tuple(LOOP)[1:], "R1"), strict=True))
+_SIGNALS = {"R1": "STOP", "R4": "START"}
+#: Of the infrared sensors, from the heading
+SENSOR_ANGLES = np.radians([-17.0, -47.0, -90.0, -151.0, 151.0, 90.0, 47.0, 17.0])
+OBSTACLE = 120  #: Least infrared reading at which a dispersing robot turns: walls at about 5 cm, black skirts at 1 cm
+WALL = 400  #: Infrared reading that only a wall causes, nearer than 2 cm: a black skirt does not, even when it touches
+_AHEAD, _ALONG = math.cos(math.radians(75)), math.cos(math.radians(100))
+_ANYWHERE_S = (0.0, 1.25)  # up to once around in place, at full speed
+_AWAY_S = (0.2, 0.8)
+_TICK = 1e-9
+ALONE_S = 2.0  #: A replica stands when its PC, which says that it is there, was not heard so long; its loop goes on
+MOST_LOOPS = 5  #: A replica that its PC has asked nothing for so many loops halts, and waits for the remote control
+Wheels = tuple[float, float]  #: Left and right wheel speed, fractions of the maximum
+STILL: Wheels = (0.0, 0.0)
+FULL_SPEED = 1000  #: Steps per second
+
+
+def is_in_the_way(proximity: Sequence[int], threshold: int, least: float, forward: float = 1.0) -> bool:
+    """Return whether the strongest reading reaches a threshold, at a sensor whose direction, from where the robot goes, has a
+    cosine above `least`; `forward` is negative for a robot that drives backward.
+    """
+    strongest = int(np.argmax(proximity))
+    toward = math.copysign(1.0, forward) * math.cos(SENSOR_ANGLES[strongest])
+    return proximity[strongest] >= threshold and toward > least
+
+
+def avoid_walls(wheels: Wheels, proximity: Sequence[int]) -> Wheels:
+    """Return the wheel speeds, or a turn in place to the same side while a wall is in front of the robot or beside it.
+
+    One that drives straight turns anticlockwise. A robot that turns in place, as the agents do when they see another, goes on
+    turning; one that meets a robot goes on, because its skirt is too dark.
+    """
+    left, right = wheels
+    if left + right == 0 or not is_in_the_way(proximity, WALL, _ALONG, left + right):
+        return wheels
+    return (-1.0, 1.0) if right >= left else (1.0, -1.0)
+
+
 class Body(Protocol):
     """What a robot's program reads of its hardware."""
 
@@ -38,18 +83,26 @@ class Body(Protocol):
 
 
 class EmulatedRobot:
-    """Answer bytes as an e-puck, or e-puck2, with the public protocol does, and take models as a replica.
+    """Answer bytes as an e-puck, or e-puck2, with the public protocol does, take models as a replica, and go through the loop.
 
     It reads byte by byte, as the firmware does, so that noise has the same effect: a byte above 127 begins a binary request that
     ends with a zero; after an end of line whatever comes next begins a text. The PC wants the speeds `wheels` (steps per second),
     and the loop to begin where `called`. `lights` are 0 to 7, 8 (body) and 9 (front), 0 off, 1 on; `selector` is a switch, 0 to 15.
+
+    An agent has a `controller` (2 n,), wheel speeds for each sensor state; a replica has none. Both `tell` when they have to signal
+    START and STOP. `rng` is that of dispersal.
     """
 
     def __init__(
-        self, body: Body, *, clock: Callable[[], float] = time.monotonic, selector: int = 0, kind: str = "e-puck"
-    ) -> None:
+        self, body: Body, *, clock: Callable[[], float] = time.monotonic, selector: int = 0, kind: str = "e-puck",
+        controller: tuple[float, ...] | None = None, tell: Callable[[str], None] = lambda kind: None,
+        rng: np.random.Generator | None = None,
+    ) -> None:  # fmt: skip
         self._body, self._clock, self._selector, self._second = body, clock, selector, kind == "e-puck2"
         self._kind = choice("kind", kind, _VERSIONS)
+        self._controller, self._tell, self._rng = controller, tell, rng or np.random.default_rng()
+        self._until, self._turn_until, self._side = 0.0, 0.0, 1.0
+        self._stood = False  # in this trial, for want of the PC
         self._answer = bytearray()
         self._lock = threading.RLock()
         self.restart()
@@ -90,15 +143,54 @@ class EmulatedRobot:
             if state == "R3" and self._waiting is not None:
                 self.executing, self._waiting = self._waiting, None
 
-    @property
-    def alone_s(self) -> float:
-        """Time since a PC that says that it is there was heard; negative if none has said so."""
-        return self._clock() - self._alive_at
+    def start(self, time_s: float) -> None:
+        """Begin the loop, anew if it runs: the remote control was pressed."""
+        self._stood = False
+        self._go_on("R1", time_s)
 
-    @property
-    def unasked_s(self) -> float:
-        """Time since the PC asked or commanded something; negative if it never has."""
-        return self._clock() - self._asked_at
+    def step(self, time_s: float, sight: int, proximity: Sequence[int]) -> Wheels:
+        """Return the wheel speeds of a control cycle at a time by the robot's own clock: before the loop, what the PC commands.
+
+        `sight` is the reading I of the line-of-sight sensor, `proximity` (8,) are infrared readings.
+        """
+        if self.called:
+            self.called = False
+            self.start(time_s)
+        if self.state not in LOOP:
+            left, right = self.wheels
+            return left / FULL_SPEED, right / FULL_SPEED
+        while time_s >= self._until - _TICK:
+            self._go_on(_AFTER[self.state], self._until)
+        now = self._clock()
+        if self._controller is None and now - self._asked_at > MOST_LOOPS * sum(LOOP.values()):
+            self.halt()
+        if now - self._alive_at > ALONE_S:
+            self._stood |= self.state == "R5"
+            return STILL
+        # Dispersal: turn to a random direction, then drive straight, and turn a while where anything is in the way.
+        if self.state == "R2":
+            if time_s >= self._turn_until and is_in_the_way(proximity, OBSTACLE, _AHEAD):
+                self._turn(time_s, _AWAY_S)
+            return (-self._side, self._side) if time_s < self._turn_until else (1.0, 1.0)
+        table = self._controller or (self.executing.parameters if self.executing is not None else ())
+        wheels = table[2 * sight : 2 * sight + 2]
+        if self.state != "R5" or len(wheels) < 2:
+            return STILL
+        return avoid_walls((wheels[0], wheels[1]), proximity)
+
+    def _go_on(self, state: str, time_s: float) -> None:
+        self.enter(state)
+        self._until = time_s + LOOP[state]
+        if state == "R2":
+            self._turn(time_s, _ANYWHERE_S)
+        if state in _SIGNALS and not self._stood:
+            self._tell(_SIGNALS[state])
+        self._stood &= state == "R5"
+
+    def _turn(self, time_s: float, lasting_s: tuple[float, float]) -> None:
+        """Turn in place from now on, to either side."""
+        self._turn_until = time_s + self._rng.uniform(*lasting_s)
+        self._side = float(self._rng.choice((-1.0, 1.0)))
 
     def signal(self, kind: str) -> bytes:
         """Return the signal that a trial starts or has stopped; each start begins another trial."""

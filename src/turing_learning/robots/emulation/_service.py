@@ -17,9 +17,9 @@ from turing_learning.robots.tracking._camera import cv2, refuse_taken
 from turing_learning.swarm import Scenario
 
 from ._arena import LABORATORY, Conditions
+from ._emulated_robot import LOOP
 from ._laboratory import EmulatedLaboratory
 from ._lines import TcpServer, TerminalServer
-from ._robot import LOOP
 
 _POLL_S = 0.005
 _SERVERS = {"terminal": TerminalServer, "tcp": TcpServer}

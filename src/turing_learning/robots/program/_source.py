@@ -1,18 +1,335 @@
-"""A laboratory as a source of samples: what it does when a trial is disturbed."""
+"""The program of the PC: its five states, what moves it from one to the next, and what it does when a trial is disturbed."""
 
 import logging
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections import Counter, deque
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
 from turing_learning.coevolution import Samples
+from turing_learning.errors import require
+from turing_learning.robots._link import LARGEST_SEQUENCE, Model, Replica, Signal
+from turing_learning.robots.tracking._tracker import CARRIED, IRREGULAR, MISSING, SURPLUS, Fault, Track, impossible
 from turing_learning.swarm import Scenario
 from turing_learning.systems import Source
 
-from ._equipment import Equipment
+from ._equipment import Equipment, PoseSource, fastest_turn
 from ._setup import LaboratorySetup
-from ._states import BEGIN, REMOTE, Disturbance, ObservedTrial, PcProgram
+
+BEGIN = "P0"  #: Before the states P1 to P5: connecting
+STUCK = "stuck"  #: Kind of fault of a robot that does not move although it should
+TURN_RAD = 0.1
+SURE_TURN_RAD = 0.5  #: A model that must turn a robot so far in the track, in every sensor state, cannot stand
+ALONE = 2  #: How often the program tries again alone after a missed signal, or where the camera gives no images
+IMAGES_ALONE = 10  #: How often after lost images: of 51 images, 1 % lost, two trials in five have a gap
+RECONNECT_S = 30.0  #: How long a lost link is retried: as long as Bluetooth needs to reconnect
+MOST = 0.6  #: Share of the robots that do not jump all at once: the camera has
+_POLL_S = 0.05
+_LISTED = 3  #: Faults of a trial that are listed for the operator
+REMOTE = "put all robots in their places, and press the remote control"
+State = Callable[[], "State | None"]
+Answer = TypeVar("Answer")
+
+
+@dataclass(eq=False)
+class Disturbance(Exception):
+    """A trial cannot be used: in which state ("P0" while connecting), what happened, and what the operator has to do.
+
+    Before that the program tries again alone `tries` times, and for `patience_s` at least. `connected`: links and camera are good.
+    """
+
+    state: str
+    fault: str
+    remedy: str
+    tries: int = 0
+    patience_s: float = 0.0
+    connected: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class ObservedTrial:
+    """What was observed in one trial."""
+
+    number: int  #: In its generation, from 0
+    models: np.ndarray  #: (R, P): Wheel speeds that the replicas executed, fractions of the maximum
+    sequences: tuple[int, ...]  #: Sequence numbers of these models
+    counts: tuple[int, ...]  #: The replicas' own counts of trials
+    started_s: float  #: Time of START, by the clock
+    track: Track  #: Agents first, then replicas
+    faults: tuple[str, ...]  #: What makes it useless: the tracker's faults, and robots that are stuck; for the operator
+
+
+class PcProgram:
+    """Run trials in step with the replicas (paper, section 5.2).
+
+    `watch` is called with the name of every state that is entered, and with every trial: when STOP has confirmed it, or it was
+    disturbed. `moving` are the robots with an address that were to be reached in this session, and have not been halted since.
+    """
+
+    def __init__(
+        self, setup: LaboratorySetup, scenario: Scenario, equipment: Equipment,
+        watch: Callable[[str | ObservedTrial], None] = lambda what: None,
+    ) -> None:  # fmt: skip
+        self._setup, self._timing, self._scenario = setup, setup.timing, scenario
+        self._equipment, self._clock, self._watch = equipment, equipment.clock, watch
+        self._robots: dict[str, Replica] = {}
+        self._poses: PoseSource | None = None
+        self._starts_all = all(robot.address for robot in setup.robots)  # so that nobody has to press a remote control
+        self._in_step, self._sequence, self.state = True, 0, BEGIN
+        self.moving: set[str] = set()
+        self.disconnect()
+
+    def disconnect(self) -> None:
+        """Close links and tracker, and forget the trials that were not returned."""
+        for robot in self._robots.values():
+            robot.close()
+        if self._poses is not None:
+            self._poses.close()
+        self._robots, self._poses = {}, None
+        self._queue: deque[np.ndarray] = deque()
+        self._sent: dict[str, Model] = {}
+        self._starts: dict[str, Signal] = {}
+        self._counts: dict[str, int] = {}
+        self._done: list[ObservedTrial] = []
+        self._observed: ObservedTrial | None = None  # the trial that waits for its STOP
+        self._send_until = -np.inf
+
+    def _enter(self, state: str) -> None:
+        self.state = state
+        self._watch(state)
+
+    @property
+    def connected(self) -> bool:
+        return self._poses is not None
+
+    def connect(self) -> None:
+        """Open links and tracker, and start the robots if all have addresses and one has not begun, or is out of step."""
+        self._enter(BEGIN)
+        self.moving = {robot.name for robot in self._setup.linked}
+        for robot in self._setup.linked:
+            try:
+                opened = self._robots[robot.name] = self._equipment.open_replica(str(robot.address))
+                status = opened.status()
+            except OSError as error:
+                raise self._lost(robot.name, str(error)) from error
+            if status.state == "R0" and not self._starts_all:
+                raise Disturbance(BEGIN, f"{robot.role} {robot.name} has not begun", REMOTE.capitalize())
+            self._in_step &= status.state != "R0"
+            self._sequence = max(self._sequence, status.waiting + 1, status.executing + 1)
+        try:
+            self._poses = self._equipment.open_tracker()
+        except OSError as error:
+            raise Disturbance(BEGIN, str(error), "Connect the camera", tries=ALONE) from error
+        if not self._in_step:
+            for name, opened in self._robots.items():
+                self._guard(name, opened.start)
+            self._in_step = True
+
+    def halt(self) -> None:
+        """Halt all robots that are `moving`, as far as is known; a lost link is reopened. Those that do not answer stay there."""
+        for robot in self._setup.linked:
+            if robot.name in self.moving:
+                with suppress(OSError):
+                    if robot.name not in self._robots:
+                        self._robots[robot.name] = self._equipment.open_replica(str(robot.address))
+                    self._robots[robot.name].halt()
+                    self.moving.remove(robot.name)
+
+    def run(self, models: np.ndarray, done: list[ObservedTrial] | None = None) -> list[ObservedTrial]:
+        """Let models (M, P), wheel speeds, be executed, one by each replica in a trial; return the trials.
+
+        Trials are appended to `done`, and models of the trials in it not executed again: give it again after a `Disturbance`.
+        """
+        self._done = [] if done is None else done
+        self._queue = deque(models.reshape(-1, len(self._setup.replicas), models.shape[1])[len(self._done) :])
+        state: State | None = self._wait_for_stop
+        while state is not None:
+            state = state()
+        return self._done
+
+    def _wait_for_stop(self) -> State | None:
+        """P1: wait until a trial is over. STOP confirms the one that was tracked; without one, any STOP will do."""
+        self._enter("P1")
+        timing = self._timing
+        if self._starts:
+            end_s = max(start.received_s for start in self._starts.values()) + timing.wait_s + timing.execute_s
+            try:
+                counts = {name: start.trial for name, start in self._starts.items()}
+                stops = self._signals("STOP", end_s - self._clock.now(), counts)
+            except Disturbance as disturbance:
+                if self._observed is not None:
+                    self._watch(replace(self._observed, faults=(disturbance.fault,)))
+                raise
+        elif self._clock.now() > self._send_until:
+            for name, robot in self._robots.items():
+                self._guard(name, robot.drop_signals)
+            # one that stood in R5 leaves its next STOP out
+            stops = self._signals("STOP", timing.loop_s + timing.execute_s)
+        else:
+            stops = {}
+        if self._observed is not None:
+            self._done.append(self._observed)
+            self._queue.popleft()
+            self._watch(self._observed)
+            self._observed = None
+        if stops:
+            self._starts, self._counts = {}, {name: stop.trial for name, stop in stops.items()}
+            first = min(stop.received_s for stop in stops.values())
+            self._send_until = first + timing.wait_s + timing.disperse_s - timing.tolerance_s
+        return self._send_models if self._queue else None
+
+    def _send_models(self) -> State:
+        """P2: put a model into the buffer of each replica."""
+        self._enter("P2")
+        models = dict(zip([replica.name for replica in self._setup.replicas], self._queue[0], strict=True))
+        for name, robot in self._robots.items():
+            if name in models:
+                model = Model(self._sequence % (LARGEST_SEQUENCE + 1), tuple(np.round(models[name], 4).tolist()))
+                self._sequence = model.sequence + 1
+                self._guard(name, partial(robot.send_model, model))
+                self._sent[name] = model
+            if not self._guard(name, robot.status).battery_ok:
+                remedy = f"Change the battery of {self._called(name)}; then {REMOTE}"
+                raise Disturbance("P2", f"{self._called(name)} has a low battery", remedy)
+        return self._wait_for_start
+
+    def _wait_for_start(self) -> State:
+        """P3: wait until a trial begins, with the models that were sent."""
+        self._enter("P3")
+        timing = self._timing
+        start_s = self._send_until + timing.tolerance_s + timing.wait_s
+        counts = {name: (count + 1) % (LARGEST_SEQUENCE + 1) for name, count in self._counts.items()}
+        self._starts = self._signals("START", start_s - self._clock.now(), counts)
+        return self._track_robots
+
+    def _track_robots(self) -> State:
+        """P4: follow everybody in the middle of the trial."""
+        self._enter("P4")
+        assert self._poses is not None
+        timing, length_s = self._timing, self._scenario.trial.duration_s
+        started_s = max(start.received_s for start in self._starts.values())
+        begin_s = started_s + timing.wait_s + (timing.execute_s - length_s) / 2
+        try:
+            track = self._poses.track(begin_s, self._scenario.control_steps + 1)
+        except OSError as error:
+            raise Disturbance("P4", str(error), "Look after the camera", tries=ALONE) from error
+        expected = (self._scenario.control_steps + 1, len(self._setup.labels), 3)
+        fits = track.poses.shape == expected and np.isfinite(track.poses).all() and track.present.shape == expected[:2]
+        got = f"{track.poses.shape} and present {track.present.shape}"
+        require(fits, "tracker", f"give poses {expected}, all finite, and present {expected[:2]}", got)
+        track = track.bridged()
+        faults = track.faults or impossible(track, self._scenario.robot, self._scenario.arena)
+        return partial(self._update, replace(track, faults=faults), started_s)
+
+    def _update(self, track: Track, started_s: float) -> State:
+        """P5: continue unless the trial was disturbed, which is reported at once. The generation is judged when it is complete."""
+        self._enter("P5")
+        models = np.array([model.parameters for model in self._sent.values()])
+        sequences = tuple(model.sequence for model in self._sent.values())
+        counts = tuple(self._starts[name].trial for name in self._sent)
+        full = fastest_turn(self._scenario.robot) / 2  # for a difference of 1 between the wheel speeds
+        stuck = () if track.faults else stuck_robots(track, models, self._setup.interventions.stuck_cm, full)
+        faults = tuple(fault.text for fault in (*track.faults, *stuck))
+        trial = ObservedTrial(len(self._done), models, sequences, counts, started_s, track, faults)
+        irregular = any(fault.kind == IRREGULAR for fault in track.faults)
+        if trial.faults:
+            self._watch(trial)
+            listed = [f"{text[0].upper()}{text[1:]}" for text in trial.faults[:_LISTED]]
+            if more := len(trial.faults) - len(listed):
+                listed.append(f"And {more} more; if they are of nearly all robots, look after the camera and the PC.")
+            what = "camera and the PC:" if irregular else "robots:"
+            remedy = f"Look after the {what} {' '.join(listed)} Then {REMOTE}"
+            passing = irregular or passes(track, stuck)
+            tries = IMAGES_ALONE if passing else 0
+            raise Disturbance("P5", trial.faults[0], remedy, tries=tries, connected=bool(passing))
+        self._observed = trial
+        return self._wait_for_stop
+
+    def _signals(self, kind: str, expected_s: float, counts: Mapping[str, int] | None = None) -> dict[str, Signal]:
+        """Wait for a signal of each robot, of the trials by their `counts` if given, and with the models that were sent."""
+        deadline = self._clock.now() + max(expected_s, 0.0) + self._timing.tolerance_s
+        found: dict[str, Signal] = {}
+        while silent := [name for name in self._robots if name not in found]:
+            for name in silent:
+                try:
+                    found[name] = self._robots[name].wait_for(kind, _POLL_S)
+                except TimeoutError:
+                    continue
+                except OSError as error:
+                    raise self._lost(name, str(error)) from error
+            if self._clock.now() > deadline and len(found) < len(self._robots):
+                silent = [name for name in silent if name not in found]
+                raise self._missed(f"{kind} has not come from {', '.join(silent)}")
+        times = [signal.received_s for signal in found.values()]
+        if (apart := max(times) - min(times)) > self._timing.tolerance_s:
+            self._in_step, tries = not self._starts_all, ALONE if self._starts_all else 0
+            fault = f"the replicas are {apart:.1f} s out of step"
+            raise Disturbance(self.state, fault, REMOTE.capitalize(), tries=tries)
+        for name, count in (counts or {}).items():
+            signal = found[name]
+            if signal.trial != count:
+                came = f"{kind} of trial {signal.trial} has come from {name}"
+                raise self._missed(f"{came}, {count} was expected: one was missed")
+            model = self._sent[name].sequence if name in self._sent else signal.sequence
+            if signal.sequence != model:
+                raise self._missed(f"replica {name} executes model {signal.sequence}, {model} was sent")
+        return {name: found[name] for name in self._robots}
+
+    def _guard(self, name: str, use: Callable[[], Answer]) -> Answer:
+        """Use a replica's link; one that had to be reopened counts as lost."""
+        robot = self._robots[name]
+        before = robot.reconnections
+        try:
+            answer = use()
+        except OSError as error:
+            raise self._lost(name, str(error)) from error
+        if robot.reconnections > before:
+            raise self._lost(name, "it has come back")
+        return answer
+
+    def _lost(self, name: str, how: str) -> Disturbance:
+        fault = f"the link to {self._called(name)} is lost ({how.rstrip('.')})"
+        remedy = f"Switch {self._called(name)} on, and see to its link; then {REMOTE}"
+        return Disturbance(self.state, fault, remedy, tries=ALONE, patience_s=RECONNECT_S)
+
+    def _called(self, name: str) -> str:
+        return next(f"{robot.role} {name}" for robot in self._setup.robots if robot.name == name)
+
+    def _missed(self, fault: str) -> Disturbance:
+        return Disturbance(self.state, fault, f"See to the replicas and their links; then {REMOTE}", tries=ALONE)
+
+
+def passes(track: Track, stuck: Sequence[Fault]) -> bool:
+    """Return whether all faults of a trial are of images alone: gaps that ended, or a jump of nearly all robots."""
+    jumps = Counter(fault.frame for fault in track.faults if fault.kind in (CARRIED, SURPLUS))
+    jumped = {frame for frame, number in jumps.items() if number >= MOST * len(track.labels)}
+    gaps = [fault for fault in track.faults if fault.frame not in jumped]
+    ended = all(fault.kind == MISSING and fault.frame > 0 for fault in gaps) and track.present[-1].all()
+    return bool(track.faults) and not stuck and (bool(jumped) or bool(ended))
+
+
+def stuck_robots(track: Track, models: np.ndarray, least_cm: float, full_turn_rad_s: float) -> tuple[Fault, ...]:
+    """Return a fault for each robot that neither moved `least_cm` nor turned 0.1 rad in a track.
+
+    Of replicas, the last ones, only those of models (R, 2 n) that turn in every sensor state must move: others may stand, or push.
+    """
+    moved = np.ptp(track.poses[..., :2], axis=0).max(axis=-1)
+    turned = np.ptp(np.unwrap(track.poses[..., 2], axis=0), axis=0)
+    pairs = models.reshape(len(models), -1, 2)
+    turns = np.abs(pairs[..., 0] - pairs[..., 1]) * full_turn_rad_s * track.interval_s * (len(track.poses) - 1)
+    must = np.ones(len(track.labels), bool)
+    must[len(must) - len(models) :] = (turns >= SURE_TURN_RAD).all(axis=1)
+    faults = []
+    for who in np.nonzero(must & (moved < least_cm) & (turned < TURN_RAD))[0].tolist():
+        x, y, _ = track.poses[-1, who]
+        text = f"individual {who} ({track.labels[who]}) has not moved from x, y = {x:.1f}, {y:.1f} cm: it is stuck"
+        faults.append(Fault(0, STUCK, text + ", or its battery is empty. Free it."))
+    return tuple(faults)
+
 
 LARGEST = -1.0, 1.0  # wheel speeds, as fractions of the largest
 TRIALS_OF_A_GENERATION = 10  # of the paper: in how many batteries lose what one generation costs them
