@@ -15,8 +15,8 @@ from .emulation._arena import overhead_camera as overhead_camera
 from .emulation._laboratory import EmulatedLaboratory as EmulatedLaboratory
 from .emulation._laboratory import as_emulated as as_emulated
 from .emulation._laboratory import rehearse as rehearse
-from .emulation._robot import RobotBody as RobotBody
-from .emulation._robot import live as live
+from .emulation._lines import RobotBody as RobotBody
+from .emulation._lines import live as live
 from .emulation._service import ArenaService as ArenaService
 from .program._equipment import Camera as Camera
 from .program._equipment import CameraPoses as CameraPoses

@@ -5,7 +5,7 @@ import pytest
 from arena_laboratories import replicas, small_laboratory
 
 from turing_learning.robots import CameraError, EPuck, LinkError, Model, Tracker
-from turing_learning.robots.emulation._robot import BATTERY_LIGHT
+from turing_learning.robots.emulation._laboratory import BATTERY_LIGHT
 
 
 @pytest.fixture

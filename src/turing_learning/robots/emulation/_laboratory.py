@@ -39,9 +39,8 @@ from ._arena import (
     read_infrared,
     sides_cm,
 )
-from ._emulated_robot import EmulatedRobot
+from ._emulated_robot import STILL, EmulatedRobot, Wheels
 from ._lines import Line, Spoil, VirtualLine, whole
-from ._robot import ArenaRobot
 
 _GARBAGE = b"\x9a\xff\x01x,START,9"
 """Noise on a line: bytes that are no text, and the beginning of a line that never ends."""
@@ -49,6 +48,55 @@ _REPLICA_COLORS = ("orange", "purple", "green", "red")
 _BEST_BATTERY = 1.4
 _CYCLES = 4  # whose poses are kept, because an image may be rendered late
 _OTHER_NAMES = {"press_remote": "remote", "put_in_order": "repair"}
+LOW_BATTERY = 0.15  #: Share of its charge below which a robot's LED lights
+BATTERY_LIGHT = 8
+
+
+class ArenaRobot:
+    """A robot whose clock is wrong by the share `drift`, whose battery (`charge` 1 if full) lasts `battery_s`, and whose signals
+    get lost if it is `silent`.
+    """
+
+    def __init__(
+        self, name: str, controller: tuple[float, ...] | None, *, clock: Callable[[], float], drift: float,
+        battery_s: float, rng: np.random.Generator, make_line: Callable[[EmulatedRobot, str], Line],
+    ) -> None:  # fmt: skip
+        self._own_time, self._battery_s = lambda: clock() * (1 + drift), battery_s
+        self.emulated = EmulatedRobot(self, clock=self._own_time, controller=controller, tell=self._tell, rng=rng)
+        self.line, self.silent, self.charge = make_line(self.emulated, name), False, 1.0
+        self._readings: Sequence[int] = (0,) * 8
+
+    def proximity(self) -> Sequence[int]:
+        return self._readings
+
+    def battery_ok(self) -> bool:
+        return self.charge > LOW_BATTERY
+
+    def hear_remote(self) -> None:
+        if self.charge > 0:
+            self.emulated.start(self._own_time())
+
+    def restart(self) -> None:
+        """Switch off and on: state, models and silence are forgotten, the connection is lost."""
+        self.silent = False
+        self.emulated.restart()
+        self.line.drop()
+        self.line.restore()
+
+    def step(self, interval_s: float, sight: int, proximity: Sequence[int]) -> Wheels:
+        """Return the wheel speeds of a control cycle; see `EmulatedRobot.step`."""
+        if self.charge <= 0:
+            return STILL
+        self._readings = proximity
+        self.charge = max(self.charge - interval_s / self._battery_s, 0.0)
+        self.emulated.lights[BATTERY_LIGHT] = int(not self.battery_ok())
+        if self.charge == 0.0:
+            self.line.drop()
+        return self.emulated.step(self._own_time(), sight, proximity)
+
+    def _tell(self, kind: str) -> None:
+        if not self.silent:
+            self.line.signal(kind)
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""The robot's end of a line: in virtual time within this process, on a TCP port, or on a pseudo-terminal."""
+"""A robot's end of a line: in virtual time in this process, on a TCP port, a real robot's too, or on a pseudo-terminal."""
 
 import os
 import select
@@ -12,13 +12,14 @@ from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, suppress
 from functools import partial
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
-from turing_learning.robots._clock import VirtualClock
+from turing_learning.robots._clock import Clock, RealClock, VirtualClock
 from turing_learning.robots._link import Link, open_link
 
-from ._emulated_robot import GREETING, EmulatedRobot
+from ._emulated_robot import FULL_SPEED, GREETING, Body, EmulatedRobot
 
 _PAUSE_S = 0.05  # between the pieces of a spoiled answer
 _POLL_S, _WRITING_S = 0.02, 1.0
@@ -277,3 +278,36 @@ class TerminalServer(_Server):
     def _write(self, data: bytes) -> None:
         with suppress(OSError):  # nobody reads, and the line is full: a serial line loses bytes then, too
             os.write(self._master, data)
+
+
+class RobotBody(Body, Protocol):
+    """The hardware of a real robot on whose computer Python runs."""
+
+    def set_speed(self, left: int, right: int) -> None:
+        """Turn the wheels (steps per second, -1000 to 1000)."""
+
+    def sight(self) -> int:
+        """Return the reading I of the line-of-sight sensor: 1 if a robot is ahead."""
+
+
+def live(
+    body: RobotBody, *, controller: tuple[float, ...] | None = None, host: str = "0.0.0.0", port: int = 5000,
+    clock: Clock | None = None, interval_s: float = 0.1, ended: Callable[[], bool] = lambda: False,
+) -> None:  # fmt: skip
+    """Be a replica on a robot's own computer, or with a `controller` an agent, at a TCP port: docs/robots/firmware.md.
+
+    Speaks the protocol, and goes through the loop, dispersing and avoiding walls, until `ended` returns true.
+    Then, and after an error, it stands. The PC must have an address of it, and starts it.
+    """
+    clock = clock or RealClock()
+    robot = EmulatedRobot(body, clock=clock.now, controller=controller, tell=lambda kind: line.signal(kind))
+    try:
+        with TcpServer(robot, host=host, port=port) as line:
+            due = clock.now()
+            while not ended():
+                left, right = robot.step(clock.now(), body.sight(), body.proximity())
+                body.set_speed(round(FULL_SPEED * left), round(FULL_SPEED * right))
+                due = max(due + interval_s, clock.now())
+                clock.sleep(due - clock.now())
+    finally:
+        body.set_speed(0, 0)
