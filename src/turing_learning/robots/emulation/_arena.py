@@ -176,6 +176,9 @@ class EmulatedCamera:
         tops = [self._covered if k in covered else top for k, top in enumerate(self._tops)]
         for rows, columns in [self._draw(canvas, poses[k], tops[k]) for k in np.argsort(-away)]:
             image[rows, columns] = self._expose(canvas, rows, columns)
+        return self._add_noise(image)
+
+    def _add_noise(self, image: np.ndarray) -> np.ndarray:
         (width, height), (down, right) = self.image_size, self._rng.integers(0, 257, 2).tolist()
         more, less = (part[down : down + height, right : right + width] for part in self._noise)
         return np.asarray(cv2.subtract(cv2.add(image, more), less))
