@@ -38,10 +38,7 @@ def named_numbers(values: Iterable[tuple[str, float]]) -> str:
 
 
 def print_result(console: "Console", result: "tl.Result", path: Path) -> "tl.runs.ModelEvaluation | None":
-    """Print what a run has inferred, and where its files are, by the path of its folder as it was given.
-
-    Of a run in a laboratory say and return what is known of its last models from observing them again.
-    """
+    """Print what a run has inferred, its files by the path that was given, and what observing its last models again has shown."""
     console.print(result)
     print_files(console, report=tl.results.RunFolder(path).report_path)
     console.print(f"run:    {path}", soft_wrap=True)

@@ -13,7 +13,7 @@ Other modules with a file of their own take `Section` and `read_toml`.
 """
 
 from ._configuration import Configuration, built, classifier_of, part_of, require_whole_cycles
-from ._load import PRESETS, SCENARIOS, load_configuration
+from ._load import PRESETS, SCENARIOS, load_configuration, read_toml, to_toml
 from ._sections import (
     OPTIMIZERS,
     ClassifiersSection,
@@ -26,7 +26,6 @@ from ._sections import (
     dotted,
 )
 from ._study import flat_settings, with_settings
-from ._toml import read_toml, to_toml
 
 __all__ = [
     "OPTIMIZERS", "PRESETS", "SCENARIOS", "ClassifiersSection", "CoevolutionSection", "Configuration",

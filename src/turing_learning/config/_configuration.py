@@ -223,17 +223,13 @@ def require_whole_cycles(scenario: Scenario, duration_s: float) -> None:
 
 
 def require_seen(configuration: Configuration) -> None:
-    """Reject a sensor that tells objects apart that are not there: how robots react to them could not be inferred.
-
-    For new runs; a stored one can be opened and resumed.
-    """
+    """Reject, for new runs, a sensor that tells objects apart that are not there: reactions to them could not be inferred."""
     scenario = configuration.system.simulated
     if scenario and not scenario.objects.count and (reading := scenario.sensor.reading_of("object")):
         speeds = f"the parameters vl{reading} and vr{reading} cannot be inferred"
         rule = f"be at least 1 where the sensor tells objects apart, without which {speeds}"
-        remedy = (
-            "Set it, or leave 'object' out of scenario.sensor.readings and these two speeds out of scenario.controller."
-        )
+        remedy = "Set it, or leave 'object' out of scenario.sensor.readings and these two speeds out of"
+        remedy += " scenario.controller."
         refuse("scenario.objects.count", rule, "0", remedy, error=ConfigurationError)
 
 
@@ -264,10 +260,7 @@ def _refuse_largest(configuration: Configuration, keys: tuple[str, ...], need: s
 
 
 def part_named(given: Any) -> str:
-    """Return how a configuration names an optimizer or a classifier: by its name, or "module:function", if it has one.
-
-    Any other object is "given:NAME": it is there in this process alone.
-    """
+    """Return the name of an optimizer or classifier, or "module:function"; "given:NAME" of an object that only this process has."""
     if name := given if isinstance(given, str) else importable_name(given):
         return name
     label = getattr(given, "__name__", type(given).__name__)

@@ -39,10 +39,7 @@ def with_settings(configuration: Configuration, settings: Mapping[str, Any]) -> 
 
 
 def stated_once(statements: Iterable[tuple[str, Any, str]]) -> dict[str, Any]:
-    """Return dotted key -> value of settings that may have been given in several ways, for example by an option and by its key.
-
-    Each statement is a dotted key, a value or a table whose settings have the keys below it, and how it was given.
-    """
+    """Return dotted key -> value of statements, each a dotted key, a value or table of values, and how it was given."""
     found: dict[str, tuple[Any, str]] = {}
     for name, given, words in statements:
         for key, value in (dotted({name: given}) or {name: given}).items():

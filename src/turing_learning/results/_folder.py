@@ -10,7 +10,7 @@ import shutil
 import socket
 import subprocess
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -24,16 +24,7 @@ import numpy as np
 from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
 from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, brief, refuse, refusing_as, require
-from turing_learning.store import (
-    Kind,
-    Place,
-    RunFolderError,
-    RunStorageError,  # noqa: F401
-    Store,
-    digest_of,
-    storage,
-    told,
-)
+from turing_learning.store import Kind, Place, RunFolderError, RunStorageError, Store, digest_of, storage, told  # noqa: F401
 from turing_learning.systems import Given, imported
 
 FORMAT_VERSION = 1
@@ -97,15 +88,6 @@ class Checkpoint:
     def part(self, prefix: str) -> dict[str, np.ndarray]:
         """Return the arrays whose names start with a prefix, without it."""
         return {name.removeprefix(prefix): a for name, a in self.arrays.items() if name.startswith(prefix)}
-
-
-@dataclass(frozen=True)
-class Latest:
-    """The newest usable checkpoint, None if there is none, and the files passed over: damaged ones, and refused ones."""
-
-    checkpoint: Checkpoint | None
-    damaged: tuple[Path, ...]
-    refused: tuple[Path, ...] = ()
 
 
 class RunFolder(Store):
@@ -205,14 +187,17 @@ class RunFolder(Store):
             load_configuration(self.configuration_path, overrides=extension)
         self.update_manifest(state=STOPPED, finished=None, extension=extension)
 
-    def checkpoint(self, accept: Callable[[Checkpoint], bool] = lambda checkpoint: True) -> Latest:
-        """Return the newest usable checkpoint of this run's configuration; those of another count as damaged."""
-        digest = self.manifest().get("configuration_sha256")
-        return latest_checkpoint(self.checkpoints_path, accept, configuration=digest)
+    def checkpoints(self) -> Iterator[tuple[Path, Checkpoint | None]]:
+        """Yield the files of this run's checkpoints, see `stored_checkpoints`."""
+        return stored_checkpoints(self.checkpoints_path, self.manifest().get("configuration_sha256"))
+
+    def checkpoint(self) -> Checkpoint | None:
+        """Return the newest usable checkpoint, None if there is none."""
+        return next((found for _, found in self.checkpoints() if found), None)
 
     def traces(self, checkpoint: Checkpoint | None = None) -> dict[str, np.ndarray] | None:
         """Return the traces up to a checkpoint, by default the newest usable one; None if there is none."""
-        found = checkpoint or self.checkpoint().checkpoint
+        found = checkpoint or self.checkpoint()
         if found is None or "traces/seconds" not in found.arrays:
             return None
         parts = [self.read(piece("traces", number + 1)) for number in range(blocks_before(found))]
@@ -311,13 +296,19 @@ def new_manifest(configuration_text: str, seed: int) -> dict[str, Any]:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     machine = {"system": platform.platform(), "architecture": platform.machine()}
+    root, commit = Path(__file__).resolve().parents[3], None
+    if (root / ".git").exists() and (root / "pyproject.toml").exists():  # a checkout of the repository
+        command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
+        with suppress(OSError, subprocess.SubprocessError):
+            found = subprocess.run(command, capture_output=True, text=True, timeout=5, check=True)
+            commit = found.stdout.strip() or None
     return {
         "format_version": FORMAT_VERSION,
         "state": RUNNING,
         "seed": seed,
         "configuration_sha256": digest_of(configuration_text.encode()),
         "versions": _versions(),
-        "commit": _commit(),
+        "commit": commit,
         "machine": machine | {"processor": next(filter(None, names), None), "processors": os.cpu_count()},
         "started": now(),
         "finished": None,
@@ -358,19 +349,6 @@ def _versions() -> dict[str, str]:
         with suppress(PackageNotFoundError):
             versions[package] = version(package)
     return versions
-
-
-def _commit() -> str | None:
-    """Return the commit when the package runs from a checkout of its repository."""
-    root = Path(__file__).resolve().parents[3]
-    if not (root / ".git").exists() or not (root / "pyproject.toml").exists():
-        return None
-    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
-    try:
-        found = subprocess.run(command, capture_output=True, text=True, timeout=5, check=True)
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return found.stdout.strip() or None
 
 
 def refuse_target(
@@ -420,20 +398,12 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -
     return path
 
 
-def latest_checkpoint(
-    folder: Path, accept: Callable[[Checkpoint], bool] = lambda checkpoint: True, configuration: str | None = None
-) -> Latest:
-    """Read the newest checkpoint that is as it was written, of the run's `configuration` (SHA-256), and that `accept` takes."""
-    damaged, refused = list[Path](), list[Path]()
+def stored_checkpoints(folder: Path, configuration: str | None = None) -> Iterator[tuple[Path, Checkpoint | None]]:
+    """Yield each file, the newest first, with what it holds: None if it is damaged, or not of the `configuration` (SHA-256)."""
     for generation, path in _newest_first(folder):
         arrays = _read(path)
-        if arrays is None or (configuration and str(arrays.get(CONFIGURATION, configuration)) != configuration):
-            damaged.append(path)
-        elif accept(checkpoint := Checkpoint(generation, arrays)):
-            return Latest(checkpoint, tuple(damaged), tuple(refused))
-        else:
-            refused.append(path)
-    return Latest(None, tuple(damaged), tuple(refused))
+        known = arrays is not None and str(arrays.get(CONFIGURATION, configuration)) == str(configuration)
+        yield path, Checkpoint(generation, arrays) if arrays is not None and (known or not configuration) else None
 
 
 def stored_generations(folder: Path) -> int:

@@ -116,13 +116,6 @@ def memory_arrays(layout: Layout, generations: int | None = None) -> dict[str, n
     return {name: np.empty((count, *layout.shape(name)), dtype=kind) for name, (_, kind, _) in FULL.items()}
 
 
-def arrays_of(path: Path | None, layout: Layout, *, begun: bool) -> Mapping[str, Any]:
-    """Return the arrays of a history: in memory without a path; on disk new ones, or once it has `begun` those that are there."""
-    if path is None:
-        return memory_arrays(layout)
-    return open_store(path) if begun else create_store(path, layout)
-
-
 def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
     """Make an empty history on disk, in place of one that exists; return its arrays, NaN in generations that have not been run."""
     import zarr

@@ -13,13 +13,7 @@ from turing_learning.errors import refuse, require
 from turing_learning.figures._one_run import fitness_figure, parameters_figure, quantities_figure
 from turing_learning.figures._style import Panels, grid_of_panels, titled
 from turing_learning.figures._swarms import draw_paths
-from turing_learning.identifiability._evidence import (
-    COMPARING,
-    Quantity,
-    compare_quantities,
-    stream,
-    swarm_quantities,
-)
+from turing_learning.identifiability import _evidence as evidence
 from turing_learning.purposes import REPLAY
 from turing_learning.swarm import Scenario, execution_of, initial_poses, simulate
 from turing_learning.swarm._trials import Execution
@@ -93,14 +87,14 @@ class Plots:
         rule, got, system = "be of a system that can be simulated", "one in a laboratory", self.configuration.system
         require(self.laboratory is None, "run", rule, got, place=str(self.laboratory), error=ConfigurationError)
         if system.simulated is not None:
-            found = swarm_quantities(self.configuration, self.model, seed=0)
+            found = evidence.swarm_quantities(self.configuration, self.model, seed=0)
         else:
             with self.opened(Given(genuine, simulate)) as source:
-                source.generation, rng, data = None, stream(0, COMPARING), source.genuine
+                source.generation, rng, data = None, evidence.stream(0, evidence.COMPARING), source.genuine
                 simulated = source.simulate(np.tile(self.model, (COMPARED, 1)), rng)
                 known = source.genuine_samples(COMPARED, rng) if data is None or data.live else data.samples
             sides = [{name: side[..., d] for d, name in enumerate(system.signals)} for side in (known, simulated)]
-            found = compare_quantities(sides[0], sides[1], system.signal_units)
+            found = evidence.compare_quantities(sides[0], sides[1], system.signal_units)
         shown = distributions_of(found)
         panels = _panels(ax, list(shown), 2.1)
         quantities_figure(shown, panels=panels)
@@ -140,7 +134,7 @@ def draw_fitness(history: "xarray.Dataset", configuration: Configuration, panels
     return fitness_figure(models, classifiers, stopped=stopped, trials=trials, panels=panels)
 
 
-def distributions_of(quantities: Sequence[Quantity]) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def distributions_of(quantities: Sequence[evidence.Quantity]) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return quantities as they are drawn: name and unit -> edges of bins, shares of genuine and simulated values."""
     names = [f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name for each in quantities]
     drawn = [(np.array(each.edges), np.array(each.genuine), np.array(each.simulated)) for each in quantities]
@@ -209,10 +203,7 @@ def swarm_replay(
     seed: int,
     threads: int | None,
 ) -> report.Replay:
-    """Simulate R swarms, each in one trial from poses (R, A + O, 3), and return what a page shows.
-
-    `swarms` says what each is, and whether its robots are replicas.
-    """
+    """Simulate `swarms`, of which each is of replicas or not, in a trial from poses (R, A + O, 3); return what a page shows."""
     interval = scenario.trial.control_interval_s
     stride = max(1, round(1 / (FRAMES_PER_S * interval)))
     steps = max(1, round(duration_s / interval))

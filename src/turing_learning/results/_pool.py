@@ -284,7 +284,7 @@ def _comparable(given: Any) -> list[Result]:
         if run.path is not None and not run.complete:
             ahead = f"Resume it with {said(how_to_resume(run.path, run.configuration))}."
         got = f"seed {run.seed} stopped after {run.length}"
-        needed(run.complete, rule="be complete", got=got, remedy=ahead, place=_place(run))
+        needed(run.complete, rule="be complete", got=got, remedy=ahead, place=str(run.path or ""))
     first, *others = (flat_settings(run.configuration) for run in runs)
     for run, other in zip(runs[1:], others, strict=True):
         different = [key for key in first | other if key not in _FREE and first.get(key) != other.get(key)]
@@ -293,13 +293,9 @@ def _comparable(given: Any) -> list[Result]:
         got = f"{key} = {brief(first.get(key), _LONGEST)} with seed {runs[0].seed} and "
         got += f"{brief(other.get(key), _LONGEST)} with seed {run.seed}"
         rule, remedy = "be of the same system and configuration", "Pool runs that differ in their seed alone."
-        needed(not different, rule=rule, got=got, remedy=remedy, place=_place(run))
+        needed(not different, rule=rule, got=got, remedy=remedy, place=str(run.path or ""))
     for number, run in enumerate(runs):
         fresh, got = run.seed not in {each.seed for each in runs[:number]}, f"seed {run.seed} twice"
         remedy = "The same seed gives the same run: make one with another."
-        needed(fresh, rule="have different seeds", got=got, remedy=remedy, place=_place(run))
+        needed(fresh, rule="have different seeds", got=got, remedy=remedy, place=str(run.path or ""))
     return runs
-
-
-def _place(run: Result) -> str:
-    return "" if run.path is None else str(run.path)

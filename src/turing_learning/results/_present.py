@@ -11,14 +11,7 @@ from turing_learning import report
 from turing_learning.analysis import is_known, mean_absolute_error
 from turing_learning.config import Configuration, to_toml
 from turing_learning.figures import Picture
-from turing_learning.figures._one_run import (
-    ParameterProfile,
-    dialogues_figure,
-    error_figure,
-    profiles_figure,
-    quantities_figure,
-    step_sizes_figure,
-)
+from turing_learning.figures import _one_run as one_run
 from turing_learning.report._page import Listing, Report, describe_selection, report_page
 from turing_learning.report._tabular import aligned
 
@@ -110,7 +103,7 @@ def draw(history: "xarray.Dataset", configuration: Configuration, dialogues: Map
         truth, kinds = np.asarray(scenario.truth, dtype=float), ("best_model", "typical_model")
         errors = [mean_absolute_error(configuration.described(history[name].to_numpy()), truth) for name in kinds]
         caption = f"Mean over the parameters, of the best model and of {middle}."
-        drawn = error_figure(*errors, trials=trials)
+        drawn = one_run.error_figure(*errors, trials=trials)
         pictures.append(Picture("error", f"Mean absolute error over {over}", caption, drawn))
     if dialogues:
         caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
@@ -121,7 +114,7 @@ def draw(history: "xarray.Dataset", configuration: Configuration, dialogues: Map
                 "the system and in one with the estimate. An output of 0.5 or more says genuine."
             )
         rows, interval_s = tuple(system.parameters), system.interval_s
-        drawn = dialogues_figure(dialogues, names=system.signals, rows=rows, interval_s=interval_s)
+        drawn = one_run.dialogues_figure(dialogues, names=system.signals, rows=rows, interval_s=interval_s)
         pictures.append(Picture("stimuli", "Stimulus and answer", caption, drawn, wide=True))
     drawn = draw_fitness(history, configuration)
     pictures.append(Picture("fitness", f"Fitness over {over}", fitness, drawn))
@@ -132,7 +125,7 @@ def draw(history: "xarray.Dataset", configuration: Configuration, dialogues: Map
             names, caption = ("models",), "Median mutation strength of the models' weights"
             sizes = sizes.reshape(len(sizes), -1, 1)
         middle_weight = np.median(weights.reshape(len(weights), -1), axis=1).astype(float)
-        drawn = step_sizes_figure(np.median(sizes, axis=1), middle_weight, names=names)
+        drawn = one_run.step_sizes_figure(np.median(sizes, axis=1), middle_weight, names=names)
         caption += ", and of the classifiers' weights."
         pictures.append(Picture("step-sizes", "Step sizes over generations", caption, drawn))
     return pictures
@@ -201,7 +194,7 @@ def draw_check(check: "Check", result: Result) -> list[Picture]:
         caption = "Accuracy on held-out samples of fresh classifiers, trained against models in which one parameter "
         caption += f"is moved across its initial range; below the dashed line they may be guessing. {result.unknown}"
         panels = [
-            ParameterProfile(
+            one_run.ParameterProfile(
                 name=labels[each.parameter],
                 values=np.array(each.values),
                 accuracies=np.array(each.accuracies),
@@ -213,12 +206,12 @@ def draw_check(check: "Check", result: Result) -> list[Picture]:
             )
             for each in check.profiles
         ]
-        heading, drawn = "What each parameter leaves open", profiles_figure(panels)
+        heading, drawn = "What each parameter leaves open", one_run.profiles_figure(panels)
         pictures.append(Picture("check-profiles", heading, caption.strip(), drawn, wide=True))
     if check.quantities:
         heading = "Genuine motion and motion simulated at the estimate"
         caption = "Shares of the values in each bin; the outermost bins hold what is beyond them."
-        drawn = quantities_figure(distributions_of(check.quantities))
+        drawn = one_run.quantities_figure(distributions_of(check.quantities))
         pictures.append(Picture("check-quantities", heading, caption, drawn, wide=True))
     return pictures
 
@@ -226,11 +219,11 @@ def draw_check(check: "Check", result: Result) -> list[Picture]:
 def check_listing(check: "Check") -> Listing:
     """Return what is said of each parameter, as a table."""
     forms = {"interval_share": "{:.0%}", "open_share": "at most {:.0%}", "recovery_error": "{:.1%}"}
-    shares = [
-        [None if (value := getattr(each, name)) is None else form.format(value) for name, form in forms.items()]
-        for each in check.parameters
-    ]
-    rows = [(each.parameter, *own, each.verdict) for each, own in zip(check.parameters, shares, strict=True)]
+    rows = []
+    for each in check.parameters:
+        shares = [(getattr(each, name), form) for name, form in forms.items()]
+        cells = (None if value is None else form.format(value) for value, form in shares)
+        rows.append((each.parameter, *cells, each.verdict))
     test, columns = check.test, ("parameter", "interval", "left open", "missed by", "")
     note = f"{check.verdict} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
     note += f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width "

@@ -405,10 +405,7 @@ def summarize(
     readout: Mapping[str, np.ndarray],
     failed_simulations: dict[str, Any] | None = None,
 ) -> Result:
-    """Make the result of the completed generations, at least one, which took so many seconds.
-
-    Of a run of trials `readout` is as of `TrialsLoop.readout`; `complete` is whether it is all that was asked for.
-    """
+    """Make the result of the completed generations, at least one, which took so many seconds; `readout` is that of its loop."""
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
     window, hidden = configuration.run.estimated_from(traces.completed), configuration.models.hidden
     best = configuration.described(traces["best_model"][-1])
@@ -510,12 +507,3 @@ def with_unit(units: Mapping[str, str]) -> dict[str, str]:
 def simulated_model(result: Result) -> np.ndarray:
     """Return what is simulated (P,): the estimate, or the weights of the network that comes nearest to it."""
     return np.array(list((result.networks or {"estimate": result.estimate})["estimate"].values()))
-
-
-def result_from_json(content: Mapping[str, Any], *, origin: Owner) -> Result:
-    """Make a result from what `result.json` holds."""
-    assert origin.folder is not None
-    known = {name: known_or(UNKNOWN, ends) for name in ("interval", "wandering") if (ends := content.get(name))}
-    stored = {name: value for name, value in content.items() if name not in ("verdict", "verdicts")}
-    found = ordered(content["verdicts"])
-    return Result(**{**stored, **known, "found": found}, path=origin.folder.path, origin=origin)

@@ -8,29 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning import robots
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._configuration import give_again, part_named
 from turing_learning.errors import refuse
-from turing_learning.results._folder import (
-    CALIBRATION,
-    CAMERA,
-    FINISHED,
-    LABORATORY,
-    RunFolder,
-    resume_command,
-    stored_generations,
-)
+from turing_learning.results._folder import CAMERA, FINISHED, LABORATORY, RunFolder, resume_command, stored_generations
 from turing_learning.results._result import Result
-from turing_learning.robots import (
-    Equipment,
-    Event,
-    Laboratory,
-    LaboratorySetup,
-    LaboratorySource,
-    PoseSource,
-    Replica,
-    real_equipment,
-)
 from turing_learning.robots.emulation._laboratory import SimulatedLaboratory
 from turing_learning.robots.program._equipment import laboratory_calibration
 from turing_learning.robots.program._setup import read_setup, refuse_without_history
@@ -42,7 +25,6 @@ from ._run import Run, conduct
 from ._trials import (
     POST_EVALUATION,
     judged_again,
-    keep_observed_motion,
     keep_trial,
     note_event,
     post_evaluate,
@@ -50,16 +32,16 @@ from ._trials import (
     stored_trials,
 )
 
-EventObserver = Callable[[Event], None]
+EventObserver = Callable[[robots.Event], None]
 
 
 def start_laboratory(
-    laboratory: Laboratory,
+    laboratory: robots.Laboratory,
     out: str | Path,
     *,
-    open_replica: Callable[[str], Replica] | str | None = None,
-    tracker: Callable[[LaboratorySetup], PoseSource] | str | None = None,
-    equipment: Equipment | None = None,
+    open_replica: Callable[[str], robots.Replica] | str | None = None,
+    tracker: Callable[[robots.LaboratorySetup], robots.PoseSource] | str | None = None,
+    equipment: robots.Equipment | None = None,
     force: bool = False,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
@@ -105,16 +87,16 @@ def start_laboratory(
         files[LABORATORY] = (stored.model_dump_json(indent=1) + "\n").encode()
         watch: dict[str, Any] = {"observer": observer, "should_stop": should_stop}
         result = start(laboratory.configuration, out, force=force, source=source, files=files, **watch)
-        _evaluate(result, folder, setup, source, should_stop)
+        post_evaluate(result, folder, source, setup.evaluation.repeats, should_stop)
     return result
 
 
 def resume_laboratory(
     path: str | Path,
     *,
-    open_replica: Callable[[str], Replica] | None = None,
-    tracker: Callable[[LaboratorySetup], PoseSource] | None = None,
-    equipment: Equipment | None = None,
+    open_replica: Callable[[str], robots.Replica] | None = None,
+    tracker: Callable[[robots.LaboratorySetup], robots.PoseSource] | None = None,
+    equipment: robots.Equipment | None = None,
     trials: int | None = None,
     tolerance: float | None = None,
     observer: Observer | None = None,
@@ -136,10 +118,10 @@ def resume_laboratory(
         refuse("equipment", rule, "none", remedy, place=place, error=ConfigurationError)
     give_again("open_replica", setup.open_replica or "", open_replica)
     give_again("tracker", setup.tracker or "", tracker)
-    with _source(Laboratory(setup, configuration), folder, equipment, on_event) as source:
+    with _source(robots.Laboratory(setup, configuration), folder, equipment, on_event) as source:
         run = Run.open(path, lambda _configuration: source, trials=trials, tolerance=tolerance)
         result = conduct(run, observer, should_stop)
-        _evaluate(result, folder, setup, source, should_stop)
+        post_evaluate(result, folder, source, setup.evaluation.repeats, should_stop)
     return result
 
 
@@ -213,7 +195,7 @@ def is_laboratory_run(path: str | Path) -> bool:
     return folder.is_run() and folder.laboratory_path.exists()  # which one has before it is a run
 
 
-def stored_setup(folder: RunFolder) -> LaboratorySetup:
+def stored_setup(folder: RunFolder) -> robots.LaboratorySetup:
     """Return the laboratory of a run; reject one that cannot be read with a RunFolderError."""
     folder.manifest()
     if not folder.laboratory_path.exists():
@@ -229,14 +211,14 @@ def stored_setup(folder: RunFolder) -> LaboratorySetup:
     return _calibrated(setup, str(folder.path / calibration)) if calibration else setup
 
 
-def _calibrated(setup: LaboratorySetup, path: str) -> LaboratorySetup:
+def _calibrated(setup: robots.LaboratorySetup, path: str) -> robots.LaboratorySetup:
     return setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": path})})
 
 
-def stored_laboratory(path: str | Path) -> Laboratory:
+def stored_laboratory(path: str | Path) -> robots.Laboratory:
     """Return the laboratory of a run, and the run that it is to do; a RunFolderError says that they cannot be read."""
     folder = RunFolder(path)
-    return Laboratory(stored_setup(folder), folder.configuration())
+    return robots.Laboratory(stored_setup(folder), folder.configuration())
 
 
 def awaits_robots(path: str | Path) -> bool:
@@ -250,12 +232,12 @@ def awaits_robots(path: str | Path) -> bool:
 
 
 def _source(
-    laboratory: Laboratory, folder: RunFolder, equipment: Equipment | None, on_event: EventObserver | None
-) -> LaboratorySource:
+    laboratory: robots.Laboratory, folder: RunFolder, equipment: robots.Equipment | None, on_event: EventObserver | None
+) -> robots.LaboratorySource:
     def spent(batches: int) -> int:
         return folder.configuration().trials_after(batches) if batches > 0 else 0  # the run may have got more of them
 
-    def watch(event: Event) -> None:
+    def watch(event: robots.Event) -> None:
         if event.trial is not None:
             keep_trial(folder, event.stage, event.attempt, event.trial)
         elif event.kind != "state":
@@ -263,27 +245,11 @@ def _source(
         if on_event is not None:
             on_event(event)
 
-    return LaboratorySource(
+    return robots.LaboratorySource(
         laboratory.setup,
         laboratory.configuration.swarm,
-        equipment or real_equipment(laboratory),
+        equipment or robots.real_equipment(laboratory),
         watch=watch,
         stored=partial(stored_trials, folder),
         spent=spent if laboratory.configuration.run.trials else None,
     )
-
-
-def _evaluate(
-    result: Result,
-    folder: RunFolder,
-    setup: LaboratorySetup,
-    source: LaboratorySource,
-    should_stop: Callable[[], bool] | None,
-) -> None:
-    """Observe the last models again, if the run is complete and that is not done, and keep what detectors need."""
-    if result.configuration.run.trials or not (result.complete and setup.evaluation.repeats):
-        return
-    with folder.locked():
-        observed = post_evaluate(result, folder, source, setup.evaluation.repeats, should_stop)
-        if observed or folder.find(CALIBRATION) is None:
-            keep_observed_motion(result, folder)

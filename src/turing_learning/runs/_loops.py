@@ -12,18 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning import coevolution, evolution
 from turing_learning.analysis import Matched, match
 from turing_learning.analysis._matching import LEAST_P
 from turing_learning.arrays import array
 from turing_learning.classifiers import PooledClassifier
-from turing_learning.coevolution import (
-    THRESHOLD,
-    ClassifierArchive,
-    Coevolution,
-    FewTrials,
-    Generation,
-    jury_reward,
-)
+from turing_learning.coevolution import THRESHOLD, Coevolution, FewTrials, Generation
 from turing_learning.config import (
     OPTIMIZERS,
     Configuration,
@@ -34,16 +28,7 @@ from turing_learning.config import (
     part_of,
 )
 from turing_learning.errors import refusing_as, require
-from turing_learning.evolution import (
-    CMAEvolutionStrategy,
-    EvolutionStrategy,
-    FitnessMemory,
-    Jumper,
-    Optimizer,
-    PhasedMating,
-    RenewedOptimizer,
-    generation_rng,
-)
+from turing_learning.evolution import Optimizer, RenewedOptimizer
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MATCHING, MODELS
 from turing_learning.systems import Source
 
@@ -67,7 +52,7 @@ class Generations(Coevolution):
         classifier, run, archive = classifier_of(configuration), configuration.run, configuration.coevolution.archive
         models, classifiers = configuration.models, configuration.classifiers
         dimension, jumps = len(configuration.parameter_names), configuration.representation.jumps
-        jumper = Jumper(
+        jumper = evolution.Jumper(
             np.full(dimension, models.initial_low),
             np.full(dimension, models.initial_high),
             redraw=models.redraw,
@@ -84,9 +69,9 @@ class Generations(Coevolution):
             dimension,
             (MODELS, run.seed),
             "models",
-            mating=PhasedMating(models.recombination, models.intermediate, run.halfway),
+            mating=evolution.PhasedMating(models.recombination, models.intermediate, run.halfway),
             jumper=jumper,
-            memory=FitnessMemory(size, models.memory, run.halfway) if models.memory else None,
+            memory=evolution.FitnessMemory(size, models.memory, run.halfway) if models.memory else None,
         )
 
         def judges(*number: int) -> Optimizer:
@@ -94,8 +79,8 @@ class Generations(Coevolution):
 
         # renewed in the first half of the run only
         renewed = RenewedOptimizer(judges, classifiers.renewal, last=run.halfway) if classifiers.renewal else judges()
-        known = ClassifierArchive(archive, seed=(ARCHIVE, run.seed)) if archive else None
-        reward = {"reward_models": jury_reward} if archive else {}
+        known = coevolution.ClassifierArchive(archive, seed=(ARCHIVE, run.seed)) if archive else None
+        reward = {"reward_models": coevolution.jury_reward} if archive else {}
         interrogation, seed = source.interrogation(classifier), (INTERROGATION, run.seed)
         super().__init__(interrogation, imitators, renewed, seed=seed, archive=known, **reward)
 
@@ -116,7 +101,7 @@ def optimizer_of(
         low, high = (0.5 * (low + high) + side * _APART * (high - low) for side in (-1, 1))
     begin = {"seed": seed, "initial_low": low, "initial_high": high}
     if name == OPTIMIZERS[0]:
-        return EvolutionStrategy(
+        return evolution.EvolutionStrategy(
             dimension,
             parents=section.parents,
             offspring=section.offspring,
@@ -129,7 +114,7 @@ def optimizer_of(
         if name == "cma":
             try:
                 least = section.minimum_step_size
-                return CMAEvolutionStrategy(dimension, size=size, minimum_step_size=least, **begin)  # type: ignore[arg-type]
+                return evolution.CMAEvolutionStrategy(dimension, size=size, minimum_step_size=least, **begin)  # type: ignore[arg-type]
             except ImportError as error:
                 raise ConfigurationError(str(error)) from error
         found = part_of(argument, name)
@@ -272,8 +257,7 @@ class TrialsLoop:
     def matched(self) -> Matched | None:
         """Match the agents after the last batch, with the range of the first models as [-1, 1]; None with too few trials there.
 
-        A canary is drawn by chance. Where the solution is not settled, though no classifier tells it from the agents, it is
-        sought twice more, and that of the three counts whose canary has the middle share of its range.
+        What is not settled, though no classifier tells it, is sought three times: that whose canary is the middle one counts.
         """
         if self._matched[0] == self.generation:
             return self._matched[1]
@@ -296,7 +280,7 @@ class TrialsLoop:
                 spread=2 * np.maximum(trials.draws.std(axis=0) / self._reach, 1e-3),
                 averaged=trials.buffer.samples.shape[1],
                 farther=self._observed_anew,
-                rng=generation_rng((MATCHING, self._seed), _READ_OUT + self.generation),
+                rng=evolution.generation_rng((MATCHING, self._seed), _READ_OUT + self.generation),
             )
             found = once_more()
             if not found.settled and found.p_value >= LEAST_P:

@@ -11,35 +11,18 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from turing_learning._files import remove_partial
-from turing_learning.analysis import Verdict
+from turing_learning.analysis import UNKNOWN, Verdict
+from turing_learning.analysis._estimate import known_or, ordered
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
 from turing_learning.config._configuration import give_again
 from turing_learning.config._study import resolved
 from turing_learning.errors import brief, refuse, refusing_as, require, said
 from turing_learning.purposes import DIALOGUE, REPLAY
+from turing_learning.results import _folder as folders
 from turing_learning.results import _history as histories
-from turing_learning.results._folder import (
-    BLOCK,
-    CALIBRATION,
-    CONFIGURATION,
-    DIALOGUES,
-    FINISHED,
-    MOTION,
-    RUNNING,
-    STOPPED,
-    Checkpoint,
-    RunFolder,
-    blocks_before,
-    discard_checkpoints,
-    how_to_resume,
-    new_manifest,
-    now,
-    piece,
-    resumed,
-    save_checkpoint,
-)
-from turing_learning.results._result import Jury, Result, result_from_json, simulated_model, summarize, units_of
+from turing_learning.results._folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, now, piece
+from turing_learning.results._result import Jury, Result, simulated_model, summarize, units_of
 from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import Given, Source, SystemFailedError
 from turing_learning.systems._system import FailureLog
@@ -95,12 +78,16 @@ class Run:
         self._saved = self._blocks = 0  # generations, and blocks of traces, that are stored
         self._readout, self._dialogues = dict[str, np.ndarray](), dict[str, np.ndarray]()
         self._begun = time.perf_counter()
-        self._manifest = new_manifest(to_toml(configuration), configuration.run.seed) if folder is None else {}
+        self._manifest = folders.new_manifest(to_toml(configuration), configuration.run.seed) if folder is None else {}
         seals = None if folder is None else self._restored(folder)
         self._recorder: histories.HistoryRecorder | None = None
         if not configuration.run.thin:
-            path = None if folder is None else folder.history_path
-            self._arrays = histories.arrays_of(path, self._layout, begun=seals is not None)
+            if folder is None:
+                self._arrays: Mapping[str, Any] = histories.memory_arrays(self._layout)
+            elif seals is None:
+                self._arrays = histories.create_store(folder.history_path, self._layout)
+            else:
+                self._arrays = histories.open_store(folder.history_path)
             self._recorder = histories.HistoryRecorder(self._layout, self._arrays, seals)
 
     @classmethod
@@ -193,7 +180,7 @@ class Run:
         with ExitStack() as held, writable("run", folder.path):
             held.enter_context(folder.locked())
             found, manifest = _stored_result(folder, configuration), folder.manifest()
-            if found is None and manifest["state"] == FINISHED and (last := folder.checkpoint().checkpoint):
+            if found is None and manifest["state"] == FINISHED and (last := folder.checkpoint()):
                 if folder.result_path.exists():
                     aside = folder.set_aside("result.json").name
                     text = "%s is damaged; it is made again. The damaged file is %s."
@@ -210,7 +197,7 @@ class Run:
             with refusing_as(RunFolderError, place=str(folder.path)):
                 loop = loop_of(here, source)
             remove_partial(folder.path)
-            folder.update_manifest(state=RUNNING, **resumed(manifest, folder.path))
+            folder.update_manifest(state=RUNNING, **folders.resumed(manifest, folder.path))
             run = cls(here, source, loop, folder)
             run._held = held.pop_all()
         return run
@@ -362,11 +349,11 @@ class Run:
 
     def _save_checkpoint(self, folder: RunFolder, *, with_state: bool) -> None:
         """Write a checkpoint, with all that is needed to resume, or only what a result is made of, as the only one then."""
-        while (self._blocks + 1) * BLOCK <= self.completed:
-            block = slice(self._blocks * BLOCK, (self._blocks + 1) * BLOCK)
+        while (self._blocks + 1) * folders.BLOCK <= self.completed:
+            block = slice(self._blocks * folders.BLOCK, (self._blocks + 1) * folders.BLOCK)
             folder.write(piece("traces", self._blocks + 1), self._traces.state(block))
             self._blocks += 1
-        groups = {"traces/": self._traces.state(slice(self._blocks * BLOCK, None))}
+        groups = {"traces/": self._traces.state(slice(self._blocks * folders.BLOCK, None))}
         if self._source.failures is not None:
             groups[_FAILURES] = self._source.failures.state()
         if self.complete:
@@ -376,8 +363,8 @@ class Run:
             groups["history/"] = {} if self._recorder is None else self._recorder.seals()
         arrays = {f"{prefix}{name}": array for prefix, group in groups.items() for name, array in group.items()}
         arrays[_COMPLETE], arrays["seconds"] = np.array(self.complete), np.array(self._seconds)
-        arrays[CONFIGURATION] = np.array(str(folder.manifest().get("configuration_sha256")))
-        save_checkpoint(folder.checkpoints_path, Checkpoint(self.completed, arrays), not with_state)
+        arrays[folders.CONFIGURATION] = np.array(str(folder.manifest().get("configuration_sha256")))
+        folders.save_checkpoint(folder.checkpoints_path, Checkpoint(self.completed, arrays), not with_state)
 
     def _finish(self) -> None:
         """Save, and write the result; of a complete run everything. The state comes last: a run killed here does it again."""
@@ -400,7 +387,7 @@ class Run:
             if full:
                 motion = self._keep_motion(folder, result)
                 if self._dialogues:
-                    folder.write(DIALOGUES, self._dialogues)
+                    folder.write(folders.DIALOGUES, self._dialogues)
                 shown: dict[str, Any] = {"motion": motion, "dialogues": self._dialogues, "figures": folder.figures_path}
                 write_report(result, folder.report_path, folder.manifest() | closed, **shown)
             if self.complete:
@@ -431,30 +418,33 @@ class Run:
         parameters, seed = self.configuration.system.parameters, self.configuration.run.seed
         estimate = np.array(list(result.estimate.values()))
         if kept := keep_calibration(self._source, parameters, estimate, seed):
-            folder.write(CALIBRATION, kept)
+            folder.write(folders.CALIBRATION, kept)
         if seen := self._source.positions(estimate, np.random.default_rng((REPLAY, seed))):
-            folder.write(MOTION, seen)
+            folder.write(folders.MOTION, seen)
         return seen
 
     def _restored(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
         """Take over the newest usable checkpoint whose history is there; return the seals of that, None without a checkpoint."""
-
-        def holds_history(found: Checkpoint) -> bool:
-            history, seals = folder.history_path, found.part("history/")
-            return self.configuration.run.thin or histories.intact(history, self._layout, found.generation, seals)
-
-        latest = folder.checkpoint(holds_history)
-        checkpoint = latest.checkpoint
+        checkpoint, damaged, others = None, list[str](), 0
+        for path, found in folder.checkpoints():
+            whole = (folder.history_path, self._layout, found.generation, found.part("history/")) if found else None
+            if whole is None:
+                damaged.append(path.name)
+            elif self.configuration.run.thin or histories.intact(*whole):
+                checkpoint = found
+                break
+            else:
+                others += 1
         done = checkpoint.generation if checkpoint else 0
-        if latest.refused:
+        if others:
             _LOGGER.warning("The history in %s is damaged; the run is resumed from generation %d.", folder.path, done)
-        for path in latest.damaged:
-            _LOGGER.warning("Checkpoint %s is damaged; the run is resumed from generation %d.", path.name, done)
-        discard_checkpoints(folder.checkpoints_path, above=done)
+        for name in damaged:
+            _LOGGER.warning("Checkpoint %s is damaged; the run is resumed from generation %d.", name, done)
+        folders.discard_checkpoints(folder.checkpoints_path, above=done)
         if checkpoint is None:
             return None
         self._traces = _traces_of(checkpoint, folder, self.configuration)
-        self._blocks = blocks_before(checkpoint)
+        self._blocks = folders.blocks_before(checkpoint)
         state = checkpoint.part("coevolution/")
         if self.configuration.run.trials:
             rows = [folder.read(piece("buffer", number)) for number in range(1, done + 1)]
@@ -575,7 +565,7 @@ class Origin:
             found = histories.dataset_in_memory(kept, configuration.parameter_names, completed)
         else:
             assert folder is not None
-            checkpoint, path = folder.checkpoint().checkpoint, folder.history_path
+            checkpoint, path = folder.checkpoint(), folder.history_path
             if checkpoint is not None and (seals := checkpoint.part("history/")):
                 histories.require_sound(path, layout_of(configuration), completed, seals)
             else:
@@ -610,7 +600,7 @@ class Origin:
 
         manifest, dialogues = self.manifest, self.dialogues
         if folder := self.folder:
-            manifest, dialogues = folder.manifest(), folder.find(DIALOGUES) or {}
+            manifest, dialogues = folder.manifest(), folder.find(folders.DIALOGUES) or {}
         known, motion = {} if result.path is None else stored_check(result.path) or {}, self._motion(result)
         check = check_from_json(known) if "parameters" in known else None
         return write_report(result, target, manifest, check=check, motion=motion, dialogues=dialogues)
@@ -618,7 +608,7 @@ class Origin:
     def _motion(self, result: Result) -> Mapping[str, np.ndarray]:
         """Return recorded motion beside that of replicas, as of `Source.positions`; nothing where it is not known."""
         if self.folder is not None:
-            return self.folder.find(MOTION) or {}
+            return self.folder.find(folders.MOTION) or {}
         if self.given.simulate is None:
             return {}
         with self.configuration.system.open(self.given) as source:
@@ -704,7 +694,10 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
             with suppress(RunFolderError):  # no checkpoint is left
                 again = _result_of(_stored_checkpoint(folder, configuration), folder, configuration).to_json()
                 content |= {name: again[name] for name in ("interval", "verdicts")}
-        return result_from_json(content, origin=Origin.of(folder, configuration, content["generations"]))
+        found = {name: value for name, value in content.items() if name not in ("verdict", "verdicts")}
+        found |= {name: known_or(UNKNOWN, ends) for name in ("interval", "wandering") if (ends := content.get(name))}
+        origin = Origin.of(folder, configuration, content["generations"])
+        return Result(**found, found=ordered(content["verdicts"]), path=origin.path, origin=origin)
     except (RunFolderError, ValueError, KeyError, TypeError, AttributeError):
         return None
 
@@ -728,7 +721,7 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
 
 
 def _stored_checkpoint(folder: RunFolder, configuration: Configuration) -> Checkpoint:
-    checkpoint = folder.checkpoint().checkpoint
+    checkpoint = folder.checkpoint()
     if checkpoint is None:
         got, remedy = f"{folder.path} without a usable checkpoint", how_to_resume(folder.path, configuration)
         refuse("run", "have been saved at least once", got, ("Begin it with ", remedy, "."), error=RunFolderError)

@@ -231,32 +231,37 @@ def post_evaluate(
     source: "LaboratorySource",
     repeats: int,
     should_stop: Callable[[], bool] | None = None,
-) -> bool:
-    """Observe the models of the last generation `repeats` times; write what they are worth, see `ModelEvaluation`.
+) -> None:
+    """Observe the last models of a complete run of generations `repeats` times; write what they are worth, see `ModelEvaluation`.
 
-    What is written already is not observed again, and what was observed more often is left out. Return whether
-    anything has changed. Source: paper, section 5.4.
+    What is written already is not observed again, and what was observed more often is left out. In the end what detectors
+    need is written, too. Source: paper, section 5.4.
     """
-    last, stored = result.history.isel(generation=-1), read_post_evaluation(folder.path)
-    models, classifiers = last["model"].to_numpy(), last["classifier"].to_numpy()
-    fitness = [] if stored is None else stored.fitness[:repeats].tolist()
-    changed = stored is not None and stored.repeats != repeats
-    while True:
-        if changed:
-            best = error = None
-            if len(fitness) == repeats:
-                names, truth = tuple(result.best_model), result.truth
-                chosen = models[int(np.argmax(np.mean(fitness, axis=0)))]
-                best = named(names, chosen)
-                error = truth and named(names, absolute_error(chosen, np.array([truth[name] for name in names])))
-            found = {"repeats": repeats, "fitness": fitness, "best_model": best, "absolute_error": error}
-            with folder.storage():
-                folder.write(folder.post_evaluation_path.name, found)
-        if len(fitness) == repeats or (should_stop is not None and should_stop()):
-            return changed
-        samples = source.observe(models, f"{POST_EVALUATION}{len(fitness) + 1}")
-        fitness.append(judged_again(folder.configuration(), classifiers, samples).tolist())
-        changed = True
+    if result.configuration.run.trials or not (result.complete and repeats):
+        return
+    with folder.locked():
+        last, stored = result.history.isel(generation=-1), read_post_evaluation(folder.path)
+        models, classifiers = last["model"].to_numpy(), last["classifier"].to_numpy()
+        fitness = [] if stored is None else stored.fitness[:repeats].tolist()
+        changed = stored is not None and stored.repeats != repeats
+        while True:
+            if changed:
+                best = error = None
+                if len(fitness) == repeats:
+                    names, truth = tuple(result.best_model), result.truth
+                    chosen = models[int(np.argmax(np.mean(fitness, axis=0)))]
+                    best = named(names, chosen)
+                    error = truth and named(names, absolute_error(chosen, np.array([truth[name] for name in names])))
+                found = {"repeats": repeats, "fitness": fitness, "best_model": best, "absolute_error": error}
+                with folder.storage():
+                    folder.write(folder.post_evaluation_path.name, found)
+            if len(fitness) == repeats or (should_stop is not None and should_stop()):
+                break
+            samples = source.observe(models, f"{POST_EVALUATION}{len(fitness) + 1}")
+            fitness.append(judged_again(folder.configuration(), classifiers, samples).tolist())
+            changed = True
+        if len(fitness) == repeats and (changed or folder.find(CALIBRATION) is None):
+            _keep_observed_motion(result, folder, repeats)
 
 
 def judged_again(configuration: Configuration, classifiers: np.ndarray, samples: Samples) -> np.ndarray:
@@ -266,14 +271,11 @@ def judged_again(configuration: Configuration, classifiers: np.ndarray, samples:
     return model_reward(Judgments(classifier.judge(genomes, samples.genuine), judged))
 
 
-def keep_observed_motion(result: Result, folder: RunFolder) -> None:
-    """Write ``calibration.npz``, by which detectors are calibrated, once all models have been observed again: agents held out."""
-    again = read_post_evaluation(folder.path)
-    if again is None or not again.complete:
-        return
+def _keep_observed_motion(result: Result, folder: RunFolder, repeats: int) -> None:
+    """Write ``calibration.npz``, by which detectors are calibrated: agents held out, from when all models were observed again."""
     try:
         learned, replicas, models = _motion(folder, [f"generation-{g:04d}" for g in range(result.generations)])
-        held_out, _, _ = _motion(folder, [f"{POST_EVALUATION}{k + 1}" for k in range(again.repeats)])
+        held_out, _, _ = _motion(folder, [f"{POST_EVALUATION}{k + 1}" for k in range(repeats)])
     except RunFolderError as error:
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
         return

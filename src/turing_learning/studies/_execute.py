@@ -25,10 +25,7 @@ LONGEST_WAIT_S = 30.0  # for the lock of a run whose worker was given up for los
 
 
 def execute(study: str, number: int, stop: str = "", should_stop: Callable[[], bool] | None = None) -> str:
-    """Execute one run of a study in this process, and return how it went; what goes wrong is written into the run's folder.
-
-    The run stops after the present generation once the file `stop` exists, or `should_stop` returns True.
-    """
+    """Execute a run of a study in this process until the file `stop` exists, or `should_stop` says so; note it if it fails."""
     from turing_learning.results import RunFolder, RunFolderError
     from turing_learning.runs import resume
 

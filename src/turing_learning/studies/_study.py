@@ -277,10 +277,7 @@ class Conduct:
             self._stop.touch()
 
     def by(self, backend: Backend) -> Iterator[StudyProgress]:
-        """Execute the runs that are left, with progress a few times a second, and at the end.
-
-        An ExecutorError says that the workers cannot go on.
-        """
+        """Execute the runs that are left, with progress a few times a second, and at the end."""
         futures: dict[Future[str], int] = {}
         try:
             with self._alive(RuntimeError):

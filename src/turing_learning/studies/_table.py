@@ -237,10 +237,7 @@ class StudyResult(Tabular):
 
 
 def error_rows(result: StudyResult, group: dict[str, Any]) -> list[tuple[str, list[float | None], float | None]]:
-    """Return for each parameter of a configuration its name, statistics of its errors, and the paper's mean.
-
-    The statistics are mean, standard deviation and median, of the estimate and then of the best model.
-    """
+    """Return each parameter with the mean, deviation and median of the errors of estimate and best model, and the paper's mean."""
     both = {(one.parameter, one.model): one for one in result.summaries if one.group == group}
     rows = []
     for name in dict.fromkeys(name for name, _ in both):

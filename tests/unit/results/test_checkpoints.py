@@ -3,20 +3,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from turing_learning.results._folder import Checkpoint, discard_checkpoints, latest_checkpoint, save_checkpoint
+from turing_learning.results._folder import (
+    CONFIGURATION,
+    Checkpoint,
+    discard_checkpoints,
+    save_checkpoint,
+    stored_checkpoints,
+)
 
 
 def checkpoint(generation):
     return Checkpoint(generation, {"a/b": np.arange(generation, dtype=float), "n": np.array(generation)})
 
 
+def latest(folder):
+    return next((found for _, found in stored_checkpoints(folder) if found), None)
+
+
 def test_a_checkpoint_reads_back_as_it_was_written(tmp_path):
-    save_checkpoint(tmp_path, checkpoint(5))
-    latest = latest_checkpoint(tmp_path)
-    assert latest.damaged == ()
-    assert latest.checkpoint.generation == 5
-    np.testing.assert_array_equal(latest.checkpoint.arrays["a/b"], np.arange(5.0))
-    assert latest.checkpoint.arrays["n"] == 5
+    path = save_checkpoint(tmp_path, checkpoint(5))
+    [(where, found)] = stored_checkpoints(tmp_path)
+    assert (where, found.generation) == (path, 5)
+    np.testing.assert_array_equal(found.arrays["a/b"], np.arange(5.0))
+    assert found.arrays["n"] == 5
 
 
 def test_the_last_two_checkpoints_are_kept(tmp_path):
@@ -29,12 +38,11 @@ def test_the_last_two_checkpoints_are_kept(tmp_path):
     "damage", [lambda b: b[:-1], lambda b: b"", lambda b: bytes([b[0] ^ 1]) + b[1:], lambda b: b + b"x"]
 )
 def test_a_truncated_or_altered_checkpoint_is_passed_over(damage, tmp_path):
-    save_checkpoint(tmp_path, checkpoint(1))
+    before = save_checkpoint(tmp_path, checkpoint(1))
     path = save_checkpoint(tmp_path, checkpoint(2))
     path.write_bytes(damage(path.read_bytes()))
-    latest = latest_checkpoint(tmp_path)
-    assert latest.checkpoint.generation == 1
-    assert latest.damaged == (path,)
+    found = [(path, found and found.generation) for path, found in stored_checkpoints(tmp_path)]
+    assert found == [(path, None), (before, 1)]
 
 
 def test_any_single_altered_byte_is_recognized(tmp_path):
@@ -44,33 +52,31 @@ def test_any_single_altered_byte_is_recognized(tmp_path):
         altered = bytearray(content)
         altered[place] ^= 0x40
         path.write_bytes(altered)
-        assert latest_checkpoint(tmp_path).checkpoint is None
+        assert latest(tmp_path) is None
 
 
 def test_without_checkpoints_there_is_none(tmp_path):
-    assert latest_checkpoint(tmp_path / "missing").checkpoint is None
+    assert latest(tmp_path / "missing") is None
 
 
 def test_arrays_of_python_objects_are_refused(tmp_path):
     with pytest.raises(ValueError, match="Object arrays cannot be saved when allow_pickle=False"):
         save_checkpoint(tmp_path, Checkpoint(1, {"a": np.array([{}], dtype=object)}))
-    assert latest_checkpoint(tmp_path).checkpoint is None
+    assert latest(tmp_path) is None
 
 
-def test_a_checkpoint_that_is_not_accepted_is_passed_over(tmp_path):
+def test_a_checkpoint_of_another_configuration_is_passed_over(tmp_path):
     save_checkpoint(tmp_path, checkpoint(1))
-    newest = save_checkpoint(tmp_path, checkpoint(2))
-    latest = latest_checkpoint(tmp_path, lambda found: found.generation < 2)
-    assert latest.checkpoint.generation == 1
-    assert latest.refused == (newest,)
-    assert latest.damaged == ()
+    path = save_checkpoint(tmp_path, Checkpoint(2, {CONFIGURATION: np.array("another")}))
+    assert next(stored_checkpoints(tmp_path, "this one")) == (path, None)
+    assert [found.generation for _, found in stored_checkpoints(tmp_path, "another")] == [2, 1]
 
 
 def test_a_checkpoint_that_is_removed_while_it_is_looked_for_is_passed_over(tmp_path, monkeypatch):
     save_checkpoint(tmp_path, checkpoint(1))
     gone = tmp_path / "generation-000002-0123456789abcdef.npz"
     monkeypatch.setattr(Path, "glob", lambda folder, pattern: [gone, *folder.iterdir()])
-    assert latest_checkpoint(tmp_path).checkpoint.generation == 1
+    assert latest(tmp_path).generation == 1
 
 
 def test_later_checkpoints_are_discarded(tmp_path):

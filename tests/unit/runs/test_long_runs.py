@@ -8,7 +8,7 @@ import pytest
 
 from turing_learning.results import RunFolder, _folder
 from turing_learning.results._history import Layout, create_store
-from turing_learning.runs import _run, load_run, resume, start
+from turing_learning.runs import load_run, resume, start
 
 
 def layout(generations, chunk=20):
@@ -30,8 +30,7 @@ def test_the_history_of_a_usual_run_has_the_files_that_it_always_had(tmp_path):
 @pytest.fixture
 def blocks(monkeypatch):
     """Blocks of four generations."""
-    for module in (_run, _folder):
-        monkeypatch.setattr(module, "BLOCK", 4)
+    monkeypatch.setattr(_folder, "BLOCK", 4)
 
 
 def stored(path):
