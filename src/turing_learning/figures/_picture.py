@@ -29,7 +29,7 @@ class Picture:
     name
         Of its files, without suffix; makes its ids unique in a page.
     title
-        Heading in a page; in an experiment, the id of the claim that the figure belongs to, "" if to none.
+        Heading in a page.
     caption
         What it shows.
     figure

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import dispersion
+from turing_learning.analysis._disks import gathered
 from turing_learning.config import ConfigurationError, dotted, require_whole_cycles
 from turing_learning.config._sections import PROSE
 from turing_learning.errors import integer, number, require
@@ -60,13 +61,12 @@ def gathering_costs(
     robots where there are none. Source: Gauci et al. 2014, Int. J. Robotics Research 33; docs/decisions/0016 says what is assumed.
     """
     models, trials, robots = len(controllers), len(starts), scenario.individuals
-    objects, many = starts.shape[1] > robots, np.tile(starts, (models, 1, 1))
+    many = np.tile(starts, (models, 1, 1))
     executed = np.repeat(controllers, trials, axis=0)[:, None].repeat(robots, axis=1)
     cycles = scenario.trial.steps_of(duration_s, "duration_s")
     stride = max(1, round(SAMPLING_S / scenario.trial.control_interval_s))
     poses = simulate(scenario, executed, many, control_steps=cycles, seed=seed, threads=threads).poses
-    radius = scenario.objects.radius_cm if objects else scenario.robot.radius_cm
-    spread = dispersion(poses[:, stride::stride, robots if objects else 0 :, :2], radius)
+    spread = dispersion(*gathered(scenario, poses[:, stride::stride], robots))
     weights = np.arange(1, spread.shape[1] + 1)
     costs = spread @ weights / weights.sum()
     return np.stack((costs, spread[:, -1]), axis=-1).reshape(models, trials, 2)
