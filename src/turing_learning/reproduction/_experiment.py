@@ -262,8 +262,7 @@ class Runs:
     def errors_frame(self, claim: str = "") -> pd.DataFrame:
         """Return statistics of the errors of each model; a claim prints those of the best model."""
         claims = {"best_model": claim, "estimate": ""}
-        frames = {kind: errors_frame(self.errors[kind], self.names, printed) for kind, printed in claims.items()}
-        return stacked(frames, "model")
+        return stacked({kind: errors_frame(self.errors[kind], self.names, claims[kind]) for kind in KINDS}, "model")
 
 
 def seeds_of(sizes: Sizes) -> range:

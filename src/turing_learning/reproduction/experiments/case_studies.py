@@ -243,7 +243,7 @@ def _show(findings: Findings, cases: Sequence[Case], outcomes: Sequence[Outcome]
         words: dict[str, Any] = {"scenario": scenario, "preset": preset, "runs": len(runs), "case": case}
         errors[scenario.name, preset] = runs.errors_frame(f"4.3-{case.key}-ae")
         frame = pd.DataFrame(one.medians.astype(float), columns=runs.names).map(partial(round, ndigits=4))
-        frame.insert(0, "generation", frame.index)
+        frame = frame.rename_axis("generation").reset_index()
         findings.table("{scenario.name}-{preset}-convergence", frame, **words)
         look: dict[str, Any] = {"names": runs.names, "truth": scenario.controller}
         least, best = least_dispersion(case.gathering), one.emergence["best_model"]

@@ -151,14 +151,11 @@ def _show_runs(findings: Findings, outcomes: Mapping[str, LaboratoryRuns], seeds
     """Add the tables of all runs, and the pictures of those in the laboratory and beside it."""
     errors, models, dynamics, curves = {}, {}, {}, {}
     for kind, runs in outcomes.items():
-        statistics = errors_frame(absolute_error(runs.best, truth), NAMES, ERRORS)
-        errors[kind] = statistics.rename(columns={"runs": "number"})
+        errors[kind] = errors_frame(absolute_error(runs.best, truth), NAMES, ERRORS).rename(columns={"runs": "number"})
         models[kind] = seeded(seeds, runs.best, NAMES)
         curves[kind] = error_dynamics(runs, truth)
         frame = pd.DataFrame(medians(runs), columns=NAMES).join(curves[kind].add_prefix("mae_"))
-        frame = frame.map(lambda value: round(value, 4))
-        frame.insert(0, "generation", frame.index)
-        dynamics[kind] = frame
+        dynamics[kind] = frame.map(partial(round, ndigits=4)).rename_axis("generation").reset_index()
     findings.table("absolute-errors", stacked(errors, "runs"), True)
     findings.table("models", stacked(models, "runs"))
     findings.table("dynamics", stacked(dynamics, "runs"))
