@@ -7,8 +7,8 @@ from standalone import standalone
 
 import turing_learning as tl
 from turing_learning.kernels import trials
-from turing_learning.kernels.involved import find_near_pairs
 from turing_learning.kernels.sensing import sense
+from turing_learning.kernels.stepping import find_near_pairs
 from turing_learning.kernels.tiles import find_pairs_in_tiles, new_tiles, read_sensors, renew_boxes, renew_order
 from turing_learning.kernels.world import new_state
 from turing_learning.swarm._trials import build_world

@@ -5,13 +5,11 @@ import math
 import numpy as np
 
 from .compile import compile_cached, inlined
-from .geometry import sines_and_cosines
-from .involved import advance_involved
-from .motion import command_wheels, glide_free_robots, reach_of_robot, set_object_reach
-from .networks import Networks, drive, with_memory
+from .motion import command_wheels, drive, glide_free_robots, reach_of_robot, set_object_reach, sines_and_cosines
 from .sensing import open_view, sense, sense_one_trial
+from .stepping import advance_involved
 from .tiles import REORDER_CYCLES, Tiles, new_tiles, read_sensors, renew_boxes, renew_order
-from .world import LANES, Lanes, Pairs, Party, State, World, new_lanes, new_pairs, new_party, new_state
+from .world import LANES, Lanes, Networks, Pairs, Party, State, World, new_lanes, new_pairs, new_party, new_state
 
 SLOTS = 64
 """Trials that one thread advances side by side at most."""
@@ -137,11 +135,12 @@ def record_trials(start: int, stop: int, *arrays: np.ndarray, world: World, netw
     pairs, party = new_pairs(together, world.bodies), new_party(together * world.bodies)
     lanes = new_lanes() if world.bodies <= MANY else None
     tiles = new_tiles(world.bodies, pairs.near.shape[1]) if world.bodies > MANY else None
-    remembering = None if networks is None else with_memory(networks, len(state.crowd))
+    if networks is not None:
+        networks = networks._replace(memory=np.zeros((len(state.crowd), *networks.memory.shape[1:])))
     for block in range(start, stop, side_by_side):
         if stop - block < len(state.crowd):
             state = new_state(stop - block, world.bodies)
-        _advance(block, *arrays, world, state, pairs, party, lanes, tiles, remembering)
+        _advance(block, *arrays, world, state, pairs, party, lanes, tiles, networks)
 
 
 def observe_trials(start: int, stop: int, *arrays: np.ndarray, world: World, networks: Networks | None = None) -> None:

@@ -68,6 +68,19 @@ def new_state(slots: int, bodies: int) -> State:
     return State._make((*floats, np.zeros(slots), *marks, np.zeros((9, bodies, slots))))
 
 
+class Networks(NamedTuple):
+    """K networks of H hidden neurons, the robots that they drive, and what those remember."""
+
+    weights: np.ndarray  # (K, Q), laid out as in `models.ElmanModel`
+    driver: np.ndarray  # (R, A) int64, the network that drives each robot; -1 for a reactive one
+    memory: np.ndarray  # (slots, A, 2 H) activations of the hidden neurons, and room for the next ones
+
+
+def new_networks(weights: np.ndarray, driver: np.ndarray, hidden: int) -> Networks:
+    """Return networks without memory, which each thread has for itself."""
+    return Networks(weights, driver, np.zeros((0, driver.shape[1], 2 * hidden)))
+
+
 SAFE = 1.0 - 1e-12
 """Share of its reach that a body may use: the rest is for the rounding of distances."""
 

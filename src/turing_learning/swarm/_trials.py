@@ -11,10 +11,9 @@ import numpy as np
 from ..arrays import array
 from ..coevolution import Samples
 from ..errors import integer, number, refuse, require
-from ..kernels.networks import Networks, new_networks
 from ..kernels.parallel import run_range
 from ..kernels.trials import observe_trials, record_trials, slots_of
-from ..kernels.world import World
+from ..kernels.world import Networks, World, new_networks
 from ..models import FULL_VIEW, Behavior, Representation
 from ._scenario import Scenario
 

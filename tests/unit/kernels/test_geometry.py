@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from standalone import standalone
 
-from turing_learning.kernels.geometry import sines_and_cosines, wrapped
-from turing_learning.kernels.motion import uniform
+from turing_learning.kernels.motion import sines_and_cosines, uniform, wrapped
 
 sines_and_cosines = standalone(sines_and_cosines)
 uniform = standalone(uniform)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from standalone import standalone
 
-from turing_learning.kernels.involved import find_near_pairs
+from turing_learning.kernels.stepping import find_near_pairs
 from turing_learning.kernels.tiles import (
     BOTTOM,
     LEFT,
