@@ -130,7 +130,6 @@ class CustomSystem(System, Settings):
         return samples - np.asarray(self.center)
 
     def classifier(self, network: Classifier) -> "CenteredClassifier":
-        """Return what judges samples as they were observed."""
         return CenteredClassifier(network, self)
 
     def on_scales(self, models: np.ndarray, summarize: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
@@ -155,7 +154,6 @@ class CustomSystem(System, Settings):
         return samples, 16.0 * models * self.steps * len(self.signals), ()
 
     def open(self, given: Given) -> Source:
-        """Return the samples of the system and of its simulator."""
         given = self.accept(given)
         self.require_all(given)
         return CustomSource(self, given.genuine, given.simulate, workers=given.workers, timeout_s=given.timeout_s)

@@ -65,7 +65,12 @@ def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptio
     asked, rng = (options.get("length"), options.get("held_out")), np.random.default_rng(GENUINE)
     data = read_genuine(genuine, length=asked[0], held_out=asked[1], rng=rng)
     center, scale = data.scales()
-    name, signals = options.get("name", "own-system"), _signals(options, genuine, data.samples.shape[2])
+    name, names = options.get("name", "own-system"), options.get("signals") or getattr(genuine, "names", None)
+    listed = isinstance(names, Sequence) and all(isinstance(each, str) for each in names)
+    remedy = f"For one signal: ({names!r},)." if isinstance(names, str) else 'For example ("speed", "turn").'
+    fits = names is None or (listed and not isinstance(names, str))
+    require(fits, "signals", "be a tuple of names", brief(names), remedy)
+    signals = tuple(names or (f"signal{d}" for d in range(data.samples.shape[2])))
     system = CustomSystem(
         name=name, title=options.get("title", name), parameters=read_parameters(parameters),
         signals=signals, steps=data.samples.shape[1], center=center, input_scale=scale,
@@ -84,15 +89,6 @@ def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptio
         message = "Genuine samples do not vary in every signal: %s, at every step of all of them. %s"
         _LOGGER.warning(message, constant, remedy)
     return system, data
-
-
-def _signals(options: CustomOptions, genuine: Any, count: int) -> tuple[str, ...]:
-    names: Any = options.get("signals") or getattr(genuine, "names", None)
-    listed = isinstance(names, Sequence) and all(isinstance(name, str) for name in names)
-    remedy = f"For one signal: ({names!r},)." if isinstance(names, str) else 'For example ("speed", "turn").'
-    fits = names is None or (listed and not isinstance(names, str))
-    require(fits, "signals", "be a tuple of names", brief(names), remedy)
-    return tuple(names or (f"signal{d}" for d in range(count)))
 
 
 def read_parameters(given: Any) -> dict[str, Parameter]:

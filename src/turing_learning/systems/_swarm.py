@@ -62,7 +62,6 @@ class Swarm(System):
 
     @property
     def truth(self) -> tuple[float, ...] | None:
-        """The agents' parameters; None if they are not known."""
         return self.scenario.truth
 
     @property
@@ -78,7 +77,6 @@ class Swarm(System):
         return replace(self.scenario, controller=controller, sensor=sensor, known=True)
 
     def demands(self, models: int) -> tuple[float, float, tuple[str, ...]]:
-        """Return samples and bytes of motion in a generation of so many models, and the settings that both grow with."""
         robots = float(models * _groups(self.scenario) * self.scenario.individuals)
         steps = self.scenario.trial.duration_s / self.scenario.trial.control_interval_s
         return robots, 64.0 * robots * steps, ("scenario.agents", "scenario.replicas")
@@ -92,7 +90,6 @@ class Swarm(System):
         return given
 
     def open(self, given: Given) -> Source:
-        """Return the samples of simulated robots."""
         self.accept(given)
         return _SwarmSource(self)
 
