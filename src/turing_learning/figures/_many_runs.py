@@ -8,22 +8,7 @@ import numpy as np
 from turing_learning.arrays import array
 from turing_learning.errors import require
 
-from ._style import (
-    BLUE,
-    DASHED,
-    GREEN,
-    INK,
-    MUTED,
-    ORANGE,
-    RULE,
-    SKY,
-    add_legend,
-    draw_line,
-    note,
-    one_panel,
-    row_of_panels,
-    series,
-)
+from ._style import BLUE, DASHED, GREEN, INK, MUTED, ORANGE, RULE, SKY, draw_line, note, one_panel, panel_row, series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,7 +66,7 @@ def box_panels_figure(
 ) -> "Figure":
     """Draw `box_figure` for groups of runs (R, P) with titles, side by side at one scale: figures 11 and 13 of the paper."""
     size = (max(3.6, 2.7 * len(groups)), 3.2) if len(groups) > 1 else (max(3.6, 0.9 * len(names) + 1.4), 3.4)
-    panels = row_of_panels(list(groups), *size)
+    panels = panel_row(list(groups), *size)
     known, limits = [] if truth is None else list(truth), []
     for axes, values in zip(panels.axes, groups.values(), strict=True):
         _draw_boxes(axes, list(values.T), names=names)
@@ -136,8 +121,7 @@ def error_groups_figure(groups: Mapping[str, np.ndarray], *, names: Sequence[str
     axes.set_xticks([width * p + (len(groups) - 1) / 2 for p in range(len(names))], list(names))
     panels.logarithmic(*groups.values())
     panels.label("Absolute error, share of range", "Parameter")
-    add_legend(panels.figure, handles=handles, loc="outside upper left", ncols=len(groups))
-    return panels.figure
+    return panels.with_legend(handles=handles)
 
 
 def dispersion_figure(agents: np.ndarray, models: np.ndarray, *, least: float, gathered: str) -> "Figure":
@@ -193,7 +177,7 @@ def convergence_figure(
     Several kinds of runs, by titles, are side by side on one scale, as in figure 19. True values are thin and dashed.
     """
     size = (7.4, 3.3) if len(medians) > 1 else (6.4, 3.4)
-    panels = row_of_panels(list(medians), *size, loc="center", fontsize=9.5)
+    panels = panel_row(list(medians), *size, loc="center", fontsize=9.5)
     for axes, values in zip(panels.axes, medians.values(), strict=True):
         for k, name in enumerate(names):
             draw_line(axes, values[:, k], trials, linewidth=1.3, label=name, **series(k))
@@ -205,7 +189,7 @@ def convergence_figure(
 
 def error_panels_figure(errors: Mapping[str, Mapping[str, Any]]) -> "Figure":
     """Draw the errors of the models of each generation in kinds of runs, by titles: the curves (G,) of `ERRORS`, as figure 20."""
-    panels = row_of_panels(list(errors), 7.4, 3.3, loc="center", fontsize=9.5)
+    panels = panel_row(list(errors), 7.4, 3.3, loc="center", fontsize=9.5)
     for axes, curves in zip(panels.axes, errors.values(), strict=True):
         for name, style in ERRORS.items():
             axes.plot(curves[name], linewidth=1.4, **style)
@@ -258,7 +242,7 @@ def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) 
     """
     from matplotlib.ticker import FuncFormatter
 
-    row = row_of_panels(list(panels), 4.1 * len(panels), 3.6, loc="center", fontsize=9.5)
+    row = panel_row(list(panels), 4.1 * len(panels), 3.6, loc="center", fontsize=9.5)
     for axes, methods in zip(row.axes, panels.values(), strict=True):
         for place, (name, errors) in enumerate(methods.items()):
             look, marker = series(place), MARKERS[place % len(MARKERS)]
@@ -280,7 +264,7 @@ def dynamic_outputs_figure(outputs: Mapping[str, np.ndarray], *, readings: np.nd
 
     A panel is shaded where the reading is not 0. As in figure 12 of the paper.
     """
-    panels = row_of_panels(list(outputs), max(3.6, 2.7 * len(outputs)), 3.0)
+    panels = panel_row(list(outputs), max(3.6, 2.7 * len(outputs)), 3.0)
     steps = np.arange(1, len(readings) + 1)
     for axes, one in zip(panels.axes, outputs.values(), strict=True):
         for step in steps[readings != 0]:

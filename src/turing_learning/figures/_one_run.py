@@ -23,10 +23,10 @@ from ._style import (
     SKY,
     Panels,
     draw_line,
-    grid_of_panels,
     new_figure,
     note,
     one_panel,
+    panel_grid,
     prepare_axes,
     series,
 )
@@ -54,7 +54,7 @@ def parameters_figure(
     A panel spans the central 99 % of its values and the truth; where that hides excursions, it names the full range.
     Figure 5 of the paper shows the same quantities for 30 runs.
     """
-    panels = panels or grid_of_panels(names, 2.15, sharex=True)
+    panels = panels or panel_grid(names, 2.15, sharex=True)
     panels.over_generations("", len(best_models), trials)
     for k, axes in enumerate(panels.axes):
         best, typical = best_models[:, k], typical_models[:, k]
@@ -213,7 +213,7 @@ def quantities_figure(
 
     `distributions` holds name -> edges of bins (B + 1,), shares of genuine and of simulated values in them (B,).
     """
-    panels = panels or grid_of_panels(list(distributions), 2.1)
+    panels = panels or panel_grid(list(distributions), 2.1)
     for axes, (edges, genuine, simulated) in zip(panels.axes, distributions.values(), strict=True):
         axes.stairs(genuine, edges, fill=True, color=SKY, alpha=0.45, label="genuine")
         axes.stairs(simulated, edges, color=ORANGE, linewidth=1.3, label="simulated at the estimate")
@@ -238,7 +238,7 @@ class ParameterProfile:
 
 def profiles_figure(profiles: Sequence[ParameterProfile]) -> "Figure":
     """Draw how well fresh classifiers tell genuine samples from models in which one parameter is moved, one panel each."""
-    panels = grid_of_panels([each.name for each in profiles], 2.1)
+    panels = panel_grid([each.name for each in profiles], 2.1)
     for axes, each in zip(panels.axes, profiles, strict=True):
         if each.interval is not None:
             axes.axvspan(*each.interval, color=MUTED, alpha=0.22, linewidth=0, label="interval")
@@ -307,7 +307,7 @@ def timeline_figure(
 
 def paths_figure(names: Sequence[str], paths: Sequence[np.ndarray], abnormal: Sequence[bool]) -> "Figure":
     """Draw where some individuals were, paths (F, 2) in cm with NaN for gaps, a panel each, on the same scale."""
-    panels = grid_of_panels(names, 2.4)
+    panels = panel_grid(names, 2.4)
     panels.figure.set_layout_engine("constrained", hspace=0.08)
     places = np.concatenate(paths)
     low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)

@@ -76,17 +76,18 @@ class Panels:
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.yaxis.set_minor_formatter(NullFormatter())
 
-    def with_legend(self, *, ncols: int | None = None, loc: str = "left") -> "Figure":
+    def with_legend(self, *, ncols: int | None = None, loc: str = "left", handles: Sequence[Any] = ()) -> "Figure":
         """Add one legend, above a new figure or in the first of the given axes, in which each name stands once."""
-        found: dict[str, Any] = {}
+        found = {handle.get_label(): handle for handle in handles}
         for axes in self.axes:
             for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
                 found.setdefault(name, handle)
-        entries: dict[str, Any] = {"handles": list(found.values()), "labels": list(found)}
+        look: dict[str, Any] = {"frameon": False, "fontsize": 8.5, "labelcolor": INK, "handlelength": 2.6}
         if found and self.given:
-            add_legend(self.axes[0])
+            self.axes[0].legend(**look)
         elif found:
-            add_legend(self.figure, **entries, loc=f"outside upper {loc}", ncols=ncols or len(found))
+            look |= {"loc": f"outside upper {loc}", "ncols": ncols or len(found)}
+            self.figure.legend(list(found.values()), list(found), **look)
         return self.figure
 
 
@@ -99,18 +100,18 @@ def new_figure(width: float, height: float) -> "Figure":
 
 def one_panel(width: float, height: float) -> "tuple[Panels, Axes]":
     """Return the panel of a new figure, and its axes."""
-    panels = row_of_panels([""], width, height)
+    panels = panel_row([""], width, height)
     return panels, panels.axes[0]
 
 
-def row_of_panels(titles: Sequence[str], width: float, height: float, *, sharey: bool = True, **look: Any) -> Panels:
+def panel_row(titles: Sequence[str], width: float, height: float, *, sharey: bool = True, **look: Any) -> Panels:
     """Return a figure with panels side by side."""
     figure = new_figure(width, height)
     axes = list(figure.subplots(1, len(titles), sharey=sharey, squeeze=False)[0])
     return titled(Panels(figure, axes, len(titles)), titles, **look)
 
 
-def grid_of_panels(
+def panel_grid(
     titles: Sequence[str], height: float, *, sharex: bool = False, new: "Callable[[float, float], Figure]" = new_figure
 ) -> Panels:
     """Return a figure, made by `new`, with panels in rows."""
@@ -157,8 +158,3 @@ def draw_line(axes: "Axes", values: np.ndarray, trials: np.ndarray | None = None
     """Draw one value per generation, or over the trials spent by then; a single generation becomes a dot."""
     marker: dict[str, Any] = {"marker": "o", "markersize": 4} if len(values) == 1 else {}
     axes.plot(np.arange(len(values)) if trials is None else trials, values, **marker, **options)
-
-
-def add_legend(target: Any, **options: Any) -> None:
-    """Add a legend without frame, in the color of the text."""
-    target.legend(frameon=False, fontsize=8.5, labelcolor=INK, handlelength=2.6, **options)

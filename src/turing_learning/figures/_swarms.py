@@ -8,7 +8,7 @@ import numpy as np
 from turing_learning.arrays import array
 from turing_learning.errors import integer
 
-from ._style import BLUE, DASHED, GREEN, INK, MUTED, ORANGE, Panels, label, new_figure, row_of_panels
+from ._style import BLUE, DASHED, GREEN, INK, MUTED, ORANGE, Panels, label, new_figure, panel_row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -141,7 +141,7 @@ def gathering_figure(
     `curves` holds quantity -> who -> values (R, K); `limits` the best that there can be of each quantity, dashed.
     As in figure 21 of the paper.
     """
-    panels = row_of_panels([""] * len(curves), 7.4, 3.2, sharey=False)
+    panels = panel_row([""] * len(curves), 7.4, 3.2, sharey=False)
     for axes, (quantity, swarms) in zip(panels.axes, curves.items(), strict=True):
         for (name, values), color, dashes in zip(swarms.items(), (ORANGE, BLUE), ("-", (0, (5, 1.5))), strict=True):
             mean, deviation = values.mean(axis=0), values.std(axis=0)

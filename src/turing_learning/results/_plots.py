@@ -11,7 +11,7 @@ from turing_learning import report
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import refuse, require
 from turing_learning.figures._one_run import fitness_figure, parameters_figure, quantities_figure
-from turing_learning.figures._style import Panels, grid_of_panels, titled
+from turing_learning.figures._style import Panels, panel_grid, titled
 from turing_learning.figures._swarms import draw_paths
 from turing_learning.identifiability import _evidence as evidence
 from turing_learning.purposes import REPLAY
@@ -106,7 +106,7 @@ def _panels(ax: Any, titles: Sequence[str], height: float) -> Panels:
     if ax is None:
         from matplotlib.pyplot import figure
 
-        return grid_of_panels(titles, height, new=lambda *size: figure(figsize=size, layout="constrained"))
+        return panel_grid(titles, height, new=lambda *size: figure(figsize=size, layout="constrained"))
     given = np.array(ax, dtype=object)
     axes = list(given.flat)
     rule = "be matplotlib axes" if len(titles) == 1 else f"be {len(titles)} matplotlib axes"
