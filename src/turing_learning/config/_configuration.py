@@ -20,11 +20,8 @@ from turing_learning.systems import CustomSystem, System, imported, physics_step
 from turing_learning.systems._calls import importable_name
 from turing_learning.systems._swarm import system_of
 
+from . import _sections as sections
 from ._sections import (
-    GIVEN,
-    LARGEST_NEURONS,
-    NETWORKS,
-    OPTIMIZERS,
     ClassifiersSection,
     CoevolutionSection,
     ConfigurationError,
@@ -93,8 +90,9 @@ class Configuration(Section):
         require(trials == 0 or trials >= LEAST_TRIALS, "run.trials", f"be 0, or at least {LEAST_TRIALS}", trials)
         instead = "Give run.generations instead of trials."
         require(not (trials and self.models.hidden), "run.trials", rule, trials, instead)
-        rule, name = f"be {OPTIMIZERS[0]!r} with run.trials, which has a search of its own", self.models.optimizer
-        require(not trials or name == OPTIMIZERS[0], "models.optimizer", rule, repr(name), instead)
+        name, usual = self.models.optimizer, sections.OPTIMIZERS[0]
+        rule = f"be {usual!r} with run.trials, which has a search of its own"
+        require(not trials or name == usual, "models.optimizer", rule, repr(name), instead)
         require(trials > 0 or not self.run.tolerance, "run.tolerance", "be 0 without `run.trials`", self.run.tolerance)
         if trials:
             self.system.require_trials()
@@ -130,7 +128,7 @@ class Configuration(Section):
     def given(self) -> tuple[Setting, ...]:
         """Optimizer and classifier that are objects of the process that began the run, as arguments."""
         named = (("models", self.models.optimizer), ("classifier", self.classifiers.network))
-        return tuple(Setting(argument) for argument, name in named if name.startswith(GIVEN))
+        return tuple(Setting(argument) for argument, name in named if name.startswith(sections.GIVEN))
 
     @property
     def system(self) -> System:
@@ -174,7 +172,7 @@ class Configuration(Section):
 def classifier_of(configuration: Configuration) -> Classifier:
     """Return what the classifiers of a run share; the kernels are imported only here."""
     scale, name = configuration.input_scale, configuration.classifiers.network
-    if name == NETWORKS[0]:
+    if name == sections.NETWORKS[0]:
         from turing_learning.classifiers import ElmanClassifier
 
         hidden = configuration.classifiers.hidden
@@ -201,9 +199,9 @@ def check_limits(configuration: Configuration) -> None:
         name, rule = "scenario.robot.wheel_distance_cm", "make the largest speeds"
     for value in configuration.input_scale:
         require(SMALLEST <= value <= LARGEST, name, f"{rule} between {SMALLEST:g} and {LARGEST:g}", f"{value:g}")
-    hidden, most = configuration.classifiers.hidden, LARGEST_NEURONS - inputs
-    because = f"be at most {most}, as a network has at most {LARGEST_NEURONS} inputs and hidden neurons"
-    elman = configuration.classifiers.network == NETWORKS[0]
+    hidden, most = configuration.classifiers.hidden, sections.LARGEST_NEURONS - inputs
+    because = f"be at most {most}, as a network has at most {sections.LARGEST_NEURONS} inputs and hidden neurons"
+    elman = configuration.classifiers.network == sections.NETWORKS[0]
     require(hidden <= most or not elman, "classifiers.hidden", because, hidden)
     for what, size, keys in _demands(configuration):
         if size > LARGEST_GIB * 2**30:
@@ -238,7 +236,7 @@ def _demands(configuration: Configuration) -> Iterator[tuple[str, float, tuple[s
     run, inputs, hidden = configuration.run, len(configuration.input_scale), configuration.classifiers.hidden
     models = configuration.models.parents + configuration.models.offspring
     classifiers = configuration.classifiers.parents + configuration.classifiers.offspring
-    weights = hidden * (inputs + hidden + 2) + 1 if configuration.classifiers.network == NETWORKS[0] else 0
+    weights = hidden * (inputs + hidden + 2) + 1 if configuration.classifiers.network == sections.NETWORKS[0] else 0
     population = 16.0 * (models * len(configuration.parameter_names) + classifiers * weights)  # values and step sizes
     chunk = 1 if run.history == "thin" else min(run.checkpoint_every, run.generations)
     keys = (*_POPULATIONS, "classifiers.hidden", "models.hidden", "run.checkpoint_every")
@@ -264,9 +262,9 @@ def part_named(given: Any) -> str:
     if name := given if isinstance(given, str) else importable_name(given):
         return name
     label = getattr(given, "__name__", type(given).__name__)
-    name, number = f"{GIVEN}{label}", 2
+    name, number = f"{sections.GIVEN}{label}", 2
     while not _same(_objects.setdefault(name, given), given):
-        name, number = f"{GIVEN}{label}-{number}", number + 1
+        name, number = f"{sections.GIVEN}{label}-{number}", number + 1
     return name
 
 
@@ -281,7 +279,7 @@ def give_again(argument: str, stored: str, given: Any) -> None:
     """Take an object for the part that a stored run had; reject it for a run that did not begin with an object."""
     if given is None:
         return
-    if not stored.startswith(GIVEN):
+    if not stored.startswith(sections.GIVEN):
         remedy, same = "Leave it out.", part_named(given) == stored
         require(same, argument, f"be that of the run, {stored!r}", part_named(given), remedy, error=ConfigurationError)
         return
@@ -290,11 +288,11 @@ def give_again(argument: str, stored: str, given: Any) -> None:
 
 def part_of(argument: str, name: str) -> Any:
     """Return the object of a name that is not built in; reject one that has to be given again."""
-    if not name.startswith(GIVEN):
+    if not name.startswith(sections.GIVEN):
         return imported(name, argument, ConfigurationError)
-    rule, got = "be given again, as no folder holds an object of Python", f"nothing for {name.removeprefix(GIVEN)!r}"
+    rule, label = "be given again, as no folder holds an object of Python", name.removeprefix(sections.GIVEN)
     remedy = f"Give `{argument}` to `turing_learning.resume` or `turing_learning.load_run`, as the run began with it."
-    require(name in _objects, argument, rule, got, remedy, error=ConfigurationError)
+    require(name in _objects, argument, rule, f"nothing for {label!r}", remedy, error=ConfigurationError)
     return _objects[name]
 
 

@@ -401,9 +401,15 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -
 def stored_checkpoints(folder: Path, configuration: str | None = None) -> Iterator[tuple[Path, Checkpoint | None]]:
     """Yield each file, the newest first, with what it holds: None if it is damaged, or not of the `configuration` (SHA-256)."""
     for generation, path in _newest_first(folder):
-        arrays = _read(path)
-        known = arrays is not None and str(arrays.get(CONFIGURATION, configuration)) == str(configuration)
-        yield path, Checkpoint(generation, arrays) if arrays is not None and (known or not configuration) else None
+        found = None
+        with suppress(OSError, ValueError, zipfile.BadZipFile):
+            content = path.read_bytes()
+            if digest_of(content)[:16] == path.stem.rpartition("-")[2]:
+                with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+                    arrays = {name: archive[name] for name in archive.files}
+                if not configuration or str(arrays.get(CONFIGURATION, configuration)) == configuration:
+                    found = Checkpoint(generation, arrays)
+        yield path, found
 
 
 def stored_generations(folder: Path) -> int:
@@ -419,9 +425,8 @@ def discard_checkpoints(folder: Path, above: int) -> None:
 
 def _newest_first(folder: Path) -> list[tuple[int, Path]]:
     """Return generation and path of every checkpoint; the folder may be missing."""
-    named = [
-        (int(found[1]), path) for path in folder.glob("generation-*.npz") if (found := _CHECKPOINT.match(path.name))
-    ]
+    found = ((_CHECKPOINT.match(path.name), path) for path in folder.glob("generation-*.npz"))
+    named = [(int(match[1]), path) for match, path in found if match]
     return sorted(named, key=lambda each: (each[0], _written_at(each[1])), reverse=True)
 
 
@@ -430,14 +435,3 @@ def _written_at(path: Path) -> int:
         return path.stat().st_mtime_ns
     except OSError:  # the run that a reader looks at goes on, and has removed it
         return 0
-
-
-def _read(path: Path) -> dict[str, np.ndarray] | None:
-    try:
-        content = path.read_bytes()
-        if digest_of(content)[:16] != _CHECKPOINT.match(path.name)[2]:  # type: ignore[index]
-            return None
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except (OSError, ValueError, zipfile.BadZipFile):
-        return None

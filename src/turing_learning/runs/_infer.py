@@ -131,8 +131,10 @@ def infer(
     overrides = single_settings(
         settings, generations=generations, trials=trials, tolerance=tolerance, seed=seed, threads=threads
     )
-    parts = (("models.optimizer", "models", models), ("classifiers.network", "classifier", classifier))
-    for key, argument, part in parts:
+    for key, argument, part in (
+        ("models.optimizer", "models", models),
+        ("classifiers.network", "classifier", classifier),
+    ):
         if part is not None:
             got = f"{brief(part)} beside {key} in `settings`"
             require(key not in overrides, argument, "be given once", got, error=ConfigurationError)

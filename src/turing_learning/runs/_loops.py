@@ -12,21 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning import coevolution, evolution
+from turing_learning import coevolution, config, evolution
 from turing_learning.analysis import Matched, match
 from turing_learning.analysis._matching import LEAST_P
 from turing_learning.arrays import array
 from turing_learning.classifiers import PooledClassifier
 from turing_learning.coevolution import THRESHOLD, Coevolution, FewTrials, Generation
-from turing_learning.config import (
-    OPTIMIZERS,
-    Configuration,
-    ConfigurationError,
-    PopulationSection,
-    built,
-    classifier_of,
-    part_of,
-)
+from turing_learning.config import Configuration, ConfigurationError, PopulationSection, classifier_of
 from turing_learning.errors import refusing_as, require
 from turing_learning.evolution import Optimizer, RenewedOptimizer
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MATCHING, MODELS
@@ -100,7 +92,7 @@ def optimizer_of(
     if section.start == "middle":
         low, high = (0.5 * (low + high) + side * _APART * (high - low) for side in (-1, 1))
     begin = {"seed": seed, "initial_low": low, "initial_high": high}
-    if name == OPTIMIZERS[0]:
+    if name == config.OPTIMIZERS[0]:
         return evolution.EvolutionStrategy(
             dimension,
             parents=section.parents,
@@ -117,10 +109,10 @@ def optimizer_of(
                 return evolution.CMAEvolutionStrategy(dimension, size=size, minimum_step_size=least, **begin)  # type: ignore[arg-type]
             except ImportError as error:
                 raise ConfigurationError(str(error)) from error
-        found = part_of(argument, name)
+        found = config.part_of(argument, name)
         made = (isinstance(found, Optimizer) and not isinstance(found, type)) or not callable(found)
         # a copy, so that the caller's begins every run as it is
-        optimizer = deepcopy(found) if made else built(argument, found, dimension, size=size, **begin)
+        optimizer = deepcopy(found) if made else config.built(argument, found, dimension, size=size, **begin)
     rule, remedy = "have the methods and properties of an `Optimizer`", "See docs/your-own-parts.md."
     fits = isinstance(optimizer, Optimizer)
     require(fits, argument, rule, type(optimizer).__name__, remedy, error=ConfigurationError)

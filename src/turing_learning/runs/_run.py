@@ -425,18 +425,18 @@ class Run:
 
     def _restored(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
         """Take over the newest usable checkpoint whose history is there; return the seals of that, None without a checkpoint."""
-        checkpoint, damaged, others = None, list[str](), 0
+        checkpoint, damaged, lost, thin = None, list[str](), False, self.configuration.run.thin
         for path, found in folder.checkpoints():
-            whole = (folder.history_path, self._layout, found.generation, found.part("history/")) if found else None
-            if whole is None:
+            if found is None:
                 damaged.append(path.name)
-            elif self.configuration.run.thin or histories.intact(*whole):
+                continue
+            seals = found.part("history/")
+            if thin or histories.intact(folder.history_path, self._layout, found.generation, seals):
                 checkpoint = found
                 break
-            else:
-                others += 1
+            lost = True
         done = checkpoint.generation if checkpoint else 0
-        if others:
+        if lost:
             _LOGGER.warning("The history in %s is damaged; the run is resumed from generation %d.", folder.path, done)
         for name in damaged:
             _LOGGER.warning("Checkpoint %s is damaged; the run is resumed from generation %d.", name, done)

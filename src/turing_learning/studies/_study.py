@@ -372,6 +372,7 @@ def _execute(
 def _written(folder: StudyFolder, plan: Plan, result: StudyResult) -> StudyResult:
     """Write tables, figures and report of what has been read."""
     from turing_learning.report import write_page
+    from turing_learning.results._present import save_figures
 
     from ._present import draw_study, study_report
 
@@ -379,9 +380,7 @@ def _written(folder: StudyFolder, plan: Plan, result: StudyResult) -> StudyResul
     with _storage(folder):
         write_tables(folder, result, medians, plan.base.scenario.parameter_names)
         pictures = draw_study(result, plan, medians)
-        folder.figures_path.mkdir(exist_ok=True)
-        for picture in pictures:
-            picture.save(folder.figures_path)
+        save_figures(pictures, folder.figures_path)
         write_page(study_report(result, plan, pictures), folder.report_path)
     return result
 
