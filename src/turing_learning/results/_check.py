@@ -12,35 +12,18 @@ from typing import Any, cast
 
 import numpy as np
 
+from turing_learning import systems
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._study import refuse_unknown, resolved
 from turing_learning.errors import brief, integer, refuse, refusing_as, require
 from turing_learning.identifiability import Check, Effort, PinnedDown, Profile, Recovery, profile, two_sample_test
+from turing_learning.identifiability import _evidence as evidences
 from turing_learning.identifiability._check import check_from_json
-from turing_learning.identifiability._evidence import (
-    RECOVERING,
-    Evidence,
-    Quantity,
-    evidence_of,
-    recorded_quantities,
-    signal_quantities,
-    stream,
-    swarm_quantities,
-)
+from turing_learning.identifiability._evidence import RECOVERING, Evidence, Quantity, evidence_of, stream
 from turing_learning.identifiability._two_sample import LEVEL
 from turing_learning.store import RunFolderError, RunStorageError, storage, writable
-from turing_learning.systems import (
-    CustomOptions,
-    CustomSystem,
-    CustomSystemError,
-    Genuine,
-    Given,
-    Simulator,
-    Source,
-    describe,
-    observed,
-)
+from turing_learning.systems import CustomSystem, CustomSystemError, Given, Source
 from turing_learning.systems._custom import same_time_step
 from turing_learning.systems._genuine import cut_samples
 from turing_learning.trajectories import Trajectories
@@ -150,13 +133,13 @@ class _Checker:
 
     def _quantities(self, model: np.ndarray) -> tuple[Quantity, ...]:
         if self.configuration.system.simulated is not None:
-            return swarm_quantities(self.configuration, model, seed=self.seed)
+            return evidences.swarm_quantities(self.configuration, model, seed=self.seed)
         system, count = self.configuration.system, min(COMPARED, 2 * self.effort.samples)
         names, units = system.signals, system.signal_units
-        found = signal_quantities(self.evidence, self.estimate, names, units, count=count, seed=self.seed)
+        found = evidences.signal_quantities(self.evidence, self.estimate, names, units, count=count, seed=self.seed)
         if not self.recording or not hasattr(self.given.simulate, "simulate"):
             return found
-        group = recorded_quantities(self.recording, self.given.simulate, self.estimate, seed=self.seed)
+        group = evidences.recorded_quantities(self.recording, self.given.simulate, self.estimate, seed=self.seed)
         return (*found, *(each for each in group if each.name not in names))
 
     def _recovery(self, k: int) -> dict[str, Any]:
@@ -222,18 +205,18 @@ class _Checker:
 
     def _simulated_system(self, k: int) -> tuple[CustomSystem, Given]:
         """Return a system of as many samples as the run learned from, simulated at the estimate."""
-        data, system = cast(Genuine, self.source.genuine), cast(CustomSystem, self.configuration.scenario)
+        data, system = cast(systems.Genuine, self.source.genuine), cast(CustomSystem, self.configuration.scenario)
         rng, live = stream(self.seed, RECOVERING, k), data.live
         count = len(data.learning if live is None else cut_samples(live(rng), system.steps))
         simulated = partial(self._simulated, count)
         names = ("name", "title", "signals", "samples_per_generation", "vectorized")
-        options = cast(CustomOptions, {name: getattr(system, name) for name in names})
+        options = cast(systems.CustomOptions, {name: getattr(system, name) for name in names})
         if system.vectorized:
             options["batches"] = system.batches
         if not system.live:
             options["held_out"] = 0.0
         with refusing_as(ConfigurationError):
-            known, found = describe(simulated(rng) if live is None else simulated, system.parameters, options)
+            known, found = systems.describe(simulated(rng) if live is None else simulated, system.parameters, options)
         return known, replace(self.given, genuine=found, groups=None)
 
     def _pinned_down(self, content: dict[str, Any], profiled: bool) -> list[dict[str, Any]]:
@@ -265,7 +248,7 @@ def stored_check(path: Path) -> dict[str, Any] | None:
     return content if isinstance(content, dict) and "settings" in content else None
 
 
-def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarray | None, str]:
+def held_out_groups(genuine: Any, data: systems.Genuine, groups: Any) -> tuple[np.ndarray | None, str]:
     """Return which held-out samples belong together, by labels (K,) of all or as windows know it, and what such a group is."""
     if groups is not None:
         labels = np.asarray(groups)
@@ -292,7 +275,7 @@ def check_run(
     configuration: Configuration,
     *,
     genuine: Any = None,
-    simulate: Simulator | None = None,
+    simulate: systems.Simulator | None = None,
     recording: Trajectories | Sequence[Trajectories] | None = None,
     groups: Any = None,
     effort: Effort | None = None,
@@ -374,7 +357,7 @@ def check_run(
             source = stack.enter_context(system.open(given))
         labels, grouping = None, ""
         if source.genuine is not None:
-            labels, grouping = held_out_groups(observed(genuine), source.genuine, groups)
+            labels, grouping = held_out_groups(systems.observed(genuine), source.genuine, groups)
         elif recordings:
             refuse("recording", "be left out for simulated robots", "one", error=ConfigurationError)
         for each in recordings if system.interval_s > 0 else ():

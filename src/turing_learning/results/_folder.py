@@ -24,6 +24,7 @@ import numpy as np
 from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
 from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, brief, refuse, refusing_as, require
+from turing_learning.families._recorded import RecordedMotion
 from turing_learning.store import Kind, Place, RunFolderError, RunStorageError, Store, digest_of, storage, told  # noqa: F401
 from turing_learning.systems import Given, imported
 
@@ -214,8 +215,6 @@ class RunFolder(Store):
         """Return what is given of a custom system; what is not is imported, or read from a recording that must not have changed."""
         manifest, found = self.manifest(), dict[str, Any]()
         if given.genuine is None and given.simulate is None and RECORDING in manifest:
-            from turing_learning.families._recorded import RecordedMotion
-
             system = self.configuration().system
             motion = RecordedMotion.remembered(manifest[RECORDING], "Put it back, or give `genuine` and `simulate`.")
             found["genuine"], found["simulate"], _ = motion.opened(system.steps, system.signals)

@@ -12,6 +12,7 @@ from turing_learning.analysis import is_known, mean_absolute_error
 from turing_learning.config import Configuration, to_toml
 from turing_learning.figures import Picture
 from turing_learning.figures import _one_run as one_run
+from turing_learning.identifiability import Check
 from turing_learning.report._page import Listing, Report, describe_selection, report_page
 from turing_learning.report._tabular import aligned
 
@@ -24,8 +25,6 @@ from ._result import Result, simulated_model
 if TYPE_CHECKING:
     import xarray
 
-    from turing_learning.identifiability import Check
-
 CITATION = (
     "W. Li, M. Gauci, R. Groß: Turing learning. Swarm Intelligence 10 (2016) 211-243, doi:10.1007/s11721-016-0126-1"
 )
@@ -36,7 +35,7 @@ def write_report(
     target: Path,
     manifest: Mapping[str, Any],
     *,
-    check: "Check | None" = None,
+    check: Check | None = None,
     figures: Path | None = None,
     motion: Mapping[str, np.ndarray] = MappingProxyType({}),
     dialogues: Mapping[str, np.ndarray] = MappingProxyType({}),
@@ -187,7 +186,7 @@ def run_table(result: Result) -> Listing:
     )
 
 
-def draw_check(check: "Check", result: Result) -> list[Picture]:
+def draw_check(check: Check, result: Result) -> list[Picture]:
     """Draw the figures of a check of a run."""
     pictures, parameters, labels = [], result.configuration.system.parameters, result.labels
     if check.profiles:
@@ -216,7 +215,7 @@ def draw_check(check: "Check", result: Result) -> list[Picture]:
     return pictures
 
 
-def check_listing(check: "Check") -> Listing:
+def check_listing(check: Check) -> Listing:
     """Return what is said of each parameter, as a table."""
     forms = {"interval_share": "{:.0%}", "open_share": "at most {:.0%}", "recovery_error": "{:.1%}"}
     rows = []

@@ -15,6 +15,7 @@ from turing_learning.analysis._matching import LEAST_P
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import brief, integer, require
+from turing_learning.identifiability import Check
 from turing_learning.report import Tabular, counted, shown
 from turing_learning.report._page import is_page
 from turing_learning.report._tabular import describe_unknown, judged, parameter_rows, parameter_table
@@ -24,15 +25,12 @@ from turing_learning.systems import Given, Laboratory, System
 from ._folder import CALIBRATION, RunFolder, refuse_target, writing
 from ._history import SELECTION_CODES, Traces
 from ._paper import paper_absolute_errors
+from ._plots import Plots
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray
     from rich.text import Text
-
-    from turing_learning.identifiability import Check
-
-    from ._plots import Plots
 
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
 _WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "trials", "covariance", "wandering")
@@ -62,8 +60,8 @@ class Owner(Protocol):
     def draws(self) -> np.ndarray | None: ...
     def jury(self) -> Jury: ...
     def report(self, result: "Result", target: Path) -> Path: ...
-    def plot(self, result: "Result") -> "Plots": ...
-    def check(self, result: "Result", /, **options: Any) -> "Check": ...
+    def plot(self, result: "Result") -> Plots: ...
+    def check(self, result: "Result", /, **options: Any) -> Check: ...
     def recover(self, configuration: Configuration, path: Path | None, given: Given) -> "Result": ...
 
 
@@ -299,11 +297,11 @@ class Result(Tabular):
             return origin.report(self, target)
 
     @property
-    def plot(self) -> "Plots":
+    def plot(self) -> Plots:
         """Pictures on matplotlib axes: `plot.parameters(ax=None)`, `plot.fitness`, `plot.motion`, `plot.distributions`."""
         return self._there().plot(self)
 
-    def check(self, **options: Any) -> "Check":
+    def check(self, **options: Any) -> Check:
         """Check whether the estimate can be believed: see docs/identifiability.md.
 
         Fresh classifiers are trained to tell genuine samples from samples simulated at the estimate, and tested

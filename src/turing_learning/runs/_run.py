@@ -17,11 +17,17 @@ from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
 from turing_learning.config._configuration import give_again
 from turing_learning.config._study import resolved
+from turing_learning.detection._simulated import keep_calibration
 from turing_learning.errors import brief, refuse, refusing_as, require, said
+from turing_learning.identifiability import Check
+from turing_learning.identifiability._check import check_from_json
 from turing_learning.purposes import DIALOGUE, REPLAY
 from turing_learning.results import _folder as folders
 from turing_learning.results import _history as histories
+from turing_learning.results._check import check_run, refuse_unknown_part, stored_check
 from turing_learning.results._folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, now, piece
+from turing_learning.results._plots import Plots
+from turing_learning.results._present import write_report
 from turing_learning.results._result import Jury, Result, simulated_model, summarize, units_of
 from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import Given, Source, SystemFailedError
@@ -32,9 +38,6 @@ from ._progress import Observer, Progress
 
 if TYPE_CHECKING:
     import xarray
-
-    from turing_learning.identifiability import Check
-    from turing_learning.results._plots import Plots
 
 _LOGGER = logging.getLogger("turing_learning")
 _FAILURES = "failures/"  # of simulations, among the arrays of a checkpoint
@@ -287,7 +290,7 @@ class Run:
         """Write the report, see `Result.report`."""
         return self.result.report(path, force=force)
 
-    def check(self, **options: Any) -> "Check":
+    def check(self, **options: Any) -> Check:
         """Check whether the estimate can be believed, see `Result.check`."""
         return self.result.check(**options)
 
@@ -368,8 +371,6 @@ class Run:
 
     def _finish(self) -> None:
         """Save, and write the result; of a complete run everything. The state comes last: a run killed here does it again."""
-        from turing_learning.results._present import write_report
-
         if self._saved != self.completed:
             self._save()
         folder, full = self.folder, self.complete and self.configuration.run.history == "full"
@@ -411,8 +412,6 @@ class Run:
 
     def _keep_motion(self, folder: RunFolder, result: Result) -> dict[str, np.ndarray]:
         """Store what detectors of a custom system are calibrated with, and return what its report shows."""
-        from turing_learning.detection._simulated import keep_calibration
-
         if self._source.genuine is None:
             return {}
         parameters, seed = self.configuration.system.parameters, self.configuration.run.seed
@@ -594,10 +593,6 @@ class Origin:
 
     def report(self, result: Result, target: Path) -> Path:
         """Write the report of the run to a file."""
-        from turing_learning.identifiability._check import check_from_json
-        from turing_learning.results._check import stored_check
-        from turing_learning.results._present import write_report
-
         manifest, dialogues = self.manifest, self.dialogues
         if folder := self.folder:
             manifest, dialogues = folder.manifest(), folder.find(folders.DIALOGUES) or {}
@@ -615,9 +610,8 @@ class Origin:
             rng = np.random.default_rng((REPLAY, self.configuration.run.seed))
             return source.positions(np.array(list(result.estimate.values())), rng)
 
-    def plot(self, result: Result) -> "Plots":
+    def plot(self, result: Result) -> Plots:
         """Return what draws pictures of the run."""
-        from turing_learning.results._plots import Plots
 
         def opened(given: Given) -> Source:
             given = self._known(given.genuine, given.simulate)
@@ -635,10 +629,8 @@ class Origin:
         with refusing_as(ConfigurationError):
             return given if self.folder is None else self.folder.remembered(given)
 
-    def check(self, result: Result, /, **options: Any) -> "Check":
+    def check(self, result: Result, /, **options: Any) -> Check:
         """Check the estimate of the run, with the samples and simulator that are known in this process."""
-        from turing_learning.results._check import check_run, refuse_unknown_part
-
         refuse_unknown_part(options)
         found = self._known(options.get("genuine"), options.get("simulate"))
         known = {"genuine": found.genuine, "simulate": found.simulate}

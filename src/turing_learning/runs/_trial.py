@@ -2,19 +2,17 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from turing_learning import report
 from turing_learning.config import ConfigurationError, require_whole_cycles
 from turing_learning.errors import brief, integer, number, require
 from turing_learning.models import ReactiveModel
 from turing_learning.results._folder import refuse_target, writing
+from turing_learning.results._plots import swarm_replay
 from turing_learning.swarm import Scenario, initial_poses
 from turing_learning.swarm._trials import Execution
-
-if TYPE_CHECKING:
-    from turing_learning.report import Replay
 
 LONGEST_S = 3600.0
 MOST_ROBOTS = 1000
@@ -31,7 +29,7 @@ def trial_replay(
     duration_s: float = 180.0,
     seed: int = 1,
     threads: int | None = None,
-) -> "Replay":
+) -> report.Replay:
     """Simulate one trial and return what a page or film shows of it.
 
     Parameters
@@ -49,8 +47,6 @@ def trial_replay(
     threads
         Number of threads, None for all.
     """
-    from turing_learning.results._plots import swarm_replay
-
     names = ReactiveModel(scenario.sensor.states).parameter_names
     try:
         speeds = np.asarray(scenario.controller if controller is None else controller, dtype=float)
@@ -79,7 +75,7 @@ def trial_replay(
     )
 
 
-def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
+def write_trial(replay: report.Replay, path: Path, *, force: bool = False) -> Path:
     """Write a trial as page (.html), GIF (.gif) or film (.mp4), by the suffix of the path; `force` replaces a file that exists.
 
     Raises
@@ -87,8 +83,6 @@ def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
     ConfigurationError
         If the suffix is unknown, the file exists, it cannot be written, or a film needs an extra that is not installed.
     """
-    from turing_learning import report
-
     refuse_target(path, name="out", suffixes=SUFFIXES, force=force)
     try:
         with writing(path, "out"):

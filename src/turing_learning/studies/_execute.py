@@ -5,18 +5,18 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from turing_learning._files import write_json
+from turing_learning.config import Configuration
 from turing_learning.errors import require
+from turing_learning.results import Result, RunFolder, RunFolderError
+from turing_learning.runs import resume, start
+from turing_learning.systems import Given, imported
 from turing_learning.workers import asked_to_stop
 
 from ._folder import FAILURE, SAMPLES, StudyFolder
-
-if TYPE_CHECKING:
-    from turing_learning.config import Configuration
-    from turing_learning.results import Result
-
-    from ._plan import Plan
+from ._plan import Plan
 
 COMPLETE, FAILED = "complete", "failed"
 STOPPED, WAITING = "stopped", "waiting"  # can go on; not begun
@@ -26,9 +26,6 @@ LONGEST_WAIT_S = 30.0  # for the lock of a run whose worker was given up for los
 
 def execute(study: str, number: int, stop: str = "", should_stop: Callable[[], bool] | None = None) -> str:
     """Execute a run of a study in this process until the file `stop` exists, or `should_stop` says so; note it if it fails."""
-    from turing_learning.results import RunFolder, RunFolderError
-    from turing_learning.runs import resume
-
     asked, following = False, 0.0
 
     def is_asked() -> bool:
@@ -83,29 +80,22 @@ def execute_in_worker(study: str, warm_up: Sequence[int], number: int | None, st
 
 
 def _start(
-    study: StudyFolder, plan: "Plan", configuration: "Configuration", path: Path, should_stop: Callable[[], bool]
-) -> "Result":
-    from turing_learning.runs import start
-    from turing_learning.systems import Given
-
+    study: StudyFolder, plan: Plan, configuration: Configuration, path: Path, should_stop: Callable[[], bool]
+) -> Result:
     if not plan.simulate:
         return start(configuration, path, should_stop=should_stop)
     with configuration.system.open(Given(**_given(study, plan))) as source:
         return start(configuration, path, should_stop=should_stop, source=source)
 
 
-def _given(study: StudyFolder, plan: "Plan") -> dict[str, Any]:
+def _given(study: StudyFolder, plan: Plan) -> dict[str, Any]:
     """Return samples and simulator of a custom system, nothing else."""
-    from turing_learning.systems import imported
-
     given = {"simulate": imported(plan.simulate)} if plan.simulate else {}
     return given | ({"genuine": study.read(SAMPLES)} if given and not plan.base.system.stimulated else {})
 
 
 def note_failure(path: Path, error: BaseException) -> None:
     """Write into a run's folder why it failed."""
-    from turing_learning._files import write_json
-
     reason = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
     with contextlib.suppress(OSError):  # the disk may be the reason
         path.mkdir(parents=True, exist_ok=True)

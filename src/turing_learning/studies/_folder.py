@@ -3,14 +3,16 @@
 import shutil
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from turing_learning._files import digest_of, file_digest
+from turing_learning.config import ConfigurationError, flat_settings, load_configuration, to_toml
+from turing_learning.config._sections import PROSE
 from turing_learning.errors import is_integer, refuse, require
+from turing_learning.results import resume_command
 from turing_learning.store import SEALS, Kind, Place, RunFolderError, Store
 
-if TYPE_CHECKING:
-    from ._plan import Plan
+from ._plan import Plan
 
 SAMPLES = "genuine.npy"  # of a custom system
 FAILURE = "failure.json"  # in a run's folder: why it failed
@@ -50,7 +52,7 @@ class StudyFolder(Store):
         """The folder of a run, whose number counts from 1."""
         return self.path / "runs" / f"{number:04d}"
 
-    def plan(self) -> "Plan":
+    def plan(self) -> Plan:
         """Return what the study runs.
 
         Raises
@@ -58,10 +60,6 @@ class StudyFolder(Store):
         RunFolderError
             If this is not a study folder, it has been changed, or a later version of the package has written it.
         """
-        from turing_learning.config import ConfigurationError, load_configuration
-
-        from ._plan import Plan
-
         content, file, new = self.head(), self.configuration_path, "or start a new study."
         check = partial(require, error=RunFolderError)
         try:
@@ -74,10 +72,8 @@ class StudyFolder(Store):
             got = f"{self.path}, whose files cannot be read ({error})"
             refuse("study", "be as it was when it began", got, f"Restore them, {new}", error=RunFolderError)
 
-    def refuse_if_taken(self, plan: "Plan", *, force: bool) -> None:
+    def refuse_if_taken(self, plan: Plan, *, force: bool) -> None:
         """Raise RunFolderError if something else is here, or a study of other settings that may not be replaced."""
-        from turing_learning.results import resume_command
-
         if self.exists():
             if not force and (difference := _difference(self.plan(), plan)):
                 ahead = f"go on with the old study by `{resume_command(self.path)}`, or replace it with force=True."
@@ -88,10 +84,8 @@ class StudyFolder(Store):
             rule, got = "be a new or empty folder, or hold this study", f"{self.path}, which holds {others[0]!r}"
             refuse("out", rule, f"{got} and is not a study", "Choose another folder.", error=RunFolderError)
 
-    def begin(self, plan: "Plan", *, force: bool) -> None:
+    def begin(self, plan: Plan, *, force: bool) -> None:
         """Make this the folder of a study, or leave it if it holds the same one; the caller holds the lock."""
-        from turing_learning.config import to_toml
-
         self.refuse_if_taken(plan, force=force)
         if self.exists():
             if not force:
@@ -106,11 +100,8 @@ class StudyFolder(Store):
         self.create(head, {self.configuration_path.name: configuration, **samples})
 
 
-def _difference(old: "Plan", new: "Plan") -> str:
+def _difference(old: Plan, new: Plan) -> str:
     """Name the first setting in which two plans differ, nothing if there is none."""
-    from turing_learning.config import flat_settings
-    from turing_learning.config._sections import PROSE
-
     before, after = flat_settings(old.base), flat_settings(new.base)
     pairs = [(key, before.get(key), after.get(key), "") for key in [*after, *before] if key not in PROSE]
     pairs += [("runs", len(old), len(new), ""), ("simulate", old.simulate, new.simulate, "")]

@@ -15,7 +15,9 @@ from turing_learning._files import PARTIAL, unused
 from turing_learning.config import ConfigurationError
 from turing_learning.config._study import single_settings
 from turing_learning.errors import nearest, require
+from turing_learning.report import write_page
 from turing_learning.results import resume_command, stored_generations
+from turing_learning.results._present import save_figures
 from turing_learning.store import storage, writable
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomOptions, Range, imported
@@ -24,6 +26,7 @@ from ._backends import Backend, Hands, backend_of, dask_cluster
 from ._execute import COMPLETE, FAILED, execute, note_failure
 from ._folder import ExecutorError, StudyFolder
 from ._plan import Plan, plan_study
+from ._present import draw_study, study_report
 from ._table import StudyResult, StudyRun, convergences, read_run, read_study, write_tables
 
 if TYPE_CHECKING:
@@ -371,11 +374,6 @@ def _execute(
 
 def _written(folder: StudyFolder, plan: Plan, result: StudyResult) -> StudyResult:
     """Write tables, figures and report of what has been read."""
-    from turing_learning.report import write_page
-    from turing_learning.results._present import save_figures
-
-    from ._present import draw_study, study_report
-
     medians = convergences(folder, plan, result.runs)
     with _storage(folder):
         write_tables(folder, result, medians, plan.base.scenario.parameter_names)
