@@ -112,8 +112,7 @@ def detect(
             for path in paths:
                 chosen[name] = _samples(path, f"--{name}", learned).samples
         detector = tl.detection.Detector.from_run(result, rule=rule, **chosen)
-        recorded = isinstance(given, tl.detection.RecordedMotion)
-        said = _timed(detector, given) if recorded else _sampled(detector, given)  # type: ignore[arg-type]
+        said = _voted(detector, given)
     if as_json:
         print(json.dumps(said.content, indent=2))
     else:
@@ -195,44 +194,40 @@ def _ranked(found: "tl.detection.Detection", motion: "Motion", steps: int) -> _S
     return _Said(*standings(found, timed, seconds=seconds), lines, content, timed)
 
 
-def _timed(detector: "tl.detection.Detector", motion: "tl.detection.RecordedMotion") -> _Said:
-    """Say which individuals of a recording are abnormal, and when."""
-    rows, timed = [], detector.timeline(motion)
-    for verdict in timed:
-        numbers = (f"{verdict.score:.3f}", f"{verdict.strength:.2f}", f"{verdict.threshold:.2f}")
-        cells = (*numbers, "abnormal" if verdict.abnormal else "normal") if verdict.windows else (*"---", "no window")
-        spells = [f"{begin:.1f} to {end:.1f}" for begin, end in verdict.spells[:MOST_SPELLS]]
-        spells += [f"{more} more"] if (more := len(verdict.spells) - MOST_SPELLS) > 0 else []
-        rows.append((verdict.individual, str(verdict.windows), *cells, ", ".join(spells) or "-"))
-    headings = ("individual", "windows", "score", "evidence", "threshold", "verdict", "when (s)")
-    by = f"by windows of {detector.steps} steps; rule {detector.rule}, {len(detector.genomes)} classifiers"
-    line = f"{sum(verdict.abnormal for verdict in timed)} of {len(timed)} abnormal, {by}"
-    names = ("individual", "windows", "score", "strength", "threshold", "abnormal")
-    content = _by_votes(detector) | {"steps": detector.steps}
-    content["individuals"] = [_row(each, names) | {"spells_s": each.spells} for each in timed]
+def _voted(detector: "tl.detection.Detector", motion: "Motion") -> _Said:
+    """Say which individuals are abnormal by votes; of a recording also when."""
+    timed: Sequence[tl.detection.TimedVerdict] = ()
+    rows, counted, classifiers = list[Sequence[str]](), tl.report.counted, len(detector.genomes)
+    content: dict[str, Any] = {"rule": detector.rule, "false_alarms": detector.false_alarms, "classifiers": classifiers}
+    by = f"of {detector.steps} steps; rule {detector.rule}, {counted(classifiers, 'classifier')}"
+    if isinstance(motion, tl.detection.RecordedMotion):
+        headings = ["individual", "windows", "score", "evidence", "threshold", "verdict", "when (s)"]
+        timed = detector.timeline(motion)
+        for verdict in timed:
+            numbers = (f"{verdict.score:.3f}", f"{verdict.strength:.2f}", f"{verdict.threshold:.2f}")
+            cells = (
+                (*numbers, "abnormal" if verdict.abnormal else "normal") if verdict.windows else (*"---", "no window")
+            )
+            spells = [f"{begin:.1f} to {end:.1f}" for begin, end in verdict.spells[:MOST_SPELLS]]
+            spells += [f"{more} more"] if (more := len(verdict.spells) - MOST_SPELLS) > 0 else []
+            rows.append((verdict.individual, str(verdict.windows), *cells, ", ".join(spells) or "-"))
+        names = ("individual", "windows", "score", "strength", "threshold", "abnormal")
+        individuals = [_row(each, names) | {"spells_s": each.spells} for each in timed]
+        content |= {"steps": detector.steps, "individuals": individuals}
+        abnormal, by = [each.abnormal for each in timed], f"windows {by}"
+    else:
+        headings = ["individual", "judged genuine", "score", "p-value", "verdict", "since sample"]
+        verdicts, count, votes = detector.verdicts(motion), motion.samples.shape[1], detector.rule == "unanimous"
+        for each in verdicts:
+            cells = (f"{100 * each.genuine_share:.0f} %", f"{each.score:.3f}", f"{each.p_value:.2g}")
+            since = "-" if each.since is None else str(each.since)
+            rows.append((each.individual, *cells, "abnormal" if each.abnormal else "normal", since))
+        content |= {"samples": count, "individuals": [asdict(each) for each in verdicts]}
+        content |= {"false_alarms": None} if votes else {}
+        limit = "all samples judged counterfeit" if votes else f"p-value up to {detector.false_alarms:g}"
+        abnormal, by = [each.abnormal for each in verdicts], f"{counted(count, 'sample')} each {by}, {limit}"
+    line = f"{sum(abnormal)} of {len(abnormal)} abnormal, by {by}"
     return _Said(headings, rows, [line], content, timed)
-
-
-def _sampled(detector: "tl.detection.Detector", motion: "tl.detection.Motion") -> _Said:
-    """Say which individuals are abnormal, by samples."""
-    rows, verdicts = [], detector.verdicts(motion)
-    for each in verdicts:
-        numbers = (f"{100 * each.genuine_share:.0f} %", f"{each.score:.3f}", f"{each.p_value:.2g}")
-        since = "-" if each.since is None else str(each.since)
-        rows.append((each.individual, *numbers, "abnormal" if each.abnormal else "normal", since))
-    headings = ("individual", "judged genuine", "score", "p-value", "verdict", "since sample")
-    votes, count, counted = detector.rule == "unanimous", motion.samples.shape[1], tl.report.counted
-    limit = "all samples judged counterfeit" if votes else f"p-value up to {detector.false_alarms:g}"
-    by = f"{counted(count, 'sample')} each of {detector.steps} steps; rule {detector.rule}"
-    said = f"{by}, {counted(len(detector.genomes), 'classifier')}, {limit}"
-    line = f"{sum(verdict.abnormal for verdict in verdicts)} of {len(verdicts)} abnormal, by {said}"
-    content = _by_votes(detector) | {"samples": count, "individuals": [asdict(verdict) for verdict in verdicts]}
-    return _Said(headings, rows, [line], content | ({"false_alarms": None} if votes else {}))
-
-
-def _by_votes(detector: "tl.detection.Detector") -> dict[str, Any]:
-    classifiers = len(detector.genomes)
-    return {"rule": detector.rule, "false_alarms": detector.false_alarms, "classifiers": classifiers}
 
 
 def _row(each: Any, names: Sequence[str]) -> dict[str, Any]:
