@@ -22,8 +22,7 @@ from turing_learning.store import storage, writable
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomOptions, Range, imported
 
-from ._backends import Backend, Hands, backend_of, dask_cluster
-from ._execute import COMPLETE, FAILED, execute, note_failure
+from ._backends import COMPLETE, FAILED, Backend, Hands, backend_of, dask_cluster, execute, note_failure
 from ._folder import ExecutorError, StudyFolder
 from ._plan import Plan, plan_study
 from ._present import draw_study, study_report

@@ -20,7 +20,7 @@ from turing_learning.results import TIMINGS, RunFolder
 from turing_learning.results._folder import FINISHED, RUNNING
 from turing_learning.store import RunFolderError, digest_of
 
-from ._execute import COMPLETE, FAILED, STOPPED, WAITING
+from ._backends import COMPLETE, FAILED, STOPPED, WAITING
 from ._folder import FAILURE, StudyFolder
 from ._plan import BEHAVIORS, CONTROLLER, SEED, Plan
 

@@ -5,8 +5,8 @@ from contextlib import ExitStack
 from functools import partial
 
 from turing_learning.results import RunFolder
-from turing_learning.studies import StudyFolder, _execute, plan_study
-from turing_learning.studies._execute import execute, execute_in_worker
+from turing_learning.studies import StudyFolder, _backends, plan_study
+from turing_learning.studies._backends import execute, execute_in_worker
 from turing_learning.studies._study import create_study
 from turing_learning.workers import Workers
 
@@ -31,7 +31,7 @@ def test_a_run_is_left_waiting_once_its_file_asks_for_a_stop(tmp_path):
 
 
 def test_a_run_that_another_process_holds_fails_after_a_while(tmp_path, monkeypatch):
-    monkeypatch.setattr(_execute, "LONGEST_WAIT_S", 0.3)
+    monkeypatch.setattr(_backends, "LONGEST_WAIT_S", 0.3)
     study = tmp_path / "study"
     with ExitStack() as stack:
         create_study(plan_study("aggregation", runs=1), StudyFolder(study), stack)
