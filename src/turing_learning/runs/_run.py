@@ -265,8 +265,8 @@ class Run:
         if self._result is None or self._result.generations != self.completed:
             if self.folder is None:
                 kept = self._traces if self.configuration.run.thin else self._arrays
-                memory = (kept, self._manifest, self._readout, self._dialogues)
-                origin = Origin(self.configuration, self.completed, None, (None, None), *memory)
+                memory: dict[str, Any] = {"manifest": self._manifest, "readout": self._readout}
+                origin = Origin(self.configuration, self.completed, kept=kept, dialogues=self._dialogues, **memory)
             else:
                 origin = Origin.of(self.folder, self.configuration, self.completed)
             failures = self._source.failures
