@@ -394,7 +394,6 @@ class Result(Tabular):
 
 
 def summarize(
-    configuration: Configuration,
     traces: Traces,
     seconds: float,
     *,
@@ -404,7 +403,8 @@ def summarize(
     failed_simulations: dict[str, Any] | None = None,
 ) -> Result:
     """Make the result of the completed generations, at least one, which took so many seconds; `readout` is that of its loop."""
-    scenario, names = configuration.scenario, configuration.scenario.parameter_names
+    configuration, scenario = origin.configuration, origin.configuration.scenario
+    names = scenario.parameter_names
     window, hidden = configuration.run.estimated_from(traces.completed), configuration.models.hidden
     best = configuration.described(traces["best_model"][-1])
     typical = configuration.described(traces["typical_model"][-window:])

@@ -271,7 +271,6 @@ class Run:
                 origin = Origin.of(self.folder, self.configuration, self.completed)
             failures = self._source.failures
             self._result = summarize(
-                self.configuration,
                 self._traces,
                 self._seconds or time.perf_counter() - self._begun,
                 origin=origin,
@@ -702,7 +701,6 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
     spent = configuration.trials_after(checkpoint.generation) if configuration.run.trials else 0
     settled = bool(checkpoint.arrays.get(_COMPLETE)) and spent not in configuration.run.earlier
     return summarize(
-        configuration,
         traces,
         float(checkpoint.arrays["seconds"]),
         origin=Origin.of(folder, configuration, traces.completed),

@@ -640,7 +640,7 @@ def test_a_run_has_converged_if_its_models_have_contracted_and_classifiers_guess
         values |= {"model": models, "model_fitness": np.full(8, 0.5), "classifier_fitness": np.full(8, fitness)}
         traces.record(values, 0.1)
     owner = Origin(configuration, 100)
-    result = summarize(configuration, traces, 1.0, origin=owner, complete=True, readout={})
+    result = summarize(traces, 1.0, origin=owner, complete=True, readout={})
     assert result.verdict == found
     assert np.isfinite(list(result.interval.values())).all() == (found == Verdict.CONVERGED)
     assert result.to_json()["verdict"] == found
