@@ -1,15 +1,18 @@
 """What `check` says of runs of trials: ``python checks.py FIRST LAST``; a row for each check in checks.csv.
 
 The model is an offset with white noise, and a parameter without effect. Right: so are the recordings; wrong: their noise has a
-memory. A check that has its row is not repeated.
+memory. Failed: four offsets, each of a quarter of the time, are sought in 20 trials. A check that has its row is not repeated.
+``python checks.py`` alone prints what was said.
 """
 
 import csv
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import curves
 import numpy as np
+import pandas as pd
 
 import turing_learning as tl
 from turing_learning.identifiability import Effort
@@ -19,30 +22,32 @@ FIELDS = ("case", "seed", "fault", "accuracy", "offset_pinned_down", "inert_pinn
 EFFORT = Effort(samples=100, generations=60, population=20, points=6, profile_generations=40, profile_population=20)
 RANGES = {"offset": (0.0, 20.0), "inert": (0.0, 20.0)}
 TRIALS, RECORDINGS, STEPS = 300, 200, 12
+OFFSETS, FEWER = (4.0, 7.0, 12.0, 15.0), 20
 
 
 def simulate(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return samples (M, 12, 1) of models (M, 2)."""
-    return parameters[:, :1, None] + rng.normal(0, 3, (len(parameters), STEPS, 1))
+    """Return samples (M, 12, 1) of models (M, 2), or (M, 4) with four offsets."""
+    offsets = parameters if parameters.shape[1] == len(OFFSETS) else parameters[:, :1]
+    return np.repeat(offsets, STEPS // offsets.shape[1], axis=1)[..., None] + rng.normal(0, 3, (len(offsets), STEPS, 1))
 
 
 def check(case: str, seed: int) -> dict[str, object]:
     """Return the row of one check."""
-    rng = np.random.default_rng([seed, 7])
-    genuine = simulate(np.full((RECORDINGS, 2), 7.0), rng)
+    rng, failed = np.random.default_rng([seed, 7]), case == "failed"
+    truth = OFFSETS if failed else (7.0, 7.0)
+    genuine = simulate(np.tile(truth, (RECORDINGS, 1)), rng)
     if case == "wrong":
         noise = genuine[..., 0] - 7
         for step in range(1, STEPS):
             noise[:, step] = 0.8 * noise[:, step - 1] + 0.6 * noise[:, step]
         genuine = 7 + noise[..., None]
-    settings = {"run.threads": 1}
     result = tl.infer(
-        genuine=genuine, simulate=simulate, parameters=RANGES, trials=TRIALS, seed=seed, settings=settings
-    )
-    found = result.check(effort=EFFORT, seed=seed)
-    offset, inert = found.parameters
-    values = (case, seed, found.fault, f"{found.test.accuracy:.4f}", offset.pinned_down, inert.pinned_down)
-    return dict(zip(FIELDS, values, strict=True))
+        genuine=genuine, simulate=simulate, trials=FEWER if failed else TRIALS, seed=seed, settings={"run.threads": 1},
+        parameters=dict.fromkeys(("a", "b", "c", "d"), (0.0, 20.0)) if failed else RANGES,
+    )  # fmt: skip
+    found = result.check(effort=replace(EFFORT, points=0) if failed else EFFORT, seed=seed)
+    pinned = (None, None) if failed else tuple(each.pinned_down for each in found.parameters)
+    return dict(zip(FIELDS, (case, seed, found.fault, f"{found.test.accuracy:.4f}", *pinned), strict=True))
 
 
 def main(first: int, last: int) -> None:
@@ -50,10 +55,14 @@ def main(first: int, last: int) -> None:
     rows = list(csv.DictReader(PATH.open())) if PATH.exists() else []
     done = {(row["case"], int(row["seed"])) for row in rows}
     for seed in range(first, last + 1):
-        for case in ("right", "wrong"):
+        for case in ("right", "wrong", "failed"):
             if (case, seed) not in done:
                 curves.append(PATH, FIELDS, [check(case, seed)])
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:3]))
+    if len(sys.argv) > 1:
+        main(*map(int, sys.argv[1:3]))
+    else:
+        rows = pd.read_csv(PATH, keep_default_na=False)
+        sys.stdout.write(f"{rows.groupby(['case', 'fault', 'offset_pinned_down', 'inert_pinned_down']).size()}\n")
