@@ -19,8 +19,8 @@ def gathered(scenario: Scenario, poses: np.ndarray, robots: int) -> tuple[np.nda
 def dispersion(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndarray:
     """Compute the dispersion (...) of disks: the sum of their squared distances from their centroid, over 4 r^2, without unit.
 
-    Source: Gauci et al. 2014, Int. J. Robotics Research 33, equation 5, which the paper cites in section 4.3; a sum
-    over the disks, not a mean.
+    Source: Gauci et al. 2014, Int. J. Robotics Research 33, equation 5, which the paper cites in section 4.3; a
+    sum over the disks, not a mean.
 
     Parameters
     ----------
@@ -38,10 +38,12 @@ def dispersion(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndarray:
 def least_dispersion(disks: int) -> float:
     """Return the smallest dispersion known of disks that do not overlap: 0.5 for 2 disks, 6.0 for 7, 343.5 for 50.
 
-    The best packings that are known lie on a hexagonal lattice. A set of lattice points with the smallest second moment
-    consists of the points that are nearest to its own centroid, so that it is enough to try centers in one cell.
+    The best packings that are known lie on a hexagonal lattice. A set of lattice points with the smallest
+    second moment consists of the points that are nearest to its own centroid, so that it is enough to try
+    centers in one cell.
 
-    Source: Graham and Sloane 1990, Penny-packing and two-dimensional codes, Discrete and Computational Geometry 5.
+    Source: Graham and Sloane 1990, Penny-packing and two-dimensional codes, Discrete and Computational Geometry
+    5.
 
     Parameters
     ----------

@@ -111,7 +111,8 @@ def learned_kernel(
     start : (P + 2,)
         `Emulator.logs` to start from.
     longer
-        By how much length scales may be longer than those of `start`: nearby, what has an effect may seem to have none.
+        By how much length scales may be longer than those of `start`: nearby, what has an effect may seem to
+        have none.
     """
     first = np.r_[np.full(points.shape[1], np.log(TYPICAL)), 0.0, 0.0] if start is None else start.copy()
     first_lengths = first[:-2].copy()

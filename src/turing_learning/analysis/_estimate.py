@@ -78,14 +78,16 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     known, is less certain: t(n - 1) sqrt(1 + 1 / n) / z, with the 95th percentiles of Student's t and the
     normal distribution. It is 1.1 for n = 15, 1.4 for 5, and 4.7 for 2.
 
-    Where the models have not moved, nothing is known of the range, and so nothing of the interval, whose ends are NaN. That is
-    so where the central 90 % are one and the same value: in very short runs, and where an output is saturated.
+    Where the models have not moved, nothing is known of the range, and so nothing of the interval, whose ends
+    are NaN. That is so where the central 90 % are one and the same value: in very short runs, and where an
+    output is saturated.
 
-    That this range is about as wide as the errors is an observation, not a theorem: its coverage was measured, see
-    docs/results.md. It says nothing of runs that settle in another region; `pooled_interval` of several runs does.
+    That this range is about as wide as the errors is an observation, not a theorem: its coverage was measured,
+    see docs/results.md. It says nothing of runs that settle in another region; `pooled_interval` of several
+    runs does.
 
-    Source: docs/decisions/0011 and 0022; Geyer, Practical Markov chain Monte Carlo (1992), for the autocorrelation
-    time.
+    Source: docs/decisions/0011 and 0022; Geyer, Practical Markov chain Monte Carlo (1992), for the
+    autocorrelation time.
 
     Parameters
     ----------
@@ -146,16 +148,18 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     runs' estimates, with the 95th percentile of Student's t. This factor is 2.6 for 4 runs, 2.0 for 8, and
     7.7 for 2. Each end is as far from the estimate as the root of the sum of the squares of the two.
 
-    Where the runs agree, the interval of four is about as wide as that of one. Where they do not, it is some times their scatter,
-    and that of two is very wide: two values say little of how they scatter. What shifts all runs alike it does not show.
+    Where the runs agree, the interval of four is about as wide as that of one. Where they do not, it is some
+    times their scatter, and that of two is very wide: two values say little of how they scatter. What shifts
+    all runs alike it does not show.
 
-    A run that has not moved (see `interval`) says where it has settled, and nothing of wandering: it counts
-    in the scatter alone. Where no run has moved, each is one value of whatever scatters, and the scatter of
-    the runs is all of it. Where neither a run has moved nor two differ, the interval is not known, and its ends are NaN.
+    A run that has not moved (see `interval`) says where it has settled, and nothing of wandering: it counts in
+    the scatter alone. Where no run has moved, each is one value of whatever scatters, and the scatter of the
+    runs is all of it. Where neither a run has moved nor two differ, the interval is not known, and its ends are
+    NaN.
 
     Source: docs/decisions/0026. The prediction interval of normally distributed regions: Higgins, Thompson and
-    Spiegelhalter, A re-evaluation of random-effects meta-analysis (2009). Squares of two limits added: Graybill and
-    Wang, Confidence intervals on nonnegative linear combinations of variances (1980).
+    Spiegelhalter, A re-evaluation of random-effects meta-analysis (2009). Squares of two limits added: Graybill
+    and Wang, Confidence intervals on nonnegative linear combinations of variances (1980).
 
     Parameters
     ----------
@@ -180,9 +184,9 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
     are. Ranks make it the same on any scale, and let no excursion of a run hide that the others disagree. The
     scatter within is that of the runs that have moved (see `interval`); NaN where none has.
 
-    Source: Gelman and Rubin, Inference from iterative simulation using multiple sequences (1992); with normal scores of
-    the ranks: Vehtari et al., Rank-normalization, folding, and localization: an improved R-hat (2021). Runs are not
-    split into halves.
+    Source: Gelman and Rubin, Inference from iterative simulation using multiple sequences (1992); with normal
+    scores of the ranks: Vehtari et al., Rank-normalization, folding, and localization: an improved R-hat
+    (2021). Runs are not split into halves.
 
     Parameters
     ----------

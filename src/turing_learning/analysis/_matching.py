@@ -84,14 +84,16 @@ class Matched:
         Whether intervals can be given: classifiers do not tell the model from the agents, halves of the
         samples agree, and the canary has its range.
     distance, p_value
-        How far the classifiers still tell the model with the estimate from the agents, and how often they would by chance.
+        How far the classifiers still tell the model with the estimate from the agents, and how often they would
+        by chance.
     leverage
         Variance of the predicted judgment at the estimate, in units of that of one sample: one by the number of
         samples that it rests on.
     canary
         Share of its range that a parameter without any effect, added to all, was left.
     moved
-        How far the solutions of two halves of the samples are apart, in standard deviations of the draws: the most of all.
+        How far the solutions of two halves of the samples are apart, in standard deviations of the draws: the
+        most of all.
     """
 
     estimate: np.ndarray
@@ -146,30 +148,34 @@ def match(
         Number of samples of one trial that each counterfeit output is the mean of. As many genuine samples
         count as one, because they may be of one trial, too.
     farther
-        Whether fits to samples from farther out are tried, where a third of all is more than `size`. The narrowest draws may lose
-        models that are equally good.
+        Whether fits to samples from farther out are tried, where a third of all is more than `size`. The
+        narrowest draws may lose models that are equally good.
     rng
         For the folds and the draws.
     draws
         How many of them, D.
     size
-        How many of the nearest counterfeit samples the regression is fitted to; a third of them all where that is more.
+        How many of the nearest counterfeit samples the regression is fitted to; a third of them all where that
+        is more.
 
     Notes
     -----
-    1. From the outputs for the samples of four fifths of the models, the parameters are predicted by ridge regression: one
-       composite judgment for each parameter. It is applied to the other fifth, and to the genuine samples.
-    2. Near the solution the mean composite judgments are Gaussian processes of the parameters (`Emulator`), the covariance of
-       single samples about them is that of the left-out residuals.
-    3. Parameters are the likelier the nearer the mean judgment predicted for them is to that of the genuine samples, in units of
-       the covariance of both. Draws from this likelihood, uniform beforehand, follow every bend of it. Those of the canary test
-       the fit; for the interval the canary is held at its middle, because its lack of effect is known.
-    4. The samples nearest in judgment to the agents are chosen, and all is done again; at last with these alone, within what
-       the fit before, which knows samples from anywhere, does not rule out. Where the nearest lie closer together than the noise
-       of one, half are taken from farther out, by how much they tell of slopes.
-    5. The nearest of very many samples are too much alike to tell how judgments change with the parameters. If `farther`, as many
-       are also taken evenly from farther out, twice, and the fit with the narrowest draws counts among those that pass the
-       checks of `settled`.
+    1. From the outputs for the samples of four fifths of the models, the parameters are predicted by ridge
+       regression: one composite judgment for each parameter. It is applied to the other fifth, and to the
+       genuine samples.
+    2. Near the solution the mean composite judgments are Gaussian processes of the parameters (`Emulator`), the
+       covariance of single samples about them is that of the left-out residuals.
+    3. Parameters are the likelier the nearer the mean judgment predicted for them is to that of the genuine
+       samples, in units of the covariance of both. Draws from this likelihood, uniform beforehand, follow every
+       bend of it. Those of the canary test the fit; for the interval the canary is held at its middle, because
+       its lack of effect is known.
+    4. The samples nearest in judgment to the agents are chosen, and all is done again; at last with these
+       alone, within what the fit before, which knows samples from anywhere, does not rule out. Where the
+       nearest lie closer together than the noise of one, half are taken from farther out, by how much they tell
+       of slopes.
+    5. The nearest of very many samples are too much alike to tell how judgments change with the parameters. If
+       `farther`, as many are also taken evenly from farther out, twice, and the fit with the narrowest draws
+       counts among those that pass the checks of `settled`.
 
     Source
     ------
@@ -410,9 +416,10 @@ def _target(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean composite judgment of genuine samples and its covariance.
 
-    Few samples say little of their own covariance: that of the model's samples stands in for 2 P + 10 of them. It knows nothing of
-    recordings that differ; where there are labels, it stands in for 2, and the rest is as uncertain as Student's t has it. Where
-    trials have several samples, it is the least that is expected, as samples of one trial are alike.
+    Few samples say little of their own covariance: that of the model's samples stands in for 2 P + 10 of them.
+    It knows nothing of recordings that differ; where there are labels, it stands in for 2, and the rest is as
+    uncertain as Student's t has it. Where trials have several samples, it is the least that is expected, as
+    samples of one trial are alike.
     """
     mean, count = samples.mean(axis=0), len(samples)
     expected = residual * averaged / count
@@ -440,8 +447,8 @@ def _sample(
 ) -> np.ndarray:
     """Draw points in proportion to a power of the likelihood, uniform beforehand.
 
-    Points to start from (S, P) are moved by stretches while the power of the likelihood grows. Stretches stay within what the
-    starting points span, so that there should be many.
+    Points to start from (S, P) are moved by stretches while the power of the likelihood grows. Stretches stay
+    within what the starting points span, so that there should be many.
     """
     values = log_likelihood(start)
     chosen = np.resize(rng.permutation(np.flatnonzero(np.isfinite(values))), count)
@@ -546,7 +553,8 @@ def _distance(
 ) -> tuple[float, float]:
     """Return the mean squared miss over classifiers, in standard errors, and how often samples of the model exceed it.
 
-    The model is the one that composite judgments (S, P), predicted for each sample, say; their misses are not counted.
+    The model is the one that composite judgments (S, P), predicted for each sample, say; their misses are not
+    counted.
     """
     near = np.argsort(-weights, kind="stable")[: int(weights.sum() ** 2 / (weights**2).sum())]
     x, d = x[near], (places - local.target)[near]

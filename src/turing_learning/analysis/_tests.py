@@ -87,12 +87,14 @@ def polarization(directions: np.ndarray, present: np.ndarray | None = None) -> n
 
     Returns those (moments,) of the moments in which at least two individuals have a direction.
 
-    Source: Vicsek and others, Phys. Rev. Lett. 75 (1995), the absolute value of the average normalized velocity.
+    Source: Vicsek and others, Phys. Rev. Lett. 75 (1995), the absolute value of the average normalized
+    velocity.
 
     Parameters
     ----------
     directions : (..., A, 2)
-        Displacements or headings as vectors of any length; those of length 0 have no direction and do not count.
+        Displacements or headings as vectors of any length; those of length 0 have no direction and do not
+        count.
     present : (..., A)
         Which of them are known; None for all.
     """

@@ -1,7 +1,8 @@
 """Classifiers: from a genome to a judgment on samples of motion.
 
 `ElmanClassifier`
-    A small recurrent network, the classifier of the paper: reads a sample step by step and judges it at the end.
+    A small recurrent network, the classifier of the paper: reads a sample step by step and judges it at the
+    end.
 `PooledClassifier`
     A neuron that judges every short stretch of a sample; random ones observe beside the evolved networks.
 

@@ -33,9 +33,10 @@ class ElmanClassifier:
 
     Equal genomes are judged once: an archive holds long-lived classifiers several times.
 
-    Computed in single precision; activations are off by less than 6e-6. Any finite numbers are judged, none gives NaN:
-    where the largest input of a step or the largest weight of a neuron (W, U and b together; v and c) exceeds 1e8 in
-    magnitude, all of that step's inputs or that neuron's weights are shortened by one factor, to 1e8.
+    Computed in single precision; activations are off by less than 6e-6. Any finite numbers are judged, none
+    gives NaN: where the largest input of a step or the largest weight of a neuron (W, U and b together; v and
+    c) exceeds 1e8 in magnitude, all of that step's inputs or that neuron's weights are shortened by one factor,
+    to 1e8.
 
     Source: paper, section "Classifiers"; the scale is explained in the method notes on classifier inputs.
 

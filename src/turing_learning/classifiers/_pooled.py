@@ -26,10 +26,11 @@ class PooledClassifier:
     threshold b the output is the mean over t of sig(b + sum_k w_k . x_(t + k gap)): the share of the moments
     that look genuine. A recurrent network mostly tells what it saw last; this one weighs all moments alike.
 
-    A genome holds the number of taps, the gap, b, and 16 D weights, step by step; those beyond the taps are without effect.
+    A genome holds the number of taps, the gap, b, and 16 D weights, step by step; those beyond the taps are
+    without effect.
 
-    Source: Rahimi and Recht, Random features for large-scale kernel machines (2007); Dempster, Schmidt and Webb,
-    MiniRocket (2021).
+    Source: Rahimi and Recht, Random features for large-scale kernel machines (2007); Dempster, Schmidt and
+    Webb, MiniRocket (2021).
 
     Parameters
     ----------

@@ -19,7 +19,8 @@ In the order of the data:
 `Observers`                                    Protocol: random classifiers beside the evolved ones.
 =============================================  ================================================================
 
-Other rewards (`Reward`) are functions of `Judgments` that return an array with one number for each model or classifier.
+Other rewards (`Reward`) are functions of `Judgments` that return an array with one number for each model or
+classifier.
 """
 
 from ._few_trials import Batch, FewTrials, Observers

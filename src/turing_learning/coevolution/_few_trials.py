@@ -81,8 +81,9 @@ class FewTrials:
     trials
         How many in all, at least 10.
     extended
-        For a finished run that got more trials: the budget and the number of trials spent, (N, n), of each time before.
-        Until n trials are spent it is a run of N trials; then its phases are those of one of `trials`, of which n are spent.
+        For a finished run that got more trials: the budget and the number of trials spent, (N, n), of each time
+        before. Until n trials are spent it is a run of N trials; then its phases are those of one of `trials`,
+        of which n are spent.
     seed
         A non-negative integer.
     observers
@@ -164,7 +165,8 @@ class FewTrials:
     def draws(self) -> np.ndarray:
         """Draws (W, P) of the right model: the joint uncertainty as far as the moments tell.
 
-        At the end of a run jurors are trained, and walkers moved, several times, to average over which trials fell into which fold.
+        At the end of a run jurors are trained, and walkers moved, several times, to average over which trials
+        fell into which fold.
         """
         return self._middle + self._half * (self._design.walkers if len(self._pooled) == 0 else self._pooled)
 
@@ -305,7 +307,8 @@ class FewTrials:
     def state(self) -> dict[str, np.ndarray]:
         """Return all that is needed to resume, as arrays.
 
-        The rows of those named "buffer/..." only grow: `SampleBuffer.since` gives the new ones. All else is small.
+        The rows of those named "buffer/..." only grow: `SampleBuffer.since` gives the new ones. All else is
+        small.
         """
         parts = {
             "buffer": self.buffer.state(),
@@ -361,7 +364,8 @@ def batch_schedule(trials: int, dimension: int, extended: Sequence[tuple[int, in
 class _Density:
     """The density of the right model: where it is by the nearest trials, as far as a map of all trials does not exclude it.
 
-    Explorers ask for a power of it below 1. For them the map of all trials counts in full, not only where it excludes models.
+    Explorers ask for a power of it below 1. For them the map of all trials counts in full, not only where it
+    excludes models.
     """
 
     def __init__(self, near: MomentField | None, wide: MomentField | None = None, reference: float = 0.0) -> None:

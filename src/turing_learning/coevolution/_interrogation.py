@@ -59,8 +59,9 @@ class InteractiveInterrogation:
     source
         Lets classifiers meet the system and models.
     opponents
-        Models that each classifier meets in a generation, and as many genuine samples; all models if there are fewer. Every
-        model is met by as many classifiers, or by one more. The trials are (N + B) x opponents of models, N x opponents genuine.
+        Models that each classifier meets in a generation, and as many genuine samples; all models if there are
+        fewer. Every model is met by as many classifiers, or by one more. The trials are (N + B) x opponents of
+        models, N x opponents genuine.
     """
 
     def __init__(self, source: InteractiveSource, opponents: int) -> None:

@@ -134,8 +134,8 @@ class Coevolution:
     def state(self) -> dict[str, np.ndarray]:
         """Return all that is needed to go on from here, as arrays; after a step that failed there is no state.
 
-        That is "generation", the states of the optimizers as "models/..." and "classifiers/...", and that of the archive,
-        if there is one, as "archive/...".
+        That is "generation", the states of the optimizers as "models/..." and "classifiers/...", and that of
+        the archive, if there is one, as "archive/...".
         """
         parts = {"models": self._models.state(), "classifiers": self._classifiers.state()}
         parts |= {} if self._archive is None else {"archive": self._archive.state()}

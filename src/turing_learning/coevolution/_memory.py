@@ -17,8 +17,8 @@ class ClassifierArchive:
     they had left. Archived classifiers judge the models beside the present ones. They cost no simulation,
     earn nothing, and do not change the fitness of the present classifiers.
 
-    Source: Rosin and Belew, New methods for competitive coevolution (1997), the hall of fame; Vitter, Random sampling
-    with a reservoir (1985).
+    Source: Rosin and Belew, New methods for competitive coevolution (1997), the hall of fame; Vitter, Random
+    sampling with a reservoir (1985).
 
     Parameters
     ----------
@@ -74,12 +74,14 @@ class ClassifierArchive:
 class SampleBuffer:
     """The samples of all trials of models, and the latest genuine ones; arrays that only grow.
 
-    Rows are appended and never changed, so that a store can write what has come since it last wrote (`since`), and nothing twice.
+    Rows are appended and never changed, so that a store can write what has come since it last wrote (`since`),
+    and nothing twice.
 
     Parameters
     ----------
     pool
-        Number of genuine samples that are judged, the latest: those of trials with models that are nearly right.
+        Number of genuine samples that are judged, the latest: those of trials with models that are nearly
+        right.
     share
         Share of the pool that one batch may fill; of more, a random part is kept.
 

@@ -25,12 +25,13 @@ def train_moments(
 ) -> Moments:
     """Train jurors on outputs of J classifiers for S trials (S, J) of models (S, P), and compare these with the system (K, J).
 
-    One juror for each parameter, and for each product of two: a linear read-out of all outputs, trained to tell where it is large
-    from where it is small, with the ridge penalty that does best out of its fold. Each trial, and the system beside it, are judged
-    by jurors that were not trained on that trial; jurors of products that see nothing are dropped.
+    One juror for each parameter, and for each product of two: a linear read-out of all outputs, trained to tell
+    where it is large from where it is small, with the ridge penalty that does best out of its fold. Each trial,
+    and the system beside it, are judged by jurors that were not trained on that trial; jurors of products that
+    see nothing are dropped.
 
-    Source: Fearnhead and Prangle, Constructing summary statistics for approximate Bayesian computation (2012); Gourieroux,
-    Monfort and Renault, Indirect inference (1993).
+    Source: Fearnhead and Prangle, Constructing summary statistics for approximate Bayesian computation (2012);
+    Gourieroux, Monfort and Renault, Indirect inference (1993).
     """
     count, dimension = parameters.shape
     targets = _terms((parameters - np.median(parameters, axis=0)) / (parameters.std(axis=0) + 1e-9))

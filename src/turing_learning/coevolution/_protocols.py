@@ -59,7 +59,8 @@ class InteractiveSource(Protocol):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Let each classifier observe the system and models, each time alone, and judge what it has seen.
 
-        Returns outputs (N, genuine) and (N, k) from 0 (counterfeit) to 1 (genuine), the decision lying at 0.5; never NaN.
+        Returns outputs (N, genuine) and (N, k) from 0 (counterfeit) to 1 (genuine), the decision lying at 0.5;
+        never NaN.
 
         Parameters
         ----------

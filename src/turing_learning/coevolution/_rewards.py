@@ -80,8 +80,8 @@ Reward = Callable[[Judgments], np.ndarray]
 def model_reward(judgments: Judgments) -> np.ndarray:
     """Compute the quality (M,) of each model, 0 to 1: how often it misleads the classifiers.
 
-    It is the share of the judgments, over all N classifiers (that have met it) and C samples of a model, that are "genuine".
-    Source: paper, equation 1; with several samples of each model, each has equal weight.
+    It is the share of the judgments, over all N classifiers (that have met it) and C samples of a model, that
+    are "genuine". Source: paper, equation 1; with several samples of each model, each has equal weight.
     """
     misled = judgments.counterfeit
     asked = misled.shape[0] if judgments.met is None else np.count_nonzero(judgments.met, axis=0)
@@ -94,7 +94,8 @@ def jury_reward(judgments: Judgments) -> np.ndarray:
     A juror's weight is Youden's J = specificity + sensitivity - 1 where positive: how well it tells the system
     from the present models. One that guesses has no vote. The sensitivity of archived classifiers is that
     against the present models, their specificity that of their own generation. Where nobody can tell anything,
-    the reward is that of `model_reward`. Source: docs/decisions/0011; Youden, Index for rating diagnostic tests (1950).
+    the reward is that of `model_reward`. Source: docs/decisions/0011; Youden, Index for rating diagnostic tests
+    (1950).
     """
     accepted, met = _shares(judgments.counterfeit), judgments.met
     competence = specificity(judgments) - _means(accepted, met)

@@ -22,7 +22,8 @@ Detection:
 `run_classifiers`, `RunClassifiers`
     The classifiers of a run: its last generation, the best of all generations, and a jury of the whole run.
 
-Motion has the shape (individuals, samples, T, D) throughout; a sample is what a classifier judges at once, T steps.
+Motion has the shape (individuals, samples, T, D) throughout; a sample is what a classifier judges at once, T
+steps.
 """
 
 import lazy_loader

@@ -46,8 +46,9 @@ Planted = Sequence[tuple[int, int, str, np.ndarray]]
 
 
 Scorer = Callable[..., list[np.ndarray]]
-"""From what is seen of the individuals of a recording to what each window (W,) of each adds: the mean over its windows says how
-unlike normal ones it is. What was learned from planted individuals of a kind, a second argument, is left out."""
+"""From what is seen of the individuals of a recording to what each window (W,) of each adds: the mean over its
+windows says how unlike normal ones it is. What was learned from planted individuals of a kind, a second
+argument, is left out."""
 
 
 def split(values: np.ndarray, like: Windows) -> list[np.ndarray]:
@@ -58,9 +59,10 @@ def split(values: np.ndarray, like: Windows) -> list[np.ndarray]:
 def distance(recordings: Sequence[Seen], who: Who, relative: bool, planted: Planted = ()) -> Scorer:
     """Learn how normal individuals deviate from what is usual; score by the Mahalanobis distance, whose square is a sum.
 
-    Of planted individuals, learn for each kind the direction in which it differs most (Fisher's linear discriminant), and
-    score by all of them; in either sense of each, an individual is as unlike. If `relative`, individuals are seen beside the
-    median of their fellows. Features are in units of the standard deviations of windows.
+    Of planted individuals, learn for each kind the direction in which it differs most (Fisher's linear
+    discriminant), and score by all of them; in either sense of each, an individual is as unlike. If `relative`,
+    individuals are seen beside the median of their fellows. Features are in units of the standard deviations of
+    windows.
     """
 
     def fellows(seen: Seen) -> np.ndarray | float:
@@ -250,9 +252,10 @@ def judge_alike(
 ) -> Detection:  # fmt: skip
     """Rank individuals by how unlike normal ones they are; every normal one is scored by what was learned without its recording.
 
-    Ways to look are compared by `cases`; those that learn from abnormal individuals are shown `planted`. The median of the
-    fellows is subtracted if `relative`; None: if each recording has at least three individuals. A rate is `promised` if normal
-    individuals stand for others. `recordings` of the user's are normal; None takes their number, 0 says a pool.
+    Ways to look are compared by `cases`; those that learn from abnormal individuals are shown `planted`. The
+    median of the fellows is subtracted if `relative`; None: if each recording has at least three individuals. A
+    rate is `promised` if normal individuals stand for others. `recordings` of the user's are normal; None takes
+    their number, 0 says a pool.
     """
     number("false_alarms", false_alarms, above=0, below=1)
     check(any(map(len, motion)), "motion", "hold a window", "none")

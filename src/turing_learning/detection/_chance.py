@@ -16,14 +16,14 @@ AT_ONCE = 64  # individuals
 
 
 def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
-    """Return for each individual how often S of the n genuine samples (n,) and its own (individuals, S), chosen at random, have
-    so low a mean score.
+    """Return for each individual how often S of the n genuine samples (n,) and its own (individuals, S), chosen
+    at random, have so low a mean score.
 
-    Nothing is assumed of the distribution of scores: if an individual is genuine and all samples are independent, p-values of
-    at most q are no more frequent than q, for any n and S. Equal means count as lower ones. All choices are tried where that is
-    no more than `DRAWS`, else as many, and the one that is observed. Where no sample of an individual has a higher score than
-    any of the n, the choices are counted. Source: Pitman, Significance tests which may be applied to samples from any
-    populations (1937); docs/decisions/0022.
+    Nothing is assumed of the distribution of scores: if an individual is genuine and all samples are
+    independent, p-values of at most q are no more frequent than q, for any n and S. Equal means count as lower
+    ones. All choices are tried where that is no more than `DRAWS`, else as many, and the one that is observed.
+    Where no sample of an individual has a higher score than any of the n, the choices are counted. Source:
+    Pitman, Significance tests which may be applied to samples from any populations (1937); docs/decisions/0022.
     """
     known, samples = len(genuine), scores.shape[1]
     chosen = _choices(known, samples)
@@ -83,10 +83,10 @@ class TimedVerdict:
 class Scan:
     """Look for the stretch of consecutive windows whose scores lie lowest among those (n,) of single genuine samples.
 
-    A score counts by its place k among these: the evidence is the normal score of the place, with the sign turned, the value
-    above which a share (k + 1/2) / (n + 1) of a standard normal distribution lies. A score that equals genuine ones has the
-    mean for the places before, between and after them. Source: Van der Waerden, Order tests for the two-sample problem and
-    their power (1952); docs/decisions/0022.
+    A score counts by its place k among these: the evidence is the normal score of the place, with the sign
+    turned, the value above which a share (k + 1/2) / (n + 1) of a standard normal distribution lies. A score
+    that equals genuine ones has the mean for the places before, between and after them. Source: Van der
+    Waerden, Order tests for the two-sample problem and their power (1952); docs/decisions/0022.
     """
 
     genuine_scores: np.ndarray
@@ -98,9 +98,10 @@ class Scan:
     def threshold(self, windows: int, false_alarms: float, draws: int) -> float:
         """Return the strength above which genuine individuals with so many windows lie as often as stated, but for the draws.
 
-        Genuine samples and an individual's windows are drawn anew: if they are alike and independent, all orders of them are
-        equally frequent, and if no two are equal nothing else enters the evidence. Places between equal genuine scores have
-        their evidence. Source: Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005).
+        Genuine samples and an individual's windows are drawn anew: if they are alike and independent, all
+        orders of them are equally frequent, and if no two are equal nothing else enters the evidence. Places
+        between equal genuine scores have their evidence. Source: Vovk, Gammerman and Shafer, Algorithmic
+        Learning in a Random World (2005).
         """
         ordered, evidence = np.sort(self.genuine_scores), self._of_places()
         known, equal = len(ordered), np.flatnonzero(ordered[1:] == ordered[:-1]) + 1

@@ -140,7 +140,8 @@ def detect(
         others. None: simulated robots are simulated; samples that a run has stored are taken; a recording is
         ranked and nobody called abnormal.
     abnormal
-        Motion of individuals that are known to be abnormal, by which the ways to look are compared. None plants some.
+        Motion of individuals that are known to be abnormal, by which the ways to look are compared. None plants
+        some.
     false_alarms
         Share of normal individuals that may be called abnormal, in (0, 1).
     seed

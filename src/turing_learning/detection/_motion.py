@@ -69,10 +69,12 @@ def load_motion(path: str | Path, *, steps: int, signals: int, names: Sequence[s
     path
         One of
 
-        * ``.npy``: an array (individuals, samples, T, D), or long recordings (individuals, L, D), which are cut into samples;
+        * ``.npy``: an array (individuals, samples, T, D), or long recordings (individuals, L, D), which are cut
+          into samples;
         * ``.npz``: the same as ``samples``, and perhaps names as ``individuals``;
-        * ``.csv``: a heading ``individual,sample,step,`` and the names of the signals, then a row for each step, in any order;
-          without the column ``sample`` the recordings are cut into samples. Steps and samples are consecutive integers.
+        * ``.csv``: a heading ``individual,sample,step,`` and the names of the signals, then a row for each
+          step, in any order; without the column ``sample`` the recordings are cut into samples. Steps and
+          samples are consecutive integers.
     steps, signals
         Steps T and signals D of a sample, as the detector needs them.
     names

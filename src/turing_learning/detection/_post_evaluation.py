@@ -163,8 +163,8 @@ def _decided(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray) -
 
 @dataclass(frozen=True, eq=False)
 class GenerationAccuracies:
-    """Decision accuracies of the classifiers of some generations (G,), counted from 0: of all classifiers (G, N), and of the one
-    with the highest subjective fitness in its generation (G,), the first of equals."""
+    """Decision accuracies of the classifiers of some generations (G,), counted from 0: of all classifiers (G,
+    N), and of the one with the highest subjective fitness in its generation (G,), the first of equals."""
 
     generations: np.ndarray
     accuracy: np.ndarray

@@ -93,7 +93,8 @@ def plant_abnormal(
 ) -> Motion:
     """Simulate a swarm of the scenario's size in which `count` individuals execute random controllers.
 
-    Individuals, named "agent 1", ..., "planted 1", ..., are in random order; each sample is a trial from new initial poses.
+    Individuals, named "agent 1", ..., "planted 1", ..., are in random order; each sample is a trial from new
+    initial poses.
     """
     integer("samples", samples, 1, error=ConfigurationError)
     size = scenario.individuals
@@ -118,9 +119,9 @@ def keep_observed(
 ) -> dict[str, np.ndarray] | None:
     """Return what ``calibration.npz`` shall hold of samples (any, T, D) that a run has observed in a laboratory.
 
-    Of "genuine" samples the first half weighs votes, and the second says what scores are usual: agents that the run `learned`
-    from, and `held_out` after it. "abnormal" are `replicas` (M, T, D) of the first of its models (M, P), which are nearly
-    random, that are not near the estimate (P,). None if one kind is missing.
+    Of "genuine" samples the first half weighs votes, and the second says what scores are usual: agents that the
+    run `learned` from, and `held_out` after it. "abnormal" are `replicas` (M, T, D) of the first of its models
+    (M, P), which are nearly random, that are not near the estimate (P,). None if one kind is missing.
     """
     far = replicas[mean_absolute_error(models, estimate) >= NEAR][:MODELS]
     count = min(len(learned), len(held_out), MOST)
@@ -139,8 +140,8 @@ def keep_calibration(
 ) -> dict[str, np.ndarray] | None:
     """Return what ``calibration.npz`` shall hold, as in `keep_observed`: samples of a system, and of random models of it.
 
-    Models are drawn from the initial ranges without those near the estimate (P,), in the parameters' units. None if fewer than
-    two samples were held out, or the simulations fail.
+    Models are drawn from the initial ranges without those near the estimate (P,), in the parameters' units.
+    None if fewer than two samples were held out, or the simulations fail.
     """
     rng = stream(seed, OWN_CALIBRATION)
     source.generation = None  # the run is over

@@ -107,7 +107,8 @@ class Detector:
             Motion of normal individuals, at least two. The first half weighs the votes, the second says what
             scores are usual.
         abnormal : (individuals, samples, T, D)
-            Other motion, of any that behave otherwise, for example in `random_controllers`, or of a run's random models.
+            Other motion, of any that behave otherwise, for example in `random_controllers`, or of a run's
+            random models.
         rule, false_alarms
             As for the class.
         """
@@ -195,14 +196,15 @@ class Detector:
         """Say of each individual whether its p-value, or the rule, calls it abnormal, and since when.
 
         A warning is logged if nobody could be called abnormal, or the detector is blind to the motion of its
-        calibration. The beginning is where the sum of what speaks for abnormal motion, from there to the end, is
-        largest (Page, Continuous inspection schemes, 1954). A sample speaks for it by how far its score is below
-        the middle between the mean scores of genuine and of abnormal samples.
+        calibration. The beginning is where the sum of what speaks for abnormal motion, from there to the end,
+        is largest (Page, Continuous inspection schemes, 1954). A sample speaks for it by how far its score is
+        below the middle between the mean scores of genuine and of abnormal samples.
 
         Parameters
         ----------
         motion
-            Samples of individuals in the order of observation, an array (individuals, samples, T, D) or with names.
+            Samples of individuals in the order of observation, an array (individuals, samples, T, D) or with
+            names.
         """
         samples, names = (motion.samples, motion.individuals) if isinstance(motion, Motion) else (motion, None)
         scores = self._judge_all(samples, "motion", names)
@@ -299,7 +301,8 @@ def check_rule(rule: str) -> None:
 def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
     """Return weights (N,), none below 0, with the sum 1, of classifiers that vote (N, individuals, samples) on both kinds.
 
-    Source: Fisher, The use of multiple measurements in taxonomic problems (1936), with shrunk covariances and nothing below 0.
+    Source: Fisher, The use of multiple measurements in taxonomic problems (1936), with shrunk covariances and
+    nothing below 0.
     """
     if rule == "fittest" and len(genuine):
         return np.full(len(genuine), 1 / len(genuine))

@@ -25,9 +25,9 @@ def check_seed(seed: Seed) -> Seed:
 def generation_rng(seed: Seed, generation: int) -> np.random.Generator:
     """Return the random generator of one generation, >= 0; see `check_seed` for seeds.
 
-    Generators of different generations, and of different seeds, are independent. Nothing of a generator has to be
-    stored: a run that is resumed makes the same one again. For optimizers, 0 is the initialization and g + 1 what
-    follows the fitness of generation g.
+    Generators of different generations, and of different seeds, are independent. Nothing of a generator has to
+    be stored: a run that is resumed makes the same one again. For optimizers, 0 is the initialization and g + 1
+    what follows the fitness of generation g.
     """
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(generation,)))
 

@@ -94,7 +94,8 @@ class CMAEvolutionStrategy(Turns):
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Return to what `state` returned, from a strategy with the same settings; see `Optimizer.restore`.
 
-        A state that lacks an array, or does not fit the settings, is rejected; the strategy is then what it was before.
+        A state that lacks an array, or does not fit the settings, is rejected; the strategy is then what it was
+        before.
         """
         generation, distribution = check_generation(state), self._new_distribution()
         shapes = {name: " ".join(map(str, old.shape)) for name, old in distribution.state.items()}

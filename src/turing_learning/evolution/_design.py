@@ -32,11 +32,12 @@ class TrialDesign:
     earnest, and as many centers stay alive as the density has.
 
     A quarter of each batch is drawn from scouts. They are walkers to which a model is not less likely for being
-    little known. Explorers are scouts that follow a power of the density, because a map is too sure of itself where
-    nothing has been tried. Where only a product of two parameters shows, many models are equally good; without
-    explorers, trials gather in the part of them that is known best.
+    little known. Explorers are scouts that follow a power of the density, because a map is too sure of itself
+    where nothing has been tried. Where only a product of two parameters shows, many models are equally good;
+    without explorers, trials gather in the part of them that is known best.
 
-    Source: ter Braak, A Markov chain Monte Carlo version of the genetic algorithm differential evolution (2006).
+    Source: ter Braak, A Markov chain Monte Carlo version of the genetic algorithm differential evolution
+    (2006).
 
     Parameters
     ----------
@@ -50,7 +51,8 @@ class TrialDesign:
         Which parameters end at -1 and 1. The others may leave the range at a cost, that of a normal one with
         the deviation `margin` beyond it.
     saturated : (P,) bool
-        Of those that may leave it: for which anything beyond -1 and 1 is the same as that end, and is stated as such.
+        Of those that may leave it: for which anything beyond -1 and 1 is the same as that end, and is stated as
+        such.
     walkers
         Number of walkers W.
     moves

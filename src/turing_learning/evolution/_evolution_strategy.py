@@ -30,14 +30,16 @@ class EvolutionStrategy(Turns):
     mu best are the parents of lambda children. What a child inherits is up to the `mating`; its step sizes
     are the means of its parents'. Then::
 
-        sigma_i <- max(sigma_i exp(tau' N(0, 1) + tau N_i(0, 1)), minimum step size)      tau' = 1 / (2 sqrt(2 n))
-        x_i     <- x_i + sigma_i N_i(0, 1)                                                tau  = 1 / (2 sqrt(2 sqrt(n)))
+        sigma_i <- max(sigma_i exp(tau' N(0, 1) + tau N_i(0, 1)), minimum step size)      tau' = 1 / (2 sqrt(2
+        n)) x_i     <- x_i + sigma_i N_i(0, 1)                                                tau  = 1 / (2
+        sqrt(2 sqrt(n)))
 
     with n parameters, one N(0, 1) for all parameters of a child and one N_i(0, 1) for each. Among equally fit
-    individuals the older come first; a population in which all are equally fit keeps its parents and does not drift.
+    individuals the older come first; a population in which all are equally fit keeps its parents and does not
+    drift.
 
-    Source: paper, section 3.2.4. The paper leaves recombination, learning rates and initial values open; those used
-    here are the ones published in follow-up work.
+    Source: paper, section 3.2.4. The paper leaves recombination, learning rates and initial values open; those
+    used here are the ones published in follow-up work.
 
     Parameters
     ----------

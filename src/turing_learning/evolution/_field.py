@@ -25,8 +25,8 @@ class MomentField:
     squared-exponential part, whose length and amplitude are those of the highest evidence in a small grid.
     With many trials the processes are projected on some of them.
 
-    Source: Rasmussen and Williams, Gaussian processes for machine learning (2006), sections 2.7 and 8.3; Gutmann and
-    Corander, BOLFI (2016).
+    Source: Rasmussen and Williams, Gaussian processes for machine learning (2006), sections 2.7 and 8.3;
+    Gutmann and Corander, BOLFI (2016).
 
     Parameters
     ----------
@@ -44,7 +44,8 @@ class MomentField:
     Attributes
     ----------
     misfit
-        Chi square per moment of the best model, >= 1: how much worse than chance it still matches; see `calibrate`.
+        Chi square per moment of the best model, >= 1: how much worse than chance it still matches; see
+        `calibrate`.
     """
 
     def __init__(

@@ -50,7 +50,8 @@ class Optimizer(Protocol):
     def tell(self, fitness: np.ndarray) -> np.ndarray:
         """Take the fitness of the population last asked for, and form the next one.
 
-        Returns what the candidates were ranked by (size,), a new array: the fitness, or what the optimizer made of it.
+        Returns what the candidates were ranked by (size,), a new array: the fitness, or what the optimizer made
+        of it.
 
         Parameters
         ----------
@@ -87,8 +88,9 @@ class Optimizer(Protocol):
 class RenewedOptimizer:
     """Replace an optimizer by a fresh one at regular intervals.
 
-    A population can settle where no small step leads on. In a coevolution in which an archive remembers the past
-    classifiers, the present ones may be replaced by random ones: they look for differences that the old ones could not see.
+    A population can settle where no small step leads on. In a coevolution in which an archive remembers the
+    past classifiers, the present ones may be replaced by random ones: they look for differences that the old
+    ones could not see.
 
     Parameters
     ----------

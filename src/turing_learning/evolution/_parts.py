@@ -16,10 +16,12 @@ PRIOR = 1.0
 class PhasedMating:
     """Which parents a child has, and what it inherits before it mutates: first some have one parent, later all the means of two.
 
-    By default it is the paper's: two parents, drawn uniformly with replacement, and each parameter from either of the two.
+    By default it is the paper's: two parents, drawn uniformly with replacement, and each parameter from either
+    of the two.
 
-    Two good parents from different regions have bad children: a few good individuals are lost in a majority that has settled
-    elsewhere. In the means of the refinement noise averages out, and the population stays close together.
+    Two good parents from different regions have bad children: a few good individuals are lost in a majority
+    that has settled elsewhere. In the means of the refinement noise averages out, and the population stays
+    close together.
 
     Source: docs/decisions/0011.
 
@@ -69,16 +71,19 @@ class Jumper:
     redraw
         Probability that one parameter of a child, any, is drawn anew.
     reach : () or (n,)
-        How many times wider than the initial range, about its middle, that is from which parameters are drawn anew; > 0.
+        How many times wider than the initial range, about its middle, that is from which parameters are drawn
+        anew; > 0.
     exchange
         Probability that two of the `groups` of a child, any, exchange their values.
     groups
         Parameters that can stand for each other: two or more lists of indices, all of the same length,
         without a common index. Empty if there are none.
     dependent
-        Indices, in no group, of parameters that mean nothing any more when groups have exchanged their values: they are drawn anew.
+        Indices, in no group, of parameters that mean nothing any more when groups have exchanged their values:
+        they are drawn anew.
     refinement, settled
-        Up to the generation `refinement` jumps are as frequent as that; then they become rarer, until they end at `settled`.
+        Up to the generation `refinement` jumps are as frequent as that; then they become rarer, until they end
+        at `settled`.
     """
 
     def __init__(
@@ -126,8 +131,9 @@ class Jumper:
 class FitnessMemory:
     """Average the fitness of an individual over the generations it has lived.
 
-    Where fitness is noisy, the fittest of one generation are the lucky ones. What counts is the difference from the mean of the
-    population, because the opponents change. With the difference d_a that an individual had a generations ago, its score is::
+    Where fitness is noisy, the fittest of one generation are the lucky ones. What counts is the difference from
+    the mean of the population, because the opponents change. With the difference d_a that an individual had a
+    generations ago, its score is::
 
         sum_a decay^a d_a / (1 + sum_a decay^a)
 

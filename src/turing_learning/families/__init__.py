@@ -12,8 +12,9 @@
 `as_recorded`       A family with groups, steps and signals as recorded; `Replicates` where recordings differ in group or tank.
 ==================  ===========================================================================================
 
-A family of one's own derives from `Particles`, names its parameters and yields positions step by step. Positions and
-directions of motion are complex numbers x + iy there, one for each model and individual: a turn is a product then.
+A family of one's own derives from `Particles`, names its parameters and yields positions step by step.
+Positions and directions of motion are complex numbers x + iy there, one for each model and individual: a turn
+is a product then.
 """
 
 from ._family import Family, Particles

@@ -19,8 +19,9 @@ from ..trajectories import SIGNALS, compute_signals
 class Family(ABC):
     """A simulator of models, each executed by all individuals of a group of its own.
 
-    An instance is what `turing_learning.infer` asks for as `simulate`: called with parameters (M, P) and a random generator,
-    it returns samples (M, C, T, D). Each model has random numbers of its own, so its motion does not depend on the others'.
+    An instance is what `turing_learning.infer` asks for as `simulate`: called with parameters (M, P) and a
+    random generator, it returns samples (M, C, T, D). Each model has random numbers of its own, so its motion
+    does not depend on the others'.
     """
 
     individuals: int = 10  #: Individuals A in a group
@@ -231,7 +232,8 @@ class Particles(Family):
     def _move(self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]) -> Iterator[np.ndarray]:
         """Yield the positions (M, A) before the first of `moves` steps and after each.
 
-        `parameters` (P, M, 1) are ready to be multiplied with arrays (M, A); each model has a generator of its own.
+        `parameters` (P, M, 1) are ready to be multiplied with arrays (M, A); each model has a generator of its
+        own.
         """
 
     def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, None]:

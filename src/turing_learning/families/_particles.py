@@ -23,8 +23,9 @@ REST_CM_S = 1e-8
 class Vicsek(Particles):
     """Particles of constant speed that take the mean direction of all within a radius, themselves included, and noise.
 
-    x(t + 1) = x(t) + v(t) dt, and the angle of v(t + 1) is the mean angle within the radius plus noise drawn uniformly from
-    [-noise / 2, noise / 2]. Parameters: speed (cm/s), noise (rad per step, up to 2 pi), radius (cm).
+    x(t + 1) = x(t) + v(t) dt, and the angle of v(t + 1) is the mean angle within the radius plus noise drawn
+    uniformly from [-noise / 2, noise / 2]. Parameters: speed (cm/s), noise (rad per step, up to 2 pi), radius
+    (cm).
 
     Source
     ------
@@ -71,11 +72,12 @@ class Vicsek(Particles):
 class Couzin(Particles):
     """Individuals of constant speed that turn away from the nearest, along with the nearer and toward the farther others.
 
-    With d the distance of another individual, the zones are repulsion, d < r_r; orientation, r_r <= d < r_o; attraction,
-    r_o <= d <= r_a. Whoever has others in the zone of repulsion wants to go away from them, ``-sum r_ij / |r_ij|``. Else the wish
-    is the sum of the directions of those in the zone of orientation and of the unit vectors to those in the zone of attraction,
-    both visible ones only. Without a wish an individual keeps its direction. The wish is rotated by a normal angle, and the
-    individual turns toward it by at most turning_rate times the time step.
+    With d the distance of another individual, the zones are repulsion, d < r_r; orientation, r_r <= d < r_o;
+    attraction, r_o <= d <= r_a. Whoever has others in the zone of repulsion wants to go away from them, ``-sum
+    r_ij / |r_ij|``. Else the wish is the sum of the directions of those in the zone of orientation and of the
+    unit vectors to those in the zone of attraction, both visible ones only. Without a wish an individual keeps
+    its direction. The wish is rotated by a normal angle, and the individual turns toward it by at most
+    turning_rate times the time step.
 
     Parameters: speed (cm/s), turning_rate (rad/s), repulsion_radius r_r (cm), orientation_width r_o - r_r (cm),
     attraction_width r_a - r_o (cm), noise (standard deviation of the angle, rad per step).
@@ -149,7 +151,8 @@ class Boids(Particles):
     * velocity matching, alignment (mean of the others' velocities weighted by w, minus the own velocity);
     * flock centering, cohesion (mean of r weighted by w).
 
-    Requests are granted in this order until their lengths sum up to the maximum acceleration; the last one is trimmed.
+    Requests are granted in this order until their lengths sum up to the maximum acceleration; the last one is
+    trimmed.
 
     Parameters: speed (the largest, cm/s), separation (cm^3/s^2), alignment (1/s), cohesion (1/s^2).
 

@@ -41,7 +41,8 @@ def read_recording(path: Path, name: str, options: Mapping[str, Any]) -> Traject
 class RecordedMotion:
     """Recordings, how they are cut into samples, and the family of models that imitates them.
 
-    `options` are those of commands that are given, by their names in Python: `trajectories`, a list of paths, and `model` at least.
+    `options` are those of commands that are given, by their names in Python: `trajectories`, a list of paths,
+    and `model` at least.
     """
 
     options: dict[str, Any]

@@ -109,7 +109,8 @@ def as_recorded(
     recordings, windows
         What was recorded, once or several times, and the windows of all of it.
     tanks
-        Width and height of the tank (cm) of each recording, or one for all; None, or none, for the unbounded plane.
+        Width and height of the tank (cm) of each recording, or one for all; None, or none, for the unbounded
+        plane.
     **settings
         Others of the family.
 

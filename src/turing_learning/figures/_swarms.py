@@ -138,8 +138,8 @@ def gathering_figure(
 ) -> "Figure":
     """Draw quantities of swarms over time (K,), a panel each: mean over trials as a line, standard deviation as a band.
 
-    `curves` holds quantity -> who -> values (R, K); `limits` the best that there can be of each quantity, dashed.
-    As in figure 21 of the paper.
+    `curves` holds quantity -> who -> values (R, K); `limits` the best that there can be of each quantity,
+    dashed. As in figure 21 of the paper.
     """
     panels = panel_row([""] * len(curves), 7.4, 3.2, sharey=False)
     for axes, (quantity, swarms) in zip(panels.axes, curves.items(), strict=True):

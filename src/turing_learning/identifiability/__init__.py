@@ -11,7 +11,8 @@
 `Recovery`, `PinnedDown`, `Check`
     What a run finds whose truth is the estimate; what is said of each parameter; all of it together.
 `sides_rejected`, `fault`
-    What may be claimed: that values on both sides of an estimate fit worse; that the model, or the search, is at fault.
+    What may be claimed: that values on both sides of an estimate fit worse; that the model, or the search, is
+    at fault.
 `Quantity`
     Distributions of speed, turning, neighbor distance and polarization, genuine beside simulated.
 

@@ -49,13 +49,13 @@ def sides_rejected(
 ) -> tuple[bool, bool]:
     """Say whether classifiers tell a parameter's values below the estimate, and those above it, better than the estimate.
 
-    Per side the largest t statistic over its values is held against the same for random signs of the groups, the same signs
-    for all values: so many values are no more likely to be rejected by chance than one. A parameter is pinned down only if both
-    sides are rejected: beside an end of its range, where there is no value on one side, it never is. Returns
-    whether the values below, and those above, are rejected.
+    Per side the largest t statistic over its values is held against the same for random signs of the groups,
+    the same signs for all values: so many values are no more likely to be rejected by chance than one. A
+    parameter is pinned down only if both sides are rejected: beside an end of its range, where there is no
+    value on one side, it never is. Returns whether the values below, and those above, are rejected.
 
-    Source: Westfall and Young, Resampling-based multiple testing (1993); Berger, Multiparameter hypothesis testing and
-    acceptance sampling (1982), for two sides that both must be rejected.
+    Source: Westfall and Young, Resampling-based multiple testing (1993); Berger, Multiparameter hypothesis
+    testing and acceptance sampling (1982), for two sides that both must be rejected.
 
     Parameters
     ----------
@@ -171,7 +171,8 @@ def profile(
 ) -> Profile:
     """Move one parameter across its initial range, and test at each value as at the estimate.
 
-    The other parameters stay where they are. A parameter that only others can make up for looks pinned down here.
+    The other parameters stay where they are. A parameter that only others can make up for looks pinned down
+    here.
 
     Parameters
     ----------
@@ -309,7 +310,8 @@ class Check(Tabular):
     def fault(self) -> str | None:
         """For a run of trials with two recoveries or more: "fine", "failed search" or "wrong model", see `fault`; else None.
 
-        None, too, if classifiers tell the samples from the model better than in any recovery, and more cannot be said.
+        None, too, if classifiers tell the samples from the model better than in any recovery, and more cannot
+        be said.
         """
         recovered = [each.accuracy for each in self.recoveries if each.accuracy is not None]
         if len(recovered) < 2:

@@ -36,7 +36,8 @@ class Effort:
     Parameters
     ----------
     samples
-        Samples of each kind that classifiers are trained on, at most, and simulated ones that they are tested on, at least.
+        Samples of each kind that classifiers are trained on, at most, and simulated ones that they are tested
+        on, at least.
     generations, population
         Of the fresh classifiers in the test of the estimate.
     points
@@ -94,8 +95,9 @@ def evidence_of(
 ) -> Evidence:  # fmt: skip
     """Return genuine samples of a run's system, and what simulates models of it, from the run's source, opened again.
 
-    Agents of a simulated swarm are observed one in each trial, so that no two samples have met; models are executed by a replica
-    among agents, as in the run. Of a custom system they are the samples that the run learned from, and those held out.
+    Agents of a simulated swarm are observed one in each trial, so that no two samples have met; models are
+    executed by a replica among agents, as in the run. Of a custom system they are the samples that the run
+    learned from, and those held out.
     """
     system, rng, data = configuration.system, stream(seed, OBSERVING), source.genuine
     source.generation = None  # a failed simulation is left out
@@ -195,7 +197,8 @@ def recorded_quantities(
 ) -> tuple[Quantity, ...]:
     """Compare how near neighbors are, and how aligned groups are, in recordings and in groups that execute the estimate.
 
-    The `group` simulates positions (M, F, A, 2) of models (M, P), and has an `interval_s`, as `turing_learning.families.Family`.
+    The `group` simulates positions (M, F, A, 2) of models (M, P), and has an `interval_s`, as
+    `turing_learning.families.Family`.
     """
     rng, groups = stream(seed, COMPARING, 1), getattr(group, "groups", (group,))
     found: list[list[Values]] = [[], []]

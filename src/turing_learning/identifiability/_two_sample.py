@@ -33,9 +33,9 @@ def permutation_test(
 ) -> Permutation:
     """Test by permuted labels whether genuine groups score higher than counterfeit ones, by the mean score (groups,) of each.
 
-    The statistic is the difference of the means over its standard error (Welch), which keeps the rate of false alarms near its
-    nominal value also where groups of the two kinds vary differently. Source: Chung and Romano, Exact and asymptotically robust
-    permutation tests, Annals of Statistics 41 (2013).
+    The statistic is the difference of the means over its standard error (Welch), which keeps the rate of false
+    alarms near its nominal value also where groups of the two kinds vary differently. Source: Chung and Romano,
+    Exact and asymptotically robust permutation tests, Annals of Statistics 41 (2013).
     """
     for name, scores in (("genuine", genuine), ("counterfeit", counterfeit)):
         require(len(scores) >= 2, name, "hold at least 2 groups", len(scores))
@@ -69,7 +69,8 @@ def train_jury(
 ) -> Jury:
     """Evolve classifiers as a run does, by the paper's reward, on samples (K, T, D) and (S, T, D) that stay the same.
 
-    The better half of the last population votes; a vote weighs Youden's J on these samples where that is positive.
+    The better half of the last population votes; a vote weighs Youden's J on these samples where that is
+    positive.
     """
     half, count = effort.population // 2, len(genuine)
     strategy = EvolutionStrategy(classifier.parameters, parents=half, offspring=effort.population - half, seed=seed)

@@ -91,10 +91,11 @@ class Stimulus(Settings):
 class Interrogator:
     """What an Elman network judges, and with O further outputs of the same hidden neurons which stimulus comes next.
 
-    A genome is that of the network, whose inputs are the signals of the response, then the stimuli; then come the weights (O, H)
-    and biases (O) of the further logistic outputs. They are 0 to 1 of a stimulus' range, or, of one of n levels, the largest of n
-    outputs counts. The first stimulus is chosen with all hidden activations 0. Source: paper, section 3.1, footnote 1; Li, Gauci
-    and Gross, A coevolutionary approach to learn animal behavior through controlled interaction (2013).
+    A genome is that of the network, whose inputs are the signals of the response, then the stimuli; then come
+    the weights (O, H) and biases (O) of the further logistic outputs. They are 0 to 1 of a stimulus' range, or,
+    of one of n levels, the largest of n outputs counts. The first stimulus is chosen with all hidden
+    activations 0. Source: paper, section 3.1, footnote 1; Li, Gauci and Gross, A coevolutionary approach to
+    learn animal behavior through controlled interaction (2013).
     """
 
     network: ElmanClassifier

@@ -147,7 +147,8 @@ class StimulatedSystem(CustomSystem):
 class StimulatedSource(FallibleSource):
     """Trials of a system with stimuli and of models of it, which answer by `step`.
 
-    `genuine` is how the system answers, (state, stimulus, rng) -> (state, observation); None for a model with the true parameters.
+    `genuine` is how the system answers, (state, stimulus, rng) -> (state, observation); None for a model with
+    the true parameters.
     """
 
     system: StimulatedSystem
@@ -200,9 +201,10 @@ class StimulatedSource(FallibleSource):
     ) -> dict[str, np.ndarray]:
         """Return what the best interrogators of N (N, Q) do: one trial with the system, one with the estimate (P,).
 
-        There is one for each parameter: that which tells the system best from models in which this parameter is drawn anew. The
-        arrays are "stimuli" (P, 2, T, S), "answers" (P, 2, T, D), "ranges" (S, 2), and "outputs" (P, 2), "accuracy" (P,), shares of
-        such models and of trials of the system; where classifiers only watch, those of one trial, and neither of the last two.
+        There is one for each parameter: that which tells the system best from models in which this parameter is
+        drawn anew. The arrays are "stimuli" (P, 2, T, S), "answers" (P, 2, T, D), "ranges" (S, 2), and
+        "outputs" (P, 2), "accuracy" (P,), shares of such models and of trials of the system; where classifiers
+        only watch, those of one trial, and neither of the last two.
         """
         system, count, passive = self.system, len(estimate), bool(self.system.stimulus.passive)
         found = {"ranges": np.stack((system.stimulus.low, system.stimulus.high), 1)}
@@ -322,7 +324,8 @@ def describe_stimulated(
     Parameters
     ----------
     genuine
-        The system: name -> true parameter, or a function (state, stimulus (n, S), rng) -> (state, observation (n, D)).
+        The system: name -> true parameter, or a function (state, stimulus (n, S), rng) -> (state, observation
+        (n, D)).
     simulate
         How a model answers, see `Step`.
     parameters, options

@@ -67,8 +67,8 @@ def _unsealed(data: bytes) -> Any:
 class _KernelCache(FunctionCache):
     """Numba's cache, keyed to the source of all kernels.
 
-    Numba looks at the file of the compiled function alone, and would use machine code into which an older version of a kernel
-    from another file was inlined.
+    Numba looks at the file of the compiled function alone, and would use machine code into which an older
+    version of a kernel from another file was inlined.
     """
 
     def __init__(self, function: Callable, notice: str) -> None:
@@ -96,8 +96,8 @@ class _KernelCache(FunctionCache):
 def compile_cached(function: Callable, *, notice: str = "", **options: Any) -> Any:
     """Compile `function` without the interpreter lock and keep the machine code on disk where that is possible.
 
-    With a `notice` the log says what is compiled, and how long that takes, when it is not on the disk yet; "{}" in it is
-    "this" the first time, and "another" after that.
+    With a `notice` the log says what is compiled, and how long that takes, when it is not on the disk yet; "{}"
+    in it is "this" the first time, and "another" after that.
     """
     dispatcher = njit(**_COMMON, **options)(function)
     with contextlib.suppress(RuntimeError):  # no folder can be written: compile anew in each process

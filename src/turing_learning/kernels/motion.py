@@ -1,9 +1,11 @@
 """How robots that touch nothing move: angles, noise of the wheels, networks that drive some, commands and reaches, a closed form.
 
-The noise of the wheels is counter-based: every draw is a function of (key, counter), so threads cannot change it.
+The noise of the wheels is counter-based: every draw is a function of (key, counter), so threads cannot change
+it.
 
-In each control cycle the network that drives a robot writes its outputs where a reactive robot has the wheel speeds of the present
-reading. All that follows, from the noise of the wheels to the contacts, is the same for both kinds.
+In each control cycle the network that drives a robot writes its outputs where a reactive robot has the wheel
+speeds of the present reading. All that follows, from the noise of the wheels to the contacts, is the same for
+both kinds.
 """
 
 import math
@@ -232,9 +234,9 @@ def glide(i: int, dt: float, steps: int, sines: np.ndarray, cosines: np.ndarray,
 def glide_free_robots(world: World, state: State) -> None:
     """Advance by one control cycle, in closed form, the robots of all slots that touch nothing (near = 0).
 
-    The first physics step goes along heading + (turn rate before) dt / 2; step k = 1 ... S - 1 along h + (k + 1/2) d, with
-    d = (commanded turn rate) dt, and the sum of the S - 1 unit vectors is U_{S-2}(cos(d / 2)) times the one along
-    h + (S + 1) d / 2.
+    The first physics step goes along heading + (turn rate before) dt / 2; step k = 1 ... S - 1 along h + (k +
+    1/2) d, with d = (commanded turn rate) dt, and the sum of the S - 1 unit vectors is U_{S-2}(cos(d / 2))
+    times the one along h + (S + 1) d / 2.
     """
     dt = world.interval / world.substeps
     angles, sines, cosines = state.work[:3], state.work[3:6], state.work[6:9]

@@ -2,10 +2,10 @@
 
 Source: the equations of Enki, see docs/physics.md.
 
-A pair is near if its distance is below the sum of the two reaches. Only near pairs are looked at. This is exact as long as no
-body moves farther in the cycle than its reach allows: a pair left out has a distance of at least the two reaches, each a radius
-and a largest travel. Every movement is checked against this; where one exceeds it, the cycle is begun anew with a larger reach,
-and in the end with all pairs of all bodies.
+A pair is near if its distance is below the sum of the two reaches. Only near pairs are looked at. This is exact
+as long as no body moves farther in the cycle than its reach allows: a pair left out has a distance of at least
+the two reaches, each a radius and a largest travel. Every movement is checked against this; where one exceeds
+it, the cycle is begun anew with a larger reach, and in the end with all pairs of all bodies.
 
 A few trials are advanced as one party, so that contacts of different trials can be resolved side by side.
 """
@@ -57,8 +57,8 @@ def push_apart(i: int, j: int, party: Party) -> None:
 def after_contact(a: Motion, b: Motion, disk_a: Disk, disk_b: Disk) -> tuple[Motion, Motion]:
     """Return the motion (x, y, vx, vy, turn rate) of two overlapping disks (radius, inverse mass and inertia) after their contact.
 
-    They are pushed apart, and exchange an impulse along the normal (nx, ny), from b to a, at the contact point on the boundary of
-    b; also when they already separate.
+    They are pushed apart, and exchange an impulse along the normal (nx, ny), from b to a, at the contact point
+    on the boundary of b; also when they already separate.
     """
     x_a, y_a, vx_a, vy_a, turn_a = a
     x_b, y_b, vx_b, vy_b, turn_b = b
@@ -334,8 +334,8 @@ def advance_involved(
 ) -> None:  # fmt: skip
     """Advance by one control cycle the bodies of the trials in these slots that may touch something or move by themselves.
 
-    All other robots are left for `glide_free_robots`. If a body strays, nothing but marks has changed; the trials are then
-    advanced one by one, and one trial with larger margins, in the end with every pair.
+    All other robots are left for `glide_free_robots`. If a body strays, nothing but marks has changed; the
+    trials are then advanced one by one, and one trial with larger margins, in the end with every pair.
     """
     w, end, attempt = first, stop, np.int64(0)  # a literal would be compiled as a kind of its own
     while w < stop:
@@ -357,8 +357,8 @@ def list_involved(
 ) -> float:  # fmt: skip
     """Mark the bodies of these trials that may touch something or move by themselves, and list their near pairs.
 
-    Returns the margin: that of the attempt; inf where there is no room for the pairs, which one trial of many bodies alone can
-    have, so that every pair is looked at.
+    Returns the margin: that of the attempt; inf where there is no room for the pairs, which one trial of many
+    bodies alone can have, so that every pair is looked at.
     """
     margin = MARGINS[attempt]
     for w in range(first, stop):

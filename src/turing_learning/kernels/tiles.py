@@ -1,24 +1,29 @@
 """Bodies of one large trial in tiles of neighbors, so that a search can leave out whole tiles.
 
-The bodies are put in an order in which every TILE consecutive ones, and every TILE consecutive tiles (a block), lie close
-together. Each tile and each block keeps the box around its bodies' centres and the largest sight radius and reach in it. Which
-bodies share a tile is a matter of speed alone: every search is exact for any order, so that the order is renewed now and then
-only, while the boxes are renewed in every cycle. Boxes adapt to where the bodies are, be they 1e12 cm apart.
+The bodies are put in an order in which every TILE consecutive ones, and every TILE consecutive tiles (a block),
+lie close together. Each tile and each block keeps the box around its bodies' centres and the largest sight
+radius and reach in it. Which bodies share a tile is a matter of speed alone: every search is exact for any
+order, so that the order is renewed now and then only, while the boxes are renewed in every cycle. Boxes adapt
+to where the bodies are, be they 1e12 cm apart.
 
-Why the first item in a line of sight is exact. For a ray from (x, y) along (c, s), `sensing.first_reading` computes for a body
-at (xj, yj), with dx = xj - x and dy = yj - y, the numbers off = dx s - dy c and ahead = dx c + dy s, each operation rounded to
-the nearest float. Such rounding is monotone: if xj grows, so does (weakly) the rounded dx, then the rounded dx s if s >= 0
-(else it falls), and so on. The computed, not only the true, off and ahead of every body in a box therefore lie between those
-computed in the same way for two of its corners, to the last bit, for coordinates of any size. A body is met if ahead > 0 and
+Why the first item in a line of sight is exact. For a ray from (x, y) along (c, s), `sensing.first_reading`
+computes for a body at (xj, yj), with dx = xj - x and dy = yj - y, the numbers off = dx s - dy c and ahead = dx
+c + dy s, each operation rounded to the nearest float. Such rounding is monotone: if xj grows, so does (weakly)
+the rounded dx, then the rounded dx s if s >= 0 (else it falls), and so on. The computed, not only the true, off
+and ahead of every body in a box therefore lie between those computed in the same way for two of its corners, to
+the last bit, for coordinates of any size. A body is met if ahead > 0 and
 |off| <= r. The square root of the rounded r r is r, so that the entry distance, ahead - sqrt(r r - off off), is at least ahead
-- r, and that of any body of the box at least the lowest corner's ahead minus the largest r. Boxes are left out by these bounds
-alone. Of two bodies at the same entry distance the plain loop takes the first, and so does this one, in whichever order it
-meets them. No product may be fused with a sum here or there (`contracted`), because that would round differently.
+- r, and that of any body of the box at least the lowest corner's ahead minus the largest r. Boxes are left out
+  by these bounds
+alone. Of two bodies at the same entry distance the plain loop takes the first, and so does this one, in
+whichever order it meets them. No product may be fused with a sum here or there (`contracted`), because that
+would round differently.
 
-Why the near pairs are exact. A pair is near if its rounded dx dx + dy dy is below the rounded square of reach + reach + margin.
-Rounding is monotone (see above), so the gap between two boxes, computed in the same way from their sides, bounds this from
-below, and the sum of the two boxes' largest reaches bounds the limit from above, to the last bit. A pair of tiles is left out
-by these bounds alone. The partners of each body are then sorted, so that the pairs i < j come in the order of the physics.
+Why the near pairs are exact. A pair is near if its rounded dx dx + dy dy is below the rounded square of reach +
+reach + margin. Rounding is monotone (see above), so the gap between two boxes, computed in the same way from
+their sides, bounds this from below, and the sum of the two boxes' largest reaches bounds the limit from above,
+to the last bit. A pair of tiles is left out by these bounds alone. The partners of each body are then sorted,
+so that the pairs i < j come in the order of the physics.
 """
 
 import math
@@ -131,7 +136,8 @@ def enclose(source: np.ndarray, start: int, rows: tuple[int, int, int, int, int,
 def renew_boxes(x: np.ndarray, y: np.ndarray, sight: np.ndarray, reach: np.ndarray, tiles: Tiles) -> None:
     """Copy positions, sight radii and reaches (bodies,) to the bodies' places and renew the boxes.
 
-    A place without a body takes the position of the last one, so that it widens no box, and can be neither seen nor met.
+    A place without a body takes the position of the last one, so that it widens no box, and can be neither seen
+    nor met.
     """
     bodies = x.shape[0]
     member = tiles.member

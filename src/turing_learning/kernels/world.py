@@ -1,11 +1,11 @@
 """What is constant during a trial (`World`), what changes (`State`), and the bodies that may touch something (`Party`).
 
-A thread advances several trials side by side: ``state.x[i, w]`` belongs to body i of the trial in slot w, robots first, and
-loops over the slots are the inner ones, because they vectorize.
+A thread advances several trials side by side: ``state.x[i, w]`` belongs to body i of the trial in slot w,
+robots first, and loops over the slots are the inner ones, because they vectorize.
 
-A party has the bodies of one trial or several that may touch something in a control cycle, side by side in memory: robots first,
-then objects, of each trial in its order. A cycle is advanced in copies and written back when it is complete, so that it can be
-begun anew.
+A party has the bodies of one trial or several that may touch something in a control cycle, side by side in
+memory: robots first, then objects, of each trial in its order. A cycle is advanced in copies and written back
+when it is complete, so that it can be begun anew.
 """
 
 from typing import NamedTuple

@@ -145,8 +145,9 @@ REPRESENTATIONS: dict[str, type[ReactiveModel]] = {"reactive": ReactiveModel, "m
 class ElmanModel(Representation):
     """A model that assumes nothing of the agents' control system: an Elman network with memory (paper, section 4.6.2).
 
-    With the sensor reading I_t, hidden activations h_t = sig(W I_t + U h_(t-1) + b) and h_0 = 0 at the start of a trial,
-    the wheel speeds, as fractions of the maximum, are 2 sig(V h_t + c) - 1. A model holds, in this order:
+    With the sensor reading I_t, hidden activations h_t = sig(W I_t + U h_(t-1) + b) and h_0 = 0 at the start of
+    a trial, the wheel speeds, as fractions of the maximum, are 2 sig(V h_t + c) - 1. A model holds, in this
+    order:
 
     1. input weights W (H, 1),
     2. recurrent weights U (H, H), row by row (a row belongs to one hidden neuron),

@@ -147,7 +147,8 @@ def write_gif(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_pe
     speed
         Seconds of the swarm's time in one second of film, > 0.
     frames_per_second
-        Frames per second, 1 to 50 (GIF knows hundredths of a second only, and viewers slow shorter frames down).
+        Frames per second, 1 to 50 (GIF knows hundredths of a second only, and viewers slow shorter frames
+        down).
 
     Raises
     ------

@@ -35,7 +35,8 @@ def short_number(value: float, decimals: int = 3) -> str:
     value
         Any number.
     decimals
-        Places after the point of common numbers, >= 2; as many significant digits of those that would keep only one, or none.
+        Places after the point of common numbers, >= 2; as many significant digits of those that would keep only
+        one, or none.
 
     Examples
     --------

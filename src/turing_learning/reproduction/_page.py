@@ -219,7 +219,8 @@ def write_page(experiments: str | Path, path: str | Path, *, force: bool = False
     experiments
         The folder that holds a folder for each experiment.
     path
-        The page, a name that ends with .md; links are made relative to it. One that was made so before is replaced.
+        The page, a name that ends with .md; links are made relative to it. One that was made so before is
+        replaced.
     force
         Whether any other file is replaced, too; otherwise `ConfigurationError` is raised.
     """

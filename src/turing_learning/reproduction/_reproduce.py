@@ -50,7 +50,8 @@ def default_folder(*, fast: bool = False) -> Path:
 def standings(out: str | Path | None = None, *, fast: bool = False) -> tuple[Standing, ...]:
     """Return how all experiments stand.
 
-    `out` is the folder that holds a folder for each experiment; by default, and by `fast`, that of `default_folder`.
+    `out` is the folder that holds a folder for each experiment; by default, and by `fast`, that of
+    `default_folder`.
     """
     path = default_folder(fast=fast) if out is None else in_home(out)
     return tuple(Standing.of(experiment, path) for experiment in EXPERIMENTS.values())
@@ -82,7 +83,8 @@ def reproduce(
     Raises
     ------
     ConfigurationError
-        If there is no such experiment, packages that it needs are not installed, or `workers` is no number of processes.
+        If there is no such experiment, packages that it needs are not installed, or `workers` is no number of
+        processes.
     RunFolderError
         If the folder cannot be written, or holds another form or other sizes of the experiment.
     RunStorageError

@@ -17,9 +17,9 @@ Laboratory
     whose `PoseSource` says where everybody is (`CameraPoses`, by default): `real_equipment`, or that of
     `rehearse` for a laboratory `as_emulated`. `inspect` looks at everything before anything moves.
 Emulation
-    `EmulatedLaboratory` has robots, an arena, a camera (`EmulatedCamera` with `Optics`, at the place of an `overhead_camera`),
-    an operator and faults on demand, by a `Clock` in virtual time, under `Conditions`; `ArenaService` serves it in real time.
-    `LABORATORY` is the paper's.
+    `EmulatedLaboratory` has robots, an arena, a camera (`EmulatedCamera` with `Optics`, at the place of an
+    `overhead_camera`), an operator and faults on demand, by a `Clock` in virtual time, under `Conditions`;
+    `ArenaService` serves it in real time. `LABORATORY` is the paper's.
 
 OpenCV (`pip install 'turing-learning[vision]'`) and pyserial (`[robot]`) are imported on use. Names are listed
 in ``__init__.pyi`` and imported on first use.

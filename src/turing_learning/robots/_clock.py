@@ -34,8 +34,8 @@ class RealClock:
 
 
 class VirtualClock:
-    """A clock that advances only while somebody waits on it. Waiting runs the actions that are due, by their times, and
-    among the same times in that in which they were scheduled.
+    """A clock that advances only while somebody waits on it. Waiting runs the actions that are due, by their
+    times, and among the same times in that in which they were scheduled.
     """
 
     def __init__(self) -> None:

@@ -58,7 +58,8 @@ class Status:
 class Replica(Protocol):
     """A robot in its loop of the states R1 to R5, whatever it is and speaks; `EPuck` is one. An agent with an address is one, too.
 
-    Every method raises `LinkError`, or another OSError, if the robot cannot be reached. Each may be called again without harm.
+    Every method raises `LinkError`, or another OSError, if the robot cannot be reached. Each may be called
+    again without harm.
     """
 
     reconnections: int  #: How often the connection was lost so far, and signals perhaps with it
@@ -123,9 +124,9 @@ class Link(AbstractContextManager["Link"]):
     """A line to a robot that can be reopened; see `open_link`. Methods raise `LinkError` if the line is lost.
 
     `port` is a serial device ("/dev/rfcomm0", "COM3") with a `baud` rate, the e-puck's by default, or
-    "socket://host:port". `clock` is for deadlines and pauses, the computer's by default; `connect` opens the near
-    end, by default that of the port. Every `alive_s`, or never if 0, a thread says to a replica that the PC is
-    there, so that it does not move when this process is dead.
+    "socket://host:port". `clock` is for deadlines and pauses, the computer's by default; `connect` opens the
+    near end, by default that of the port. Every `alive_s`, or never if 0, a thread says to a replica that the
+    PC is there, so that it does not move when this process is dead.
     """
 
     def __init__(
@@ -243,8 +244,9 @@ LEAST_CHARGE = 15  #: Percent
 _WHOLE = r", *(-?\d+) *"  # a number in an answer
 _SIGNAL = re.compile(rf"x,({'|'.join(SIGNALS)}){2 * _WHOLE}")
 RESYNCHRONIZE = b"\0" * 36 + b"\rS\r"
-"""Ends any unfinished command: 35 bytes of arguments and the end of a binary request, or of a line. Whatever the robot made of it,
-it stops, and waits for a command of either kind: after an end of line alone it would take a binary request for text."""
+"""Ends any unfinished command: 35 bytes of arguments and the end of a binary request, or of a line. Whatever
+the robot made of it, it stops, and waits for a command of either kind: after an end of line alone it would take
+a binary request for text."""
 
 
 class EPuck(Replica):
@@ -252,7 +254,8 @@ class EPuck(Replica):
 
     A command without a valid answer within `timeout_s` is repeated, up to `retries` times; a link that breaks
     meanwhile is reopened. All commands may be repeated without harm. Every method raises `LinkError` if the
-    robot does not answer. `garbled` counts invalid lines received, `reconnections` how often the link was reopened.
+    robot does not answer. `garbled` counts invalid lines received, `reconnections` how often the link was
+    reopened.
     """
 
     def __init__(self, link: Link, *, timeout_s: float = 0.5, retries: int = 3) -> None:

@@ -38,7 +38,8 @@ def mirrored(controllers: np.ndarray) -> np.ndarray:
 def grid_controllers(states: int, steps: int) -> np.ndarray:
     """Return every controller (N, 2 n) whose wheel speeds are on a grid of so many steps from -1 to 1, one of each mirror pair.
 
-    It is the one that is larger at the first speed in which they differ; the last speed changes fastest. Source: section 4.6.1.
+    It is the one that is larger at the first speed in which they differ; the last speed changes fastest.
+    Source: section 4.6.1.
     """
     places = np.indices((steps,) * (2 * states)).reshape(2 * states, -1).T
     number = steps ** np.arange(2 * states)[::-1]
@@ -57,8 +58,9 @@ def gathering_costs(
 ) -> np.ndarray:
     """Return costs of controllers (M, 2 n), and dispersion at the end, of trials that start at poses (R, A + O, 3): (M, R, 2).
 
-    The cost is sum t u(t) / sum t over the seconds t = 1, 2, ... of a trial, where u is the dispersion of the objects, or of the
-    robots where there are none. Source: Gauci et al. 2014, Int. J. Robotics Research 33; docs/decisions/0016 says what is assumed.
+    The cost is sum t u(t) / sum t over the seconds t = 1, 2, ... of a trial, where u is the dispersion of the
+    objects, or of the robots where there are none. Source: Gauci et al. 2014, Int. J. Robotics Research 33;
+    docs/decisions/0016 says what is assumed.
     """
     models, trials, robots = len(controllers), len(starts), scenario.individuals
     many = np.tile(starts, (models, 1, 1))

@@ -41,8 +41,8 @@ class Start:
 def most_disks(sides_cm: tuple[float, float], radius_cm: float) -> float:
     """Return a number that disks cannot exceed whose centers lie in a rectangle, and no two of which overlap; fewer may fit.
 
-    Source: N. Oler, An inequality in the geometry of numbers, Acta Mathematica 105 (1961) 19: points of a convex region of area A
-    and perimeter P, no two closer than 1, are at most 2 A / sqrt(3) + P / 2 + 1.
+    Source: N. Oler, An inequality in the geometry of numbers, Acta Mathematica 105 (1961) 19: points of a
+    convex region of area A and perimeter P, no two closer than 1, are at most 2 A / sqrt(3) + P / 2 + 1.
     """
     width, height = (side / (2 * radius_cm) for side in sides_cm)
     return (2 / math.sqrt(3) * width * height + width + height + 1) * (1 + 1e-9)  # rounding never refuses a body

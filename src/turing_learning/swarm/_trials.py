@@ -109,9 +109,11 @@ def simulate(
     Parameters
     ----------
     scenario
-        Robots, objects, sensor, arena and control interval; its numbers of individuals and its duration do not count.
+        Robots, objects, sensor, arena and control interval; its numbers of individuals and its duration do not
+        count.
     controllers : (R, A, 2 n)
-        Left and right wheel speed for each sensor state, as fractions of the maximum, for each trial and individual.
+        Left and right wheel speed for each sensor state, as fractions of the maximum, for each trial and
+        individual.
     initial_poses : (R, A + O, 3)
         x, y (cm), heading (rad); robots first, then objects.
     control_steps

@@ -4,8 +4,9 @@
     What a run has to know of it, whatever its kind: parameters, signals, truth, and how its samples are opened.
     `Swarm`, `CustomSystem` and `Laboratory` are the kinds.
 `Source`
-    Samples of a system while they are needed, from `System.open`; `CustomSource` is that of a custom system, `Given` what its
-    caller hands over. `SystemFailedError` ends a run that can be resumed, `CustomSystemError` where a simulator failed.
+    Samples of a system while they are needed, from `System.open`; `CustomSource` is that of a custom system,
+    `Given` what its caller hands over. `SystemFailedError` ends a run that can be resumed, `CustomSystemError`
+    where a simulator failed.
 `describe`
     A custom system from what a caller hands over: samples, simulator, `Range` of each parameter,
     `CustomOptions`.

@@ -292,7 +292,8 @@ class CustomSource(FallibleSource):
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return genuine samples (K, T, D), and counterfeit ones (M, C, T, D) of models (M, P) as the optimizer has them.
 
-        A CustomSystemError ends the run: simulations fail in such a way, or a live source yields no proper samples.
+        A CustomSystemError ends the run: simulations fail in such a way, or a live source yields no proper
+        samples.
         """
         genuine = self._observed(len(models), rng)
         return Samples(genuine, self.system.centered(self.simulated(self.to_units(models), rng)))
@@ -382,8 +383,8 @@ class CustomSource(FallibleSource):
     def _answers(self, parameters: np.ndarray, rng: np.random.Generator) -> Iterator[tuple[np.ndarray, Answer]]:
         """Yield what the simulator says of which models: of groups, and of each model of a group that failed.
 
-        It is called here, or in worker processes, which are started on the first call and stay. The answers come in the order of
-        the calls, and do not depend on the number of workers.
+        It is called here, or in worker processes, which are started on the first call and stay. The answers
+        come in the order of the calls, and do not depend on the number of workers.
         """
 
         def asked(groups: list[np.ndarray], generators: list[np.random.Generator]) -> Iterator[Answer]:

@@ -87,8 +87,9 @@ def read_genuine(
 ) -> Genuine:  # fmt: skip
     """Check the samples of a system, cut them to one length, and choose those that are held out for testing.
 
-    They are (K, T, D), or K arrays (T, D), or `SplitSamples`, or a live source, a function rng -> (K, T, D). For `length` and
-    `held_out` see `CustomOptions`; `rng` draws the samples that are held out, and feeds a live source.
+    They are (K, T, D), or K arrays (T, D), or `SplitSamples`, or a live source, a function rng -> (K, T, D).
+    For `length` and `held_out` see `CustomOptions`; `rng` draws the samples that are held out, and feeds a live
+    source.
     """
     if callable(genuine):
         rule = "be left out for a live source, which is observed anew each time"
@@ -175,8 +176,8 @@ def _held_out(given: float | Sequence[int], count: int, rng: np.random.Generator
 
 
 def observed(genuine: Any) -> Any:
-    """Return genuine samples as they are given, windows of several recordings joined, and of a scenario or its name a source of its
-    agents' motion."""
+    """Return genuine samples as they are given, windows of several recordings joined, and of a scenario or its
+    name a source of its agents' motion."""
     listed = isinstance(genuine, list | tuple) and len(genuine) > 0
     if listed and all(isinstance(one, Windows) for one in genuine):
         return join_windows(genuine)

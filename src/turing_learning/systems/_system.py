@@ -148,8 +148,8 @@ class System:
 class Source:
     """Samples of a system and of models of it while a run, or a check, needs them. A context manager.
 
-    What derives from it implements `collect`, and `simulate` and `genuine_samples` where the computer can do that alone; also
-    `to_units` where it has no `system`.
+    What derives from it implements `collect`, and `simulate` and `genuine_samples` where the computer can do
+    that alone; also `to_units` where it has no `system`.
     """
 
     system: System  #: Whose samples these are
@@ -191,8 +191,9 @@ class Source:
     def positions(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
         """Return where individuals are whose motion can be shown, in steps of `interval_s` (s), by name.
 
-        "replicas" (F, A, 2), who execute the model with these parameters (P,); "recorded" (F, A', 2) individuals, NaN
-        where somebody is absent; "tank" (2,) width and height. Without "replicas" there is nothing to show.
+        "replicas" (F, A, 2), who execute the model with these parameters (P,); "recorded" (F, A', 2)
+        individuals, NaN where somebody is absent; "tank" (2,) width and height. Without "replicas" there is
+        nothing to show.
         """
         return {}
 

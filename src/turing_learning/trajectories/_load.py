@@ -63,7 +63,8 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     format
         One of `FORMATS`; None finds it from the content.
     y_axis
-        Direction in which y grows in the file; None takes the format's, which plain CSV has not. y is turned upwards.
+        Direction in which y grows in the file; None takes the format's, which plain CSV has not. y is turned
+        upwards.
     keypoint
         Which point of the body stands for the animal, where a file has several.
     min_confidence

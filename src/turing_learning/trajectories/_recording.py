@@ -74,8 +74,9 @@ class Format:
 class Glance:
     """A first look at a file, enough to tell the format.
 
-    `kind` is "text", "hdf5", "npz" for archives and folders of them, "npy" or "netcdf3"; `lines` are the first ones of a text;
-    `names` are those at the top of an HDF5 file, with "pandas_type" if there is a table of pandas, or the arrays in each archive.
+    `kind` is "text", "hdf5", "npz" for archives and folders of them, "npy" or "netcdf3"; `lines` are the first
+    ones of a text; `names` are those at the top of an HDF5 file, with "pandas_type" if there is a table of
+    pandas, or the arrays in each archive.
     """
 
     kind: str
@@ -133,8 +134,9 @@ def assemble(
 ) -> Recording:  # fmt: skip
     """Sort rows, which may be in any order, into arrays by frame and individual.
 
-    `frames` and `names` (rows,) are those of `positions` (rows, 2) and of `extras`, "confidence" and "headings" (rows,); `place`
-    says where in the file a row is, `twice` what to do where rows contradict each other. Odd frame numbers are refused, too.
+    `frames` and `names` (rows,) are those of `positions` (rows, 2) and of `extras`, "confidence" and "headings"
+    (rows,); `place` says where in the file a row is, `twice` what to do where rows contradict each other. Odd
+    frame numbers are refused, too.
     """
     whole = (frames >= 0) & (frames <= LARGEST) & (frames == np.floor(frames))
     refuse_first(~whole, place, f"have frame numbers that are whole, from 0 to {LARGEST:.0e}", frames)

@@ -30,7 +30,8 @@ def compute_signals(
     """Compute signals from positions, recorded or simulated; speed and turn with headings: paper, section 3.2.3.
 
     "speed"
-        Displacement over a frame divided by its duration; with headings negative if it goes against the heading at its start.
+        Displacement over a frame divided by its duration; with headings negative if it goes against the heading
+        at its start.
     "turn"
         Change of heading over a frame divided by its duration, the shorter way round. Without headings, the
         angle between the displacement before the step's first frame and the one after; no displacement keeps
@@ -54,7 +55,8 @@ def compute_signals(
     present, headings : (..., F, A)
         None if everybody is always present; None if headings (rad) are not known.
     smooth_frames
-        Positions are averaged over so many frames (odd, centered, narrower toward gaps) before anything else; 1 leaves them.
+        Positions are averaged over so many frames (odd, centered, narrower toward gaps) before anything else; 1
+        leaves them.
 
     Returns
     -------

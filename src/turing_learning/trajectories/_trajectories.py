@@ -169,7 +169,8 @@ class Trajectories:
         Returns
         -------
         Signals
-            `values` (F - 1, A, D) in the units that `SIGNALS` names; with px instead of cm where the scale is unknown.
+            `values` (F - 1, A, D) in the units that `SIGNALS` names; with px instead of cm where the scale is
+            unknown.
         """
         known = {"present": self.present, "headings": self.headings}
         return compute_signals(self.positions, fps=self.fps, names=names, smooth_frames=smooth_frames, **known)
@@ -246,7 +247,8 @@ class Trajectories:
     def to_pandas(self) -> "pd.DataFrame":
         """Return a long table: frame, time (s), id, x, y of everybody who is present, and heading and confidence if known.
 
-        Its attributes say the frame rate, the unit, and that y points upwards, so that `load_trajectories` reads it back.
+        Its attributes say the frame rate, the unit, and that y points upwards, so that `load_trajectories`
+        reads it back.
         """
         import pandas as pd
 

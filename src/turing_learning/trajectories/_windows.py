@@ -106,8 +106,8 @@ def cut_windows(
 ) -> Windows:  # fmt: skip
     """Cut windows of T = `steps` of some individuals out of signals (F - 1, A, D), each as early as possible.
 
-    So many frames on either side of a step as `half`, and before it as `lead`, enter its signals; individuals `apart` are for
-    testing alone; `measured` says how the signals are.
+    So many frames on either side of a step as `half`, and before it as `lead`, enter its signals; individuals
+    `apart` are for testing alone; `measured` says how the signals are.
     """
     stride = steps if stride is None else integer("stride", stride, 1)
     require(0 <= hold_out <= 0.9, "hold_out", "be from 0 to 0.9", str(hold_out))

@@ -84,8 +84,9 @@ def configuration_of(sizes: Sizes, preset: str, seed: int) -> Configuration:
 def run_populations(work: Work, sizes: Sizes, preset: str, generations: list[int]) -> list[dict[str, np.ndarray]]:
     """Conduct runs, a piece of work for each, and return the classifiers of some generations G.
 
-    Of each run there are "classifiers" (G, N, Q), in the single precision in which they judge; their subjective "fitness" (G, N);
-    "archived" (U, Q), all that have judged beside them from the archive, each once; and "judging" (G, U), in which generations.
+    Of each run there are "classifiers" (G, N, Q), in the single precision in which they judge; their subjective
+    "fitness" (G, N); "archived" (U, Q), all that have judged beside them from the archive, each once; and
+    "judging" (G, U), in which generations.
     """
     found = []
     for seed in seeds_of(sizes):

@@ -28,7 +28,8 @@ def read_infrared(
 ) -> np.ndarray:
     """Return the readings (A, 8) of robots at poses (A, 3), with noise: of all surfaces the strongest counts.
 
-    A surface at a distance d whose nearest point lies at an angle a from the sensor's axis gives b cos(a)^2 / (1 + (d / h)^2).
+    A surface at a distance d whose nearest point lies at an angle a from the sensor's axis gives b cos(a)^2 /
+    (1 + (d / h)^2).
     """
     angles, everybody = poses[:, 2, None] + SENSOR_ANGLES, np.arange(len(poses))
     axes = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
@@ -64,9 +65,9 @@ def move_for_a_cycle(
 def move_alone(
     scenario: Scenario, controller: np.ndarray, start: np.ndarray, *, cycles: int, seed: int
 ) -> Iterator[np.ndarray]:
-    """Yield the poses (A, 3), x, y (cm), heading (rad), at the start and after each cycle, of robots that execute a
-    controller (2 n,) among walls without a PC, as in state R5 (paper, section 5.4). Of the scenario only robot,
-    sensor and walls count.
+    """Yield the poses (A, 3), x, y (cm), heading (rad), at the start and after each cycle, of robots that
+    execute a controller (2 n,) among walls without a PC, as in state R5 (paper, section 5.4). Of the scenario
+    only robot, sensor and walls count.
     """
     arena, rng, table = sides_cm(scenario), np.random.default_rng(seed), np.reshape(controller, (-1, 2))
     poses, sight = start, np.zeros(len(start), int)
@@ -132,7 +133,8 @@ class EmulatedCamera:
     markers, labels
         What the robots wear: the kind of marker, and for each robot its label.
     arena_cm, wall_cm, body_radius_cm
-        Width (x) and height (y) of the arena; height of the walls; radius of the robots with their black skirts.
+        Width (x) and height (y) of the arena; height of the walls; radius of the robots with their black
+        skirts.
     optics, seed
         Blur, noise and light; seed of the floor's stains and the noise.
     """

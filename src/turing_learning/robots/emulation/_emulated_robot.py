@@ -52,8 +52,8 @@ FULL_SPEED = 1000  #: Steps per second
 
 
 def is_in_the_way(proximity: Sequence[int], threshold: int, least: float, forward: float = 1.0) -> bool:
-    """Return whether the strongest reading reaches a threshold, at a sensor whose direction, from where the robot goes, has a
-    cosine above `least`; `forward` is negative for a robot that drives backward.
+    """Return whether the strongest reading reaches a threshold, at a sensor whose direction, from where the
+    robot goes, has a cosine above `least`; `forward` is negative for a robot that drives backward.
     """
     strongest = int(np.argmax(proximity))
     toward = math.copysign(1.0, forward) * math.cos(SENSOR_ANGLES[strongest])
@@ -63,8 +63,8 @@ def is_in_the_way(proximity: Sequence[int], threshold: int, least: float, forwar
 def avoid_walls(wheels: Wheels, proximity: Sequence[int]) -> Wheels:
     """Return the wheel speeds, or a turn in place to the same side while a wall is in front of the robot or beside it.
 
-    One that drives straight turns anticlockwise. A robot that turns in place, as the agents do when they see another, goes on
-    turning; one that meets a robot goes on, because its skirt is too dark.
+    One that drives straight turns anticlockwise. A robot that turns in place, as the agents do when they see
+    another, goes on turning; one that meets a robot goes on, because its skirt is too dark.
     """
     left, right = wheels
     if left + right == 0 or not is_in_the_way(proximity, WALL, _ALONG, left + right):
@@ -85,12 +85,13 @@ class Body(Protocol):
 class EmulatedRobot:
     """Answer bytes as an e-puck, or e-puck2, with the public protocol does, take models as a replica, and go through the loop.
 
-    It reads byte by byte, as the firmware does, so that noise has the same effect: a byte above 127 begins a binary request that
-    ends with a zero; after an end of line whatever comes next begins a text. The PC wants the speeds `wheels` (steps per second),
-    and the loop to begin where `called`. `lights` are 0 to 7, 8 (body) and 9 (front), 0 off, 1 on; `selector` is a switch, 0 to 15.
+    It reads byte by byte, as the firmware does, so that noise has the same effect: a byte above 127 begins a
+    binary request that ends with a zero; after an end of line whatever comes next begins a text. The PC wants
+    the speeds `wheels` (steps per second), and the loop to begin where `called`. `lights` are 0 to 7, 8 (body)
+    and 9 (front), 0 off, 1 on; `selector` is a switch, 0 to 15.
 
-    An agent has a `controller` (2 n,), wheel speeds for each sensor state; a replica has none. Both `tell` when they have to signal
-    START and STOP. `rng` is that of dispersal.
+    An agent has a `controller` (2 n,), wheel speeds for each sensor state; a replica has none. Both `tell` when
+    they have to signal START and STOP. `rng` is that of dispersal.
     """
 
     def __init__(

@@ -53,8 +53,8 @@ BATTERY_LIGHT = 8
 
 
 class ArenaRobot:
-    """A robot whose clock is wrong by the share `drift`, whose battery (`charge` 1 if full) lasts `battery_s`, and whose signals
-    get lost if it is `silent`.
+    """A robot whose clock is wrong by the share `drift`, whose battery (`charge` 1 if full) lasts `battery_s`,
+    and whose signals get lost if it is `silent`.
     """
 
     def __init__(
@@ -223,9 +223,9 @@ class EmulatedLaboratory:
     """Everything that a PC program finds in a laboratory (paper, section 5), and an operator; faults happen on demand.
 
     Time passes while somebody waits by its `clock`: for a line, an image, or nothing. `faults` are what goes
-    wrong, `operator` is who helps, `camera` the one overhead; `names` are those of all robots, agents first, then
-    replicas. Numbers of the robots that do not move are `stuck`, of those whose marker is hidden `covered`; sizes
-    are `arena_cm` (width, height), and `interval_s`, of a control cycle and between images.
+    wrong, `operator` is who helps, `camera` the one overhead; `names` are those of all robots, agents first,
+    then replicas. Numbers of the robots that do not move are `stuck`, of those whose marker is hidden
+    `covered`; sizes are `arena_cm` (width, height), and `interval_s`, of a control cycle and between images.
 
     Parameters
     ----------
@@ -236,7 +236,8 @@ class EmulatedLaboratory:
     calibration
         Where the camera is, and its lens; by default above the arena's middle.
     markers, labels
-        What the robots wear, agents first; by default triangles, blue ones, and one of another color for each replica.
+        What the robots wear, agents first; by default triangles, blue ones, and one of another color for each
+        replica.
     make_line
         Robot and its name -> the robot's end of a line; by default one in this process, in virtual time.
     """
@@ -385,8 +386,9 @@ def obey(laboratory: EmulatedLaboratory, text: str) -> None:
 def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
     """Yield a laboratory in the form that can be rehearsed, for `rehearse` and the run: marked as emulated, and so are its runs.
 
-    It has no landmarks, which are not rendered, and emulated e-pucks before a camera, whatever the real ones are. If the file of
-    the calibration does not exist yet, it has that of a camera above the arena's middle, in a file that is removed at the end.
+    It has no landmarks, which are not rendered, and emulated e-pucks before a camera, whatever the real ones
+    are. If the file of the calibration does not exist yet, it has that of a camera above the arena's middle, in
+    a file that is removed at the end.
     """
     setup, scenario = laboratory.setup, laboratory.configuration.swarm
     changes: dict[str, object] = {"landmarks": {}}
@@ -403,8 +405,9 @@ def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
 def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     """Return the devices of an emulated laboratory with the robots, the arena and the calibration of a run.
 
-    Time passes as fast as the computer can. The seed of places, noise and batteries is that of the run if None; a resumed run
-    should not meet the same noise again. Raise ConfigurationError for a calibration that cannot be read, or an unknown marker.
+    Time passes as fast as the computer can. The seed of places, noise and batteries is that of the run if None;
+    a resumed run should not meet the same noise again. Raise ConfigurationError for a calibration that cannot
+    be read, or an unknown marker.
     """
     setup, configuration = laboratory.setup, laboratory.configuration
     tracker = laboratory_tracker(setup, configuration.swarm.robot)
@@ -420,8 +423,9 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
 
 
 class SimulatedLaboratory(Source):
-    """The counterpart of `LaboratorySource` in plain simulation (paper, section 5.4), without links, images and sensors:
-    robots begin each trial at places drawn uniformly; a wall only stops them. The seed is that of `observe`.
+    """The counterpart of `LaboratorySource` in plain simulation (paper, section 5.4), without links, images and
+    sensors: robots begin each trial at places drawn uniformly; a wall only stops them. The seed is that of
+    `observe`.
     """
 
     def __init__(self, scenario: Scenario, seed: int = 0, *, of_trials: bool = False) -> None:

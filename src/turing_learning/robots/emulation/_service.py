@@ -86,8 +86,8 @@ class ArenaService(AbstractContextManager["ArenaService"]):
         return "\n".join(line for name, content in sections for line in toml_table(name, content))
 
     def write(self, folder: Path, *, force: bool = False) -> Path:
-        """Write the laboratory's file and its camera's calibration into a folder; return the file's path, or raise FileExistsError
-        if one exists already, unless `force` is given.
+        """Write the laboratory's file and its camera's calibration into a folder; return the file's path, or
+        raise FileExistsError if one exists already, unless `force` is given.
         """
         path, calibration = folder / LABORATORY_FILE, folder / CALIBRATION_FILE
         for each in (path, calibration):
@@ -118,7 +118,8 @@ class ArenaService(AbstractContextManager["ArenaService"]):
 class CameraStream(ThreadingHTTPServer):
     """Serve images as JPEG over HTTP at `url`, in threads, until closed: any program for network cameras can open it.
 
-    `frames` takes the number of the last image, and gives number and image (H, W, 3) of the next, or None if there is no newer one.
+    `frames` takes the number of the last image, and gives number and image (H, W, 3) of the next, or None if
+    there is no newer one.
     """
 
     daemon_threads = True

@@ -42,8 +42,9 @@ class Camera(Protocol):
 class PunctualImages:
     """Images (H, W, 3) that a camera takes at a regular interval, the first not before `begin_s`, by the clock.
 
-    An image may be late if the next ones are not. One that was lost alone, by the time stamps of the next two, is None. After the
-    last of `count` images, `fault` says if others were left out, or they came too fast; it is empty otherwise.
+    An image may be late if the next ones are not. One that was lost alone, by the time stamps of the next two,
+    is None. After the last of `count` images, `fault` says if others were left out, or they came too fast; it
+    is empty otherwise.
     """
 
     camera: Camera

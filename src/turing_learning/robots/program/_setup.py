@@ -68,8 +68,9 @@ class RobotSection(Section):
 class CameraSection(Section):
     """The camera: its number, a video file or a URL, what it is asked for, its calibration, and what the robots wear.
 
-    Exposure and white balance have the units of the driver; `marker_cm` is a square's side, or a triangle's length.
-    `landmarks` (4X4_50) stay on the floor: identity -> x, y (cm). Of another `tracker` than that of a camera only `fps` counts.
+    Exposure and white balance have the units of the driver; `marker_cm` is a square's side, or a triangle's
+    length. `landmarks` (4X4_50) stay on the floor: identity -> x, y (cm). Of another `tracker` than that of a
+    camera only `fps` counts.
     """
 
     source: int | str = 0

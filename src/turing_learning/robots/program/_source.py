@@ -39,7 +39,8 @@ Answer = TypeVar("Answer")
 class Disturbance(Exception):
     """A trial cannot be used: in which state ("P0" while connecting), what happened, and what the operator has to do.
 
-    Before that the program tries again alone `tries` times, and for `patience_s` at least. `connected`: links and camera are good.
+    Before that the program tries again alone `tries` times, and for `patience_s` at least. `connected`: links
+    and camera are good.
     """
 
     state: str
@@ -66,8 +67,9 @@ class ObservedTrial:
 class PcProgram:
     """Run trials in step with the replicas (paper, section 5.2).
 
-    `watch` is called with the name of every state that is entered, and with every trial: when STOP has confirmed it, or it was
-    disturbed. `moving` are the robots with an address that were to be reached in this session, and have not been halted since.
+    `watch` is called with the name of every state that is entered, and with every trial: when STOP has
+    confirmed it, or it was disturbed. `moving` are the robots with an address that were to be reached in this
+    session, and have not been halted since.
     """
 
     def __init__(
@@ -142,7 +144,8 @@ class PcProgram:
     def run(self, models: np.ndarray, done: list[ObservedTrial] | None = None) -> list[ObservedTrial]:
         """Let models (M, P), wheel speeds, be executed, one by each replica in a trial; return the trials.
 
-        Trials are appended to `done`, and models of the trials in it not executed again: give it again after a `Disturbance`.
+        Trials are appended to `done`, and models of the trials in it not executed again: give it again after a
+        `Disturbance`.
         """
         self._done = [] if done is None else done
         self._queue = deque(models.reshape(-1, len(self._setup.replicas), models.shape[1])[len(self._done) :])
@@ -315,7 +318,8 @@ def passes(track: Track, stuck: Sequence[Fault]) -> bool:
 def stuck_robots(track: Track, models: np.ndarray, least_cm: float, full_turn_rad_s: float) -> tuple[Fault, ...]:
     """Return a fault for each robot that neither moved `least_cm` nor turned 0.1 rad in a track.
 
-    Of replicas, the last ones, only those of models (R, 2 n) that turn in every sensor state must move: others may stand, or push.
+    Of replicas, the last ones, only those of models (R, 2 n) that turn in every sensor state must move: others
+    may stand, or push.
     """
     moved = np.ptp(track.poses[..., :2], axis=0).max(axis=-1)
     turned = np.ptp(np.unwrap(track.poses[..., 2], axis=0), axis=0)
@@ -368,7 +372,8 @@ class LaboratorySource(Source):
     watch
         Called with every event.
     stored
-        Stage -> number of its attempts in earlier sessions, and trials of the last one: they are not executed again.
+        Stage -> number of its attempts in earlier sessions, and trials of the last one: they are not executed
+        again.
     spent
         Of a run of trials: number of its batches -> trials that these spend.
     """
@@ -389,8 +394,8 @@ class LaboratorySource(Source):
         self._program = PcProgram(setup, scenario, equipment, self._follow)
 
     def close(self) -> None:
-        """Halt the replicas, if they were to be reached in this session, and close links and camera. The log, and an event, name
-        those that do not answer: they may still be moving.
+        """Halt the replicas, if they were to be reached in this session, and close links and camera. The log,
+        and an event, name those that do not answer: they may still be moving.
         """
         try:
             self._program.halt()
@@ -402,14 +407,15 @@ class LaboratorySource(Source):
                 self._tell("moving", self._program.state, fault, "Switch them off.")
 
     def to_units(self, models: np.ndarray) -> np.ndarray:
-        """Return the wheel speeds (M, P), fractions of the maximum, of models (M, P) as the optimizer has them: their hyperbolic
-        tangent (paper, section 5.3), except in a run of trials, whose search ends at the largest speeds.
+        """Return the wheel speeds (M, P), fractions of the maximum, of models (M, P) as the optimizer has them:
+        their hyperbolic tangent (paper, section 5.3), except in a run of trials, whose search ends at the
+        largest speeds.
         """
         return models if self.ends else np.tanh(models)
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
-        """Return samples of the agents in all trials (trials x agents, T, 2), and one of each model (M, 1, T, 2); raise
-        `LaboratoryError` if an operator is needed and nobody answers.
+        """Return samples of the agents in all trials (trials x agents, T, 2), and one of each model (M, 1, T,
+        2); raise `LaboratoryError` if an operator is needed and nobody answers.
         """
         name = f"{'batch' if self._spent else 'generation'}-{self.generation:04d}"
         every, number, spent = self._setup.interventions.batteries_every, self.generation, self._spent

@@ -58,7 +58,8 @@ def gray(image: np.ndarray) -> np.ndarray:
 class Capture(AbstractContextManager["Capture"]):
     """Take images from a camera or a video. A context manager; iterating gives the remaining images of a video.
 
-    Raises FileNotFoundError if there is no such file, `CameraError` if the camera or the video cannot be opened.
+    Raises FileNotFoundError if there is no such file, `CameraError` if the camera or the video cannot be
+    opened.
 
     Parameters
     ----------
@@ -125,9 +126,9 @@ class Capture(AbstractContextManager["Capture"]):
 class LiveCapture(Capture):
     """Take images from a camera as they come: a thread takes and stamps them while the program is busy.
 
-    So no image waits in a buffer of the driver, and an image that was lost shows in the time stamps of the others.
-    `source` and `settings` are those of `Capture`, `clock` is for the time stamps, the computer's by default;
-    `taken_s` is when the image came that `take` returned last.
+    So no image waits in a buffer of the driver, and an image that was lost shows in the time stamps of the
+    others. `source` and `settings` are those of `Capture`, `clock` is for the time stamps, the computer's by
+    default; `taken_s` is when the image came that `take` returned last.
     """
 
     def __init__(

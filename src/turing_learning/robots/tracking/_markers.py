@@ -71,8 +71,8 @@ class _Spot:
 def _find_spots(image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: float) -> list[_Spot]:
     """Return the spots of about the expected area whose chroma, largest minus smallest channel, is high: that of colored paper.
 
-    They are found at half the resolution, where there is less noise, and measured at the full one: pixels weighted by their chroma
-    give places much finer than a pixel.
+    They are found at half the resolution, where there is less noise, and measured at the full one: pixels
+    weighted by their chroma give places much finer than a pixel.
     """
     half = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     colored = cv2.threshold(_chroma(half), chroma, 255, cv2.THRESH_BINARY)[1]

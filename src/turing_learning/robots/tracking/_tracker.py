@@ -24,9 +24,9 @@ FROZEN, MISSING, LOST, CARRIED, SURPLUS = "frozen camera", "marker missing", "lo
 IRREGULAR = "irregular images"
 """Kinds of faults."""
 SIDE_CM, WHEEL_CM, PUSH_CM, SCATTER, LATE = 0.2, 0.2, 0.7, 10.0, 0.5
-"""How much farther than it can drive a robot, and each of its wheels, may be seen to move sideways, and along, between two images;
-how much more where others, or walls, push it; how often more what is usually seen sideways: experiments/laboratory/carried.py.
-And how late an image may be (intervals), as for a camera."""
+"""How much farther than it can drive a robot, and each of its wheels, may be seen to move sideways, and along,
+between two images; how much more where others, or walls, push it; how often more what is usually seen sideways:
+experiments/laboratory/carried.py. And how late an image may be (intervals), as for a camera."""
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,9 @@ def _named(labels: Sequence[str]) -> list[str]:
 
 
 def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[Fault, ...]:
-    """Return a fault for each individual of a track that is not always seen, or that moves as a robot on two wheels cannot: these
-    turn only so fast, and it moves sideways only by turns between two images. Without an arena all may push each other always.
+    """Return a fault for each individual of a track that is not always seen, or that moves as a robot on two
+    wheels cannot: these turn only so fast, and it moves sideways only by turns between two images. Without an
+    arena all may push each other always.
     """
     places, everybody, names = track.poses[..., :2], range(len(track.labels)), _named(track.labels)
     gaps = ~track.present & ~track.lost[:, None]
@@ -143,8 +144,9 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
 
 
 def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
-    """Return the samples (A, T, 2) of poses (T + 1, A, 3), x, y (cm), heading (rad, anticlockwise): linear (cm/s), angular speed
-    (rad/s). See `trajectories.compute_signals`; the sign is that of the footnote in the paper's section 3.2.3.
+    """Return the samples (A, T, 2) of poses (T + 1, A, 3), x, y (cm), heading (rad, anticlockwise): linear
+    (cm/s), angular speed (rad/s). See `trajectories.compute_signals`; the sign is that of the footnote in the
+    paper's section 3.2.3.
     """
     poses = array("poses", poses, "T+1 A 3")
     require(len(poses) >= 2, "poses", "be of shape (T + 1, A, 3) with T >= 1", poses.shape)
@@ -156,8 +158,8 @@ def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
 def write_table(track: Track, path: Path, *, force: bool = False) -> None:
     """Write a table: frame, x, y (cm), id from 1, agents first, and heading (rad) where markers show it; a row where it was seen.
 
-    Read it with ``load_trajectories(path, fps=..., pixels_per_cm=1, y_axis="up")``. Raise FileExistsError for a file that exists,
-    unless `force`.
+    Read it with ``load_trajectories(path, fps=..., pixels_per_cm=1, y_axis="up")``. Raise FileExistsError for a
+    file that exists, unless `force`.
     """
     refuse_taken(path, name="out", force=force)
     columns = ("frame", "x", "y", "id", "heading")[: 5 if track.has_headings else 4]
