@@ -20,7 +20,7 @@ from turing_learning.classifiers import PooledClassifier
 from turing_learning.coevolution import THRESHOLD, Coevolution, FewTrials, Generation
 from turing_learning.config import Configuration, ConfigurationError, PopulationSection, classifier_of
 from turing_learning.errors import refusing_as, require
-from turing_learning.evolution import Optimizer, RenewedOptimizer
+from turing_learning.evolution import CMAEvolutionStrategy, Optimizer, RenewedOptimizer
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MATCHING, MODELS
 from turing_learning.systems import Source
 
@@ -106,7 +106,7 @@ def optimizer_of(
         if name == "cma":
             try:
                 least = section.minimum_step_size
-                return evolution.CMAEvolutionStrategy(dimension, size=size, minimum_step_size=least, **begin)  # type: ignore[arg-type]
+                return CMAEvolutionStrategy(dimension, size=size, minimum_step_size=least, **begin)  # type: ignore[arg-type]
             except ImportError as error:
                 raise ConfigurationError(str(error)) from error
         found = config.part_of(argument, name)
