@@ -22,15 +22,7 @@ from turing_learning.store import RunFolderError, told
 from ._infer import start
 from ._progress import Observer, Progress
 from ._run import Run, conduct
-from ._trials import (
-    POST_EVALUATION,
-    judged_again,
-    keep_trial,
-    note_event,
-    post_evaluate,
-    read_post_evaluation,
-    stored_trials,
-)
+from ._trials import POST_EVALUATION, judged_again, note_event, post_evaluate, read_post_evaluation, stored_trials
 
 EventObserver = Callable[[robots.Event], None]
 
@@ -238,10 +230,7 @@ def _source(
         return folder.configuration().trials_after(batches) if batches > 0 else 0  # the run may have got more of them
 
     def watch(event: robots.Event) -> None:
-        if event.trial is not None:
-            keep_trial(folder, event.stage, event.attempt, event.trial)
-        elif event.kind != "state":
-            note_event(folder, event)
+        note_event(folder, event)
         if on_event is not None:
             on_event(event)
 

@@ -33,7 +33,7 @@ POST_EVALUATION = "post-evaluation-"
 """Begin of the names of the stages in which the last models are observed again; their number follows."""
 
 
-def keep_trial(folder: RunFolder, stage: str, attempt: int, trial: "ObservedTrial") -> None:
+def _keep_trial(folder: RunFolder, stage: str, attempt: int, trial: "ObservedTrial") -> None:
     """Write a trial as `trials/STAGE/attempt-N/trial-NN.npz`; with faults as rejected-NN-K.npz, the K-th time."""
     attempt_folder = f"{folder.trials_path.name}/{stage}/attempt-{attempt}"
     name, rejected = f"trial-{trial.number:02d}.npz", f"rejected-{trial.number:02d}"
@@ -150,7 +150,11 @@ def _read_trial(folder: RunFolder, name: str) -> dict[str, np.ndarray]:
 
 
 def note_event(folder: RunFolder, event: "Event") -> None:
-    """Append an event to `events.jsonl`, and tell the program's log of a disturbance."""
+    """Keep a trial that an event brings; append others but states to `events.jsonl`, and tell the log of a disturbance."""
+    if event.trial is not None:
+        _keep_trial(folder, event.stage, event.attempt, event.trial)
+    if event.trial is not None or event.kind == "state":
+        return
     if event.kind == "disturbed":
         _LOGGER.info("%s, attempt %d, %s: %s.", event.stage, event.attempt, event.state, event.fault.rstrip("."))
     known = {name: getattr(event, name) for name in ("kind", "stage", "attempt", "state", "fault", "asked")}
