@@ -7,11 +7,13 @@
 `check_run`
     Whether its estimate can be believed; `Result.check` calls it.
 `RunFolder`, `resume_command`
-    The files of a run: configuration, manifest, result, history, checkpoints, figures, report, lock; how to resume it.
+    The files of a run: configuration, manifest, result, history, checkpoints, figures, report, lock; how to
+    resume it.
 `stored_generations`
     What the last checkpoint of a run holds, without the rest of it.
 `RunFolderError`, `RunStorageError`
-    A folder that is refused before anything runs, such as one of a later version; a run that cannot be written any further.
+    A folder that is refused before anything runs, such as one of a later version; a run that cannot be written
+    any further.
 """
 
 import lazy_loader

@@ -167,7 +167,8 @@ class RunFolder(Store):
     def extend(self, trials: int, tolerance: float | None) -> None:
         """Give a finished run more trials; the caller holds the lock. One write does it: config.toml says how the run began.
 
-        A run that has been given them and is not finished again stays as it is, so that the same call resumes it.
+        A run that has been given them and is not finished again stays as it is, so that the same call resumes
+        it.
         """
         manifest, configuration = self.manifest(), self.configuration()
         run, needed = configuration.run, partial(require, error=RunFolderError)

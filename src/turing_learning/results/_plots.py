@@ -36,8 +36,9 @@ LARGEST_SPEED = 100.0  # of a replica in a replay, in maximum speeds: beyond it 
 class Plots:
     """Pictures of a result on matplotlib axes.
 
-    Each method draws into the axes `ax`, or into a new figure of pyplot, and returns the axes: one for `fitness`, an array with
-    one for each panel otherwise. It raises a ConfigurationError if `ax` are not as many axes as there are panels.
+    Each method draws into the axes `ax`, or into a new figure of pyplot, and returns the axes: one for
+    `fitness`, an array with one for each panel otherwise. It raises a ConfigurationError if `ax` are not as
+    many axes as there are panels.
     """
 
     configuration: Configuration
@@ -81,8 +82,9 @@ class Plots:
     def distributions(self, ax: Any = None, *, genuine: Any = None, simulate: Any = None) -> np.ndarray:
         """Draw distributions of what can be seen of the genuine motion and of motion simulated at the estimate.
 
-        Of a swarm: speed, turning, distance of neighbors and polarization. Of a custom system: its signals, for which `genuine`
-        and `simulate` are given again if the run was loaded and they are no functions of a module.
+        Of a swarm: speed, turning, distance of neighbors and polarization. Of a custom system: its signals, for
+        which `genuine` and `simulate` are given again if the run was loaded and they are no functions of a
+        module.
         """
         rule, got, system = "be of a system that can be simulated", "one in a laboratory", self.configuration.system
         require(self.laboratory is None, "run", rule, got, place=str(self.laboratory), error=ConfigurationError)

@@ -32,8 +32,8 @@ AGREE_BIRGE, DISAGREE_BIRGE = 1.5, 2.0
 """The same for the Birge ratio of runs of trials; two runs whose intervals hold exceed the second in one case of twenty."""
 
 _FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history", "scenario.headings", *PROSE)
-"""Settings in which pooled runs may differ; but for the seed, none of them changes the result. Older runs know nothing of headings,
-and samples that are measured otherwise are others."""
+"""Settings in which pooled runs may differ; but for the seed, none of them changes the result. Older runs know
+nothing of headings, and samples that are measured otherwise are others."""
 
 _LONGEST = 60  # characters of a value in a message
 
@@ -59,9 +59,10 @@ class Pooled(Tabular):
         truth, also where runs settle in different regions, see `turing_learning.analysis.pooled_interval`.
         Both are NaN where no run has moved and no two differ.
     agreement
-        R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`; `runs_agree` has a word for it. NaN where no
-        run has moved. Of runs of trials the Birge ratio: how far their estimates are apart, in units of the deviations of their
-        draws; at most about 1 where they agree. NaN where fewer than two have settled.
+        R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`; `runs_agree` has a word for
+        it. NaN where no run has moved. Of runs of trials the Birge ratio: how far their estimates are apart, in
+        units of the deviations of their draws; at most about 1 where they agree. NaN where fewer than two have
+        settled.
     estimates
         Name -> the estimates of the runs, in the order of `seeds`.
     truth

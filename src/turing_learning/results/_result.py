@@ -90,8 +90,9 @@ class Result(Tabular):
     best_model
         The model with the highest subjective fitness in the last generation: the paper's rule.
     estimate
-        Median of the typical models of the last generations, see `turing_learning.analysis.estimate`. Of a run of trials, the
-        median of its `draws` if it has settled, else what its classifiers make likeliest after the last batch.
+        Median of the typical models of the last generations, see `turing_learning.analysis.estimate`. Of a run
+        of trials, the median of its `draws` if it has settled, else what its classifiers make likeliest after
+        the last batch.
     interval
         Lower and upper end, for each parameter, of what the estimate leaves open: nine of ten hold the truth,
         see `turing_learning.analysis.interval`. Both are NaN, in `result.json` null, where the run is still
@@ -112,16 +113,18 @@ class Result(Tabular):
         Number of trials: executions of the simulator or the laboratory, whatever the number of replicas in
         one. None in runs of version 0.1.0.
     covariance
-        Name -> name -> covariance of two parameters, in their units, of an estimate from few trials: what matching leaves open
-        (see `draws`). None, and not in `result.json`, for other runs, and where the run has not settled.
+        Name -> name -> covariance of two parameters, in their units, of an estimate from few trials: what
+        matching leaves open (see `draws`). None, and not in `result.json`, for other runs, and where the run
+        has not settled.
     path
         The run folder, absolute; None for a run that is kept in memory.
     failed_simulations
         Of a custom system: "count", and the first of them "listed" with generation, parameters and reason.
         None, and not in `result.json`, for simulated robots.
     networks
-        Of black-box models: the weights of "best_model", and of "estimate": the typical network of the last generations whose
-        steady outputs are nearest to the estimate. None, and not in `result.json`, for other models.
+        Of black-box models: the weights of "best_model", and of "estimate": the typical network of the last
+        generations whose steady outputs are nearest to the estimate. None, and not in `result.json`, for other
+        models.
     found
         What the run itself says of whether to believe it; `verdicts` also has what `check` and `pool` say.
     wandering
@@ -207,23 +210,30 @@ class Result(Tabular):
         Returns
         -------
         xarray.Dataset
-            Along `generation`, from 0, and with `individual` for models, `classifier_individual` for classifiers:
+            Along `generation`, from 0, and with `individual` for models, `classifier_individual` for
+            classifiers:
 
-            * `model` (generation, individual, parameter): parameters of the models, in units as in the result; for networks their
-              weights.
-            * `model_step_size` (generation, individual, parameter): in numbers of the search; for a custom system -1 to 1
-              is the range of the first models.
-            * `model_fitness` (generation, individual): share of the judgments that took the model for genuine, 0 to 1 (equation 1).
-            * `classifier`, `classifier_step_size` (generation, classifier_individual, weight): weights of the networks.
-            * `classifier_fitness` (generation, classifier_individual): mean of specificity and sensitivity, 0 to 1 (equation 2).
+            * `model` (generation, individual, parameter): parameters of the models, in units as in the result;
+              for networks their weights.
+            * `model_step_size` (generation, individual, parameter): in numbers of the search; for a custom
+              system -1 to 1 is the range of the first models.
+            * `model_fitness` (generation, individual): share of the judgments that took the model for genuine,
+              0 to 1 (equation 1).
+            * `classifier`, `classifier_step_size` (generation, classifier_individual, weight): weights of the
+              networks.
+            * `classifier_fitness` (generation, classifier_individual): mean of specificity and sensitivity, 0
+              to 1 (equation 2).
             * `best_model`, `typical_model` (generation, parameter): as in `coevolution.Generation`.
-            * `selection` (generation): 0 active, 1 all classifiers accept every model, 2 all reject every model.
+            * `selection` (generation): 0 active, 1 all classifiers accept every model, 2 all reject every
+              model.
 
-            A run with a thin history has, in place of both populations, their steps and their fitness, `model_fitness_quantiles`
-            and `classifier_fitness_quantiles` (generation, quantile): least, quartiles and largest. The generations of a run of
-            trials are its batches, and `trials` (generation) is how many were spent by then.
+            A run with a thin history has, in place of both populations, their steps and their fitness,
+            `model_fitness_quantiles` and `classifier_fitness_quantiles` (generation, quantile): least,
+            quartiles and largest. The generations of a run of trials are its batches, and `trials` (generation)
+            is how many were spent by then.
 
-            All have the attribute `long_name`, and `units` where they have one; `parameter` has the unit of each parameter.
+            All have the attribute `long_name`, and `units` where they have one; `parameter` has the unit of
+            each parameter.
         """
         return self._there().history()
 
@@ -269,7 +279,8 @@ class Result(Tabular):
         Parameters
         ----------
         path
-            Where, a name that ends with .html; None takes report.html in the run folder. A page of an earlier report is replaced.
+            Where, a name that ends with .html; None takes report.html in the run folder. A page of an earlier
+            report is replaced.
         force
             Whether any other file is replaced, too.
 
@@ -312,8 +323,9 @@ class Result(Tabular):
         Parameters
         ----------
         **options
-            `effort`, `recoveries`, `recovery_generations`, `seed`, `force`, `stage`; of a custom system also `genuine`,
-            `simulate`, `recording`, `groups`, `workers` and `timeout_s`: see `turing_learning.results.check_run`.
+            `effort`, `recoveries`, `recovery_generations`, `seed`, `force`, `stage`; of a custom system also
+            `genuine`, `simulate`, `recording`, `groups`, `workers` and `timeout_s`: see
+            `turing_learning.results.check_run`.
 
         Raises
         ------

@@ -55,28 +55,32 @@ def infer(
     Parameters
     ----------
     scenario
-        Name of a preset scenario, or a scenario; by default that of the configuration, without one "aggregation". Left out for a
-        custom system, which is given by `genuine`, `simulate` and `parameters` together.
+        Name of a preset scenario, or a scenario; by default that of the configuration, without one
+        "aggregation". Left out for a custom system, which is given by `genuine`, `simulate` and `parameters`
+        together.
     genuine
         Samples (K, T, D) of a custom system, or K arrays (T, D), or windows of recorded motion, or a function
-        rng -> (K, T, D) that observes it, or a scenario or the name of one, whose agents are observed anew in every generation.
+        rng -> (K, T, D) that observes it, or a scenario or the name of one, whose agents are observed anew in
+        every generation.
     simulate
-        Simulates models of it: a function (parameters (M, P), rng) -> samples (M, T, D), or (M, C, T, D) with C samples of each
-        model; or its name, "module:function". The columns are in the order of `parameters`; all randomness comes from `rng`.
+        Simulates models of it: a function (parameters (M, P), rng) -> samples (M, T, D), or (M, C, T, D) with C
+        samples of each model; or its name, "module:function". The columns are in the order of `parameters`; all
+        randomness comes from `rng`.
     parameters
         Name -> (low, high), the range of the first models and the space of the search, where None leaves a
         side open; or name -> `Parameter`, with a unit or on a logarithmic scale.
     generations
         Number of generations, >= 1, instead of a budget in trials.
     trials
-        Budget in trials, >= 20: every sample is kept and judged again, and the next trials are spent where they tell most
-        (decision 0028). A trial is one execution of the simulator, whatever the number of replicas in it. 3000 where neither
-        the length of the run nor a setting of its populations is given (decision 0035).
+        Budget in trials, >= 20: every sample is kept and judged again, and the next trials are spent where they
+        tell most (decision 0028). A trial is one execution of the simulator, whatever the number of replicas in
+        it. 3000 where neither the length of the run nor a setting of its populations is given (decision 0035).
     models
         Optimizer of the models: "evolution-strategy" by default, "cma", "module:function", a function that
         makes an `evolution.Optimizer`, or such an optimizer; see docs/your-own-parts.md.
     classifier
-        What judges: a `coevolution.Classifier`, a function that makes one, or "module:function"; by default an Elman network.
+        What judges: a `coevolution.Classifier`, a function that makes one, or "module:function"; by default an
+        Elman network.
     tolerance
         The run stops before its trials are spent once it has settled and `interval` leaves, of each
         parameter that can be identified, at most this share of its range to either side. None, or 0: never.
@@ -100,7 +104,8 @@ def infer(
     should_stop
         Called after every generation; if it returns True, the run stops there and can be resumed.
     progress
-        Whether to show a progress bar. None shows one on a terminal and in a notebook, unless `observer` or `should_stop` is given.
+        Whether to show a progress bar. None shows one on a terminal and in a notebook, unless `observer` or
+        `should_stop` is given.
     **options
         More about a custom system: name, title, signals, length, held_out, samples_per_generation, vectorized,
         batches, workers, timeout_s; see docs/own-system.md. With `stimulus` it is one whose classifiers choose
@@ -116,8 +121,9 @@ def infer(
     RunStorageError
         If the folder cannot be written any more; the run can be resumed.
     CustomSystemError
-        If the simulator of one's own raises or returns the wrong shape in the first generation, or fails for more than
-        half of the models of a later one; a run in a folder has kept what was inferred before, and can be resumed.
+        If the simulator of one's own raises or returns the wrong shape in the first generation, or fails for
+        more than half of the models of a later one; a run in a folder has kept what was inferred before, and
+        can be resumed.
 
     Examples
     --------
@@ -222,7 +228,8 @@ def resume(
     Parameters
     ----------
     path
-        The run folder. One that is finished is left as it is, whether its system is given or not; another one is refused.
+        The run folder. One that is finished is left as it is, whether its system is given or not; another one
+        is refused.
     genuine, simulate
         Of a custom system: the samples that the run began with, and the simulator. Functions of a module are
         imported by their names unless they are given; samples are not in the folder.

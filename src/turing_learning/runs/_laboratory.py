@@ -48,8 +48,9 @@ def start_laboratory(
     out, force, observer, should_stop
         As in `infer`.
     open_replica
-        Address -> `robots.Replica`, for robots that are no e-pucks: a function, its name "module:function", or the name of an entry
-        point in the group "turing_learning.robots". In place of `open_replica` in the file.
+        Address -> `robots.Replica`, for robots that are no e-pucks: a function, its name "module:function", or
+        the name of an entry point in the group "turing_learning.robots". In place of `open_replica` in the
+        file.
     tracker
         Setup -> `robots.PoseSource`, for anything but a camera; likewise.
     equipment
@@ -97,9 +98,10 @@ def resume_laboratory(
 ) -> Result:
     """Go on with a run in a laboratory. See `start_laboratory`.
 
-    Trials that were executed are not executed again. With `trials`, and `tolerance`, a finished run of trials gets more of them,
-    see `Run.open`. Addresses in the folder's `laboratory.json` may have been changed meanwhile. A rehearsal (see
-    `robots.as_emulated`) is refused without `equipment`. Functions that have names need not be given again.
+    Trials that were executed are not executed again. With `trials`, and `tolerance`, a finished run of trials
+    gets more of them, see `Run.open`. Addresses in the folder's `laboratory.json` may have been changed
+    meanwhile. A rehearsal (see `robots.as_emulated`) is refused without `equipment`. Functions that have names
+    need not be given again.
     """
     folder = RunFolder(path)
     setup, configuration = stored_setup(folder), folder.configuration()
@@ -126,7 +128,8 @@ class SimulatedRun:
     result
         As of any run, kept in memory.
     fitness : (repeats, M)
-        Of the models of the last generation, observed again and judged by all its classifiers; none of a run of trials.
+        Of the models of the last generation, observed again and judged by all its classifiers; none of a run of
+        trials.
     best_model : (P,)
         That of the highest mean fitness, in wheel speeds; of a run of trials the estimate.
     """

@@ -1,7 +1,7 @@
 """The loop that a configuration describes: a coevolution, or an estimate from few trials in the form of one.
 
-Both step by generations, and have a `state`, to be restored; `rows`, samples that are stored as they come; and a `readout`, what is
-read off at the end. In an estimate from few trials one step is one batch of trials.
+Both step by generations, and have a `state`, to be restored; `rows`, samples that are stored as they come; and
+a `readout`, what is read off at the end. In an estimate from few trials one step is one batch of trials.
 """
 
 from collections.abc import Mapping
@@ -249,7 +249,8 @@ class TrialsLoop:
     def matched(self) -> Matched | None:
         """Match the agents after the last batch, with the range of the first models as [-1, 1]; None with too few trials there.
 
-        What is not settled, though no classifier tells it, is sought three times: that whose canary is the middle one counts.
+        What is not settled, though no classifier tells it, is sought three times: that whose canary is the
+        middle one counts.
         """
         if self._matched[0] == self.generation:
             return self._matched[1]

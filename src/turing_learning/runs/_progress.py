@@ -40,7 +40,8 @@ class Progress:
     described
         Gives models (..., P) in the parameters of `parameter_names`; None if these are their numbers.
     trials
-        Spent so far, and the budget, of a run of trials, whose generations are batches of them; None for other runs.
+        Spent so far, and the budget, of a run of trials, whose generations are batches of them; None for other
+        runs.
     """
 
     generation: Generation

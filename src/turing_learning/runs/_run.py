@@ -51,8 +51,9 @@ _RECENT = 50  # generations that rate and outlook are taken from
 class Run:
     """A run of Turing Learning, one generation for each turn of a loop over it.
 
-    Leaving the loop, also by an error in it, stops the run: what is done is saved, and a run in a folder can be opened again. As a
-    context manager it gives back its lock wherever it is left. `Run.begin` and `Run.open` make one.
+    Leaving the loop, also by an error in it, stops the run: what is done is saved, and a run in a folder can be
+    opened again. As a context manager it gives back its lock wherever it is left. `Run.begin` and `Run.open`
+    make one.
 
     Attributes
     ----------
@@ -113,7 +114,8 @@ class Run:
         out
             A new or empty folder; None keeps the run in memory.
         source
-            Samples of its system, which the caller closes; None opens those of a system that needs nothing else.
+            Samples of its system, which the caller closes; None opens those of a system that needs nothing
+            else.
         force
             Whether a run that is in the folder already may be replaced.
         files
@@ -162,7 +164,8 @@ class Run:
         path
             The run folder.
         reopen
-            Opens the samples of the run's system, while the folder is locked; None opens those of a system that needs nothing else.
+            Opens the samples of the run's system, while the folder is locked; None opens those of a system that
+            needs nothing else.
         threads
             Number of threads; None takes that of the configuration.
         trials
@@ -656,7 +659,8 @@ def load_run(path: str | Path, *, models: Any = None, classifier: Any = None) ->
     path
         The run folder.
     models, classifier
-        The objects that the run began with, where no other process can import them; checks and detectors need the classifier.
+        The objects that the run began with, where no other process can import them; checks and detectors need
+        the classifier.
 
     Returns
     -------

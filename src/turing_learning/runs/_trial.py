@@ -81,7 +81,8 @@ def write_trial(replay: report.Replay, path: Path, *, force: bool = False) -> Pa
     Raises
     ------
     ConfigurationError
-        If the suffix is unknown, the file exists, it cannot be written, or a film needs an extra that is not installed.
+        If the suffix is unknown, the file exists, it cannot be written, or a film needs an extra that is not
+        installed.
     """
     refuse_target(path, name="out", suffixes=SUFFIXES, force=force)
     try:

@@ -188,7 +188,8 @@ class ModelEvaluation:
     repeats
         How often they are to be observed again.
     fitness : (observed, M)
-        Of the M models, as in equation 1, each time that they have been observed again so far, at most `repeats` times.
+        Of the M models, as in equation 1, each time that they have been observed again so far, at most
+        `repeats` times.
     best_model
         Name -> parameter of the model of the highest mean fitness; None until all repeats are done.
     absolute_error
@@ -238,8 +239,8 @@ def post_evaluate(
 ) -> None:
     """Observe the last models of a complete run of generations `repeats` times; write what they are worth, see `ModelEvaluation`.
 
-    What is written already is not observed again, and what was observed more often is left out. In the end what detectors
-    need is written, too. Source: paper, section 5.4.
+    What is written already is not observed again, and what was observed more often is left out. In the end what
+    detectors need is written, too. Source: paper, section 5.4.
     """
     if result.configuration.run.trials or not (result.complete and repeats):
         return

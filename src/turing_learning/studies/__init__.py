@@ -1,7 +1,8 @@
 """Studies: many runs, executed by workers, read as one table.
 
 `study`
-    Run a scenario with many seeds, with a grid or list of configurations, or with random behaviors (`BEHAVIORS`).
+    Run a scenario with many seeds, with a grid or list of configurations, or with random behaviors
+    (`BEHAVIORS`).
 `resume_study`, `load_study`
     Resume a study; open one.
 `plan_study`

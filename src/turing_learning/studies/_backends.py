@@ -215,7 +215,8 @@ def require_visible(client: "Client", path: Path, address: str) -> None:
 def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool = False) -> str:
     """Write a job script for a study and return the line that submits it.
 
-    With ``SLURM_ARRAY_TASK_ID`` the script executes the run of that number, without it the step that makes the table.
+    With ``SLURM_ARRAY_TASK_ID`` the script executes the run of that number, without it the step that makes the
+    table.
 
     Parameters
     ----------

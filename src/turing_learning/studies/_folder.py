@@ -58,7 +58,8 @@ class StudyFolder(Store):
         Raises
         ------
         RunFolderError
-            If this is not a study folder, it has been changed, or a later version of the package has written it.
+            If this is not a study folder, it has been changed, or a later version of the package has written
+            it.
         """
         content, file, new = self.head(), self.configuration_path, "or start a new study."
         check = partial(require, error=RunFolderError)

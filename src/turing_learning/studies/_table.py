@@ -35,8 +35,9 @@ MODELS = ("best_model", "estimate")
 ERRORS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
 
 Convergence = tuple[dict[str, Any], dict[str, np.ndarray]]
-"""Settings of a configuration, and medians over its complete runs in each generation: "best_model" and "typical_model" (G, P), of
-networks their steady outputs; their absolute errors "best_error" and "typical_error"; the means of these, "best_mae" and so on."""
+"""Settings of a configuration, and medians over its complete runs in each generation: "best_model" and
+"typical_model" (G, P), of networks their steady outputs; their absolute errors "best_error" and
+"typical_error"; the means of these, "best_mae" and so on."""
 
 NO_TRUTH = "no truth"
 _COUNTS = ("generations", "trials", "selection_stopped", "mae", "estimate_mae")
