@@ -5,9 +5,8 @@
 `Trajectories`              The recording: positions in cm with y upwards, who is present, frame rate; `check()`,
                             `bridged()`, `thinned()`, `speeds()`, `signals()`, `windows()`, `to_xarray()`.
 `from_xarray`               A dataset in the conventions of the `movement` package, as `Trajectories`.
-`Problems`                  What `check()` finds: missing values, jumps, repeated and empty frames, odd
-headings, direction of y. `compute_signals`           Positions to signals, for recordings and for simulators
-alike; `SIGNALS` names them, `DIRECTED` those
+`Problems`                  What `check()` finds: missing values, jumps, repeated and empty frames, odd headings, direction of y.
+`compute_signals`           Positions to signals, for recordings and for simulators alike; `SIGNALS` names them, `DIRECTED` those
                             that depend on headings.
 `pooled_windows`            Samples of several recordings; `join_windows` joins those that are cut.
 `Signals`, `Windows`        Signals with the steps at which they exist; samples for learning and for testing.

@@ -120,7 +120,7 @@ def test_a_study_with_failed_runs_is_no_result(tmp_path, monkeypatch):
         raise MemoryError("too little")
 
     with monkeypatch.context() as patched:
-        patched.setattr("turing_learning.runs.start", fail)
+        patched.setattr("turing_learning.studies._backends.start", fail)
         with pytest.raises(
             ExecutorError, match=r"`study` must have no runs that fail; got 2, the first for: MemoryError"
         ):
