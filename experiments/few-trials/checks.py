@@ -1,7 +1,8 @@
 """What `check` says of runs of trials: ``python checks.py FIRST LAST``; a row for each check in checks.csv.
 
 The model is an offset with white noise, and a parameter without effect. Right: so are the recordings; wrong: their noise has a
-memory. Failed: four offsets, each of a quarter of the time, are sought in 20 trials. A check that has its row is not repeated.
+memory. Failed: four offsets, each of a quarter of the time, are sought in 20 trials. With little effort; right-default and
+wrong-default: with the default effort, without profiles. A check that has its row is not repeated.
 ``python checks.py`` alone prints what was said.
 """
 
@@ -31,8 +32,9 @@ def simulate(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return np.repeat(offsets, STEPS // offsets.shape[1], axis=1)[..., None] + rng.normal(0, 3, (len(offsets), STEPS, 1))
 
 
-def check(case: str, seed: int) -> dict[str, object]:
+def check(asked: str, seed: int) -> dict[str, object]:
     """Return the row of one check."""
+    case, _, default = asked.partition("-")
     rng, failed = np.random.default_rng([seed, 7]), case == "failed"
     truth = OFFSETS if failed else (7.0, 7.0)
     genuine = simulate(np.tile(truth, (RECORDINGS, 1)), rng)
@@ -45,9 +47,10 @@ def check(case: str, seed: int) -> dict[str, object]:
         genuine=genuine, simulate=simulate, trials=FEWER if failed else TRIALS, seed=seed, settings={"run.threads": 1},
         parameters=dict.fromkeys(("a", "b", "c", "d"), (0.0, 20.0)) if failed else RANGES,
     )  # fmt: skip
-    found = result.check(effort=replace(EFFORT, points=0) if failed else EFFORT, seed=seed)
-    pinned = (None, None) if failed else tuple(each.pinned_down for each in found.parameters)
-    return dict(zip(FIELDS, (case, seed, found.fault, f"{found.test.accuracy:.4f}", *pinned), strict=True))
+    effort = Effort(points=0) if default else replace(EFFORT, points=0) if failed else EFFORT
+    found = result.check(effort=effort, seed=seed)
+    pinned = (None, None) if failed or default else tuple(each.pinned_down for each in found.parameters)
+    return dict(zip(FIELDS, (asked, seed, found.fault, f"{found.test.accuracy:.4f}", *pinned), strict=True))
 
 
 def main(first: int, last: int) -> None:
@@ -55,7 +58,7 @@ def main(first: int, last: int) -> None:
     rows = list(csv.DictReader(PATH.open())) if PATH.exists() else []
     done = {(row["case"], int(row["seed"])) for row in rows}
     for seed in range(first, last + 1):
-        for case in ("right", "wrong", "failed"):
+        for case in ("right", "wrong", "failed", "right-default", "wrong-default"):
             if (case, seed) not in done:
                 curves.append(PATH, FIELDS, [check(case, seed)])
 
