@@ -80,7 +80,9 @@ class RunView:
         parts: list[Table | Text] = [*tables(["", *names], rows, width)]
         parts.append(_row(Text(progress.place, style="bold"), bar, Text(rate), left))
         rows = [[name, f"{np.median(values):.3f}", f"{values.max():.3f}"] for name, values in both.items()]
-        parts += [*tables(["fitness", "median", "best"], rows, width), *[Text(outlook, style="dim")] * bool(outlook)]
+        parts += tables(["fitness", "median", "best"], rows, width)
+        if outlook:
+            parts.append(Text(outlook, style="dim"))
         self._live.transient = last  # the result's table follows
         self._live.update(_alarmed(parts, alarm), refresh=True)
 

@@ -237,7 +237,10 @@ def _execute(
     needed: bool = True,
     stored: Path | None = None,
 ) -> int | None:
-    """Look at the laboratory, if its robots are needed (addresses are in `stored`), run, and print the result, or how to resume."""
+    """Look at the laboratory, if its robots are needed, run, and print the result, or how to resume.
+
+    Addresses of real robots of a run that is resumed are in the file `stored`.
+    """
     if needed and not _inspected(laboratory, equipment):
         if stored is not None:
             text = f"The addresses of replicas and camera are those in {stored}, where they may be edited."

@@ -294,7 +294,10 @@ def opened(run: Path) -> "tl.Result":
 
 
 def _system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
-    """Return genuine motion, simulator, recordings of a run, if recorded; reject one whose simulator only Python has, by `call`."""
+    """Return genuine motion, simulator and recordings of a run on recorded motion, nothing for others.
+
+    A run whose simulator only Python has is rejected; `call` is what Python does with it.
+    """
     folder = tl.results.RunFolder(run)
     system = folder.configuration().system
     needed = {each.name for each in system.resuming} if system.name not in tl.families.FAMILIES else set()

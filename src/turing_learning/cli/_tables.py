@@ -38,7 +38,10 @@ def named_numbers(values: Iterable[tuple[str, float]]) -> str:
 
 
 def print_result(console: "Console", result: "tl.Result", path: Path) -> "tl.runs.ModelEvaluation | None":
-    """Print what a run has inferred, its files by the path that was given, and what observing its last models again has shown."""
+    """Print what a run has inferred, and where its files are, by the path that was given.
+
+    Of a run in a laboratory print and return what was found when its last models were observed again.
+    """
     console.print(result)
     print_files(console, report=tl.results.RunFolder(path).report_path)
     console.print(f"run:    {path}", soft_wrap=True)

@@ -258,7 +258,10 @@ def _refuse_largest(configuration: Configuration, keys: tuple[str, ...], need: s
 
 
 def part_named(given: Any) -> str:
-    """Return the name of an optimizer or classifier, or "module:function"; "given:NAME" of an object that only this process has."""
+    """Return how a configuration names an optimizer or a classifier.
+
+    That is its name, "module:function" if it can be imported, and else "given:NAME": only this process has it.
+    """
     if name := given if isinstance(given, str) else importable_name(given):
         return name
     label = getattr(given, "__name__", type(given).__name__)

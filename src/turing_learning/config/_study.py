@@ -39,7 +39,10 @@ def with_settings(configuration: Configuration, settings: Mapping[str, Any]) -> 
 
 
 def stated_once(statements: Iterable[tuple[str, Any, str]]) -> dict[str, Any]:
-    """Return dotted key -> value of statements, each a dotted key, a value or table of values, and how it was given."""
+    """Return dotted key -> value of settings, of which each may be stated once, by an option or by its key.
+
+    A statement is a dotted key, a value or a table of values, and the words for how it was given.
+    """
     found: dict[str, tuple[Any, str]] = {}
     for name, given, words in statements:
         for key, value in (dotted({name: given}) or {name: given}).items():

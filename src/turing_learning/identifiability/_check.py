@@ -100,9 +100,9 @@ def fault(
     """Say whether an estimate is `FINE`, `WRONG_MODEL` or `FAILED_SEARCH`: a parametric bootstrap.
 
     Recoveries are runs whose truth is the estimate. They show how well fresh classifiers tell the samples from
-    a model that a search has found where the model is right. Where they tell the run's own estimate better than
-    that, it is the model if searches find their truth and no other search on the same samples has found a
-    better estimate; else it is the search.
+    a model that a search has found where the model is right, and from the truth itself. If searches find their
+    truth, both say what is usual. Where the classifiers tell the run's own estimate better than that, it is the
+    model, unless another search on the same samples has found a better estimate; else it is the search.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def fault(
     recovered : (B,)
         The same for each of at least 2 recoveries and what it has found.
     attainable : (A,)
-        The same for recoveries and their truth, at least 2, so about 0.5.
+        Of those that tell the truth of a recovery from itself, at least 2, so about 0.5: one or several for each.
     others : (R,)
         The same as `accuracy` for estimates of other searches on the genuine samples.
     level
@@ -120,8 +120,8 @@ def fault(
     found = array("recovered", recovered, "B")
     best = array("attainable", attainable, "A")
     again = array("others", others, "R", empty=True)
-    for name, each in (("recovered", found), ("attainable", best)):
-        require(len(each) >= 2, name, "be of at least 2 recoveries", str(len(each)))
+    require(len(found) >= 2, "recovered", "be of at least 2 recoveries", str(len(found)))
+    require(len(best) >= 2, "attainable", "be of at least 2 tests", str(len(best)))
 
     def exceeds(value: float, sample: np.ndarray, size: float = 1) -> bool:
         """Return whether a value, or a mean of `size`, is beyond what a normally distributed sample makes likely."""

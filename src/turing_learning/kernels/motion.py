@@ -234,8 +234,8 @@ def glide(i: int, dt: float, steps: int, sines: np.ndarray, cosines: np.ndarray,
 def glide_free_robots(world: World, state: State) -> None:
     """Advance by one control cycle, in closed form, the robots of all slots that touch nothing (near = 0).
 
-    The first physics step goes along heading + (turn rate before) dt / 2; step k = 1 ... S - 1 along h + (k +
-    1/2) d, with d = (commanded turn rate) dt, and the sum of the S - 1 unit vectors is U_{S-2}(cos(d / 2))
+    The first physics step goes along heading + (turn rate before) dt / 2; step k = 1 ... S - 1 along
+    h + (k + 1/2) d, with d = (commanded turn rate) dt, and the sum of the S - 1 unit vectors is U_{S-2}(cos(d / 2))
     times the one along h + (S + 1) d / 2.
     """
     dt = world.interval / world.substeps

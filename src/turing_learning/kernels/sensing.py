@@ -8,9 +8,9 @@ view, and from its border the centre is
     outside = |off| cos h - ahead sin h
 
 The centre lies in the sector if outside < 0; then the nearest visible point is the nearest of the disk.
-Otherwise a part of the disk is visible if the border meets it (along > 0, outside <= r), first at along -
-sqrt(r r - outside outside), or if the robot's centre lies in the disk. A field of 0 has no inside: along =
-ahead and outside = |off|, to the last bit, the line of sight.
+Otherwise a part of the disk is visible if the border meets it (along > 0, outside <= r), first at
+along - sqrt(r r - outside outside), or if the robot's centre lies in the disk. A field of 0 has no inside:
+along = ahead and outside = |off|, to the last bit, the line of sight.
 """
 
 import math

@@ -7,14 +7,13 @@ order, so that the order is renewed now and then only, while the boxes are renew
 to where the bodies are, be they 1e12 cm apart.
 
 Why the first item in a line of sight is exact. For a ray from (x, y) along (c, s), `sensing.first_reading`
-computes for a body at (xj, yj), with dx = xj - x and dy = yj - y, the numbers off = dx s - dy c and ahead = dx
-c + dy s, each operation rounded to the nearest float. Such rounding is monotone: if xj grows, so does (weakly)
+computes for a body at (xj, yj), with dx = xj - x and dy = yj - y, the numbers off = dx s - dy c and
+ahead = dx c + dy s, each operation rounded to the nearest float. Such rounding is monotone: if xj grows, so does (weakly)
 the rounded dx, then the rounded dx s if s >= 0 (else it falls), and so on. The computed, not only the true, off
 and ahead of every body in a box therefore lie between those computed in the same way for two of its corners, to
-the last bit, for coordinates of any size. A body is met if ahead > 0 and
-|off| <= r. The square root of the rounded r r is r, so that the entry distance, ahead - sqrt(r r - off off), is at least ahead
-- r, and that of any body of the box at least the lowest corner's ahead minus the largest r. Boxes are left out
-  by these bounds
+the last bit, for coordinates of any size. A body is met if ahead > 0 and |off| <= r. The square root of the
+rounded r r is r, so that the entry distance, ahead - sqrt(r r - off off), is at least ahead - r, and that of
+any body of the box at least the lowest corner's ahead minus the largest r. Boxes are left out by these bounds
 alone. Of two bodies at the same entry distance the plain loop takes the first, and so does this one, in
 whichever order it meets them. No product may be fused with a sum here or there (`contracted`), because that
 would round differently.

@@ -16,6 +16,7 @@ STEADY_STEPS = 20
 """Time steps of constant input after which the outputs count as steady: paper, section 4.6.2."""
 
 VIEW_REACH = 5.0
+VIEW_SATURATION = 10.0
 """Range of jumps of the number of a field of view, in ranges of first genomes: views of 2 to 358 degrees instead of 97 to 263."""
 
 
@@ -40,8 +41,6 @@ class Jumps:
     dependent: tuple[int, ...] = ()
     #: () or (P,): Range from which numbers are drawn anew, in ranges of the first genomes
     reach: float | tuple[float, ...] = 1.0
-    #: Indices of the numbers of which large ones are all alike, on either side, and infinite ones stand for the parameter's ends
-    saturated: tuple[int, ...] = ()
 
 
 class Representation(Protocol):
@@ -59,6 +58,11 @@ class Representation(Protocol):
     def jumps(self) -> Jumps:
         """What jumps may do to genomes."""
         return Jumps()
+
+    @property
+    def saturation(self) -> dict[int, float]:
+        """Index -> size of a number beyond which a parameter has reached its end; an infinite one stands for that end."""
+        return {}
 
     def to_units(self, genomes: np.ndarray) -> np.ndarray:
         """Return the parameters (..., P) of genomes (..., P)."""
@@ -120,7 +124,12 @@ class MorphologyModel(ReactiveModel):
     def jumps(self) -> Jumps:
         """Sensor states exchange the speeds of both wheels, and the field of view, which tells them apart, is drawn anew."""
         speeds = 2 * self.states
-        return Jumps(super().jumps.groups, (speeds,), reach=(1.0,) * speeds + (VIEW_REACH,), saturated=(speeds,))
+        return Jumps(super().jumps.groups, dependent=(speeds,), reach=(1.0,) * speeds + (VIEW_REACH,))
+
+    @property
+    def saturation(self) -> dict[int, float]:
+        """That of x: beyond 10 the angle is 0 or 2 pi, but for 0.0003 rad."""
+        return {2 * self.states: VIEW_SATURATION}
 
     def truth(self, wheel_speeds: tuple[float, ...], field_of_view: float) -> tuple[float, ...]:
         """Return the wheel speeds and the field of view (2 n + 1,)."""

@@ -324,28 +324,31 @@ def infer_by_npe(
         torch.manual_seed(seed)
         end = torch.full((len(groups.scenario.controller),), LARGEST)
         prior = utils.BoxUniform(-end, end)
-        method = sbi.NPE(prior, show_progress_bars=False, tracker=_NO_TRACKER)
+        method = sbi.NPE(prior, show_progress_bars=False, tracker=NO_TRACKER)
         posterior: Any = None
         for part in np.array_split(np.arange(evaluations), rounds):
             if should_stop is not None and should_stop():
                 return None
-            models = (prior if posterior is None else _truncated(utils, posterior)).sample((len(part),))
+            models = (prior if posterior is None else truncated(utils, posterior, -end, end)).sample((len(part),))
             found = groups.simulate(models.numpy().astype(np.float64), rng)
             method.append_simulations(models, tensor(found)).train(force_first_round_loss=True)
             posterior = method.build_posterior().set_default_x(tensor(observed))
         return Inferred.of_posterior(posterior.sample((DRAWS,), show_progress_bars=False).numpy())
 
 
-def _truncated(utils: Any, posterior: Any) -> Any:
-    """Return the uniform prior where the posterior has its mass, drawn from a box around it: all that is rejected is kept."""
+def truncated(utils: Any, posterior: Any, low: Any, high: Any) -> Any:
+    """Return the uniform prior between two tensors (P,), truncated to where the posterior has its mass.
+
+    It is drawn from a box around that mass.
+    """
     inside = utils.get_density_thresholder(posterior, quantile=OUTSIDE, num_samples_to_estimate_support=AROUND)
     draws = posterior.sample((AROUND,), show_progress_bars=False)
     least, most = draws.min(dim=0).values, draws.max(dim=0).values
     margin = MARGIN * (most - least)
-    box = utils.BoxUniform((least - margin).clamp(min=-LARGEST), (most + margin).clamp(max=LARGEST))
+    box = utils.BoxUniform((least - margin).clamp(min=low), (most + margin).clamp(max=high))
     return utils.RestrictedPrior(box, inside, sample_with="rejection")
 
 
 _LOGGED = "log_metric", "log_metrics", "log_params", "add_figure", "flush"
 # in place of sbi's log files
-_NO_TRACKER = SimpleNamespace(log_dir=None, **dict.fromkeys(_LOGGED, lambda *what, **more: None))
+NO_TRACKER = SimpleNamespace(log_dir=None, **dict.fromkeys(_LOGGED, lambda *what, **more: None))

@@ -182,9 +182,8 @@ class _Checker:
             for place, values in enumerate([np.array(list(found.estimate.values()))] + [self.estimate] * ATTEMPTS, 1):
                 known = self.evidence
                 if source.genuine is None:
-                    known = evidence_of(
-                        configuration, source, self.effort, number + place * self.settings["recoveries"]
-                    )
+                    fresh = number + place * self.settings["recoveries"]  # a seed that no other test has
+                    known = evidence_of(configuration, source, self.effort, fresh)
                 else:
                     rng, live = stream(self.seed, RECOVERING, k, place), source.genuine.live
                     testing = self._simulated(len(known.testing), rng)

@@ -205,7 +205,10 @@ def swarm_replay(
     seed: int,
     threads: int | None,
 ) -> report.Replay:
-    """Simulate `swarms`, of which each is of replicas or not, in a trial from poses (R, A + O, 3); return what a page shows."""
+    """Simulate R swarms, each in one trial from poses (R, A + O, 3), and return what a page shows.
+
+    `swarms` says what each is, and whether its robots are replicas.
+    """
     interval = scenario.trial.control_interval_s
     stride = max(1, round(1 / (FRAMES_PER_S * interval)))
     steps = max(1, round(duration_s / interval))

@@ -28,9 +28,8 @@ _APART = 1e-9  # of the range: individuals that begin in its middle
 _READ_OUT = 1_000_000  # batch whose random numbers the intervals are drawn with
 _STANDARD = 2.576  # standard deviations of a custom system's samples that its input scale spans: 99 % of normal values
 _JUDGED = 200  # genuine samples by which the fitness of a batch is stated
-_SATURATED = 10.0  # reach of numbers whose large ones are all alike: an angle of 0.0003 rad
 _AT_END = 0.05  # share of the loop's draws at an end that the 90 % interval reaches
-_NEAR_END = 0.1  # of an interval: so much is free at an end, and more, where the density falls to 0 there
+_NEAR_END = 0.1  # of its width: an interval that is so near an end includes it, as draws do not become fewer towards it
 _FEWEST = 50  # trials within the range, to be matched
 _LOOKED_AT = 4  # batches after which a run with a tolerance looks at its intervals, from the second time on
 
@@ -168,15 +167,16 @@ class TrialsLoop:
 
     def __init__(self, configuration: Configuration, source: Source) -> None:
         system, section, seed = configuration.system, configuration.classifiers, configuration.run.seed
-        jumps, self._source = configuration.representation.jumps, source
+        jumps, saturation = configuration.representation.jumps, configuration.representation.saturation
+        self._source = source
         self.classifier = classifier_of(configuration)
         dimension, models = len(configuration.parameter_names), configuration.models
         low, high = (models.initial_low, models.initial_high) if source.ends is None else source.ends
         middle, half = (low + high) / 2, (high - low) / 2
         reach = half * np.resize(np.asarray(jumps.reach, float), dimension)
-        reach[list(jumps.saturated)] = _SATURATED
+        reach[list(saturation)] = list(saturation.values())
         ends = [each.initial == (each.low, each.high) for each in system.parameters.values()]
-        self._saturated = np.isin(np.arange(dimension), jumps.saturated) | (source.ends is not None)
+        self._saturated = np.isin(np.arange(dimension), list(saturation)) | (source.ends is not None)
         self._limits = np.array(ends) if source.genuine is not None else self._saturated
         learning = source.genuine.learning if source.genuine is not None and not source.genuine.live else None
         self._observed_anew = learning is None
@@ -249,8 +249,8 @@ class TrialsLoop:
     def matched(self) -> Matched | None:
         """Match the agents after the last batch, with the range of the first models as [-1, 1]; None with too few trials there.
 
-        What is not settled, though no classifier tells it, is sought three times: that whose canary is the
-        middle one counts.
+        A canary is drawn by chance. So a solution that is not settled, though no classifier tells it from the
+        agents, is sought twice more. Of the three, that counts whose canary has the middle share of its range.
         """
         if self._matched[0] == self.generation:
             return self._matched[1]
@@ -290,7 +290,7 @@ class TrialsLoop:
         if self._saturated.any():  # matching, whose models have a density, gives none of it to an end
             tried = (self.trials.draws - self._middle) / self._reach
             last = 1.0 if self._source.ends is not None else np.inf  # the end itself, if it is infinitely far
-            near = _NEAR_END * (high - low)  # so near an end, the draws do not become fewer towards it
+            near = _NEAR_END * (high - low)
             for side, bound in ((-1, low), (1, high)):
                 at_end = np.where(self._saturated, (side * tried >= 1).mean(axis=0), 0)
                 reached = (at_end >= _AT_END) | self._saturated & (side * bound >= 1 - near)

@@ -82,7 +82,10 @@ Observer = Callable[[Progress], None]
 
 @contextmanager
 def watched(observer: Observer | None, should_stop: Any, progress: bool | None) -> Iterator[Observer | None]:
-    """Return an observer that also shows a bar; with None for `progress` where somebody looks who has given nothing else."""
+    """Return an observer that also shows a bar, on standard error or in the cell of a notebook.
+
+    If `progress` is None, a bar is shown where somebody looks and has given neither an observer nor `should_stop`.
+    """
     fits = progress is None or isinstance(progress, bool)
     require(fits, "progress", "be True, False or None", brief(progress), error=ConfigurationError)
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None

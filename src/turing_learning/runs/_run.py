@@ -524,9 +524,8 @@ class Origin:
     completed: int  # generations
     path: Path | None = None
     begun: tuple[Any, Any] = (None, None)  # which run was in its folder, see `RunFolder.begun`
-    kept: "Mapping[str, np.ndarray] | histories.Traces | None" = (
-        None  # in memory, as what follows: where it has no folder
-    )
+    # of a run without a folder: its history, and what it would have written
+    kept: "Mapping[str, np.ndarray] | histories.Traces | None" = None
     manifest: Mapping[str, Any] = field(default_factory=dict)
     readout: Mapping[str, np.ndarray] = field(default_factory=dict)
     dialogues: Mapping[str, np.ndarray] = field(default_factory=dict)

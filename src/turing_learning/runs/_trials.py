@@ -150,7 +150,10 @@ def _read_trial(folder: RunFolder, name: str) -> dict[str, np.ndarray]:
 
 
 def note_event(folder: RunFolder, event: "Event") -> None:
-    """Keep a trial that an event brings; append others but states to `events.jsonl`, and tell the log of a disturbance."""
+    """Store an event: a trial in a file of its own, all else but changes of state in `events.jsonl`.
+
+    A disturbance is logged, too.
+    """
     if event.trial is not None:
         _keep_trial(folder, event.stage, event.attempt, event.trial)
     if event.trial is not None or event.kind == "state":
@@ -277,7 +280,10 @@ def judged_again(configuration: Configuration, classifiers: np.ndarray, samples:
 
 
 def _keep_observed_motion(result: Result, folder: RunFolder, repeats: int) -> None:
-    """Write ``calibration.npz``, by which detectors are calibrated: agents held out, from when all models were observed again."""
+    """Write ``calibration.npz``, by which detectors are calibrated, from the agents of all trials.
+
+    Held out are those of the trials in which the last models were observed again.
+    """
     try:
         learned, replicas, models = _motion(folder, [f"generation-{g:04d}" for g in range(result.generations)])
         held_out, _, _ = _motion(folder, [f"{POST_EVALUATION}{k + 1}" for k in range(repeats)])

@@ -91,9 +91,7 @@ class Hands:
 class Backend:
     """Who executes: how to submit a run, count the futures that are being executed, and end all at once where that is possible."""
 
-    submit: (
-        "Callable[[str, int, str], Future[str]]"  # study folder, number of the run, file that stops it: see `execute`
-    )
+    submit: "Callable[[str, int, str], Future[str]]"  # takes what `execute` does but for `should_stop`
     running: Callable[[Iterable["Future[str]"]], int] = lambda futures: sum(future.running() for future in futures)
     kill: Callable[[], None] = lambda: None
 
@@ -134,7 +132,10 @@ def backend_of(
 
 
 def first_of_each_network(plan: Plan, numbers: Sequence[int]) -> list[int]:
-    """Return runs that together need all kernels: for each size of classifiers, with reactive models and with networks."""
+    """Return runs that together need all kernels that the runs need.
+
+    Kernels that judge are made for the size of the network, those that simulate for reactive models or networks.
+    """
     found: dict[Any, int] = {}
     for number in numbers:
         settings = plan.settings[number - 1]
