@@ -37,11 +37,9 @@ class Problem:
     truth: np.ndarray  # (P,)
     low: np.ndarray  # (P,)
     high: np.ndarray  # (P,)
-    simulate: Callable[
-        [np.ndarray, np.random.Generator], np.ndarray
-    ]  # models (M, P) -> summaries (M, S) of single trials
+    #: Models (M, P) -> mean summaries (M, S) of groups of trials
+    simulate: Callable[[np.ndarray, np.random.Generator], np.ndarray]
     observed: np.ndarray  # (K, S)
-    simulate_groups: Callable[[np.ndarray, np.random.Generator], np.ndarray] | None = None  # (M, S) of groups of trials
 
 
 def summaries(samples: np.ndarray) -> np.ndarray:
@@ -61,12 +59,12 @@ def problem(case: str, seed: int) -> Problem:
         genuine, truth = groups.observe(1000, np.random.default_rng([seed, 5])), np.array(groups.scenario.controller)
         end, names = np.full(len(truth), methods.LARGEST), groups.scenario.parameter_names
         observed = methods.summaries(genuine, groups.scenario)[None]
-        return Problem(names, truth, -end, end, groups.simulate, observed, groups.simulate)
+        return Problem(names, truth, -end, end, groups.simulate, observed)
     if kind == "walker":
         genuine = walker.simulate(np.tile(walker.TRUTH, (int(number), 1)), np.random.default_rng([seed, int(number)]))
         return Problem(
             walker.NAMES, walker.TRUTH, walker.LOW, walker.HIGH,
-            lambda models, rng: summaries(walker.simulate(models, rng)), summaries(genuine),
+            _grouped(lambda models, rng: summaries(walker.simulate(models, rng))), summaries(genuine),
         )  # fmt: skip
     known = recovery.CASES[case]
     genuine = known.family.observe(known.truth, groups=recovery.GROUPS, rng=np.random.default_rng([seed, 100]))
@@ -78,7 +76,7 @@ def problem(case: str, seed: int) -> Problem:
         return summaries(known.family(models, rng)).reshape(len(models), -1, 4 * genuine.shape[-1]).mean(axis=1)
 
     truth = np.array([known.truth[name] for name in parameters])
-    return Problem(tuple(parameters), truth, low, high, simulate, summaries(genuine))
+    return Problem(tuple(parameters), truth, low, high, _grouped(simulate), summaries(genuine))
 
 
 def infer(method: str, given: Problem, trials: int, seed: int) -> np.ndarray:
@@ -88,18 +86,18 @@ def infer(method: str, given: Problem, trials: int, seed: int) -> np.ndarray:
 
     torch.set_num_threads(1)
     torch.manual_seed(seed)
-    rng, simulate = np.random.default_rng(seed), given.simulate_groups or _grouped(given.simulate)
+    rng, simulate = np.random.default_rng(seed), given.simulate
 
     def tensor(array: np.ndarray) -> torch.Tensor:
         return torch.as_tensor(array, dtype=torch.float32)
 
     first = simulate(rng.uniform(given.low, given.high, (50, len(given.low))), np.random.default_rng(seed + 1))
-    scale = (
-        np.ptp(np.quantile(first, (0.1, 0.9), axis=0), axis=0) + 1e-6
-    )  # not counted; for numbers that a network takes
-    prior = utils.BoxUniform(tensor(given.low), tensor(given.high))
+    # groups that are not counted give the scale of what a network takes
+    scale = np.ptp(np.quantile(first, (0.1, 0.9), axis=0), axis=0) + 1e-6
+    low, high = tensor(given.low), tensor(given.high)
+    prior = utils.BoxUniform(low, high)
     kinds = {"npe": inference.NPE, "snle": inference.NLE, "snre": inference.NRE}
-    trainer = kinds[method](prior, show_progress_bars=False, tracker=methods._NO_TRACKER)
+    trainer = kinds[method](prior, show_progress_bars=False, tracker=methods.NO_TRACKER)
     seen, posterior, proposal = tensor(given.observed.mean(axis=0, keepdims=True) / scale), None, prior
     for part in np.array_split(np.arange(trials // GROUP), ROUNDS):
         models = proposal.sample((len(part),))
@@ -108,14 +106,7 @@ def infer(method: str, given: Problem, trials: int, seed: int) -> np.ndarray:
         if method == "npe":
             trainer.train(force_first_round_loss=True)
             posterior = trainer.build_posterior().set_default_x(seen)
-            inside = utils.get_density_thresholder(posterior, quantile=1e-3, num_samples_to_estimate_support=10_000)
-            draws = posterior.sample((10_000,), show_progress_bars=False)
-            least, most = draws.min(dim=0).values, draws.max(dim=0).values
-            margin = 0.2 * (most - least)
-            box = utils.BoxUniform(
-                torch.maximum(least - margin, tensor(given.low)), torch.minimum(most + margin, tensor(given.high))
-            )
-            proposal = utils.RestrictedPrior(box, inside, sample_with="rejection")
+            proposal = methods.truncated(utils, posterior, low, high)
         else:
             trainer.train()
             posterior = proposal = trainer.build_posterior(
