@@ -15,8 +15,9 @@ FULL_VIEW = 2 * math.pi
 STEADY_STEPS = 20
 """Time steps of constant input after which the outputs count as steady: paper, section 4.6.2."""
 
-VIEW_REACH = 5.0
 VIEW_SATURATION = 10.0
+"""Size of the number of a field of view beyond which the view is 0 or 2 pi, but for 0.0003 rad."""
+VIEW_REACH = 5.0
 """Range of jumps of the number of a field of view, in ranges of first genomes: views of 2 to 358 degrees instead of 97 to 263."""
 
 
@@ -60,9 +61,9 @@ class Representation(Protocol):
         return Jumps()
 
     @property
-    def saturation(self) -> dict[int, float]:
-        """Index -> size of a number beyond which a parameter has reached its end; an infinite one stands for that end."""
-        return {}
+    def saturation(self) -> tuple[tuple[int, float], ...]:
+        """Indices of numbers with the size beyond which the parameter has reached its end; an infinite one stands for that end."""
+        return ()
 
     def to_units(self, genomes: np.ndarray) -> np.ndarray:
         """Return the parameters (..., P) of genomes (..., P)."""
@@ -127,9 +128,9 @@ class MorphologyModel(ReactiveModel):
         return Jumps(super().jumps.groups, dependent=(speeds,), reach=(1.0,) * speeds + (VIEW_REACH,))
 
     @property
-    def saturation(self) -> dict[int, float]:
-        """That of x: beyond 10 the angle is 0 or 2 pi, but for 0.0003 rad."""
-        return {2 * self.states: VIEW_SATURATION}
+    def saturation(self) -> tuple[tuple[int, float], ...]:
+        """That of the field of view."""
+        return ((2 * self.states, VIEW_SATURATION),)
 
     def truth(self, wheel_speeds: tuple[float, ...], field_of_view: float) -> tuple[float, ...]:
         """Return the wheel speeds and the field of view (2 n + 1,)."""

@@ -167,7 +167,7 @@ class TrialsLoop:
 
     def __init__(self, configuration: Configuration, source: Source) -> None:
         system, section, seed = configuration.system, configuration.classifiers, configuration.run.seed
-        jumps, saturation = configuration.representation.jumps, configuration.representation.saturation
+        jumps, saturation = configuration.representation.jumps, dict(configuration.representation.saturation)
         self._source = source
         self.classifier = classifier_of(configuration)
         dimension, models = len(configuration.parameter_names), configuration.models

@@ -57,7 +57,7 @@ class CustomSystem(System, Settings):
     smooth_frames: int = 1
 
     kind = "one on a custom system"
-    jumps = Jumps()
+    jumps, saturation = Jumps(), ()
     step_unit = ", in halves of its initial range"
 
     def __post_init__(self) -> None:

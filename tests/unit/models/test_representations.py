@@ -56,6 +56,7 @@ def test_the_field_of_view_is_the_last_parameter_in_rad_and_belongs_to_no_sensor
     assert model.parameter_units == ("", "", "", "", "rad")
     assert model.jumps.groups == ((0, 1), (2, 3))
     assert model.jumps.dependent == (4,)
+    assert model.saturation == ((4, 10.0),)
     assert model.truth((1.0, 2.0, 3.0, 4.0), 0.5) == (1.0, 2.0, 3.0, 4.0, 0.5)
 
 
