@@ -1,6 +1,5 @@
 """The parameters with which classifiers judge a model as they judge the agents, and how surely the samples tell them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -10,6 +9,7 @@ from threadpoolctl import threadpool_limits
 from turing_learning.arrays import array
 from turing_learning.errors import require
 
+from ._draws import draw
 from ._emulator import Emulator, conditioned, learned_kernel
 
 FOLDS = 5
@@ -113,21 +113,10 @@ class Matched:
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # sums in one order; matrices are too small for threads
 def match(
-    parameters: np.ndarray,
-    counterfeit_outputs: np.ndarray,
-    genuine_outputs: np.ndarray,
-    *,
-    low: np.ndarray,
-    high: np.ndarray,
-    start: np.ndarray,
-    spread: np.ndarray,
-    recordings: np.ndarray | None = None,
-    averaged: int = 1,
-    farther: bool = False,
-    rng: np.random.Generator,
-    draws: int = 600,
-    size: int = 1200,
-) -> Matched:
+    parameters: np.ndarray, counterfeit_outputs: np.ndarray, genuine_outputs: np.ndarray, *, low: np.ndarray,
+    high: np.ndarray, start: np.ndarray, spread: np.ndarray, recordings: np.ndarray | None = None,
+    averaged: int = 1, farther: bool = False, rng: np.random.Generator, draws: int = 600, size: int = 1200,
+) -> Matched:  # fmt: skip
     """Find the parameters whose samples every classifier judges as it judges the genuine ones.
 
     Parameters
@@ -200,56 +189,56 @@ def match(
     require(averaged >= 1, "averaged", "be 1 or more", str(averaged))
     units = (high - low) / 2
     z, center, width = (parameters - low) / units - 1, (start - low) / units - 1, spread / units
-    fold, inert = _folds(z, rng)
-    z, center, width = np.c_[z, inert], np.append(center, 0.0), np.append(width, 1.0)
-    x, g = _standardized(x, g)
+    model = np.unique(z, axis=0, return_inverse=True)[1].reshape(-1)
+    fold, canary = rng.permutation(model.max() + 1)[model] % FOLDS, rng.uniform(-1, 1, model.max() + 1)[model]
+    varies = x.std(axis=0) > 1e-4
+    x, g = x[:, varies], g[:, varies]
+    mean, scale = x.mean(axis=0), x.std(axis=0)
     reaches = REACHES if farther and len(z) // 3 > size else REACHES[:1]
     size = min(max(size, len(z) // 3), max(len(z) // 2, 250))
-    near, logs, middle = _around(z, center, width), None, center
+    samples = _Samples(np.c_[z, canary], (x - mean) / scale, (g - mean) / scale, fold, recordings, averaged, size)
+    middle, logs = np.append(center, 0.0), None
+    near: np.ndarray = (((samples.z - middle) / np.append(width, 1.0)) ** 2).sum(axis=1)
     for _ in range(ROUNDS):
-        broad, logs = _fit(z, x, g, fold, near, recordings, averaged, logs, size, FAR)
-        points = _sample(broad.log_likelihood, broad.points, draws, rng)
+        broad = samples.fit(near, logs, FAR)
+        logs, near = broad.emulator.logs, broad.remoteness(samples.z)
+        points = draw(broad.log_likelihood, broad.points, draws, rng)
         before, middle = middle, np.median(points, axis=0)
-        near = broad.remoteness(z)
         if (np.abs(middle - before) / points.std(axis=0)).max() < 0.2:
             break
-    proposals = _sample(partial(broad.log_likelihood, hopeful=True), broad.points, draws, rng, PROPOSED)
-    broadly = points
-    fits: list[tuple[bool, float, int, _Local, np.ndarray, float, float]] = []
+    proposals = draw(partial(broad.log_likelihood, hopeful=True), broad.points, draws, rng, PROPOSED)[:, :-1]
+    broadly, fits = points, []
     for reach in reaches:
-        local, _ = _fit(z, x, g, fold, near, recordings, averaged, logs, size, 0.0, reach)
-        local = replace(local, region=broad)
+        local = replace(samples.fit(near, logs, 0.0, reach), region=broad)
         if not np.isfinite(local.log_likelihood(local.points)).any():  # the two fits contradict each other
             local = broad
-        points = _sample(local.log_likelihood, np.r_[local.points, broadly], draws, rng)
+        points = draw(local.log_likelihood, np.r_[local.points, broadly], draws, rng)
         low_c, high_c = np.quantile(points[:, -1], [TAIL, 1 - TAIL])
-        canary, moved = float((high_c - low_c) / (2 - 4 * TAIL)), _moved_by_halves(local, points, rng)
-        doubtful = moved > MOST_MOVED or canary < LEAST_CANARY
+        left, moved = float((high_c - low_c) / (2 - 4 * TAIL)), _moved_by_halves(local, points, rng)
         points = points[:, :-1]
         if np.isfinite(local.without_canary(points)).any():  # else the canary has lost the middle of its range
-            points = _sample(local.without_canary, points, draws, rng)
-        low_z, high_z = np.quantile(points, [TAIL, 1 - TAIL], axis=0)
-        fits.append((doubtful, float(np.log(high_z - low_z).sum()), len(fits), local, points, canary, moved))
-    doubtful, _, _, local, points, canary, moved = min(fits)
-    middle, (low_z, high_z) = np.median(points, axis=0), np.quantile(points, [TAIL, 1 - TAIL], axis=0)
+            points = draw(local.without_canary, points, draws, rng)
+        fits.append(_Solution(local, points, left, moved))
+    best = min(fits, key=lambda fit: (fit.doubtful, float(np.log(np.diff(fit.ends, axis=0)).sum())))
+    middle, (low_z, high_z) = np.median(best.points, axis=0), best.ends
     known = high_z - low_z < WHOLE
-    leverage = float(local.emulator.predict(np.append(middle, 0.0)[None])[1].mean())
-    distance, p_value = _distance(x, g, local, local.emulator.mean(z), _widened(near, size), leverage, averaged, rng)
-    settled = p_value >= LEAST_P and not doubtful
+    leverage = float(best.local.emulator.predict(np.append(middle, 0.0)[None])[1].mean())
+    distance, p_value = samples.distance(best.local, near, leverage, rng)
+    settled = p_value >= LEAST_P and not best.doubtful
     return Matched(
         estimate=low + units * (middle + 1),
-        covariance=np.atleast_2d(np.cov(points.T)) * np.outer(units, units),
+        covariance=np.atleast_2d(np.cov(best.points.T)) * np.outer(units, units),
         interval_low=np.where(known, low + units * (low_z + 1), low) if settled else np.full(len(low), np.nan),
         interval_high=np.where(known, low + units * (high_z + 1), high) if settled else np.full(len(low), np.nan),
-        draws=low + units * (points + 1),
-        proposals=low + units * (proposals[:, :-1] + 1),
+        draws=low + units * (best.points + 1),
+        proposals=low + units * (proposals + 1),
         identified=known,
         settled=settled,
         distance=distance,
         p_value=p_value,
         leverage=leverage,
-        canary=canary,
-        moved=moved,
+        canary=best.canary,
+        moved=best.moved,
     )
 
 
@@ -294,101 +283,150 @@ class _Local:
         return self.log_likelihood(np.c_[z, np.zeros(len(z))])
 
 
-def _standardized(x: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    varies = x.std(axis=0) > 1e-4
-    x, g = x[:, varies], g[:, varies]
-    mean, scale = x.mean(axis=0), x.std(axis=0)
-    return (x - mean) / scale, (g - mean) / scale
+@dataclass(frozen=True)
+class _Solution:
+    """A fit, its draws (D, P), and what its checks say; see `Matched`."""
+
+    local: _Local
+    points: np.ndarray
+    canary: float
+    moved: float
+
+    @property
+    def doubtful(self) -> bool:
+        return self.moved > MOST_MOVED or self.canary < LEAST_CANARY
+
+    @property
+    def ends(self) -> np.ndarray:
+        return np.quantile(self.points, [TAIL, 1 - TAIL], axis=0)
 
 
-def _folds(z: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Return a fold for each sample and a number in [-1, 1], the same for samples of one model."""
-    models = np.unique(z, axis=0, return_inverse=True)[1].reshape(-1)
-    return rng.permutation(models.max() + 1)[models] % FOLDS, rng.uniform(-1, 1, models.max() + 1)[models]
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """What the classifiers say of samples: outputs in units of their spread over the counterfeit ones, those that vary."""
 
+    z: np.ndarray  # (S, P), parameters of the models on [-1, 1], the canary the last
+    x: np.ndarray  # (S, J), outputs for the counterfeit samples
+    g: np.ndarray  # (K, J), outputs for the genuine ones
+    fold: np.ndarray  # (S,)
+    recordings: np.ndarray | None  # (K,)
+    averaged: int
+    size: int
 
-def _around(z: np.ndarray, center: np.ndarray, width: np.ndarray) -> np.ndarray:
-    remoteness: np.ndarray = (((z - center) / width) ** 2).sum(axis=1)
-    return remoteness
+    def widened(self, remoteness: np.ndarray) -> np.ndarray:
+        """Return weights (S,) that fall with the remoteness of samples, slowly enough for a regression."""
+        wanted = min(self.size / 2, 0.7 * len(remoteness))
+        factor = 1.0
+        while True:
+            weights = np.exp(-0.5 * (remoteness - remoteness.min()) / factor**2)
+            if weights.sum() ** 2 >= wanted * (weights**2).sum() or factor > 1e4:
+                return weights
+            factor *= 1.1
 
+    def fit(self, near: np.ndarray, logs: np.ndarray | None, far: float, reach: float = 0.0) -> _Local:
+        """Predict composite judgments as functions of the parameters, from samples by their remoteness (S,).
 
-def _widened(remoteness: np.ndarray, size: int) -> np.ndarray:
-    """Return weights (S,) that fall with the remoteness of samples, slowly enough for a regression."""
-    wanted = min(size / 2, 0.7 * len(remoteness))
-    factor = 1.0
-    while True:
-        weights = np.exp(-0.5 * (remoteness - remoteness.min()) / factor**2)
-        if weights.sum() ** 2 >= wanted * (weights**2).sum() or factor > 1e4:
-            return weights
-        factor *= 1.1
-
-
-def _fit(
-    z: np.ndarray,
-    x: np.ndarray,
-    g: np.ndarray,
-    fold: np.ndarray,
-    near: np.ndarray,
-    recordings: np.ndarray | None,
-    averaged: int,
-    logs: np.ndarray | None,
-    size: int,
-    far: float,
-    reach: float = 0.0,
-) -> tuple[_Local, np.ndarray]:
-    weights = _widened(near, size)
-    broad = np.sqrt(weights)
-    t, target_samples = np.zeros_like(z), np.zeros((len(g), z.shape[1]))
-    for part in range(FOLDS):
-        out = fold == part
-        middle, readout, offset = _readout(x[~out], z[~out], broad[~out])
-        t[out] = (x[out] - middle) @ readout + offset
-        target_samples += ((g - middle) @ readout + offset) / FOLDS
-    t, target_samples = t[:, :-1], target_samples[:, :-1]
-    order = np.argsort(-weights, kind="stable")
-    few, remote = round(size * (1 - far)), near[order] - near.min()
-    if reach:
-        inside = max(few, int((weights > reach * weights.max()).sum()))
-        chosen = order[np.linspace(0, inside - 1, few).astype(int)]
-    elif not far and remote[min(few, len(remote)) - 1] < TIGHT:  # half of them by how much they tell of slopes
-        lever, half = np.cumsum(remote[remote < TELLING]), few // 2
-        spread = np.searchsorted(lever, lever[-1] * (np.arange(half) + 0.5) / half)
-        chosen = order[np.unique(np.r_[: min(half, len(order)), spread])]
-    else:
-        chosen = np.r_[order[:few], order[few :: max((len(order) - few) // max(size - few, 1), 1)]]
-    z, t, weights = z[chosen], t[chosen], weights[chosen] / weights.max()
-    expected = _linear(z, t, weights)
-    misses = t - expected
-    offset = np.average(t, axis=0, weights=weights)
-    longer = np.inf if far else LONGER
-    for _ in range(2):  # the second time with the covariance that the first has found
+        A share `far` of them is from anywhere; with a `reach` they are taken evenly down to that weight. Length scales
+        are sought from those in `logs`, see `Emulator`.
+        """
+        weights = self.widened(near)
+        broad = np.sqrt(weights)
+        t, judged = np.zeros_like(self.z), np.zeros((len(self.g), self.z.shape[1]))
+        for part in range(FOLDS):
+            out = self.fold == part
+            middle, readout, offset = _readout(self.x[~out], self.z[~out], broad[~out])
+            t[out] = (self.x[out] - middle) @ readout + offset
+            judged += ((self.g - middle) @ readout + offset) / FOLDS
+        t, judged = t[:, :-1], judged[:, :-1]
+        order = np.argsort(-weights, kind="stable")
+        few, remote = round(self.size * (1 - far)), near[order] - near.min()
+        if reach:
+            inside = max(few, int((weights > reach * weights.max()).sum()))
+            chosen = order[np.linspace(0, inside - 1, few).astype(int)]
+        elif not far and remote[min(few, len(remote)) - 1] < TIGHT:  # half of them by how much they tell of slopes
+            lever, half = np.cumsum(remote[remote < TELLING]), few // 2
+            spread = np.searchsorted(lever, lever[-1] * (np.arange(half) + 0.5) / half)
+            chosen = order[np.unique(np.r_[: min(half, len(order)), spread])]
+        else:
+            chosen = np.r_[order[:few], order[few :: max((len(order) - few) // max(self.size - few, 1), 1)]]
+        z, t, weights = self.z[chosen], t[chosen], weights[chosen] / weights.max()
+        f, root = np.c_[np.ones(len(z)), z], np.sqrt(weights)[:, None]
+        expected = f @ np.linalg.lstsq(root * f, root * t, rcond=None)[0]
+        misses, offset = t - expected, np.average(t, axis=0, weights=weights)
+        longer = np.inf if far else LONGER
+        for _ in range(2):  # the second time with the covariance that the first has found
+            residual = (misses * weights[:, None]).T @ misses / weights.sum()
+            residual += 1e-6 * np.trace(residual) / len(residual) * np.eye(len(residual))
+            values, vectors = np.linalg.eigh(residual)
+            whiten = vectors / np.sqrt(values)
+            whiten = whiten @ np.linalg.svd((expected - offset) @ whiten, full_matrices=False)[2].T
+            outputs = (t - offset) @ whiten
+            logs, longer = learned_kernel(z, outputs, logs, longer), min(longer, LONGER)
+            emulator = conditioned(z, outputs, logs)
+            mean, variance = emulator.predict(z)  # as if left out, less what the emulator does not know: noise alone
+            known = np.maximum(1 - variance, 0.2)
+            misses = (outputs - mean) / (known * np.sqrt(1 + variance / known)) @ np.linalg.inv(whiten)
         residual = (misses * weights[:, None]).T @ misses / weights.sum()
-        residual += 1e-6 * np.trace(residual) / len(residual) * np.eye(len(residual))
-        values, vectors = np.linalg.eigh(residual)
-        whiten = vectors / np.sqrt(values)
-        whiten = whiten @ np.linalg.svd((expected - offset) @ whiten, full_matrices=False)[2].T
-        found = learned_kernel(z, (t - offset) @ whiten, logs, longer)
-        logs, longer, emulator = found, min(longer, LONGER), conditioned(z, (t - offset) @ whiten, found)
-        misses = _left_out(emulator, z, (t - offset) @ whiten) @ np.linalg.inv(whiten)
-    residual = (misses * weights[:, None]).T @ misses / weights.sum()
-    target, covariance = _target(target_samples, residual, recordings, averaged)
-    covariance = whiten.T @ covariance @ whiten
-    sure = SURE * float(np.trace(covariance)) / len(covariance)
-    trust = max(float(np.quantile(emulator.predict(z)[1].mean(axis=1), TRUST)), sure)
-    return _Local(emulator, z, (t - offset) @ whiten, trust, (target - offset) @ whiten, covariance), found
+        target, covariance = self.target(judged, residual)
+        covariance = whiten.T @ covariance @ whiten
+        sure = SURE * float(np.trace(covariance)) / len(covariance)
+        trust = max(float(np.quantile(variance.mean(axis=1), TRUST)), sure)
+        return _Local(emulator, z, outputs, trust, (target - offset) @ whiten, covariance)
 
+    def target(self, judged: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the mean composite judgment of genuine samples and its covariance.
 
-def _linear(z: np.ndarray, t: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    f, root = np.c_[np.ones(len(z)), z], np.sqrt(weights)[:, None]
-    return f @ np.linalg.lstsq(root * f, root * t, rcond=None)[0]
+        Few samples say little of their own covariance: that of the model's samples stands in for 2 P + 10 of them.
+        It knows nothing of recordings that differ; where there are labels, it stands in for 2, and the rest is as
+        uncertain as Student's t has it. Where trials have several samples, it is the least that is expected, as
+        samples of one trial are alike.
+        """
+        mean, count = judged.mean(axis=0), len(judged)
+        expected = residual * self.averaged / count
+        if self.recordings is None:
+            prior, own = 2 * judged.shape[1] + 10, np.atleast_2d(np.cov(judged.T)) / count
+            if self.averaged > 1:
+                factor = np.linalg.cholesky(expected)
+                values, vectors = np.linalg.eigh(np.linalg.solve(factor, np.linalg.solve(factor, own).T))
+                own = factor @ (vectors * np.maximum(values, 1)) @ vectors.T @ factor.T
+            return mean, (prior * expected + count * own) / (prior + count)
+        groups = np.unique(self.recordings, return_inverse=True)[1]
+        sums = np.zeros((groups.max() + 1, judged.shape[1]))
+        np.add.at(sums, groups, judged - mean)
+        few = len(sums)
+        own = sums.T @ sums / count**2 * few / max(few - 3, 1)
+        return mean, (2 * expected + few * own) / (2 + few)
 
+    def distance(
+        self, local: _Local, near: np.ndarray, leverage: float, rng: np.random.Generator
+    ) -> tuple[float, float]:
+        """Return the mean squared miss over classifiers, in standard errors, and how often samples of the model exceed it.
 
-def _left_out(emulator: Emulator, z: np.ndarray, outputs: np.ndarray) -> np.ndarray:
-    """Return what the emulator misses, sized as noise alone: as if left out, less what it does not know."""
-    mean, variance = emulator.predict(z)
-    known = np.maximum(1 - variance, 0.2)
-    misses: np.ndarray = (outputs - mean) / (known * np.sqrt(1 + variance / known))
-    return misses
+        The model is the one that composite judgments, predicted for each sample, say; their misses are not counted.
+        """
+        weights, places, g = self.widened(near), local.emulator.mean(self.z), self.g
+        few = np.argsort(-weights, kind="stable")[: int(weights.sum() ** 2 / (weights**2).sum())]
+        x, d = self.x[few], (places - local.target)[few]
+        d = d[:, d.std(axis=0) > 0.1]
+        first, second = np.triu_indices(d.shape[1])
+        f = np.c_[np.ones(len(d)), d, d[:, first] * d[:, second]]
+        penalty = np.repeat([1e-9, 1.0, 4.0], [1, d.shape[1], len(first)])  # slopes of about 1, bends of about 1/2
+        inverse = np.linalg.inv(f.T @ f + np.diag(penalty))
+        coefficients = inverse @ (f.T @ x)
+        misses = x - f @ coefficients
+        count = max(round(len(g) / self.averaged), 2)
+        # genuine events may be rare
+        scale = np.maximum(misses.std(axis=0), g.std(axis=0) / np.sqrt(self.averaged)) + 1e-9
+        basis = np.linalg.qr((coefficients[1 : 1 + d.shape[1]] / scale).T)[0]
+
+        def statistic(mean: np.ndarray) -> float:
+            mean = mean / scale
+            return float(((mean - basis @ (basis.T @ mean)) ** 2).mean() * count)
+
+        simulated = np.array([statistic(misses[rng.integers(len(x), size=count)].mean(axis=0)) for _ in range(CHANCES)])
+        simulated *= 1 + count * (inverse[0, 0] + leverage)
+        observed = statistic(g.mean(axis=0) - coefficients[0])
+        return observed, float((1 + (simulated >= observed).sum()) / (1 + len(simulated)))
 
 
 def _readout(x: np.ndarray, z: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -411,124 +449,6 @@ def _readout(x: np.ndarray, z: np.ndarray, weights: np.ndarray) -> tuple[np.ndar
     return middle, vectors @ (projected / (values + best)[:, None]), offset
 
 
-def _target(
-    samples: np.ndarray, residual: np.ndarray, recordings: np.ndarray | None, averaged: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mean composite judgment of genuine samples and its covariance.
-
-    Few samples say little of their own covariance: that of the model's samples stands in for 2 P + 10 of them.
-    It knows nothing of recordings that differ; where there are labels, it stands in for 2, and the rest is as
-    uncertain as Student's t has it. Where trials have several samples, it is the least that is expected, as
-    samples of one trial are alike.
-    """
-    mean, count = samples.mean(axis=0), len(samples)
-    expected = residual * averaged / count
-    if recordings is None:
-        prior, own = 2 * samples.shape[1] + 10, np.atleast_2d(np.cov(samples.T)) / count
-        if averaged > 1:
-            factor = np.linalg.cholesky(expected)
-            values, vectors = np.linalg.eigh(np.linalg.solve(factor, np.linalg.solve(factor, own).T))
-            own = factor @ (vectors * np.maximum(values, 1)) @ vectors.T @ factor.T
-        return mean, (prior * expected + count * own) / (prior + count)
-    groups = np.unique(recordings, return_inverse=True)[1]
-    sums = np.zeros((groups.max() + 1, samples.shape[1]))
-    np.add.at(sums, groups, samples - mean)
-    few = len(sums)
-    own = sums.T @ sums / count**2 * few / max(few - 3, 1)
-    return mean, (2 * expected + few * own) / (2 + few)
-
-
-def _sample(
-    log_likelihood: Callable[[np.ndarray], np.ndarray],
-    start: np.ndarray,
-    count: int,
-    rng: np.random.Generator,
-    power: float = 1.0,
-) -> np.ndarray:
-    """Draw points in proportion to a power of the likelihood, uniform beforehand.
-
-    Points to start from (S, P) are moved by stretches while the power of the likelihood grows. Stretches stay
-    within what the starting points span, so that there should be many.
-    """
-    values = log_likelihood(start)
-    chosen = np.resize(rng.permutation(np.flatnonzero(np.isfinite(values))), count)
-    points, values, reached = start[chosen], values[chosen], 0.0
-    for _ in range(10):
-        points, values = _moved(log_likelihood, points, values, reached, rng)
-    while reached < power:
-        reached, chosen = _tempered(values, reached, power, rng)
-        points, values = points[chosen], values[chosen]
-        for _ in range(6):
-            points, values = _moved(log_likelihood, points, values, reached, rng)
-    for _ in range(30):
-        points, values = _moved(log_likelihood, points, values, power, rng)
-    return points
-
-
-def _tempered(values: np.ndarray, power: float, end: float, rng: np.random.Generator) -> tuple[float, np.ndarray]:
-    """Return the next power of the likelihood, at most `end`, at which half of the points count, and points drawn by it."""
-
-    def weights(above: float) -> np.ndarray:
-        likely: np.ndarray = np.exp((above - power) * (values - values.max()))
-        return likely
-
-    def counts(above: float) -> bool:
-        likely = weights(above)
-        return bool(likely.sum() ** 2 > 0.5 * len(values) * (likely**2).sum())
-
-    low, high = power, end
-    if counts(end):
-        low = end
-    else:
-        for _ in range(40):
-            middle = (low + high) / 2
-            low, high = (middle, high) if counts(middle) else (low, middle)
-    cumulated = np.cumsum(weights(low))
-    places = (np.arange(len(values)) + rng.random()) / len(values) * cumulated[-1]
-    return max(low, power + 1e-6), np.minimum(np.searchsorted(cumulated, places), len(values) - 1)
-
-
-def _moved(
-    log_likelihood: Callable[[np.ndarray], np.ndarray],
-    points: np.ndarray,
-    values: np.ndarray,
-    power: float,
-    rng: np.random.Generator,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Move one half of the points along lines through points of the other half and vice versa; redraw one parameter of each."""
-    order = rng.permutation(len(points))
-    points, values = points[order], values[order]
-    half = len(points) // 2
-    for mine, others in ((slice(0, half), slice(half, None)), (slice(half, None), slice(0, half))):
-        size = len(points[mine])
-        partners = points[others][rng.integers(len(points[others]), size=size)]
-        stretch = (1 + rng.random(size)) ** 2 / 2
-        proposal = partners + stretch[:, None] * (points[mine] - partners)
-        bonus = (points.shape[1] - 1) * np.log(stretch)
-        points[mine], values[mine] = _accepted(log_likelihood, points[mine], values[mine], proposal, bonus, power, rng)
-    proposal, rows = points.copy(), np.arange(len(points))
-    proposal[rows, rng.integers(points.shape[1], size=len(points))] = rng.uniform(-1, 1, len(points))
-    return _accepted(log_likelihood, points, values, proposal, np.zeros(len(points)), power, rng)
-
-
-def _accepted(
-    log_likelihood: Callable[[np.ndarray], np.ndarray],
-    points: np.ndarray,
-    values: np.ndarray,
-    proposal: np.ndarray,
-    bonus: np.ndarray,
-    power: float,
-    rng: np.random.Generator,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and values, or what is proposed instead, by the rule of Metropolis and Hastings."""
-    proposed = log_likelihood(proposal)
-    inside = np.isfinite(proposed)
-    gain = np.full(len(points), -np.inf)
-    gain[inside] = bonus[inside] + power * (proposed - values)[inside]
-    accept = np.log(rng.random(len(points))) < gain
-    return np.where(accept[:, None], proposal, points), np.where(accept, proposed, values)
-
-
 def _moved_by_halves(local: _Local, points: np.ndarray, rng: np.random.Generator) -> float:
     """Return how far the solutions of two halves of the samples are apart: the most of all parameters, in standard deviations."""
     order, means = rng.permutation(len(local.points)), []
@@ -539,41 +459,3 @@ def _moved_by_halves(local: _Local, points: np.ndarray, rng: np.random.Generator
         weights = np.exp(after - before - (after - before).max())
         means.append(weights @ points / weights.sum())
     return float((np.abs(means[0] - means[1]) / points.std(axis=0)).max())
-
-
-def _distance(
-    x: np.ndarray,
-    g: np.ndarray,
-    local: _Local,
-    places: np.ndarray,
-    weights: np.ndarray,
-    leverage: float,
-    averaged: int,
-    rng: np.random.Generator,
-) -> tuple[float, float]:
-    """Return the mean squared miss over classifiers, in standard errors, and how often samples of the model exceed it.
-
-    The model is the one that composite judgments (S, P), predicted for each sample, say; their misses are not
-    counted.
-    """
-    near = np.argsort(-weights, kind="stable")[: int(weights.sum() ** 2 / (weights**2).sum())]
-    x, d = x[near], (places - local.target)[near]
-    d = d[:, d.std(axis=0) > 0.1]
-    first, second = np.triu_indices(d.shape[1])
-    f = np.c_[np.ones(len(d)), d, d[:, first] * d[:, second]]
-    penalty = np.repeat([1e-9, 1.0, 4.0], [1, d.shape[1], len(first)])  # slopes of about 1, bends of about 1/2
-    inverse = np.linalg.inv(f.T @ f + np.diag(penalty))
-    coefficients = inverse @ (f.T @ x)
-    misses = x - f @ coefficients
-    count = max(round(len(g) / averaged), 2)
-    scale = np.maximum(misses.std(axis=0), g.std(axis=0) / np.sqrt(averaged)) + 1e-9  # genuine events may be rare
-    basis = np.linalg.qr((coefficients[1 : 1 + d.shape[1]] / scale).T)[0]
-
-    def statistic(mean: np.ndarray) -> float:
-        mean = mean / scale
-        return float(((mean - basis @ (basis.T @ mean)) ** 2).mean() * count)
-
-    simulated = np.array([statistic(misses[rng.integers(len(x), size=count)].mean(axis=0)) for _ in range(CHANCES)])
-    simulated *= 1 + count * (inverse[0, 0] + leverage)
-    observed = statistic(g.mean(axis=0) - coefficients[0])
-    return observed, float((1 + (simulated >= observed).sum()) / (1 + len(simulated)))
