@@ -12,8 +12,9 @@ classifiers' network; `part_of` and `built` find and make optimizers (of which `
 Other modules with a file of their own take `Section` and `read_toml`.
 """
 
-from ._configuration import Configuration, built, classifier_of, part_of, require_whole_cycles
+from ._configuration import Configuration, require_whole_cycles
 from ._load import PRESETS, SCENARIOS, load_configuration, read_toml, to_toml
+from ._parts import built, classifier_of, part_of
 from ._sections import (
     OPTIMIZERS,
     ClassifiersSection,

@@ -1,23 +1,19 @@
-"""A configuration: its sections together, parts that are not built in, and what it may ask of a machine."""
+"""A configuration: its sections together, and what it may ask of a machine."""
 
 import math
-import pickle
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from inspect import signature
 from typing import Annotated, Any, cast
 
 import numpy as np
 from pydantic import Discriminator, Tag, model_validator
 
-from turing_learning.coevolution import Classifier
 from turing_learning.coevolution._few_trials import batch_schedule
-from turing_learning.errors import Setting, brief, refuse, refusing_as, require
+from turing_learning.errors import Setting, refuse, refusing_as, require
 from turing_learning.interaction import StimulatedSystem
 from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
-from turing_learning.systems import CustomSystem, System, imported, physics_steps
-from turing_learning.systems._calls import importable_name
+from turing_learning.systems import CustomSystem, System, physics_steps
 from turing_learning.systems._swarm import system_of
 
 from . import _sections as sections
@@ -30,8 +26,6 @@ from ._sections import (
     Section,
     dotted,
 )
-
-_objects: dict[str, Any] = {}  # by their names in configurations
 
 LEAST_TRIALS = 20
 SMALLEST, LARGEST = 1e-9, 1e9  # of a scenario's numbers (cm, g, s): no square or ratio leaves the range of floats
@@ -169,24 +163,6 @@ class Configuration(Section):
         return None if self.run.threads == "all" else self.run.threads
 
 
-def classifier_of(configuration: Configuration) -> Classifier:
-    """Return what the classifiers of a run share; the kernels are imported only here."""
-    scale, name = configuration.input_scale, configuration.classifiers.network
-    if name == sections.NETWORKS[0]:
-        from turing_learning.classifiers import ElmanClassifier
-
-        hidden = configuration.classifiers.hidden
-        elman = ElmanClassifier(inputs=len(scale), hidden=hidden, scale=scale, threads=configuration.threads)
-        return configuration.system.evolved(elman)
-    found = part_of("classifier", name)
-    if isinstance(found, type) or not isinstance(found, Classifier):
-        found = built("classifier", found, inputs=len(scale), scale=scale) if callable(found) else found
-    rule, remedy = "have `parameters` and `judge`, or be a function that returns it", "See docs/your-own-parts.md."
-    fits = isinstance(found, Classifier)
-    require(fits, "classifier", rule, type(found).__name__, remedy, error=ConfigurationError)
-    return configuration.system.evolved(cast(Classifier, found))
-
-
 def check_limits(configuration: Configuration) -> None:
     """Reject a run that would leave the range of numbers, of memory, or of patience."""
     scenario, inputs = configuration.system.simulated, len(configuration.input_scale)
@@ -255,55 +231,3 @@ def _refuse_largest(configuration: Configuration, keys: tuple[str, ...], need: s
     values = dotted(configuration.model_dump())
     key = max(sorted(keys), key=lambda key: math.log(max(values[key], 1e-9) / _USUAL[key]))
     refuse(key, f"be smaller, as {need}", values[key], error=ConfigurationError)
-
-
-def part_named(given: Any) -> str:
-    """Return how a configuration names an optimizer or a classifier.
-
-    That is its name, "module:function" if it can be imported, and else "given:NAME": only this process has it.
-    """
-    if name := given if isinstance(given, str) else importable_name(given):
-        return name
-    label = getattr(given, "__name__", type(given).__name__)
-    name, number = f"{sections.GIVEN}{label}", 2
-    while not _same(_objects.setdefault(name, given), given):
-        name, number = f"{sections.GIVEN}{label}-{number}", number + 1
-    return name
-
-
-def _same(one: Any, other: Any) -> bool:
-    try:
-        return one is other or pickle.dumps(one) == pickle.dumps(other)
-    except Exception:  # whatever an object raises that cannot be pickled
-        return False
-
-
-def give_again(argument: str, stored: str, given: Any) -> None:
-    """Take an object for the part that a stored run had; reject it for a run that did not begin with an object."""
-    if given is None:
-        return
-    if not stored.startswith(sections.GIVEN):
-        remedy, same = "Leave it out.", part_named(given) == stored
-        require(same, argument, f"be that of the run, {stored!r}", part_named(given), remedy, error=ConfigurationError)
-        return
-    _objects[stored] = given
-
-
-def part_of(argument: str, name: str) -> Any:
-    """Return the object of a name that is not built in; reject one that has to be given again."""
-    if not name.startswith(sections.GIVEN):
-        return imported(name, argument, ConfigurationError)
-    rule, label = "be given again, as no folder holds an object of Python", name.removeprefix(sections.GIVEN)
-    remedy = f"Give `{argument}` to `turing_learning.resume` or `turing_learning.load_run`, as the run began with it."
-    require(name in _objects, argument, rule, f"nothing for {label!r}", remedy, error=ConfigurationError)
-    return _objects[name]
-
-
-def built(argument: str, maker: Callable[..., Any], *given: Any, **options: Any) -> Any:
-    """Return what a function makes of a part; reject one that does not take what it is given."""
-    try:
-        signature(maker).bind(*given, **options)
-    except (TypeError, ValueError):  # ValueError: a function in C that does not say what it takes
-        rule = f"be a function that takes {', '.join((*['a dimension'] * len(given), *options))}"
-        refuse(argument, rule, brief(maker), "See docs/your-own-parts.md.", error=ConfigurationError)
-    return maker(*given, **options)

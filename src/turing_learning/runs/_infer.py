@@ -10,7 +10,8 @@ from typing import Any, Unpack
 
 from turing_learning._files import unused
 from turing_learning.config import Configuration, ConfigurationError
-from turing_learning.config._configuration import part_named, require_seen
+from turing_learning.config._configuration import require_seen
+from turing_learning.config._parts import part_named
 from turing_learning.config._study import refuse_unknown, resolved, single_settings
 from turing_learning.errors import brief, refusing_as, require
 from turing_learning.interaction import describe_stimulated

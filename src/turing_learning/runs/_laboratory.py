@@ -10,7 +10,7 @@ import numpy as np
 
 from turing_learning import robots
 from turing_learning.config import Configuration, ConfigurationError
-from turing_learning.config._configuration import give_again, part_named
+from turing_learning.config._parts import give_again, part_named
 from turing_learning.errors import refuse
 from turing_learning.results._folder import CAMERA, FINISHED, LABORATORY, RunFolder, resume_command, stored_generations
 from turing_learning.results._result import Result

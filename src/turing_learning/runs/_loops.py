@@ -5,28 +5,22 @@ a `readout`, what is read off at the end. In an estimate from few trials one ste
 """
 
 from collections.abc import Mapping
-from copy import deepcopy
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
-from turing_learning import coevolution, config, evolution
+from turing_learning import coevolution, evolution
 from turing_learning.analysis import Matched, match
 from turing_learning.analysis._matching import LEAST_P
-from turing_learning.arrays import array
-from turing_learning.classifiers import PooledClassifier
 from turing_learning.coevolution import THRESHOLD, Coevolution, FewTrials, Generation
-from turing_learning.config import Configuration, ConfigurationError, PopulationSection, classifier_of
-from turing_learning.errors import refusing_as, require
-from turing_learning.evolution import CMAEvolutionStrategy, Optimizer, RenewedOptimizer
+from turing_learning.config import Configuration, classifier_of
+from turing_learning.config._parts import observers_of, optimizer_of
+from turing_learning.evolution import Optimizer, RenewedOptimizer
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MATCHING, MODELS
 from turing_learning.systems import Source
 
-_APART = 1e-9  # of the range: individuals that begin in its middle
 _READ_OUT = 1_000_000  # batch whose random numbers the intervals are drawn with
-_STANDARD = 2.576  # standard deviations of a custom system's samples that its input scale spans: 99 % of normal values
 _JUDGED = 200  # genuine samples by which the fitness of a batch is stated
 _AT_END = 0.05  # share of the loop's draws at an end that the 90 % interval reaches
 _NEAR_END = 0.1  # of its width: an interval that is so near an end includes it, as draws do not become fewer towards it
@@ -82,68 +76,6 @@ class Generations(Coevolution):
     readout = rows
 
 
-def optimizer_of(
-    section: PopulationSection, dimension: int, seed: tuple[int, ...], argument: str, **parts: Any
-) -> Optimizer:
-    """Return the optimizer that a section describes; `argument` names it in messages, `parts` are those of the built-in one."""
-    name, size = section.optimizer, section.parents + section.offspring
-    low, high = section.initial_low, section.initial_high
-    if section.start == "middle":
-        low, high = (0.5 * (low + high) + side * _APART * (high - low) for side in (-1, 1))
-    begin = {"seed": seed, "initial_low": low, "initial_high": high}
-    if name == config.OPTIMIZERS[0]:
-        return evolution.EvolutionStrategy(
-            dimension,
-            parents=section.parents,
-            offspring=section.offspring,
-            initial_step_size=section.initial_step_size,
-            minimum_step_size=section.minimum_step_size,
-            **begin,  # type: ignore[arg-type]
-            **parts,
-        )
-    with refusing_as(ConfigurationError):
-        if name == "cma":
-            try:
-                least = section.minimum_step_size
-                return CMAEvolutionStrategy(dimension, size=size, minimum_step_size=least, **begin)  # type: ignore[arg-type]
-            except ImportError as error:
-                raise ConfigurationError(str(error)) from error
-        found = config.part_of(argument, name)
-        made = (isinstance(found, Optimizer) and not isinstance(found, type)) or not callable(found)
-        # a copy, so that the caller's begins every run as it is
-        optimizer = deepcopy(found) if made else config.built(argument, found, dimension, size=size, **begin)
-    rule, remedy = "have the methods and properties of an `Optimizer`", "See docs/your-own-parts.md."
-    fits = isinstance(optimizer, Optimizer)
-    require(fits, argument, rule, type(optimizer).__name__, remedy, error=ConfigurationError)
-    given, remedy = (optimizer.size, optimizer.dimension), "Or change the population's settings."
-    rule, got = f"have {size} candidates of {dimension} parameters", f"{given[0]} of {given[1]}"
-    require(given == (size, dimension), argument, rule, got, remedy, error=ConfigurationError)
-    return _Guarded(optimizer, argument)
-
-
-class _Guarded:
-    """An optimizer that the package does not know: what it returns has the shape that it must have, and is finite."""
-
-    def __init__(self, optimizer: Optimizer, argument: str) -> None:
-        self._optimizer, self._argument = optimizer, argument
-        self.size, self.dimension = optimizer.size, optimizer.dimension
-        self.state, self.restore = optimizer.state, optimizer.restore
-
-    def _array(self, what: str, value: Any, shape: str) -> np.ndarray:
-        name = f"{self._argument}.{what}"
-        return array(name, value, shape, error=ConfigurationError, M=self.size, P=self.dimension).copy()
-
-    @property
-    def step_sizes(self) -> np.ndarray:
-        return self._array("step_sizes", self._optimizer.step_sizes, "M P")
-
-    def ask(self) -> np.ndarray:
-        return self._array("ask()", self._optimizer.ask(), "M P")
-
-    def tell(self, fitness: np.ndarray) -> np.ndarray:
-        return self._array("tell()", self._optimizer.tell(fitness.copy()), "M")
-
-
 @dataclass(frozen=True, eq=False)
 class _BatchGeneration(Generation):
     """A batch as a generation: its typical model is the loop's estimate, its best one the model that the jury accepts most."""
@@ -154,12 +86,6 @@ class _BatchGeneration(Generation):
     def typical_model(self) -> np.ndarray:
         """The estimate (P,) after the batch, in units."""
         return self.estimate
-
-
-def observers_of(configuration: Configuration) -> PooledClassifier:
-    finer = _STANDARD if hasattr(configuration.system, "centered") else 1.0
-    scale = [each / finer for each in configuration.input_scale]
-    return PooledClassifier(inputs=len(scale), scale=scale, threads=configuration.threads)
 
 
 class TrialsLoop:

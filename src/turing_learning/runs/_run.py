@@ -15,7 +15,7 @@ from turing_learning.analysis import UNKNOWN, Verdict
 from turing_learning.analysis._estimate import known_or, ordered
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
-from turing_learning.config._configuration import give_again
+from turing_learning.config._parts import give_again, observers_of
 from turing_learning.config._study import resolved
 from turing_learning.detection._simulated import keep_calibration
 from turing_learning.errors import brief, refuse, refusing_as, require, said
@@ -33,7 +33,7 @@ from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import Given, Source, SystemFailedError
 from turing_learning.systems._system import FailureLog
 
-from ._loops import Loop, loop_of, observers_of
+from ._loops import Loop, loop_of
 from ._progress import Observer, Progress
 
 if TYPE_CHECKING:
