@@ -34,9 +34,9 @@ from turing_learning.detection._alike import (
     TRAINED_EYE,
     Case,
     Eye,
+    Normal,
     added,
-    held_out_scores,
-    shown_to,
+    among,
 )
 from turing_learning.detection._detect import KINDS, _planted, _windows
 from turing_learning.families import FAMILIES
@@ -121,10 +121,10 @@ def unlike(path: Path, name: str, seed: int) -> list[list[object]]:
     flat = fresh.reshape(-1, *fresh.shape[2:])
     for eye in eyes(run):
         groups = [[each[None] for each in group] for group in normal]
-        score = eye.learn([eye.see(group) for group in groups], [range(len(group)) for group in groups], False, ())
-        usual = np.concatenate(score(eye.see([each[None] for each in flat])))
+        score = eye.learn([each for group in groups for each in among(eye.see(group), False)], False, ())
+        usual = np.concatenate([score(each) for each in among(eye.see([each[None] for each in flat]), False)])
         for size, motion in others.items():
-            found = np.concatenate(score(eye.see([each[None] for each in motion])))
+            found = np.concatenate([score(each) for each in among(eye.see([each[None] for each in motion]), False)])
             rows.append([eye.name, size, f"{area_under_curve(found, usual):.4f}"])
     for rule in ("discriminant", "fittest"):
         detector = Detector.from_run(result, rule=rule, threads=1)
@@ -165,12 +165,12 @@ def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
     learned = {}
     for eye in looks:
         for count in (1, GRID_TRIALS):
-            seen = [[eye.see([each])[0] for each in normal[:, :count]]]
-            learned[eye.name, count] = eye, eye.learn(seen, [range(len(normal))], False, ())
+            seen = among([eye.see([each])[0] for each in normal[:, :count]], False)
+            learned[eye.name, count] = eye, eye.learn(seen, False, ())
 
     def scores(samples: np.ndarray) -> dict[tuple[str, int], np.ndarray]:
         return {
-            (way, count): np.array([each.mean() for each in score(eye.see(list(samples[:, :count])))])
+            (way, count): np.array([score(each).mean() for each in among(eye.see(list(samples[:, :count])), False)])
             for (way, count), (eye, score) in learned.items()
         }
 
@@ -285,21 +285,18 @@ def looked_at(run: RunClassifiers, genuine: list[RecordedMotion]) -> Iterator[tu
         *(replace(eye, columns=see) for eye in eyes(run)),
         replace(TRAINED_EYE, columns=slice(run.signals, None)),
     ):
-        yield eye, *scaled(eye, [eye.see(_windows(each, True)) for each in genuine], examples)
+        yield eye, *scaled(eye, Normal.of([_windows(each, True) for each in genuine], np.inf), examples)
 
 
-def scaled(eye: Eye, seen: list[list[np.ndarray]], examples: list[Case]) -> tuple[np.ndarray, Scored]:
+def scaled(eye: Eye, normal: Normal, examples: list[Case]) -> tuple[np.ndarray, Scored]:
     """Return the scores of normal individuals in units of their scatter, and a scorer of others."""
-    who = [[k for k, own in enumerate(each) if len(own)] for each in seen]
-    owners = list(range(len(seen)))
-    shown = shown_to(eye, examples, seen, owners)
-    scores = held_out_scores(eye, seen, who, owners, True, shown)[0]
+    _, learned_all, _, scores = normal.learned(eye, examples, True)
     middle = np.median(scores)
     scatter = np.median(np.abs(scores - middle))
-    learned_all = eye.learn(seen, who, True, shown)
 
     def score(features: list[np.ndarray], without: str = "") -> np.ndarray:
-        means = np.array([own.mean() if len(own) else -np.inf for own in learned_all(features, without)])
+        others = among(features, True)
+        means = np.array([learned_all(one, without).mean() if len(one.windows) else -np.inf for one in others])
         return np.arcsinh((means - middle) / scatter)
 
     return np.arcsinh((scores - middle) / scatter), score

@@ -6,10 +6,9 @@ from those of normal individuals; the same is done with window statistics instea
 one-class support vector machine, as baselines. Source: docs/decisions/0031-judged-alike.md.
 """
 
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,18 +36,26 @@ WINDOWS = 2000  # that a support vector machine learns from, at most
 
 Windows = Sequence[np.ndarray]
 """What is known of the individuals of one recording: of each its windows (W, T, D), in order of time."""
-Seen = list[np.ndarray]
-"""The same as features (W, F)."""
-Who = Sequence[Sequence[int]]
-"""Who of the individuals of each recording counts."""
-Planted = Sequence[tuple[int, int, str, np.ndarray]]
-"""Individuals that behave otherwise: number of the recording, place in it, kind, and features (W, F)."""
 
 
-Scorer = Callable[..., list[np.ndarray]]
-"""From what is seen of the individuals of a recording to what each window (W,) of each adds: the mean over its
-windows says how unlike normal ones it is. What was learned from planted individuals of a kind, a second
-argument, is left out."""
+class Seen(NamedTuple):
+    """An individual as a way to look sees it."""
+
+    windows: np.ndarray  # (W, F), its features
+    shared: np.ndarray | float = 0.0  # (F,), what is usual for all of the recording
+
+
+class Planted(NamedTuple):
+    """Somebody who behaves otherwise, in the place of a normal individual."""
+
+    whose: int  # with whom it is left out, see `Normal`
+    kind: str
+    change: np.ndarray  # (F,), of the mean features
+
+
+Scorer = Callable[..., np.ndarray]
+"""From what is seen of an individual to what each of its windows (W,) adds: the mean says how unlike normal ones it is.
+What was learned from planted individuals of a kind, a second argument, is left out."""
 
 
 def split(values: np.ndarray, like: Windows) -> list[np.ndarray]:
@@ -56,33 +63,26 @@ def split(values: np.ndarray, like: Windows) -> list[np.ndarray]:
     return np.split(values, np.cumsum([len(each) for each in like])[:-1])
 
 
-def distance(recordings: Sequence[Seen], who: Who, relative: bool, planted: Planted = ()) -> Scorer:
+def distance(normal: Sequence[Seen], relative: bool, planted: Sequence[Planted] = ()) -> Scorer:
     """Learn how normal individuals deviate from what is usual; score by the Mahalanobis distance, whose square is a sum.
 
     Of planted individuals, learn for each kind the direction in which it differs most (Fisher's linear
     discriminant), and score by all of them; in either sense of each, an individual is as unlike. If `relative`,
-    individuals are seen beside the median of their fellows. Features are in units of the standard deviations of
-    windows.
+    what is usual is the median of the fellows. Features are in units of the standard deviations of windows.
     """
-
-    def fellows(seen: Seen) -> np.ndarray | float:
-        return np.median([each.mean(axis=0) for each in seen if len(each)], axis=0) if relative else 0.0
-
-    normal = [(seen[k], fellows(seen)) for seen, some in zip(recordings, who, strict=True) for k in some]
-    spread = np.maximum(np.concatenate([own for own, _ in normal]).std(axis=0), LEAST_SPREAD)
-    deviations = np.stack([(own.mean(axis=0) - shared) / spread for own, shared in normal])
+    spread = np.maximum(np.concatenate([each.windows for each in normal]).std(axis=0), LEAST_SPREAD)
+    deviations = np.stack([(each.windows.mean(axis=0) - each.shared) / spread for each in normal])
     center = 0.0 if relative else deviations.mean(axis=0)
     around = deviations - center
     covariance = around.T @ around / max(len(around) - 1, 1)
     ridge = max(SHRINKAGE * float(np.trace(covariance)) / len(covariance), 1e-12)
     covariance = covariance + ridge * np.eye(len(covariance))
     changes: dict[str, list[np.ndarray]] = {}
-    for p, k, kind, features in planted:
-        before = recordings[p][k][: len(features)]
-        changes.setdefault(kind, []).append((features.mean(axis=0) - before.mean(axis=0)) / spread)
+    for each in planted:
+        changes.setdefault(each.kind, []).append(each.change / spread)
     kinds, inverse = np.array(list(changes)), np.empty(0)
     if changes:
-        windows = np.concatenate([(own - own.mean(axis=0)) / spread for own, _ in normal])
+        windows = np.concatenate([(each.windows - each.windows.mean(axis=0)) / spread for each in normal])
         within = windows.T @ windows
         covariance = covariance + WITHIN * np.trace(covariance) / max(float(np.trace(within)), 1e-12) * within
         towards = np.linalg.solve(covariance, np.stack([np.mean(some, axis=0) for some in changes.values()], axis=1))
@@ -90,34 +90,27 @@ def distance(recordings: Sequence[Seen], who: Who, relative: bool, planted: Plan
     else:
         inverse = np.linalg.inv(covariance)
 
-    def score(seen: Seen, without: str = "") -> list[np.ndarray]:
-        weights, shared, found = inverse, fellows(seen), []
+    def score(one: Seen, without: str = "") -> np.ndarray:
+        weights, unlike = inverse, (one.windows - one.shared) / spread - center
         if changes:
             kept = towards[:, kinds != without] if (kinds != without).any() else towards
             weights = kept @ kept.T / kept.shape[1]
-        for each in seen:
-            unlike = (each - shared) / spread - center
-            mean = unlike.mean(axis=0) if len(each) else np.zeros(unlike.shape[1])
-            way = weights @ mean
-            found.append(unlike @ way / max(float(np.sqrt(mean @ way)), 1e-12))
-        return found
+        mean = unlike.mean(axis=0)
+        way = weights @ mean
+        return np.asarray(unlike @ way / max(float(np.sqrt(mean @ way)), 1e-12))
 
     return score
 
 
-def one_class(recordings: Sequence[Seen], who: Who, relative: bool, planted: Planted = ()) -> Scorer:
+def one_class(normal: Sequence[Seen], relative: bool, planted: Sequence[Planted] = ()) -> Scorer:
     """Learn by a one-class support vector machine, as scikit-learn has it."""
     from sklearn.svm import OneClassSVM
 
-    windows = np.concatenate([seen[k] for seen, some in zip(recordings, who, strict=True) for k in some])
+    windows = np.concatenate([each.windows for each in normal])
     center, spread = windows.mean(axis=0), np.maximum(windows.std(axis=0), 1e-9)
     chosen = np.random.default_rng(len(windows)).permutation(len(windows))[:WINDOWS]
     machine = OneClassSVM(nu=0.1, gamma="scale").fit((windows[chosen] - center) / spread)
-
-    def score(seen: Seen, without: str = "") -> list[np.ndarray]:
-        return split(-machine.decision_function((np.concatenate(seen) - center) / spread), seen)
-
-    return score
+    return lambda one, without="": -machine.decision_function((one.windows - center) / spread)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,11 +119,11 @@ class Eye:
 
     name: str
     describe: Callable[[np.ndarray], np.ndarray]
-    learn: Callable[[Sequence[Seen], Who, bool, Planted], Scorer] = distance
+    learn: Callable[[Sequence[Seen], bool, Sequence[Planted]], Scorer] = distance
     columns: slice = field(default_factory=lambda: slice(None))
 
-    def see(self, windows: Windows) -> Seen:
-        """Return the features of the windows of each individual."""
+    def see(self, windows: Windows) -> list[np.ndarray]:
+        """Return the features (W, F) of the windows of each individual."""
         return split(self.describe(np.concatenate(windows)[..., self.columns]), windows)
 
 
@@ -263,16 +256,8 @@ def judge_alike(
     counted = sum(there[1:])
     check(counted >= 2, "genuine", "hold at least 2 normal individuals with a window", counted, "Record more of them.")
     relative = min(there) >= FELLOWS if relative is None else relative
-    pieces, owners = _pieces(normal, int(np.median([len(each) for each in motion if len(each)])))
-    everybody = [[k for k, each in enumerate(windows) if len(each)] for windows in pieces]
-    looks = []
-    for eye in eyes:
-        seen = [eye.see(windows) for windows in pieces]
-        shown = shown_to(eye, planted, seen, owners)
-        shares = eye.learn(seen, everybody, relative, shown)(eye.see(motion))
-        scores, whose, weights, scorers = held_out_scores(eye, seen, everybody, owners, relative, shown)
-        known = _of_cases(eye, cases, seen, owners, scorers) if cases else np.empty(0)
-        looks.append(_Look(eye.name, shares, scores, whose, weights, known))
+    known = Normal.of(normal, int(np.median([len(each) for each in motion if len(each)])))
+    looks = [known.look(eye, motion, cases, planted, relative) for eye in eyes]
     if len(looks) > 1:
         kept = added({look.name: look.area for look in looks})
         looks.append(_together([look for look in looks if look.name in kept]))
@@ -294,70 +279,11 @@ def added(areas: Mapping[str, float | None]) -> list[str]:
     return [name for name, area in ways.items() if area >= max(ways.values()) - WORSE]
 
 
-def _pieces(normal: Sequence[Windows], length: int) -> tuple[list[Windows], list[int]]:
-    """Cut recordings into pieces of about so many windows, as many as the motion; return them, and of which recording each is."""
-    pieces: list[Windows] = []
-    owners: list[int] = []
-    for k, windows in enumerate(normal):
-        count = max(1, int(np.median([len(each) for each in windows if len(each)] or [0]) / max(length, 1) + 0.25))
-        for part in range(count):
-            pieces.append([each[part * len(each) // count : (part + 1) * len(each) // count] for each in windows])
-            owners.append(k)
-    return pieces, owners
-
-
-def shown_to(eye: Eye, planted: Sequence[Case], seen: Sequence[Seen], owners: Sequence[int]) -> Planted:
-    """Return planted individuals as a way to look sees them, each in the first piece of its recording."""
-    if eye.name != TRAINED or not planted:
-        return []
-    found = []
-    for case, features in zip(planted, eye.see([case.windows for case in planted]), strict=True):
-        piece = owners.index(case.recording or 0)
-        if count := len(seen[piece][case.place]):
-            found.append((piece, case.place, case.kind, features[:count]))
-    return found
-
-
-def held_out_scores(
-    eye: Eye, seen: Sequence[Seen], everybody: Who, owners: Sequence[int], relative: bool, planted: Planted
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[Any, Scorer]]:
-    """Score normal individuals in pieces of recordings by what was learned without them.
-
-    Returns their scores, whom they belong to (a recording, or an individual where there is one recording),
-    weights that sum to 1 for each individual, and the scorer that has not seen each recording.
-    """
-    members = [(p, k) for p, who in enumerate(everybody) for k in who]
-    pieces, alone = Counter((owners[p], k) for p, k in members), len(set(owners)) == 1
-    keys: dict[Any, Any] = {(p, k): (owners[p], k) if alone else owners[p] for p, k in members}
-    held, rows = sorted(set(keys.values())), []
-    scorers: dict[Any, Scorer] = {}
-    for fold in np.array_split(np.arange(len(held)), min(FOLDS, len(held))):
-        out = {held[k] for k in fold}
-        kept = [[k for k in who if keys[p, k] not in out] for p, who in enumerate(everybody)]
-        scorer = eye.learn(seen, kept, relative, [each for each in planted if each[1] in kept[each[0]]])
-        scorers |= dict.fromkeys(out, scorer)
-        left = [(p, k) for p, k in members if keys[p, k] in out]
-        found = {p: scorer(seen[p]) for p in {p for p, _ in left}}
-        rows += [(found[p][k].mean(), held.index(keys[p, k]), 1 / pieces[owners[p], k]) for p, k in left]
-    scores, whose, weights = map(np.array, zip(*rows, strict=True))
-    return scores, whose, weights, scorers
-
-
-def _of_cases(
-    eye: Eye, cases: Sequence[Case], seen: Sequence[Seen], owners: Sequence[int], scorers: dict[Any, Scorer]
-) -> np.ndarray:
-    """Return the scores (K,) of cases, each by what was learned without its recording."""
-    found = []
-    for case, own in zip(cases, eye.see([case.windows for case in cases]), strict=True):
-        group, scorer = [own], next(iter(scorers.values()))
-        if case.recording is not None:
-            fellows = seen[owners.index(case.recording)]
-            own = own[: max(1, len(fellows[case.place]))]
-            group = [each[: len(own)] for each in fellows]  # at about the same time
-            group[case.place] = own
-            scorer = scorers.get(case.recording) or scorers[case.recording, case.place]
-        found.append(float(scorer(group, case.kind)[case.place].mean()))
-    return np.array(found)
+def among(features: Sequence[np.ndarray], relative: bool) -> list[Seen]:
+    """Return the individuals of a recording beside the median of all that have windows, or beside nothing."""
+    means = [each.mean(axis=0) for each in features if len(each) and relative]
+    shared = np.median(means, axis=0) if means else 0.0
+    return [Seen(each, shared) for each in features]
 
 
 @dataclass(frozen=True, eq=False)
@@ -375,6 +301,78 @@ class _Look:
     @property
     def area(self) -> float | None:
         return area_under_curve(self.cases, self.normal, self.weights) if len(self.cases) else None
+
+
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Normal individuals of recordings that are cut into pieces."""
+
+    pieces: list[Windows]
+    owners: list[int]  # of which recording each piece is
+    members: list[tuple[int, int]]  # piece and place in it of all who have windows there (n,)
+    whose: np.ndarray  # (n,), a recording, or an individual where there is one recording: with whom each is left out
+    weights: np.ndarray  # (n,), that sum to 1 for each individual
+    number: dict[tuple[int, int], int]  # of whose, by recording and place
+
+    @classmethod
+    def of(cls, recordings: Sequence[Windows], length: float) -> "Normal":
+        """Cut recordings into pieces of about so many windows, as many as the motion."""
+        pieces, owners = list[Windows](), list[int]()
+        for k, windows in enumerate(recordings):
+            count = max(1, int(np.median([len(each) for each in windows if len(each)] or [0]) / max(length, 1) + 0.25))
+            for part in range(count):
+                pieces.append([each[part * len(each) // count : (part + 1) * len(each) // count] for each in windows])
+                owners.append(k)
+        members = [(p, k) for p, windows in enumerate(pieces) for k, each in enumerate(windows) if len(each)]
+        own = [(owners[p], k) for p, k in members]
+        _, individual, parts = np.unique(own, axis=0, return_inverse=True, return_counts=True)
+        whose = individual if len(set(owners)) == 1 else np.unique([r for r, _ in own], return_inverse=True)[1]
+        number = dict(zip(own, whose.tolist(), strict=True))
+        return cls(pieces, owners, members, whose, 1 / parts[individual], number)
+
+    def learned(self, eye: Eye, planted: Sequence[Case], relative: bool) -> "Learned":
+        """Learn from all individuals, and without each in turn; what is trained is shown planted ones."""
+        seen = [eye.see(windows) for windows in self.pieces]
+        beside = [among(each, relative) for each in seen]
+        usual, shown = [beside[p][k] for p, k in self.members], list[Planted]()
+        if eye.name == TRAINED and planted:
+            for case, own in zip(planted, eye.see([case.windows for case in planted]), strict=True):
+                recording = case.recording or 0
+                before = seen[self.owners.index(recording)][case.place]
+                if count := min(len(before), len(own)):
+                    change = own[:count].mean(axis=0) - before[:count].mean(axis=0)
+                    shown.append(Planted(self.number[recording, case.place], case.kind, change))
+        scorers, whose = list[Scorer](), range(self.whose.max() + 1)
+        for fold in np.array_split(whose, min(FOLDS, len(whose))):
+            kept = [each for each, number in zip(usual, self.whose, strict=True) if number not in fold]
+            scorers += [eye.learn(kept, relative, [each for each in shown if each.whose not in fold])] * len(fold)
+        scores = [scorers[number](each).mean() for each, number in zip(usual, self.whose, strict=True)]
+        return Learned(seen, eye.learn(usual, relative, shown), scorers, np.array(scores))
+
+    def look(self, eye: Eye, motion: Windows, cases: Sequence[Case], planted: Sequence[Case], relative: bool) -> _Look:
+        """Score motion, and cases, each by what was learned without its recording."""
+        learned, known = self.learned(eye, planted, relative), []
+        group = among(eye.see(motion), relative)
+        shares = [learned.score(each) if len(each.windows) else np.empty(0) for each in group]
+        for case, own in zip(cases, eye.see([case.windows for case in cases]) if cases else (), strict=True):
+            others, score = [own], learned.without[0]
+            if case.recording is not None:
+                fellows = learned.seen[self.owners.index(case.recording)]
+                own = own[: max(1, len(fellows[case.place]))]
+                others = [each[: len(own)] for each in fellows]  # at about the same time
+                others[case.place] = own
+                score = learned.without[self.number[case.recording, case.place]]
+            known.append(float(score(among(others, relative)[case.place], case.kind).mean()))
+        return _Look(eye.name, shares, learned.scores, self.whose, self.weights, np.array(known))
+
+
+class Learned(NamedTuple):
+    """What a way to look has learned of normal individuals."""
+
+    seen: list[list[np.ndarray]]  # features of all in each piece
+    score: Scorer
+    without: list[Scorer]  # by whose individuals have not been seen
+    scores: np.ndarray  # (n,), of the individuals, each by what was learned without it
 
 
 def _together(looks: Sequence[_Look]) -> _Look:

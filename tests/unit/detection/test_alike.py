@@ -13,7 +13,9 @@ from turing_learning.detection._alike import (
     TRAINED_EYE,
     Case,
     Eye,
+    Planted,
     added,
+    among,
     judge_alike,
     window_statistics,
 )
@@ -144,9 +146,9 @@ def test_what_is_trained_is_compared_by_kinds_that_it_has_not_seen():
     def learn(*arguments):
         scorer = eye.learn(*arguments)
 
-        def score(features, without=""):
-            seen.append((without, {kind for *_, kind, _ in arguments[3]}))
-            return scorer(features, without)
+        def score(one, without=""):
+            seen.append((without, {each.kind for each in arguments[2]}))
+            return scorer(one, without)
 
         return score
 
@@ -154,12 +156,15 @@ def test_what_is_trained_is_compared_by_kinds_that_it_has_not_seen():
     found = judged(strange(), NORMAL, [watched], planted=both, cases=both, said_of_cases="planted ones")
     assert {without for without, _ in seen} == {"", "signal 0", "signal 1"}
     assert {"signal 0", "signal 1"} in [known for _, known in seen]
-    windows = [eye.see(each) for each in NORMAL]
-    shown = [(case.recording, case.place, case.kind, eye.see([case.windows])[0]) for case in both]
-    who = [range(5)] * 6
-    whole, half = (eye.learn(windows, who, True, some) for some in (shown, shown[len(kinds(2.0, 0)) :]))
-    without = whole(windows[0], "signal 0")
-    np.testing.assert_allclose(np.concatenate(without), np.concatenate(half(windows[0])))
+    normal = [among(eye.see(each), True) for each in NORMAL]
+    shown = []
+    for case in both:
+        before, after = normal[case.recording][case.place].windows, eye.see([case.windows])[0]
+        shown.append(Planted(case.recording, case.kind, after.mean(axis=0) - before.mean(axis=0)))
+    everybody = [each for recording in normal for each in recording]
+    whole, half = (eye.learn(everybody, True, some) for some in (shown, shown[len(kinds(2.0, 0)) :]))
+    for each in normal[0]:
+        np.testing.assert_allclose(whole(each, "signal 0"), half(each))
     assert found.rankings[0].area > 0.5
 
 
