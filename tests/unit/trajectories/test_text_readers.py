@@ -281,7 +281,6 @@ def test_attributes_that_are_wrong_are_refused(text, message, tmp_path):
 
 @pytest.mark.parametrize("size", [7, 64, 1 << 24])
 def test_large_files_are_read_in_blocks(size, tmp_path, monkeypatch):
-    monkeypatch.setattr(_shared, "BLOCK", size)
     monkeypatch.setattr(_shared, "ROWS", size)
     rows = [f"{k},a,{k}.5,{-k}.25\n" for k in range(1, 51)]
     for same in ("", ",", "\r", "\r\r"):

@@ -2,7 +2,6 @@
 
 import codecs
 import csv
-import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -55,7 +54,6 @@ def choose(keypoint: str | None, names: Sequence[str], place: object) -> str:
 
 LONGEST_LINE = 1 << 22
 """Bytes in a line beyond which a file is no table; a thousand key points need less than a tenth."""
-BLOCK = 1 << 24  # bytes that are looked at together
 ROWS = 1 << 14  # rows that are turned into numbers together
 
 
@@ -77,24 +75,16 @@ def check_times(seconds: np.ndarray, sheet: Sheet) -> None:
 
 def read_lines(path: Path) -> Iterator[tuple[int, str]]:
     """Yield number and text of each line of a whole text in UTF-8; blank lines are accepted at its end only."""
-    rest, number, blank = b"", 0, 0
+    blank = 0
     with path.open("rb") as file:
-        while block := file.read(BLOCK):
-            block, end, rest = (rest + block).rpartition(b"\n")
-            for line in _decoded(block, path, number).split("\n") if end else ():
-                number += 1
-                if not line or line.isspace():
-                    blank = blank or number
-                elif blank:
-                    raise refusal("have no blank line inside", "an empty line", f"{path}:{blank}")
-                else:
-                    yield number, line
-            if len(rest) > LONGEST_LINE:
-                rule = f"have lines of at most {LONGEST_LINE} bytes"
-                raise refusal(rule, "a longer one", f"{path}:{number + 1}")
-    if rest:
-        remedy = "The file may be cut off; if it is whole, add a line end."
-        raise refusal("end with a line end", f"{rest[-20:]!r}", f"{path}:{number + 1}", remedy)
+        for number, raw in enumerate(iter(lambda: file.readline(LONGEST_LINE + 1), b""), start=1):
+            line = _decoded(raw, path, number)
+            if not line or line.isspace():
+                blank = blank or number
+            elif blank:
+                raise refusal("have no blank line inside", "an empty line", f"{path}:{blank}")
+            else:
+                yield number, line
 
 
 def refuse_utf16(raw: bytes, place: object) -> None:
@@ -103,27 +93,27 @@ def refuse_utf16(raw: bytes, place: object) -> None:
         raise refusal("be text in UTF-8", "UTF-16", place, "Save it as UTF-8.")
 
 
-def _decoded(lines: bytes, path: Path, before: int) -> str:
-    """Return the text of lines, with one kind of line end, of which there are so many `before` in the file."""
-
-    def place(at: int) -> str:
-        return f"{path}:{before + 1 + lines.count(10, 0, at)}"
-
-    if not before:
-        refuse_utf16(lines, f"{path}:1")
-        lines = lines.removeprefix(codecs.BOM_UTF8)
-    lines = re.sub(rb"\r+(\n|$)", rb"\1", lines) if b"\r" in lines else lines
-    for sign, rule, got in (
-        (b"\0", "be a text file", "a zero byte"),
-        (b"\r", "have line ends of one kind", "a carriage return inside a line"),
-    ):
-        if sign in lines:
-            raise refusal(rule, got, place(lines.index(sign)))
+def _decoded(raw: bytes, path: Path, number: int) -> str:
+    """Return the text of a line, without its end."""
+    if not raw.endswith(b"\n"):
+        if len(raw) > LONGEST_LINE:
+            raise refusal(f"have lines of at most {LONGEST_LINE} bytes", "a longer one", f"{path}:{number}")
+        remedy = "The file may be cut off; if it is whole, add a line end."
+        raise refusal("end with a line end", f"{raw[-20:]!r}", f"{path}:{number}", remedy)
+    if number == 1:
+        refuse_utf16(raw, f"{path}:1")
+        raw = raw.removeprefix(codecs.BOM_UTF8)
+    line = raw.rstrip(b"\r\n")
+    if b"\0" in line:
+        raise refusal("be a text file", "a zero byte", f"{path}:{number}")
+    if b"\r" in line:
+        raise refusal("have line ends of one kind", "a carriage return inside a line", f"{path}:{number}")
     try:
-        return lines.decode("utf-8")
+        return line.decode("utf-8")
     except UnicodeDecodeError as error:
         remedy = "It may be in Latin-1 or another encoding: save it as UTF-8."
-        raise refusal("be text in UTF-8", f"byte {lines[error.start]:#04x}", place(error.start), remedy) from None
+        got = f"byte {line[error.start]:#04x}"
+        raise refusal("be text in UTF-8", got, f"{path}:{number}", remedy) from None
 
 
 def _cells(line: str, separator: str, path: Path, number: int, width: int = 0) -> list[str]:
