@@ -157,11 +157,14 @@ class Store:
     # Who writes
 
     @contextmanager
-    def locked(self) -> Iterator[None]:
-        """Hold the folder, which must exist, for this process; the lock dies with it. Reject one that another process holds."""
+    def locked(self, *, wait_s: float = 0.0) -> Iterator[None]:
+        """Hold the folder, which must exist, for this process; the lock dies with it.
+
+        Reject one that another process still holds after so long a wait (s).
+        """
         from filelock import FileLock, Timeout
 
-        lock = FileLock(self.path / LOCK, timeout=0)
+        lock = FileLock(self.path / LOCK, timeout=wait_s)
         try:
             lock.acquire()
         except Timeout as error:

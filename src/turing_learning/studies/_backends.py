@@ -299,15 +299,9 @@ def execute(study: str, number: int, stop: str = "", should_stop: Callable[[], b
         configuration = plan.configuration(number)
         path.mkdir(parents=True, exist_ok=True)
         (path / FAILURE).unlink(missing_ok=True)
-        run, deadline = RunFolder(path), time.monotonic() + LONGEST_WAIT_S
-        while True:
-            try:
-                with run.locked():
-                    break
-            except RunFolderError:
-                if time.monotonic() > deadline:
-                    raise
-            time.sleep(LOOK_EVERY_S)
+        run = RunFolder(path)
+        with run.locked(wait_s=LONGEST_WAIT_S):
+            pass  # whoever held it has ended
         if run.is_run():
             same, got = run.configuration() == configuration, f"{path} with another configuration"
             require(same, "run", "be that of the study", got, "Remove it.", error=RunFolderError)

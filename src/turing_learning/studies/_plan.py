@@ -127,16 +127,15 @@ def plan_study(
     first = variants[0].run.seed if first_seed is None else first_seed
     rule = f"be an integer between 0 and {most}, so that {runs} seeds follow"
     check(is_integer(first) and 0 <= first <= most, "first_seed", rule, first)
-    configurations = []
-    for base, seed in product(variants, range(first, first + runs)):
-        changed: dict[str, Any] = {"run": base.run.model_copy(update={"seed": seed})}
-        if behaviors:
-            changed["scenario"] = replace(base.swarm, controller=random_controller(seed))
-        configurations.append(base.model_copy(update=changed))
-    flat = [flat_settings(configuration) for configuration in configurations]
+    chance: list[dict[str, Any]] = [
+        {SEED: seed} | ({CONTROLLER: list(random_controller(seed))} if behaviors else {})
+        for seed in range(first, first + runs)
+    ]
+    flat = [settings | drawn for settings, drawn in product(map(flat_settings, variants), chance)]
     keys = dict.fromkeys(key for one in flat for key in one)
     varying = [key for key in keys if key == SEED or any(one.get(key) != flat[0].get(key) for one in flat)]
-    return Plan(configurations[0], tuple({key: one.get(key) for key in varying} for one in flat), name, samples)
+    of_runs = tuple({key: one.get(key) for key in varying} for one in flat)
+    return Plan(with_settings(variants[0], chance[0]), of_runs, name, samples)
 
 
 def random_controller(seed: int) -> tuple[float, ...]:
