@@ -6,7 +6,7 @@ from those of normal individuals; the same is done with window statistics instea
 one-class support vector machine, as baselines. Source: docs/decisions/0031-judged-alike.md.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -330,23 +330,30 @@ class Normal:
         number = dict(zip(own, whose.tolist(), strict=True))
         return cls(pieces, owners, members, whose, 1 / parts[individual], number)
 
+    def placed(
+        self, eye: Eye, cases: Sequence[Case], seen: Sequence[list[np.ndarray]]
+    ) -> Iterator[tuple[Case, int, np.ndarray, list[np.ndarray]]]:
+        """Yield cases, the number of whose they are, what is seen of each, and of all of its recording at about the same time."""
+        for case, own in zip(cases, eye.see([case.windows for case in cases]) if cases else (), strict=True):
+            whose, fellows = 0, [own]
+            if case.recording is not None:
+                whose, fellows = self.number[case.recording, case.place], seen[self.owners.index(case.recording)]
+            own = own[: max(1, len(fellows[case.place]))]
+            yield case, whose, own, [each[: len(own)] for each in fellows]
+
     def learned(self, eye: Eye, planted: Sequence[Case], relative: bool) -> "Learned":
         """Learn from all individuals, and without each in turn; what is trained is shown planted ones."""
         seen = [eye.see(windows) for windows in self.pieces]
         beside = [among(each, relative) for each in seen]
         usual, shown = [beside[p][k] for p, k in self.members], list[Planted]()
-        if eye.name == TRAINED and planted:
-            for case, own in zip(planted, eye.see([case.windows for case in planted]), strict=True):
-                recording = case.recording or 0
-                before = seen[self.owners.index(recording)][case.place]
-                if count := min(len(before), len(own)):
-                    change = own[:count].mean(axis=0) - before[:count].mean(axis=0)
-                    shown.append(Planted(self.number[recording, case.place], case.kind, change))
-        scorers, whose = list[Scorer](), range(self.whose.max() + 1)
-        for fold in np.array_split(whose, min(FOLDS, len(whose))):
-            kept = [each for each, number in zip(usual, self.whose, strict=True) if number not in fold]
+        for case, whose, own, fellows in self.placed(eye, planted if eye.name == TRAINED else (), seen):
+            if len(before := fellows[case.place]):
+                shown.append(Planted(whose, case.kind, own.mean(axis=0) - before.mean(axis=0)))
+        scorers, count = list[Scorer](), self.whose.max() + 1
+        for fold in np.array_split(np.arange(count), min(FOLDS, count)):
+            kept = [each for each, whose in zip(usual, self.whose, strict=True) if whose not in fold]
             scorers += [eye.learn(kept, relative, [each for each in shown if each.whose not in fold])] * len(fold)
-        scores = [scorers[number](each).mean() for each, number in zip(usual, self.whose, strict=True)]
+        scores = [scorers[whose](each).mean() for each, whose in zip(usual, self.whose, strict=True)]
         return Learned(seen, eye.learn(usual, relative, shown), scorers, np.array(scores))
 
     def look(self, eye: Eye, motion: Windows, cases: Sequence[Case], planted: Sequence[Case], relative: bool) -> _Look:
@@ -354,15 +361,9 @@ class Normal:
         learned, known = self.learned(eye, planted, relative), []
         group = among(eye.see(motion), relative)
         shares = [learned.score(each) if len(each.windows) else np.empty(0) for each in group]
-        for case, own in zip(cases, eye.see([case.windows for case in cases]) if cases else (), strict=True):
-            others, score = [own], learned.without[0]
-            if case.recording is not None:
-                fellows = learned.seen[self.owners.index(case.recording)]
-                own = own[: max(1, len(fellows[case.place]))]
-                others = [each[: len(own)] for each in fellows]  # at about the same time
-                others[case.place] = own
-                score = learned.without[self.number[case.recording, case.place]]
-            known.append(float(score(among(others, relative)[case.place], case.kind).mean()))
+        for case, whose, own, others in self.placed(eye, cases, learned.seen):
+            others[case.place] = own
+            known.append(float(learned.without[whose](among(others, relative)[case.place], case.kind).mean()))
         return _Look(eye.name, shares, learned.scores, self.whose, self.weights, np.array(known))
 
 
