@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Discriminator, Tag, model_validator
 
 from turing_learning.coevolution._few_trials import batch_schedule
-from turing_learning.errors import Setting, refuse, refusing_as, require
+from turing_learning.errors import Setting, refusing_as, require
 from turing_learning.interaction import StimulatedSystem
 from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
@@ -25,6 +25,7 @@ from ._sections import (
     RunSection,
     Section,
     dotted,
+    reject,
 )
 
 LEAST_TRIALS = 20
@@ -204,7 +205,7 @@ def require_seen(configuration: Configuration) -> None:
         rule = f"be at least 1 where the sensor tells objects apart, without which {speeds}"
         remedy = "Set it, or leave 'object' out of scenario.sensor.readings and these two speeds out of"
         remedy += " scenario.controller."
-        refuse("scenario.objects.count", rule, "0", remedy, error=ConfigurationError)
+        reject("scenario.objects.count", rule, "0", remedy)
 
 
 def _demands(configuration: Configuration) -> Iterator[tuple[str, float, tuple[str, ...]]]:
@@ -230,4 +231,4 @@ def _refuse_largest(configuration: Configuration, keys: tuple[str, ...], need: s
     """Reject the one of some settings that is farthest above its usual value."""
     values = dotted(configuration.model_dump())
     key = max(sorted(keys), key=lambda key: math.log(max(values[key], 1e-9) / _USUAL[key]))
-    refuse(key, f"be smaller, as {need}", values[key], error=ConfigurationError)
+    reject(key, f"be smaller, as {need}", values[key])

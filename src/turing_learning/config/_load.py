@@ -12,14 +12,14 @@ from typing import Any, NoReturn, get_type_hints
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from turing_learning.errors import Refusal, RefusedError, Text, brief, choice, nearest, refuse, require
+from turing_learning.errors import Refusal, RefusedError, Text, brief, choice, nearest
 from turing_learning.interaction import STIMULATED, StimulatedSystem
 from turing_learning.swarm import SCENARIOS as SWARMS
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
 from ._configuration import TAGS, Configuration, scenario_type
-from ._sections import ConfigurationError, PopulationSection
+from ._sections import ConfigurationError, PopulationSection, check, reject
 
 UNBOUNDED = "unbounded"  # TOML has no null; this stands for the missing side of an arena
 
@@ -89,7 +89,7 @@ class Origins:
 
     def refuse(self, key: str, rule: str, got: str, remedy: Text = "", at: str = "") -> NoReturn:
         """Reject a setting; `at` is the key whose place is named, if another."""
-        refuse(key, rule, got, remedy, place=self.where(at or key), error=ConfigurationError)
+        reject(key, rule, got, remedy, place=self.where(at or key))
 
 
 def load_configuration(
@@ -135,10 +135,8 @@ def opened(
     path: str | Path | None, overrides: Mapping[str, Any] | None, labels: Mapping[str, str] | None
 ) -> tuple[dict[str, Any], Origins]:
     """Return what a file says, nothing without one, and where each setting comes from."""
-    for name, value, kinds in (("config", path, str | os.PathLike), ("settings", overrides, Mapping)):
-        fits = value is None or isinstance(value, kinds)
-        rule = "be the path of a file" if name == "config" else "be dotted keys with values"
-        require(fits, name, rule, brief(value), error=ConfigurationError)
+    check(isinstance(path, str | os.PathLike | None), "config", "be the path of a file", brief(path))
+    check(isinstance(overrides, Mapping | None), "settings", "be dotted keys with values", brief(overrides))
     text, document = ("", {}) if path is None else read_toml(Path(path))
     named = {key: f"override {key}" for key in overrides or {}} | dict(labels or {})
     return document, Origins(None if path is None else Path(path), text, named)
@@ -178,7 +176,7 @@ def resolve(
     if not named and scenario is None and origins.path is not None:
         named = f'Write scenario = "{DEFAULT_SCENARIO}", or [scenario] and name = "{DEFAULT_SCENARIO}" below it.'
         rule, remedy = "be named, in the file or as an argument", f"{named} {nearest('', SCENARIOS)}"
-        refuse("scenario", rule, "neither", remedy, place=str(origins.path), error=ConfigurationError)
+        reject("scenario", rule, "neither", remedy, place=str(origins.path))
     for section in ("models", "classifiers"):
         if "population" in data.get(section, ()):
             data[section] = _split_population(data[section], section, origins)
@@ -217,8 +215,7 @@ def nested(flat: Mapping[str, Any]) -> dict[str, Any]:
         for part in tables:
             table = table.setdefault(part, {})
             if not isinstance(table, dict):
-                got = f"{part!r} both as a table and as a value"
-                refuse(key, "be a setting of its own", got, "Leave one out.", error=ConfigurationError)
+                reject(key, "be a setting of its own", f"{part!r} both as a table and as a value", "Leave one out.")
         table[name] = value
     return result
 
@@ -247,7 +244,7 @@ def _scenario_data(given: Any, asked: str | Scenario | CustomSystem | None, orig
                 at = "scenario.name" if named is None else "scenario.preset"
                 other_place = f" [{place}]" if (place := origins.where(at)) else ""
                 got = f"{asked!r} as an argument and {brief(other)}{other_place}"
-                refuse("scenario", "be the same everywhere", got, "Leave one of them out.", error=ConfigurationError)
+                reject("scenario", "be the same everywhere", got, "Leave one of them out.")
         meant = next((each for each in (named, asked, name) if each is not None), DEFAULT_SCENARIO)
         base = asdict(SCENARIOS[meant]) if isinstance(meant, str) and meant in SCENARIOS else {}
     scenario = merged(base, table)

@@ -10,13 +10,13 @@ import numpy as np
 
 from turing_learning.arrays import array
 from turing_learning.coevolution import Classifier
-from turing_learning.errors import brief, refuse, refusing_as, require
+from turing_learning.errors import brief, refusing_as
 from turing_learning.evolution import CMAEvolutionStrategy, EvolutionStrategy, Optimizer
 from turing_learning.systems import imported
 from turing_learning.systems._calls import importable_name
 
 from ._configuration import Configuration
-from ._sections import GIVEN, NETWORKS, OPTIMIZERS, ConfigurationError, PopulationSection
+from ._sections import GIVEN, NETWORKS, OPTIMIZERS, ConfigurationError, PopulationSection, check, reject
 
 if TYPE_CHECKING:
     from turing_learning.classifiers import PooledClassifier
@@ -39,7 +39,7 @@ def classifier_of(configuration: Configuration) -> Classifier:
         return configuration.system.evolved(elman)
     found = _made("classifier", name, Classifier, inputs=len(scale), scale=scale)
     rule, fits = "have `parameters` and `judge`, or be a function that returns it", isinstance(found, Classifier)
-    require(fits, "classifier", rule, type(found).__name__, _OWN, error=ConfigurationError)
+    check(fits, "classifier", rule, type(found).__name__, _OWN)
     return configuration.system.evolved(cast(Classifier, found))
 
 
@@ -82,10 +82,10 @@ def optimizer_of(
         if optimizer is part_of(argument, name):  # a copy, so that the caller's begins every run as it is
             optimizer = deepcopy(optimizer)
     rule, fits = "have the methods and properties of an `Optimizer`", isinstance(optimizer, Optimizer)
-    require(fits, argument, rule, type(optimizer).__name__, _OWN, error=ConfigurationError)
+    check(fits, argument, rule, type(optimizer).__name__, _OWN)
     given, remedy = (optimizer.size, optimizer.dimension), "Or change the population's settings."
     rule, got = f"have {size} candidates of {dimension} parameters", f"{given[0]} of {given[1]}"
-    require(given == (size, dimension), argument, rule, got, remedy, error=ConfigurationError)
+    check(given == (size, dimension), argument, rule, got, remedy)
     return _Guarded(optimizer, argument)
 
 
@@ -138,8 +138,8 @@ def give_again(argument: str, stored: str, given: Any) -> None:
     if given is None:
         return
     if not stored.startswith(GIVEN):
-        remedy, same = "Leave it out.", part_named(given) == stored
-        require(same, argument, f"be that of the run, {stored!r}", part_named(given), remedy, error=ConfigurationError)
+        named = part_named(given)
+        check(named == stored, argument, f"be that of the run, {stored!r}", named, "Leave it out.")
         return
     _objects[stored] = given
 
@@ -150,7 +150,7 @@ def part_of(argument: str, name: str) -> Any:
         return imported(name, argument, ConfigurationError)
     rule, label = "be given again, as no folder holds an object of Python", name.removeprefix(GIVEN)
     remedy = f"Give `{argument}` to `turing_learning.resume` or `turing_learning.load_run`, as the run began with it."
-    require(name in _objects, argument, rule, f"nothing for {label!r}", remedy, error=ConfigurationError)
+    check(name in _objects, argument, rule, f"nothing for {label!r}", remedy)
     return _objects[name]
 
 
@@ -167,5 +167,5 @@ def built(argument: str, maker: Callable[..., Any], *given: Any, **options: Any)
         signature(maker).bind(*given, **options)
     except (TypeError, ValueError):  # ValueError: a function in C that does not say what it takes
         rule = f"be a function that takes {', '.join((*['a dimension'] * len(given), *options))}"
-        refuse(argument, rule, brief(maker), _OWN, error=ConfigurationError)
+        reject(argument, rule, brief(maker), _OWN)
     return maker(*given, **options)

@@ -8,13 +8,13 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from turing_learning.errors import Setting, Text, brief, nearest, refuse, require
+from turing_learning.errors import Setting, Text, brief, nearest
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
 from ._configuration import Configuration
 from ._load import STUDY_TABLES, Origins, load_configuration, merged, nested, opened, preset_named, resolve
-from ._sections import ConfigurationError, dotted
+from ._sections import check, dotted, reject
 
 THIN: dict[str, Any] = {"run": {"history": "thin"}}
 """What a study changes where nothing else says so."""
@@ -48,8 +48,7 @@ def stated_once(statements: Iterable[tuple[str, Any, str]]) -> dict[str, Any]:
         for key, value in (dotted({name: given}) or {name: given}).items():
             known, before = found.setdefault(key, (value, words))
             if known is not value and known != value:
-                got = f"{before} and {words}"
-                refuse(key, "be given once", got, "Leave one of them out.", error=ConfigurationError)
+                reject(key, "be given once", f"{before} and {words}", "Leave one of them out.")
     return {key: value for key, (value, _) in found.items()}
 
 
@@ -57,10 +56,10 @@ def single_settings(settings: Mapping[str, Any] | None, **arguments: Any) -> dic
     """Return dotted key -> value of settings, and of arguments that set a run's fields of the same name unless they are None."""
     if not isinstance(settings, Mapping | None) or not all(isinstance(key, str) for key in settings or {}):
         example = 'For example {"models.population": 60, "run.checkpoint_every": 10}.'
-        refuse("settings", "be a dict dotted key -> value", brief(settings), example, error=ConfigurationError)
+        reject("settings", "be a dict dotted key -> value", brief(settings), example)
     both = arguments.get("trials"), arguments.get("generations")
     got = f"{brief(both[0])} beside {brief(both[1])}"
-    require(any(one is None for one in both), "trials", "be given without `generations`", got, error=ConfigurationError)
+    check(any(one is None for one in both), "trials", "be given without `generations`", got)
     said = [(f"run.{name}", value, f"{name}={brief(value)}") for name, value in arguments.items() if value is not None]
     said += [(key, value, f"settings={{{key!r}: {brief(value)}}}") for key, value in (settings or {}).items()]
     return stated_once(said)
@@ -90,7 +89,7 @@ def load_variants(
     for number, own in enumerate(settings, start=1):
         if twice := next((key for key in own if key in fixed), None):
             got = f"it in the study's grid or list and as {origins.labels.get(twice, twice)}"
-            refuse(twice, "be given once", got, "Leave one out.", error=ConfigurationError)
+            reject(twice, "be given once", got, "Leave one out.")
         difference = ", ".join(f"{key} = {brief(value)}" for key, value in own.items())
         places = dict.fromkeys(own, f"configuration {number} of the study: {difference}")
         configuration = resolve(base, fixed | own, scenario, replace(origins, labels={**origins.labels, **places}))
@@ -98,10 +97,10 @@ def load_variants(
             rule = "be one of simulated robots where nothing else is given"
             got = f"{configuration.scenario.name!r}, a custom system, whose simulator no file can hold"
             remedy = "From Python, give `genuine`, `parameters`, and `simulate` as a name that can be imported."
-            refuse("scenario", rule, got, remedy, error=ConfigurationError)
+            reject("scenario", rule, got, remedy)
         if configuration.given:
             rule, got = "be a name that a worker can import", "an object of this process"
-            refuse(configuration.given[0].name, rule, got, "Give module:function.", error=ConfigurationError)
+            reject(configuration.given[0].name, rule, got, "Give module:function.")
         variants.append(configuration)
     return variants
 
@@ -112,7 +111,7 @@ def _all_settings(
     """Return the settings of each configuration."""
     given = [name for name in STUDY_TABLES if name in document] + (["argument grid"] if grid is not None else [])
     if len(given) > 1:
-        refuse("grid", "be given once, and without a list", " and ".join(given), error=ConfigurationError)
+        reject("grid", "be given once, and without a list", " and ".join(given))
     if not given:
         return [{}]
     name = "list" if "list" in document else "grid"
@@ -135,8 +134,8 @@ def _all_settings(
         if not (several := isinstance(values, list | tuple)) or not values:
             remedy = "Give one, or leave it out." if several else f"Write {key} = [{brief(values)}], for example."
             origins.refuse(f"grid.{key}", "be a list of one value or more", brief(values), remedy)
-    count, most = math.prod(map(len, choices.values())), f"have at most {MOST_VARIANTS} combinations"
-    require(count <= MOST_VARIANTS, "grid", most, count, error=ConfigurationError)
+    count = math.prod(map(len, choices.values()))
+    check(count <= MOST_VARIANTS, "grid", f"have at most {MOST_VARIANTS} combinations", count)
     return [dict(zip(choices, values, strict=True)) for values in product(*choices.values())]
 
 
@@ -150,8 +149,7 @@ def resolved(
     labels = {key: f"argument {key.rpartition('.')[2]}" for key in overrides if key.startswith("run.")}
     if not isinstance(config, str | Path | Configuration | None):
         remedy = "Give single settings to `turing_learning.config.load_configuration`, and its result here."
-        got = type(config).__name__
-        refuse("config", "be a TOML file or a Configuration", got, remedy, error=ConfigurationError)
+        reject("config", "be a TOML file or a Configuration", type(config).__name__, remedy)
     if isinstance(config, Configuration):
         flat = dotted(config.model_dump())
         known = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | dict(overrides)
@@ -165,4 +163,4 @@ def refuse_unknown(options: Mapping[str, Any], known: Iterable[str]) -> None:
     """Reject an option that is none of the known arguments of a call."""
     for name, value in options.items():
         shown = brief(value) if isinstance(value, str | int | float) else type(value).__name__
-        require(name in known, name, "be a known option", shown, nearest(name, known), error=ConfigurationError)
+        check(name in known, name, "be a known option", shown, nearest(name, known))

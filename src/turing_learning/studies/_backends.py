@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 from turing_learning._files import in_home, write_atomically, write_json
 from turing_learning.config import Configuration, ConfigurationError
-from turing_learning.errors import integer, refuse, require
+from turing_learning.config._sections import check, reject
+from turing_learning.errors import integer, require
 from turing_learning.kernels.parallel import default_threads
 from turing_learning.results import Result, RunFolder, RunFolderError
 from turing_learning.runs import resume, start
@@ -153,7 +154,7 @@ def dask_cluster(address: str | None) -> Iterator["Client | None"]:
         from distributed import Client
     except ImportError:
         remedy = 'Install it: pip install "turing-learning[cluster]"'
-        refuse("cluster", "be left out without the extra `cluster`", repr(address), remedy, error=ConfigurationError)
+        reject("cluster", "be left out without the extra `cluster`", repr(address), remedy)
     with _quiet():
         try:
             _require_address(address)
@@ -161,12 +162,12 @@ def dask_cluster(address: str | None) -> Iterator["Client | None"]:
         except (OSError, ValueError, TypeError, ImportError) as error:
             rule, why = "be the address of a Dask scheduler that answers", " ".join(str(error).split())
             remedy = "Start one with `dask scheduler`, and give the address that it prints."
-            refuse("cluster", rule, f"{address!r} ({why})", remedy, error=ConfigurationError)
+            reject("cluster", rule, f"{address!r} ({why})", remedy)
         try:
             with suppress(TimeoutError):  # workers that were started just before
                 client.wait_for_workers(1, timeout=WORKER_S)
-            require(client.ncores(), "cluster", "have at least one worker", f"{address!r} with none",
-                    f"Start one: dask worker {address} --nthreads 1", error=ConfigurationError)  # fmt: skip
+            remedy = f"Start one: dask worker {address} --nthreads 1"
+            check(client.ncores(), "cluster", "have at least one worker", f"{address!r} with none", remedy)
             yield client
         finally:
             client.close(timeout=CONNECT_S)
@@ -201,7 +202,6 @@ def _require_address(address: str) -> None:
 
 def require_visible(client: "Client", path: Path, address: str) -> None:
     """Raise ConfigurationError unless all workers of a cluster can run the package and see a file of the study."""
-    check = partial(require, error=ConfigurationError)
     try:
         seen = client.run(os.path.isfile, str(path), on_error="return")
     except Exception as error:  # whatever the cluster raises: the study cannot begin
@@ -261,7 +261,7 @@ def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool
 
 def refuse_script(path: Path, *, force: bool) -> None:
     """Raise ConfigurationError unless a job script may be written to a path."""
-    name, check = "write-slurm", partial(require, error=ConfigurationError)
+    name = "write-slurm"
     _require_plain(name, path)
     there, free = path.parent.is_dir() and not path.is_dir(), force or not path.exists()
     check(there, name, "be a file in a folder that exists", str(path))
@@ -272,8 +272,8 @@ def refuse_script(path: Path, *, force: bool) -> None:
 
 def _require_plain(name: str, path: Path) -> None:
     """Reject a path with control characters: in a script the rest of a line would be executed."""
-    rule, remedy = "have a path without control characters", "Choose another place."
-    require(str(path).isprintable(), name, rule, ascii(str(path)), remedy, error=ConfigurationError)
+    rule = "have a path without control characters"
+    check(str(path).isprintable(), name, rule, ascii(str(path)), "Choose another place.")
 
 
 # What a worker does: one run of a study, begun or resumed

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 
 from turing_learning.config import Configuration, ConfigurationError, flat_settings, with_settings
 from turing_learning.config._configuration import require_seen
-from turing_learning.config._sections import LARGEST_SEED
+from turing_learning.config._sections import LARGEST_SEED, check
 from turing_learning.config._study import load_variants
 from turing_learning.errors import brief, integer, is_integer, refusing_as, require
 from turing_learning.interaction import describe_stimulated
@@ -91,7 +90,6 @@ def plan_study(
     options
         Of a custom system, as in `study`.
     """
-    check = partial(require, error=ConfigurationError)
     for key, value in (("settings", settings), ("grid", grid)):
         check(isinstance(value, Mapping | None), key, "be dotted keys with values", brief(value))
     behaviors, given = isinstance(scenario, str) and scenario == BEHAVIORS.name, settings or {}

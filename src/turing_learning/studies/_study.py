@@ -13,8 +13,9 @@ from uuid import uuid4
 
 from turing_learning._files import PARTIAL, unused
 from turing_learning.config import ConfigurationError
+from turing_learning.config._sections import check
 from turing_learning.config._study import single_settings
-from turing_learning.errors import nearest, require
+from turing_learning.errors import nearest
 from turing_learning.report import write_page
 from turing_learning.results import resume_command, stored_generations
 from turing_learning.results._present import save_figures
@@ -162,8 +163,7 @@ def study(
     hands = Hands(workers, executor, cluster)
     for name, value in options.items():
         known = genuine is not None and name in CustomOptions.__annotations__ and name != "timeout_s"
-        rule, remedy = "be a known option of a study", nearest(name, signature(study).parameters)
-        require(known, name, rule, value, remedy, error=ConfigurationError)
+        check(known, name, "be a known option of a study", value, nearest(name, signature(study).parameters))
     lengths = {"generations": generations, "trials": trials}
     plan = plan_study(
         scenario,
