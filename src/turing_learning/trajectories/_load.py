@@ -15,8 +15,7 @@ from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refu
 from ._trajectories import Trajectories
 from .readers import _arrays, _tables
 from .readers._arrays import names_in, read_dataset
-from .readers._shared import LONGEST_LINE, refuse_utf16
-from .readers._tables import read_frame
+from .readers._tables import LONGEST_LINE, read_frame, refuse_utf16
 
 if TYPE_CHECKING:
     import pandas as pd

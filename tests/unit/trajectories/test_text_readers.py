@@ -3,7 +3,7 @@ import pytest
 from tracker_files import SAID, WRITERS, expected, walk, write_attributes
 
 from turing_learning.trajectories import load_trajectories
-from turing_learning.trajectories.readers import _shared
+from turing_learning.trajectories.readers import _tables
 
 TIDY = "frame,id,x,y\n"
 TWO_FISH = "X1\tY1\tProbId1\tX2\tY2\tProbId2\t\n"
@@ -117,7 +117,7 @@ def test_a_byte_that_is_no_text_is_refused_with_its_line(tmp_path):
 
 
 def test_a_line_without_end_is_refused_before_it_fills_the_memory(tmp_path, monkeypatch):
-    monkeypatch.setattr(_shared, "LONGEST_LINE", 100)
+    monkeypatch.setattr(_tables, "LONGEST_LINE", 100)
     with pytest.raises(ValueError, match=r"have lines of at most 100 bytes; got a longer one \[.*file.txt:2\]"):
         load(tmp_path, TIDY + "0" * 101)
 
@@ -281,7 +281,7 @@ def test_attributes_that_are_wrong_are_refused(text, message, tmp_path):
 
 @pytest.mark.parametrize("size", [7, 64, 1 << 24])
 def test_large_files_are_read_in_blocks(size, tmp_path, monkeypatch):
-    monkeypatch.setattr(_shared, "ROWS", size)
+    monkeypatch.setattr(_tables, "ROWS", size)
     rows = [f"{k},a,{k}.5,{-k}.25\n" for k in range(1, 51)]
     for same in ("", ",", "\r", "\r\r"):
         changed = [*rows[:29], rows[29].replace("\n", f"{same}\n"), '31,"a",31.5, -31.25\n', *rows[31:], "\n\n"]

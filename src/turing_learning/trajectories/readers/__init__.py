@@ -1,1 +1,1 @@
-"""A reader for each tracker's files, and what several of them share."""
+"""A reader for each tracker's files."""

@@ -15,8 +15,7 @@ import numpy as np
 from turing_learning.errors import RefusedError, brief, optional, refuse, require
 
 from .._recording import Format, Options, Recording, assemble, from_array, natural, refusal
-from ._shared import Sheet, check_rate, choose, rounded, stated_rate
-from ._tables import Labels, read_points
+from ._tables import Labels, Sheet, check_rate, choose, read_points, rounded, stated_rate
 
 if TYPE_CHECKING:
     import xarray as xr
