@@ -8,7 +8,7 @@ import numpy as np
 
 from turing_learning.errors import integer, is_integer, require
 
-from ._signals import Signals
+from ._signals import Signals, last_true, next_true
 
 MOST_PARTS = 5
 EXCERPT_S = 60.0
@@ -113,27 +113,26 @@ def cut_windows(
     require(0 <= hold_out <= 0.9, "hold_out", "be from 0 to 0.9", str(hold_out))
     integer("gap", gap)
     valid, frames, places = signals.valid.copy(), len(signals.valid) + 1, []
+    step_of = np.arange(len(valid))[:, None]
     for step, who in np.argwhere(jumps):  # enters later signals by the lead, and those around it by smoothing
         valid[max(0, step - half) : step + half + lead + 1, who] = False
     blocks: tuple[tuple[int, int, str], ...] = ((0, frames, BOTH if apart else SIDES[0]),)
     if hold_out:
         blocks = cut_blocks(frames, hold_out, gap, lead + steps + 1 + 2 * half)
     for side, tested in zip(SIDES, (False, True), strict=True):
-        found = []
+        own = [who for who in individuals if not apart or (who in apart) == tested]
+        usable = np.zeros_like(valid)
         for begin, end, of in blocks:
-            first, last = begin + lead + half, end - half - 2  # the steps whose frames lie within the block
-            for who in individuals if of in (side, BOTH) else ():
-                start = first
-                for broken in [*(first + np.flatnonzero(~valid[first : last + 1, who])), last + 1]:
-                    if not apart or (who in apart) == tested:
-                        found += [(who, k) for k in range(start, int(broken) - steps + 1, stride)]
-                    start = int(broken) + 1
+            if of in (side, BOTH):  # the steps whose frames lie within the block
+                within = slice(begin + lead + half, max(0, end - half - 1))
+                usable[within, own] = valid[within, own]
+        before, after = last_true(~usable), next_true(~usable)  # where the stretch of usable steps around a step ends
+        index = np.argwhere(((step_of - before - 1) % stride == 0) & (after - step_of >= steps))[:, ::-1]
         rule = f"leave at least one window {'held out' if tested else 'for learning'}"
         got = f"{steps} steps in {frames} frames with hold_out {hold_out}, gap {gap}"
         needed = not tested or hold_out or apart
-        require(found or not needed, "steps", rule, got, "Take shorter windows, or bridge gaps.")
-        index = np.array(found, dtype=np.int64).reshape(-1, 2)
-        places.append(index[np.lexsort(index.T)])  # in order of time
+        require(len(index) or not needed, "steps", rule, got, "Take shorter windows, or bridge gaps.")
+        places.append(index)
     learning, held_out = (signals.values[index[:, 1, None] + np.arange(steps), index[:, 0, None]] for index in places)
     return Windows(
         learning=learning,
