@@ -18,17 +18,8 @@ is a product then.
 """
 
 from ._family import Family, Particles
-from ._particles import Boids, BurstAndCoast, Couzin, Vicsek
-from ._replicates import Replicates, Robots, as_recorded
-
-FAMILIES: dict[str, type[Family]] = {
-    "vicsek": Vicsek,
-    "couzin": Couzin,
-    "boids": Boids,
-    "burst-and-coast": BurstAndCoast,
-    "robots": Robots,
-}
-"""The families by the names that commands use."""
+from ._kinds import FAMILIES, Boids, BurstAndCoast, Couzin, Robots, Vicsek
+from ._recorded import Replicates, as_recorded
 
 __all__ = [
     "FAMILIES", "Boids", "BurstAndCoast", "Couzin", "Family", "Particles", "Replicates", "Robots", "Vicsek",

@@ -1,18 +1,98 @@
-"""Recordings of trackers and the family of models that imitates them, by the options that a stored run remembers."""
+"""Groups as they were recorded, and recordings with the family that imitates them, by the options that a stored run remembers."""
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 from pathlib import Path
 from typing import Any, Self
+
+import numpy as np
 
 from turing_learning._files import digest_of, file_digest
 from turing_learning.errors import RefusedError, Setting, refuse, refusing_as, require
 
 from ..trajectories import SIGNALS, Trajectories, Windows, load_trajectories, pooled_windows
-from . import FAMILIES, Family, Particles, Replicates, as_recorded
+from ._family import NEIGHBOR, Family, Particles
+from ._kinds import FAMILIES
 
 WINDOW_S = 4.0
+
+
+@dataclass(frozen=True)
+class Replicates:
+    """A simulator of one family for several recordings: each model is executed by one of the groups, by chance."""
+
+    groups: tuple[Family, ...]  #: Families that differ in individuals and tank alone
+    shares: tuple[float, ...]  #: How often each group is drawn; they sum to 1
+
+    parameters = property(lambda self: self.groups[0].parameters)  #: The P parameters with suggested ranges
+    signals = property(lambda self: self.groups[0].signals)  #: The D signals of a step
+    steps = property(lambda self: self.groups[0].steps)  #: Time steps T of a sample
+    interval_s = property(lambda self: self.groups[0].interval_s)  #: Duration of a step (s)
+    headings = property(lambda self: self.groups[0].headings)  #: Whether individuals have headings
+
+    def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return positions (M, F, A, 2) in the first group."""
+        return self.groups[0].simulate(parameters, rng)
+
+    def __call__(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Simulate models (M, P) and return samples (M, C, T, D) of them, each in a group of its own."""
+        which = rng.choice(len(self.groups), size=len(parameters), p=self.shares)
+        first = self.groups[0]
+        found = np.empty((len(parameters), first.observed, first.steps, len(first.signals)))
+        for k, group in enumerate(self.groups):
+            if (which == k).any():
+                found[which == k] = group(parameters[which == k], rng)
+        return found
+
+
+def as_recorded(
+    family: type[Family], recordings: Trajectories | Sequence[Trajectories], windows: Windows, *,
+    tanks: Sequence[tuple[float, float] | None] = (), **settings: Any,
+) -> Family | Replicates:  # fmt: skip
+    """Return a simulator of groups as large as those that windows are learned from, with their steps, rate and signals.
+
+    Parameters
+    ----------
+    family
+        Whose models are simulated.
+    recordings, windows
+        What was recorded, once or several times, and the windows of all of it.
+    tanks
+        Width and height of the tank (cm) of each recording, or one for all; None, or none, for the unbounded
+        plane.
+    **settings
+        Others of the family.
+
+    Returns
+    -------
+    Family or Replicates
+        `Replicates` where recordings differ in the number of individuals or the tank; they are drawn as often
+        as windows are from them.
+    """
+    recordings = [recordings] if isinstance(recordings, Trajectories) else recordings
+    pixels = any(each.unit != "cm" for each in recordings)
+    require(not pixels, "recordings", "be in cm, as the models are", "pixels", "Give their scale, pixels_per_cm.")
+    given = list(tanks) * (len(recordings) if len(tanks) == 1 else 1)
+    fits = len(given) in (0, len(recordings))
+    require(fits, "tanks", f"be one, or one for each of {len(recordings)} recordings", len(tanks))
+    walls = any(tank is not None for tank in given)
+    rule = "be left out for this family, whose walls are those of its scenario"
+    require(not walls or issubclass(family, Particles), "tanks", rule, family.__name__)
+    if hasattr(family, "period_cm") and (walls or NEIGHBOR & set(windows.names)):
+        settings = {"period_cm": None} | settings
+    kinds = [(len(each.individuals), tank) for each, tank in zip(recordings, given or repeat(None), strict=False)]
+    alike = Counter(kinds[k] for k in windows.learning_recording)
+    own = {"steps": windows.learning.shape[1], "interval_s": windows.interval_s, "signals": windows.names}
+    groups = {
+        kind: family(individuals=kind[0], **own, **settings | ({} if kind[1] is None else {"tank_cm": kind[1]}))
+        for kind in dict.fromkeys(kinds)
+        if alike[kind]  # nothing is learned from a recording that is held out
+    }
+    first, *others = groups.values()
+    return Replicates((first, *others), tuple(alike[kind] / alike.total() for kind in groups)) if others else first
 
 
 def read_recording(path: Path, name: str, options: Mapping[str, Any]) -> Trajectories:

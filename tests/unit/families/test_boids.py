@@ -3,7 +3,7 @@ import pytest
 from family_motion import order, spread, steps, turns
 
 from turing_learning.families import Boids
-from turing_learning.families._particles import allocated, limited
+from turing_learning.families._kinds import allocated, limited
 
 FLOCK = Boids(individuals=12, steps=150, start_side_cm=10.0, radius_cm=1000.0)
 

@@ -3,7 +3,7 @@ import pytest
 from family_motion import steps, turns
 
 from turing_learning.families import BurstAndCoast
-from turing_learning.families._particles import glided
+from turing_learning.families._kinds import glided
 
 WALK = BurstAndCoast(individuals=20, steps=200)
 

@@ -1,16 +1,17 @@
-"""Groups of particles: alignment (Vicsek), zones (Couzin), forces (boids), and walks in kicks and glides."""
+"""The families: alignment (Vicsek), zones (Couzin), forces (boids), walks in kicks and glides, and the paper's robots."""
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
 from turing_learning.errors import brief, require
 
-from ..models import Parameter
-from ._family import NEIGHBOR, Particles, draw, offsets, rotation, total, unit
+from ..models import FULL_VIEW, Parameter
+from ..swarm import AGGREGATION, Scenario
+from ._family import NEIGHBOR, Family, Particles, draw, offsets, rotation, total, unit
 
 ROUNDING = 1e-12
 """By which the cosine of an angle of view may be off."""
@@ -305,3 +306,64 @@ def glided(paces: np.ndarray, time: np.ndarray, glide_time: np.ndarray) -> tuple
     moving = np.where(paces < REST_CM_S, 0.0, paces)
     loss = -np.expm1(-time / glide_time)
     return moving * glide_time * loss, moving * (1 - loss)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Robots(Family):
+    """Robots with wheels and a sensor that sees what is ahead; every robot of a group executes the model.
+
+    Parameters: wheel speeds for each sensor state, as fractions of the maximum (vl0, vr0, vl1, vr1, ...); the
+    field of view of the sensor as well, theta (rad), if that is the scenario's representation of models. Speeds
+    are signed, as the robots' headings are known. Source: paper, sections 3.2 and 4.1; docs/physics.md.
+    """
+
+    individuals: int = 11
+    start_side_cm: float = 331.66
+    #: Robots, objects, sensor and walls; what it says of the agents' controller and of numbers of robots does
+    #: not matter. Where there are walls, robots and objects start anywhere within them instead of in the square
+    scenario: Scenario = AGGREGATION
+
+    least: ClassVar[float] = -math.inf
+    headings: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        crowd = self.scenario.start(self.individuals, self._side).crowd
+        remedy = "Take fewer, or give them more room: `start_side_cm`, or within the walls of the scenario."
+        require(not crowd, "individuals", "have room where they start", f"{self.individuals}, and {crowd}", remedy)
+
+    @property
+    def _side(self) -> float | None:
+        return None if self.scenario.arena.bounded else self.start_side_cm
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Left and right wheel speed for each sensor state; field of view, where it is a parameter."""
+        speed, angle = Parameter(-2, 2, initial=(-1, 1)), Parameter(0, FULL_VIEW, unit="rad")
+        pairs = zip(self.scenario.parameter_names, self.scenario.model.parameter_units, strict=True)
+        return {name: angle if unit else speed for name, unit in pairs}
+
+    def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        from ..swarm import execution_of, initial_poses, simulate  # needs the compiled kernels
+
+        seed = int(rng.integers(2**63))
+        duration_s = self.moves * self.interval_s
+        trial = replace(self.scenario.trial, control_interval_s=self.interval_s, duration_s=duration_s)
+        scenario = replace(self.scenario, trial=trial)
+        starts = initial_poses(scenario, len(parameters), rng, robots=self.individuals, side_cm=self._side)
+        executed = np.repeat(np.arange(len(parameters))[:, None], self.individuals, axis=1)
+        robots = execution_of(scenario, scenario.model.behavior(parameters), executed)
+        how: dict[str, Any] = {"control_steps": self.moves, "seed": seed, "fields_of_view": robots.fields_of_view}
+        poses = simulate(scenario, robots.controllers, starts, **how).poses
+        seen = poses[:, self.settling_steps :, : self.individuals]
+        return seen[..., :2], seen[..., 2]
+
+
+FAMILIES: dict[str, type[Family]] = {
+    "vicsek": Vicsek,
+    "couzin": Couzin,
+    "boids": Boids,
+    "burst-and-coast": BurstAndCoast,
+    "robots": Robots,
+}
+"""The families by the names that commands use."""
