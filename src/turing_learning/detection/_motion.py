@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -126,8 +126,6 @@ def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
 
 
 def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...], np.ndarray]:
-    import pandas as pd
-
     def hold(fits: object, rule: str, got: object, line: int | None = None, remedy: str = "") -> None:
         check(fits, "motion", rule, got, remedy, place=str(path) if line is None else f"{path}:{line}")
 
@@ -143,32 +141,29 @@ def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...
     keys = _keys(heading)
     rule = "begin with individual,step or individual,sample,step and the names of signals"
     hold(keys and len(heading) > len(keys), rule, repr(",".join(heading)), 1)
-    cells: list[list[Any]] = []
+    cells: dict[tuple[str, int, int], list[float]] = {}
     for line, row in rows[1:]:
         hold(len(row) == len(heading), f"have {len(heading)} entries in each row", len(row), line)
         try:
-            counts, values = map(int, row[1 : len(keys)]), map(float, row[len(keys) :])
-            cells.append([row[0].strip(), *(0, *counts)[-2:], *values])
+            sample, step = (0, *map(int, row[1 : len(keys)]))[-2:]
+            values = [float(value) for value in row[len(keys) :]]
         except ValueError:
             hold(False, "hold numbers", repr(",".join(row)), line)
+        name = row[0].strip()
+        again = f"individual {name!r}, sample {sample}, step {step} again"
+        hold((name, sample, step) not in cells, "hold each step once", again, line)
+        cells[name, sample, step] = values
     hold(cells, "hold at least one step", "none")
     columns = heading[len(keys) :]
-    table = pd.DataFrame(cells).set_index([0, 1, 2])
-    again = table.index.duplicated()
-    if again.any():
-        first = int(again.argmax())
-        got = "individual {!r}, sample {}, step {} again".format(*table.index[first])
-        hold(False, "hold each step once", got, rows[1 + first][0])
-    names, samples, steps = (table.index.unique(level).to_list() for level in range(3))  # as they appear
+    names, samples, steps = (list(dict.fromkeys(each)) for each in zip(*cells, strict=True))  # as they appear
     for axis, found in (("sample", samples), ("step", steps)):
         for before, after in pairwise(sorted(found)):
             hold(after == before + 1, f"count each {axis} consecutively", f"{after} after {before}")
-    complete = pd.MultiIndex.from_product([names, sorted(samples), sorted(steps)])
-    missing = complete[~complete.isin(table.index)]
-    if len(missing):
-        got = "no row for individual {!r}, sample {}, step {}".format(*missing[0])
+    axes = names, sorted(samples), sorted(steps)
+    for name, sample, step in (each for each in product(*axes) if each not in cells):
+        got = f"no row for individual {name!r}, sample {sample}, step {step}"
         hold(False, "hold the same samples and steps for each individual", got)
-    motion = table.reindex(complete).to_numpy().reshape(len(names), len(samples), len(steps), len(columns))
+    motion = np.array([cells[each] for each in product(*axes)]).reshape(*map(len, axes), len(columns))
     if signals is not None:
         rule = f"have the signals of the run, {', '.join(signals)}, in any order"
         hold(sorted(columns) == sorted(signals), rule, ", ".join(columns), 1, "Name its columns so.")
