@@ -16,7 +16,7 @@ from turing_learning.arrays import array
 from turing_learning.config import ConfigurationError
 from turing_learning.errors import refuse, require
 from turing_learning.trajectories import Trajectories
-from turing_learning.trajectories._signals import smooth, wrap
+from turing_learning.trajectories._signals import filled, smooth, wrap
 
 check, reject = partial(require, error=ConfigurationError), partial(refuse, error=ConfigurationError)
 SUFFIXES = (".npy", ".npz", ".csv")
@@ -199,12 +199,7 @@ STRETCH_S = 30.0
 
 def paths_of(recording: Trajectories, smooth_frames: int = 1) -> np.ndarray:
     """Return positions (F, A, 2) with all gaps filled by straight motion."""
-    frames, paths = np.arange(len(recording.positions)), recording.positions.copy()
-    for k in range(paths.shape[1]):
-        known = recording.present[:, k]
-        if known.any():
-            for axis in range(2):
-                paths[:, k, axis] = np.interp(frames, frames[known], paths[known, k, axis])
+    paths = filled(recording.positions, recording.present)
     return paths if smooth_frames == 1 else smooth(paths, np.ones(paths.shape[:2], dtype=bool), smooth_frames)
 
 

@@ -13,7 +13,7 @@ from turing_learning.errors import integer, require
 from turing_learning.models import Parameter
 from turing_learning.purposes import CHECK
 from turing_learning.swarm import execution_of, initial_poses, simulate
-from turing_learning.systems import Source
+from turing_learning.systems import Source, System
 from turing_learning.trajectories import SIGNALS, Trajectories, compute_signals
 
 OBSERVING, TESTING, PROFILING, COMPARING, RECOVERING = range(5)
@@ -25,6 +25,7 @@ LEAST_POINTS = 6
 BINS = 40
 CENTRAL = (0.5, 99.5)
 """Percentiles between which a picture shows a distribution; what is beyond them counts in the outermost bins."""
+COMPARED = 500  # simulated samples whose signals are compared
 GROUPS = 20
 EVERY_S = 0.5
 
@@ -164,14 +165,10 @@ def compare_quantities(genuine: Values, simulated: Values, units: Mapping[str, s
     return tuple(found)
 
 
-def signal_quantities(
-    evidence: Evidence, estimate: np.ndarray, names: Sequence[str], units: Mapping[str, str], *, count: int, seed: int
-) -> tuple[Quantity, ...]:
-    """Compare the signals of all genuine samples with those of samples simulated at the estimate."""
-    samples = evidence.simulate(np.tile(estimate, (count, 1)), stream(seed, COMPARING))
-    sides = np.concatenate((evidence.learning, evidence.testing)), samples
-    known, simulated = ({name: side[..., d] for d, name in enumerate(names)} for side in sides)
-    return compare_quantities(known, simulated, units)
+def signal_quantities(genuine: np.ndarray, simulated: np.ndarray, system: System) -> tuple[Quantity, ...]:
+    """Compare the signals of genuine samples of a system with those of simulated ones, (K, T, D) and (any, ..., T, D)."""
+    known, found = ({name: side[..., d] for d, name in enumerate(system.signals)} for side in (genuine, simulated))
+    return compare_quantities(known, found, system.signal_units)
 
 
 def swarm_quantities(configuration: Configuration, model: np.ndarray, *, seed: int) -> tuple[Quantity, ...]:

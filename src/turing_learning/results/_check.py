@@ -33,7 +33,6 @@ from ._present import draw_check, save_figures
 from ._result import Result, simulated_model
 
 FOLDER, CHECK = "check", "check/check.json"
-COMPARED = 500  # simulated samples whose signals are compared
 RECOVERIES = 5
 """Of a run of trials, by default."""
 ATTEMPTS = 3
@@ -134,13 +133,14 @@ class _Checker:
     def _quantities(self, model: np.ndarray) -> tuple[Quantity, ...]:
         if self.configuration.system.simulated is not None:
             return evidences.swarm_quantities(self.configuration, model, seed=self.seed)
-        system, count = self.configuration.system, min(COMPARED, 2 * self.effort.samples)
-        names, units = system.signals, system.signal_units
-        found = evidences.signal_quantities(self.evidence, self.estimate, names, units, count=count, seed=self.seed)
+        count, rng = min(evidences.COMPARED, 2 * self.effort.samples), stream(self.seed, evidences.COMPARING)
+        genuine, simulate = np.concatenate((self.evidence.learning, self.evidence.testing)), self.evidence.simulate
+        simulated, system = simulate(np.tile(self.estimate, (count, 1)), rng), self.configuration.system
+        found = evidences.signal_quantities(genuine, simulated, system)
         if not self.recording or not hasattr(self.given.simulate, "simulate"):
             return found
         group = evidences.recorded_quantities(self.recording, self.given.simulate, self.estimate, seed=self.seed)
-        return (*found, *(each for each in group if each.name not in names))
+        return (*found, *(each for each in group if each.name not in system.signals))
 
     def _recovery(self, k: int) -> dict[str, Any]:
         """Run once more, with the estimate as the truth."""

@@ -18,6 +18,7 @@ from turing_learning.purposes import REPLAY
 from turing_learning.swarm import Scenario, execution_of, initial_poses, simulate
 from turing_learning.swarm._trials import Execution
 from turing_learning.systems import Given, Source
+from turing_learning.trajectories._signals import filled
 
 from ._history import SELECTION_CODES
 
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COMPARED = 500  # simulated samples whose signals are compared
 REPLAY_DURATION_S = 180.0
 FRAMES_PER_S = 5.0
 LARGEST_SPEED = 100.0  # of a replica in a replay, in maximum speeds: beyond it nothing can be seen
@@ -93,10 +93,9 @@ class Plots:
         else:
             with self.opened(Given(genuine, simulate)) as source:
                 source.generation, rng, data = None, evidence.stream(0, evidence.COMPARING), source.genuine
-                simulated = source.simulate(np.tile(self.model, (COMPARED, 1)), rng)
-                known = source.genuine_samples(COMPARED, rng) if data is None or data.live else data.samples
-            sides = [{name: side[..., d] for d, name in enumerate(system.signals)} for side in (known, simulated)]
-            found = evidence.compare_quantities(sides[0], sides[1], system.signal_units)
+                simulated = source.simulate(np.tile(self.model, (evidence.COMPARED, 1)), rng)
+                known = source.genuine_samples(evidence.COMPARED, rng) if data is None or data.live else data.samples
+            found = evidence.signal_quantities(known, simulated, system)
         shown = distributions_of(found)
         panels = _panels(ax, list(shown), 2.1)
         quantities_figure(shown, panels=panels)
@@ -171,10 +170,8 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
     stride = max(1, round(1 / (2 * FRAMES_PER_S * interval)))
     for name, shown in (("recorded", "Recorded individuals"), ("replicas", "Replicas of the inferred model")):
         if name in motion:
-            places = motion[name].copy()
-            for path in (places[:, k, d] for k in range(places.shape[1]) for d in (0, 1)):
-                there = np.isfinite(path)
-                path[:] = np.interp(np.arange(len(path)), np.flatnonzero(there), path[there]) if there.any() else 0.0
+            there = np.isfinite(motion[name]).all(axis=2)
+            places = filled(np.where(there[..., None], motion[name], 0.0), there)
             ways = np.gradient(places, axis=0)
             poses = np.concatenate((places, np.arctan2(ways[..., 1:], ways[..., :1])), axis=-1)[::stride]
             if name == "recorded":

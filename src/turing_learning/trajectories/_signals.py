@@ -152,6 +152,15 @@ def smooth(positions: np.ndarray, present: np.ndarray, frames: int) -> np.ndarra
     return np.where(present[..., None], total / (2 * reach + 1)[..., None], 0.0)
 
 
+def filled(positions: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return positions (F, A, 2) with gaps filled by straight motion, held before the first known one and after the last."""
+    frames, paths = np.arange(len(positions)), positions.copy()
+    for k in np.flatnonzero(known.any(axis=0)):
+        for axis in range(2):
+            paths[:, k, axis] = np.interp(frames, frames[known[:, k]], paths[known[:, k], k, axis])
+    return paths
+
+
 def wrap(angle: np.ndarray) -> np.ndarray:
     """Return angles (rad) in [-pi, pi)."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
