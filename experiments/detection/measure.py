@@ -38,7 +38,8 @@ from turing_learning.detection._alike import (
     added,
     among,
 )
-from turing_learning.detection._detect import KINDS, _planted, _windows
+from turing_learning.detection._detect import _planted, _windows
+from turing_learning.detection._kinds import KINDS, plant
 from turing_learning.families import FAMILIES
 from turing_learning.models import Behavior
 from turing_learning.swarm import Trials, alone, mixed
@@ -190,15 +191,6 @@ def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
             spared = float(np.mean(new[way, count] <= limit))
             rows.append([way, count, level, f"{(told + spared) / 2:.4f}", f"{told:.4f}", f"{spared:.4f}"])
     return rows
-
-
-def plant(recording: tl.Trajectories, who: int, kind: str, rng: np.random.Generator) -> tl.Trajectories:
-    """Plant an individual of any kind of this script; those that `detect` plants itself stay what they are."""
-    own, _detect.KINDS = _detect.KINDS, KINDS
-    try:
-        return _detect.plant(recording, who, kind, rng)
-    finally:
-        _detect.KINDS = own
 
 
 def group(name: str, recordings: int, seed: int) -> list[tl.Trajectories]:

@@ -115,20 +115,11 @@ def learned_kernel(
         have none.
     """
     first = np.r_[np.full(points.shape[1], np.log(TYPICAL)), 0.0, 0.0] if start is None else start.copy()
-    first_lengths = first[:-2].copy()
-    first[:-2] = np.minimum(first_lengths, FARTHEST_START)
-    few = slice(None, None, -(-len(points) // ENOUGH))
-    most = [BOUNDS[0][1] if start is None else min(BOUNDS[0][1], log + np.log(longer)) for log in first_lengths]
-    bounds = [(BOUNDS[0][0], log) for log in most] + [*BOUNDS[1:]]
-    logs: np.ndarray = minimize(
-        _loss,
-        first,
-        args=(points[few], outputs[few]),
-        jac=True,
-        method="L-BFGS-B",
-        bounds=bounds,
-        options={"maxiter": 30 if start is None else 10},
-    ).x
+    most = [BOUNDS[0][1] if start is None else min(BOUNDS[0][1], log + np.log(longer)) for log in first[:-2]]
+    first[:-2] = np.minimum(first[:-2], FARTHEST_START)
+    few, options = slice(None, None, -(-len(points) // ENOUGH)), {"maxiter": 30 if start is None else 10}
+    told = {"args": (points[few], outputs[few]), "bounds": [(BOUNDS[0][0], log) for log in most] + [*BOUNDS[1:]]}
+    logs: np.ndarray = minimize(_loss, first, jac=True, method="L-BFGS-B", options=options, **told).x
     return logs
 
 

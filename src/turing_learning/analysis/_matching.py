@@ -329,6 +329,7 @@ class _Samples:
         A share `far` of them is from anywhere; with a `reach` they are taken evenly down to that weight. Length scales
         are sought from those in `logs`, see `Emulator`.
         """
+        # composite judgments: of each fold by what was learned from the others
         weights = self.widened(near)
         broad = np.sqrt(weights)
         t, judged = np.zeros_like(self.z), np.zeros((len(self.g), self.z.shape[1]))
@@ -338,6 +339,7 @@ class _Samples:
             t[out] = (self.x[out] - middle) @ readout + offset
             judged += ((self.g - middle) @ readout + offset) / FOLDS
         t, judged = t[:, :-1], judged[:, :-1]
+        # the samples that count
         order = np.argsort(-weights, kind="stable")
         few, remote = round(self.size * (1 - far)), near[order] - near.min()
         if reach:
@@ -350,6 +352,7 @@ class _Samples:
         else:
             chosen = np.r_[order[:few], order[few :: max((len(order) - few) // max(self.size - few, 1), 1)]]
         z, t, weights = self.z[chosen], t[chosen], weights[chosen] / weights.max()
+        # composite judgments as functions of the parameters, in units of the noise of one sample
         f, root = np.c_[np.ones(len(z)), z], np.sqrt(weights)[:, None]
         expected = f @ np.linalg.lstsq(root * f, root * t, rcond=None)[0]
         misses, offset = t - expected, np.average(t, axis=0, weights=weights)

@@ -126,9 +126,8 @@ class Scan:
                 best, found = strengths[begin], slice(begin, begin + n)
         if found is None:
             return []
-        later = self.spells(scores[found.stop :], threshold)
-        moved = [slice(spell.start + found.stop, spell.stop + found.stop) for spell in later]
-        return [*self.spells(scores[: found.start], threshold), found, *moved]
+        before, after = (self.spells(some, threshold) for some in (scores[: found.start], scores[found.stop :]))
+        return [*before, found, *(slice(each.start + found.stop, each.stop + found.stop) for each in after)]
 
     def verdict(self, name: str, times: np.ndarray, scores: np.ndarray, threshold: float) -> TimedVerdict:
         """Return the verdict on an individual with windows at times (W, 2) and their scores (W,)."""

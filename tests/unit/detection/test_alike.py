@@ -19,7 +19,7 @@ from turing_learning.detection._alike import (
     judge_alike,
     window_statistics,
 )
-from turing_learning.detection._detect import KINDS, plant
+from turing_learning.detection._kinds import KINDS, plant
 from turing_learning.trajectories import Trajectories
 
 RNG = np.random.default_rng(7)
