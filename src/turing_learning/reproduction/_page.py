@@ -15,8 +15,9 @@ from pydantic import TypeAdapter, ValidationError
 from turing_learning._files import in_home, write_atomically, write_json
 from turing_learning.errors import refuse, require
 from turing_learning.figures import save_figure
+from turing_learning.provenance import provenance
 from turing_learning.report._page import is_page
-from turing_learning.results._folder import new_manifest, refuse_target
+from turing_learning.results._folder import refuse_target
 from turing_learning.store import LOCK, SEALS, RunFolderError, Store, refuse_format
 
 from ._experiment import PIECES, Experiment, Findings, Shown
@@ -77,9 +78,9 @@ class ExperimentFolder:
             write_atomically(self.path / "tables" / f"{shown.name}.csv", text.encode())
         for shown, figure in findings.pictures:
             save_figure(figure, self.path / "figures", shown.name)
-        manifest = new_manifest("", 0)
-        provenance = {"finished": manifest["started"], "commit": manifest["commit"], "versions": manifest["versions"]}
-        provenance["machine"] = {key: manifest["machine"][key] for key in ("processor", "processors")}
+        known = provenance()
+        conditions = {"finished": known["started"], "commit": known["commit"], "versions": known["versions"]}
+        conditions["machine"] = {key: known["machine"][key] for key in ("processor", "processors")}
         results = Results(
             form=FAST if fast else FULL,
             verdicts=tuple(findings.verdicts),
@@ -87,7 +88,7 @@ class ExperimentFolder:
             pictures=tuple(shown for shown, _ in findings.pictures),
             remarks=tuple(findings.remarks),
             seconds=round(seconds, 1),
-            provenance=provenance,
+            provenance=conditions,
         )
         write_json(self.path / "results.json", {"format_version": FORMAT_VERSION} | asdict(results))
 

@@ -1,21 +1,15 @@
-"""A run folder: its files, its checkpoints, and what ran there, when, where and with what."""
+"""A run folder: its files, its checkpoints, and what ran there."""
 
 import io
 import logging
-import os
-import platform
 import re
 import shlex
 import shutil
-import socket
-import subprocess
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +19,7 @@ from turing_learning._files import PARTIAL, remove_partial, write_atomically, wr
 from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, brief, refuse, refusing_as, require
 from turing_learning.families._recorded import RecordedMotion
+from turing_learning.provenance import now, provenance, this_process, versions
 from turing_learning.store import Kind, Place, RunFolderError, RunStorageError, Store, digest_of, storage, told  # noqa: F401
 from turing_learning.systems import Given, imported
 
@@ -42,7 +37,6 @@ RECORDING = "recording"  # in the manifest: file and options of the recording th
 LABORATORY, CAMERA, CALIBRATION = "laboratory.json", "camera.json", "calibration.npz"
 MOTION = "motion.npz"  # positions of recorded individuals and of replicas, for the report
 DIALOGUES = "dialogues.npz"  # what the best interrogators do, for the report
-_PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "zarr", "xarray", "pydantic")
 _RESULTS = (
     "result.json", "report.html", "checkpoints", "traces", "buffer", "history.zarr", "figures", "check", CALIBRATION, MOTION,
     DIALOGUES,
@@ -291,64 +285,21 @@ def blocks_before(checkpoint: Checkpoint) -> int:
 
 def new_manifest(configuration_text: str, seed: int) -> dict[str, Any]:
     """Return the manifest of a run that is about to begin, from its resolved configuration as it is stored, and its seed."""
-    lines = ["model name:" + (platform.processor() or "")]
-    with suppress(OSError):
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    machine = {"system": platform.platform(), "architecture": platform.machine()}
-    root, commit = Path(__file__).resolve().parents[3], None
-    if (root / ".git").exists() and (root / "pyproject.toml").exists():  # a checkout of the repository
-        command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
-        with suppress(OSError, subprocess.SubprocessError):
-            found = subprocess.run(command, capture_output=True, text=True, timeout=5, check=True)
-            commit = found.stdout.strip() or None
-    return {
-        "format_version": FORMAT_VERSION,
-        "state": RUNNING,
-        "seed": seed,
-        "configuration_sha256": digest_of(configuration_text.encode()),
-        "versions": _versions(),
-        "commit": commit,
-        "machine": machine | {"processor": next(filter(None, names), None), "processors": os.cpu_count()},
-        "started": now(),
-        "finished": None,
-        "seconds": 0.0,
-        "process": {"pid": os.getpid(), "host": socket.gethostname()},
-    }
-
-
-def now() -> str:
-    """Return the time, with the zone, to the second."""
-    return datetime.now(UTC).isoformat(timespec="seconds")
+    identity = {"seed": seed, "configuration_sha256": digest_of(configuration_text.encode())}
+    begun = {"finished": None, "seconds": 0.0, "process": this_process()}
+    return {"format_version": FORMAT_VERSION, "state": RUNNING} | identity | provenance() | begun
 
 
 def resumed(manifest: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Return what a manifest gets when its run is resumed: who runs it now, and with what, where that has changed."""
-    before, here = (manifest.get("resumed") or [manifest])[-1].get("versions") or {}, _versions()
+    before, here = (manifest.get("resumed") or [manifest])[-1].get("versions") or {}, versions()
     changed = [f"{name} {before[name]}, now {here.get(name)}" for name in before if before[name] != here.get(name)]
-    entries: dict[str, Any] = {"process": {"pid": os.getpid(), "host": socket.gethostname()}}
+    entries: dict[str, Any] = {"process": this_process()}
     if changed:
         text = "%s was run with %s: the result may not be that of a run that never stopped."
         _LOGGER.warning(text, path, "; ".join(changed))
         entries["resumed"] = [*manifest.get("resumed", []), {"at": now(), "versions": here}]
     return entries
-
-
-def in_words(value: Any) -> str:
-    """Return a value of a manifest for a page, also one with others in it."""
-    if isinstance(value, dict):
-        return ", ".join(f"{name} {in_words(item)}" for name, item in value.items() if item is not None)
-    if isinstance(value, list):
-        return "; ".join(map(in_words, value))
-    return f"{value:.2f}" if isinstance(value, float) else str(value)
-
-
-def _versions() -> dict[str, str]:
-    versions = {"turing-learning": version("turing-learning"), "python": platform.python_version()}
-    for package in _PACKAGES:
-        with suppress(PackageNotFoundError):
-            versions[package] = version(package)
-    return versions
 
 
 def refuse_target(

@@ -16,7 +16,6 @@ from turing_learning.identifiability import Check
 from turing_learning.report._page import Listing, Report, describe_selection, report_page
 from turing_learning.report._tabular import aligned
 
-from ._folder import in_words
 from ._history import SELECTION_CODES
 from ._paper import SOURCE
 from ._plots import distributions_of, draw_fitness, draw_parameters, recorded_replay, replay
@@ -75,6 +74,15 @@ def write_report(
         manifest=[(name.replace("_", " "), in_words(value)) for name, value in manifest.items() if value is not None],
     )
     return report.write_page(report_page(page), target)
+
+
+def in_words(value: Any) -> str:
+    """Return a value of a manifest for a page, also one with others in it."""
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {in_words(item)}" for name, item in value.items() if item is not None)
+    if isinstance(value, list):
+        return "; ".join(map(in_words, value))
+    return f"{value:.2f}" if isinstance(value, float) else str(value)
 
 
 def save_figures(pictures: list[Picture], folder: Path) -> None:

@@ -21,11 +21,12 @@ from turing_learning.detection._simulated import keep_calibration
 from turing_learning.errors import brief, refuse, refusing_as, require, said
 from turing_learning.identifiability import Check
 from turing_learning.identifiability._check import check_from_json
+from turing_learning.provenance import now
 from turing_learning.purposes import DIALOGUE, REPLAY
 from turing_learning.results import _folder as folders
 from turing_learning.results import _history as histories
 from turing_learning.results._check import check_run, refuse_unknown_part, stored_check
-from turing_learning.results._folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, now, piece
+from turing_learning.results._folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, piece
 from turing_learning.results._plots import Plots
 from turing_learning.results._present import write_report
 from turing_learning.results._result import Jury, Result, simulated_model, summarize, units_of

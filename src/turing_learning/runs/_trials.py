@@ -17,7 +17,8 @@ from turing_learning.coevolution import Judgments, Samples, model_reward
 from turing_learning.config import Configuration, classifier_of
 from turing_learning.detection._simulated import keep_observed
 from turing_learning.errors import require
-from turing_learning.results._folder import CALIBRATION, RunFolder, now
+from turing_learning.provenance import now
+from turing_learning.results._folder import CALIBRATION, RunFolder
 from turing_learning.results._result import Result, named
 from turing_learning.store import RunFolderError
 
