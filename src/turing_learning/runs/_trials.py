@@ -41,27 +41,17 @@ def _keep_trial(folder: RunFolder, stage: str, attempt: int, trial: "ObservedTri
     with folder.storage():
         if trial.faults:
             name = f"{rejected}-{len(list((folder.path / attempt_folder).glob(f'{rejected}-*.npz'))) + 1}.npz"
-        track = trial.track
-        content = {"poses": track.poses, "present": track.present, "labels": np.array(track.labels)}
-        content |= {"interval_s": np.array(track.interval_s), "models": trial.models}
-        content |= {name: np.array(getattr(trial, name), dtype=np.int64) for name in ("sequences", "counts")}
-        content |= {"started_s": np.array(trial.started_s), "faults": np.array(trial.faults, dtype=np.str_)}
-        folder.write(f"{attempt_folder}/{name}", content)
+        folder.write(f"{attempt_folder}/{name}", trial.arrays())
 
 
 def stored_trials(folder: RunFolder, stage: str) -> tuple[int, list["ObservedTrial"]]:
     """Return the number of the last attempt at a stage with a trial, or 0, and its trials without faults."""
-    from turing_learning.robots import Track
     from turing_learning.robots.program._source import ObservedTrial
 
     last, names = _last_attempt(folder, stage)
     trials: list[ObservedTrial] = []
     while (name := names.get(len(trials))) and (folder.path / name).exists():
-        held = _read_trial(folder, name)
-        labels, sequences, counts = (tuple(held[key].tolist()) for key in ("labels", "sequences", "counts"))
-        seen = Track(held["poses"], held["present"], labels, float(held["interval_s"]))
-        started = float(held["started_s"])
-        trials.append(ObservedTrial(len(trials), held["models"], sequences, counts, started, seen, ()))
+        trials.append(ObservedTrial.of(len(trials), _read_trial(folder, name)))
     return last, trials
 
 
@@ -252,23 +242,26 @@ def post_evaluate(
         last, stored = result.history.isel(generation=-1), read_post_evaluation(folder.path)
         models, classifiers = last["model"].to_numpy(), last["classifier"].to_numpy()
         fitness = [] if stored is None else stored.fitness[:repeats].tolist()
+
+        def write() -> None:
+            best = error = None
+            if len(fitness) == repeats:
+                names, truth = tuple(result.best_model), result.truth
+                chosen = models[int(np.argmax(np.mean(fitness, axis=0)))]
+                best = named(names, chosen)
+                error = truth and named(names, absolute_error(chosen, np.array([truth[name] for name in names])))
+            found = {"repeats": repeats, "fitness": fitness, "best_model": best, "absolute_error": error}
+            with folder.storage():
+                folder.write(folder.post_evaluation_path.name, found)
+
         changed = stored is not None and stored.repeats != repeats
-        while True:
-            if changed:
-                best = error = None
-                if len(fitness) == repeats:
-                    names, truth = tuple(result.best_model), result.truth
-                    chosen = models[int(np.argmax(np.mean(fitness, axis=0)))]
-                    best = named(names, chosen)
-                    error = truth and named(names, absolute_error(chosen, np.array([truth[name] for name in names])))
-                found = {"repeats": repeats, "fitness": fitness, "best_model": best, "absolute_error": error}
-                with folder.storage():
-                    folder.write(folder.post_evaluation_path.name, found)
-            if len(fitness) == repeats or (should_stop is not None and should_stop()):
-                break
+        if changed:
+            write()
+        while len(fitness) < repeats and not (should_stop is not None and should_stop()):
             samples = source.observe(models, f"{POST_EVALUATION}{len(fitness) + 1}")
             fitness.append(judged_again(folder.configuration(), classifiers, samples).tolist())
             changed = True
+            write()
         if len(fitness) == repeats and (changed or folder.find(CALIBRATION) is None):
             _keep_observed_motion(result, folder, repeats)
 

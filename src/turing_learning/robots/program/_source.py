@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 
@@ -62,6 +62,20 @@ class ObservedTrial:
     started_s: float  #: Time of START, by the clock
     track: Track  #: Agents first, then replicas
     faults: tuple[str, ...]  #: What makes it useless: the tracker's faults, and robots that are stuck; for the operator
+
+    @classmethod
+    def of(cls, number: int, arrays: Mapping[str, np.ndarray]) -> Self:
+        """Return a trial without faults from its `arrays`."""
+        labels, sequences, counts = (tuple(arrays[name].tolist()) for name in ("labels", "sequences", "counts"))
+        track = Track(arrays["poses"], arrays["present"], labels, float(arrays["interval_s"]))
+        return cls(number, arrays["models"], sequences, counts, float(arrays["started_s"]), track, ())
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return what a file holds of a trial; its name says the number."""
+        content = {"poses": self.track.poses, "present": self.track.present, "labels": np.array(self.track.labels)}
+        content |= {"interval_s": np.array(self.track.interval_s), "models": self.models}
+        content |= {name: np.array(getattr(self, name), dtype=np.int64) for name in ("sequences", "counts")}
+        return content | {"started_s": np.array(self.started_s), "faults": np.array(self.faults, dtype=np.str_)}
 
 
 class PcProgram:
