@@ -13,12 +13,14 @@ from turing_learning.errors import integer, require
 from turing_learning.models import Parameter
 from turing_learning.purposes import CHECK
 from turing_learning.swarm import execution_of, initial_poses, simulate
-from turing_learning.systems import Source, System
+from turing_learning.systems import Genuine, Source, System
 from turing_learning.trajectories import SIGNALS, Trajectories, compute_signals
 
 OBSERVING, TESTING, PROFILING, COMPARING, RECOVERING = range(5)
 LEAST_TESTING = 4
 """Genuine samples that must be kept out for a test."""
+LEAST_INDIVIDUALS = 5
+"""With fewer individuals, those of each are divided by blocks of time, too; with so many recordings, each is one group."""
 LEAST_POINTS = 6
 """Values of a profile: with fewer, the stretch between the neighbors of one of them is half of the range or more."""
 
@@ -118,6 +120,28 @@ def evidence_of(
         classifier=system.classifier(classifier_of(configuration)),
         parameters=system.parameters,
     )
+
+
+def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarray | None, str]:
+    """Return which held-out samples belong together, by labels (K,) of all or as windows know it, and what such a group is."""
+    if groups is not None:
+        labels = np.asarray(groups)
+        rule, count = f"be one label for each of the {len(data.samples)} samples", (len(data.samples),)
+        require(labels.shape == count, "groups", rule, f"shape {labels.shape}", error=ConfigurationError)
+        return np.unique(labels[data.held_out], return_inverse=True)[1], "groups"
+    index = getattr(genuine, "held_out_index", None)
+    if index is None or not len(index):
+        return None, "samples"
+    recordings = np.asarray(getattr(genuine, "held_out_recording", ()))
+    if len(np.unique(recordings)) >= LEAST_INDIVIDUALS:
+        return recordings, "recordings"
+    individuals = index[:, 0]
+    apart = not np.isin(individuals, genuine.learning_index[:, 0]).any()
+    if apart or len(np.unique(individuals)) >= LEAST_INDIVIDUALS:
+        return individuals, "individuals"
+    blocks = np.searchsorted([begin for begin, _, _ in genuine.blocks], index[:, 1], side="right")
+    pairs = np.stack((individuals, blocks), axis=1)
+    return np.unique(pairs, axis=0, return_inverse=True)[1].ravel(), "individuals in blocks of time"
 
 
 class Stored:

@@ -25,7 +25,7 @@ from turing_learning.identifiability._two_sample import LEVEL
 from turing_learning.store import RunFolderError, RunStorageError, storage, writable
 from turing_learning.systems import CustomSystem, CustomSystemError, Given, Source
 from turing_learning.systems._custom import same_time_step
-from turing_learning.systems._genuine import cut_samples
+from turing_learning.systems._describe import describe_simulated
 from turing_learning.trajectories import Trajectories
 
 from ._folder import RunFolder
@@ -37,8 +37,6 @@ RECOVERIES = 5
 """Of a run of trials, by default."""
 ATTEMPTS = 3
 """Tests of the truth of each, which show how well right models are told by chance."""
-LEAST_INDIVIDUALS = 5
-"""With fewer individuals, those of each are divided by blocks of time, too; with so many recordings, each is one group."""
 
 _LOGGER = logging.getLogger("turing_learning")
 
@@ -152,7 +150,10 @@ class _Checker:
             overrides["run.generations"] = self.settings["recovery_generations"]
         path = None if self.folder is None else self.folder.path / FOLDER / f"recovery-{k + 1}"
         if self.source.genuine is not None:
-            scenario, given = self._simulated_system(k)
+            system, rng = cast(CustomSystem, self.configuration.scenario), stream(self.seed, RECOVERING, k)
+            with refusing_as(ConfigurationError):
+                scenario, data = describe_simulated(system, self.source, self.estimate, rng)
+            given = replace(self.given, genuine=data, groups=None)
         else:
             scenario, given = self.configuration.system.imitated(self.estimate), replace(self.given, genuine=None)
             overrides["classifiers.input_scale"] = self.configuration.classifiers.input_scale
@@ -202,22 +203,6 @@ class _Checker:
         known = self.evidence.parameters
         return np.array([float(known[name].to_numbers(np.array(value))) for name, value in values.items()])
 
-    def _simulated_system(self, k: int) -> tuple[CustomSystem, Given]:
-        """Return a system of as many samples as the run learned from, simulated at the estimate."""
-        data, system = cast(systems.Genuine, self.source.genuine), cast(CustomSystem, self.configuration.scenario)
-        rng, live = stream(self.seed, RECOVERING, k), data.live
-        count = len(data.learning if live is None else cut_samples(live(rng), system.steps))
-        simulated = partial(self._simulated, count)
-        names = ("name", "title", "signals", "samples_per_generation", "vectorized")
-        options = cast(systems.CustomOptions, {name: getattr(system, name) for name in names})
-        if system.vectorized:
-            options["batches"] = system.batches
-        if not system.live:
-            options["held_out"] = 0.0
-        with refusing_as(ConfigurationError):
-            known, found = systems.describe(simulated(rng) if live is None else simulated, system.parameters, options)
-        return known, replace(self.given, genuine=found, groups=None)
-
     def _pinned_down(self, content: dict[str, Any], profiled: bool) -> list[dict[str, Any]]:
         interval, rejected = self.result.interval, content["test"]["p_value"] <= LEVEL
         ends = [self._numbers({name: each[side] for name, each in interval.items()}) for side in (0, 1)]
@@ -245,28 +230,6 @@ def stored_check(path: Path) -> dict[str, Any] | None:
     except RunFolderError:
         return None
     return content if isinstance(content, dict) and "settings" in content else None
-
-
-def held_out_groups(genuine: Any, data: systems.Genuine, groups: Any) -> tuple[np.ndarray | None, str]:
-    """Return which held-out samples belong together, by labels (K,) of all or as windows know it, and what such a group is."""
-    if groups is not None:
-        labels = np.asarray(groups)
-        rule, count = f"be one label for each of the {len(data.samples)} samples", (len(data.samples),)
-        require(labels.shape == count, "groups", rule, f"shape {labels.shape}", error=ConfigurationError)
-        return np.unique(labels[data.held_out], return_inverse=True)[1], "groups"
-    index = getattr(genuine, "held_out_index", None)
-    if index is None or not len(index):
-        return None, "samples"
-    recordings = np.asarray(getattr(genuine, "held_out_recording", ()))
-    if len(np.unique(recordings)) >= LEAST_INDIVIDUALS:
-        return recordings, "recordings"
-    individuals = index[:, 0]
-    apart = not np.isin(individuals, genuine.learning_index[:, 0]).any()
-    if apart or len(np.unique(individuals)) >= LEAST_INDIVIDUALS:
-        return individuals, "individuals"
-    blocks = np.searchsorted([begin for begin, _, _ in genuine.blocks], index[:, 1], side="right")
-    pairs = np.stack((individuals, blocks), axis=1)
-    return np.unique(pairs, axis=0, return_inverse=True)[1].ravel(), "individuals in blocks of time"
 
 
 def check_run(
@@ -356,7 +319,7 @@ def check_run(
             source = stack.enter_context(system.open(given))
         labels, grouping = None, ""
         if source.genuine is not None:
-            labels, grouping = held_out_groups(systems.observed(genuine), source.genuine, groups)
+            labels, grouping = evidences.held_out_groups(systems.observed(genuine), source.genuine, groups)
         elif recordings:
             refuse("recording", "be left out for simulated robots", "one", error=ConfigurationError)
         for each in recordings if system.interval_s > 0 else ():

@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypedDict
+from typing import Any, Literal, TypedDict, cast
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from ..models import Parameter
 from ..purposes import GENUINE
 from ..trajectories import DIRECTED
 from ._custom import CustomSystem, headings_of
-from ._genuine import Genuine, SplitSamples, observed, read_genuine
+from ._genuine import Genuine, SplitSamples, cut_samples, observed, read_genuine
+from ._system import Source
 
 _LOGGER = logging.getLogger("turing_learning")
 
@@ -89,6 +90,26 @@ def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptio
         message = "Genuine samples do not vary in every signal: %s, at every step of all of them. %s"
         _LOGGER.warning(message, constant, remedy)
     return system, data
+
+
+def describe_simulated(
+    system: CustomSystem, source: Source, parameters: np.ndarray, rng: np.random.Generator
+) -> tuple[CustomSystem, Genuine]:
+    """Return the same system with as many samples as it was learned from, simulated with parameters (P,) by its source."""
+    data = source.genuine
+    assert data is not None
+    count = len(data.learning if data.live is None else cut_samples(data.live(rng), system.steps))
+
+    def simulated(rng: np.random.Generator) -> np.ndarray:
+        return source.simulate(np.tile(parameters, (count, 1)), rng)[:, 0]
+
+    names = ("name", "title", "signals", "samples_per_generation", "vectorized")
+    options = cast(CustomOptions, {name: getattr(system, name) for name in names})
+    if system.vectorized:
+        options["batches"] = system.batches
+    if not system.live:
+        options["held_out"] = 0.0
+    return describe(simulated(rng) if data.live is None else simulated, system.parameters, options)
 
 
 def read_parameters(given: Any) -> dict[str, Parameter]:

@@ -283,7 +283,7 @@ def test_labels_group_the_held_out_samples():
 
 
 def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few():
-    from turing_learning.results._check import held_out_groups
+    from turing_learning.identifiability._evidence import held_out_groups
     from turing_learning.systems import Genuine
     from turing_learning.trajectories import Trajectories
 
@@ -300,7 +300,7 @@ def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few()
 
 
 def test_held_out_individuals_are_groups_however_few_they_are():
-    from turing_learning.results._check import held_out_groups
+    from turing_learning.identifiability._evidence import held_out_groups
     from turing_learning.systems import Genuine
     from turing_learning.trajectories import Trajectories
 
