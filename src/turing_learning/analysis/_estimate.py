@@ -207,6 +207,32 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
     return np.sqrt(1 + between / within)
 
 
+def mixed(
+    draws: Sequence[np.ndarray], intervals: Sequence[Sequence[Sequence[float]]], parameters: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mix the draws of runs of trials: the interval (P, 2) of all together, and Birge ratios (P,); NaN where they are not known.
+
+    Parameters
+    ----------
+    draws : (D, P) each
+        Of the runs that have settled, none or more.
+    intervals : (runs, P, 2)
+        That they state. Where one is wider than its draws, the interval spans those of all runs.
+    parameters
+        Their number, P.
+    """
+    if not draws:
+        return np.full((parameters, 2), UNKNOWN), np.full(parameters, UNKNOWN)
+    ends = np.quantile(np.concatenate(draws), (0.05, 0.95), axis=0).T
+    stated = np.array(intervals)
+    own = np.stack([np.quantile(each, (0.05, 0.95), axis=0).T for each in draws])
+    widened = (np.ptp(stated, axis=2) > 1.001 * np.ptp(own, axis=2)).any(axis=0)
+    ends[widened] = np.stack((stated[..., 0].min(axis=0), stated[..., 1].max(axis=0)), axis=1)[widened]
+    middles = np.array([np.median(each, axis=0) for each in draws])
+    squares = ((middles - middles.mean(axis=0)) ** 2 / np.array([each.var(axis=0) for each in draws])).sum(axis=0)
+    return ends, np.sqrt(squares / (len(draws) - 1)) if len(draws) > 1 else np.full(parameters, UNKNOWN)
+
+
 def _wandering(runs: np.ndarray) -> np.ndarray:
     """Return how far typical models (K, W) of one parameter wander to both sides, by the runs that move; 0 if none does."""
     moving = runs[_moves(runs.T)]

@@ -184,7 +184,7 @@ def simulate(
     :param settings: Any setting, for example scenario.noise.wheel_speed_sd=0.1. Repeatable.
     """
     from turing_learning.config import load_configuration
-    from turing_learning.results._folder import refuse_target
+    from turing_learning.config._targets import refuse_target
     from turing_learning.runs._trial import SUFFIXES
 
     require_scenario(scenario, config, tl.swarm.SCENARIOS)

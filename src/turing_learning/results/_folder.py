@@ -6,7 +6,7 @@ import re
 import shlex
 import shutil
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
-from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
+from turing_learning.config import Configuration, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, brief, refuse, refusing_as, require
 from turing_learning.families._recorded import RecordedMotion
 from turing_learning.provenance import now, provenance, this_process, versions
@@ -300,34 +300,6 @@ def resumed(manifest: Mapping[str, Any], path: Path) -> dict[str, Any]:
         _LOGGER.warning(text, path, "; ".join(changed))
         entries["resumed"] = [*manifest.get("resumed", []), {"at": now(), "versions": here}]
     return entries
-
-
-def refuse_target(
-    path: Path,
-    *,
-    name: str,
-    suffixes: tuple[str, ...],
-    force: bool,
-    replaceable: Callable[[Path], bool] = lambda path: False,
-) -> None:
-    """Reject a path, by the `name` of its argument, unless a file may be written there, or replaced."""
-    rule = f"end with one of {', '.join(suffixes)}" if len(suffixes) > 1 else f"end with {suffixes[0]}"
-    require(path.suffix.lower() in suffixes, name, rule, str(path), error=ConfigurationError)
-    got, remedy = f"{path} (there is no folder {path.parent})", "Choose another place, or make the folder."
-    there = path.absolute().parent.is_dir()
-    require(there, name, "be a file that can be written", got, remedy, error=ConfigurationError)
-    with writing(path, name):
-        got = f"{path}, a folder"
-        require(not path.is_dir(), name, "be a file", got, "Choose another name.", error=ConfigurationError)
-        taken = path.exists() and not force and not replaceable(path)
-    other = "Choose another name, or replace it with ", Setting("force", True), "."
-    require(not taken, name, "be a file that does not exist", str(path), other, error=ConfigurationError)
-
-
-def writing(path: Path, name: str) -> AbstractContextManager[None]:
-    """Turn what the operating system says about such a file into one message."""
-    what = f"`{name}` must be a file that can be written; got {path}"
-    return told(ConfigurationError, what, "Choose another place.")
 
 
 # Checkpoints: plain arrays in a file whose name holds the digest of its bytes

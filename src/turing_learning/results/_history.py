@@ -76,7 +76,7 @@ class HistoryRecorder:
     def __init__(
         self, layout: Layout, arrays: Mapping[str, Any], seals: Mapping[str, np.ndarray] | None = None
     ) -> None:  # the seals of when the arrays had been flushed the last time
-        self._arrays, self._chunk, self._generations, self._count = arrays, layout.chunk, layout.generations, 0
+        self.arrays, self._chunk, self._generations, self._count = arrays, layout.chunk, layout.generations, 0
         self._stops: list[int] = [] if seals is None else seals["stops"].tolist()
         self._checksums: list[int] = [] if seals is None else seals["checksums"].tolist()
         self._start = self._stops[-1] if self._stops else 0
@@ -99,7 +99,7 @@ class HistoryRecorder:
         for name, buffer in self._buffers.items():
             unrun = NOT_RUN if buffer.dtype.kind == "i" else np.nan
             buffer[self._count : size] = unrun
-            self._arrays[name][self._start : self._start + size] = buffer[:size]
+            self.arrays[name][self._start : self._start + size] = buffer[:size]
         self._start += self._count
         self._stops.append(self._start)
         self._checksums.append(_checksum({name: buffer[: self._count] for name, buffer in self._buffers.items()}))

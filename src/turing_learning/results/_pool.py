@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning.analysis import UNKNOWN, Verdict, absolute_error, is_known, pooled_estimate, pooled_interval, r_hat
-from turing_learning.analysis._estimate import known_or, ordered
+from turing_learning.analysis._estimate import known_or, mixed, ordered
 from turing_learning.config import ConfigurationError, flat_settings
 from turing_learning.config._sections import PROSE
 from turing_learning.errors import brief, require, said
@@ -220,7 +220,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
         chains = {run.seed: draws for run in settled if (draws := run.draws()) is not None}
         found = np.array([list(run.estimate.values()) for run in settled or runs])[:, None]
         estimate = configuration.system.on_scales(found, lambda values: np.median(values[:, 0], axis=0))
-        ends, agreement = _mixed(list(chains.values()), [list(run.interval.values()) for run in settled], names)
+        ends, agreement = mixed(list(chains.values()), [list(run.interval.values()) for run in settled], len(names))
     else:
         models = {run.seed: run.history["typical_model"].to_numpy() for run in runs}
         window = configuration.run.estimated_from(len(models[runs[0].seed]))
@@ -228,7 +228,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
         typical = np.stack(list(chains.values()))
         estimate = configuration.system.on_scales(typical, pooled_estimate)
         ends = configuration.system.on_scales(typical, pooled_interval)
-        agreement = r_hat(typical).tolist()
+        agreement = r_hat(typical)
     error = None if scenario.truth is None else absolute_error(estimate, np.asarray(scenario.truth, dtype=float))
     pooled = Pooled(
         scenario=scenario.name,
@@ -236,7 +236,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
         seeds=tuple(run.seed for run in runs),
         estimate=named(names, estimate),
         interval=known_or(UNKNOWN, dict(zip(names, ends.tolist(), strict=True))),
-        agreement={name: value if is_known(value) else UNKNOWN for name, value in zip(names, agreement, strict=True)},
+        agreement={name: value if is_known(value) else UNKNOWN for name, value in named(names, agreement).items()},
         estimates={name: [run.estimate[name] for run in runs] for name in names},
         truth=runs[0].truth,
         estimate_absolute_error=None if error is None else named(names, error),
@@ -253,22 +253,6 @@ def pool(runs: Sequence[Result]) -> Pooled:
             with suppress(RunFolderError, RunStorageError, OSError), (folder := RunFolder(run.path)).locked():
                 folder.write("pool.json", said | {"estimate": run.estimate})
     return pooled
-
-
-def _mixed(
-    draws: list[np.ndarray], intervals: list[list[list[float]]], names: tuple[str, ...]
-) -> tuple[np.ndarray, list[float]]:
-    """Return the interval (P, 2) of the mixed draws (D, P) of runs, a range where one has none, and Birge ratios."""
-    if not draws:
-        return np.full((len(names), 2), UNKNOWN), [UNKNOWN] * len(names)
-    ends = np.quantile(np.concatenate(draws), (0.05, 0.95), axis=0).T
-    stated = np.array(intervals)
-    own = np.stack([np.quantile(each, (0.05, 0.95), axis=0).T for each in draws])
-    widened = (np.ptp(stated, axis=2) > 1.001 * np.ptp(own, axis=2)).any(axis=0)
-    ends[widened] = np.stack((stated[..., 0].min(axis=0), stated[..., 1].max(axis=0)), axis=1)[widened]
-    middles = np.array([np.median(each, axis=0) for each in draws])
-    squares = ((middles - middles.mean(axis=0)) ** 2 / np.array([each.var(axis=0) for each in draws])).sum(axis=0)
-    return ends, np.sqrt(squares / (len(draws) - 1)).tolist() if len(draws) > 1 else [UNKNOWN] * len(names)
 
 
 def _comparable(given: Any) -> list[Result]:

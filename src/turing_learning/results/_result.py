@@ -14,6 +14,7 @@ from turing_learning.analysis._estimate import known_or, ordered
 from turing_learning.analysis._matching import LEAST_P
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.config._targets import refuse_target, writing
 from turing_learning.errors import brief, integer, require
 from turing_learning.identifiability import Check
 from turing_learning.report import Tabular, counted, shown
@@ -22,7 +23,7 @@ from turing_learning.report._tabular import describe_unknown, judged, parameter_
 from turing_learning.store import RunFolderError
 from turing_learning.systems import Given, Laboratory, System
 
-from ._folder import CALIBRATION, RunFolder, refuse_target, writing
+from ._folder import CALIBRATION, RunFolder
 from ._history import SELECTION_CODES, Traces
 from ._paper import paper_absolute_errors
 from ._plots import Plots

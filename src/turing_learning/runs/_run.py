@@ -88,12 +88,12 @@ class Run:
         self._recorder: histories.HistoryRecorder | None = None
         if not configuration.run.thin:
             if folder is None:
-                self._arrays: Mapping[str, Any] = histories.memory_arrays(self._layout)
+                arrays: Mapping[str, Any] = histories.memory_arrays(self._layout)
             elif seals is None:
-                self._arrays = histories.create_store(folder.history_path, self._layout)
+                arrays = histories.create_store(folder.history_path, self._layout)
             else:
-                self._arrays = histories.open_store(folder.history_path)
-            self._recorder = histories.HistoryRecorder(self._layout, self._arrays, seals)
+                arrays = histories.open_store(folder.history_path)
+            self._recorder = histories.HistoryRecorder(self._layout, arrays, seals)
 
     @classmethod
     def begin(
@@ -268,7 +268,7 @@ class Run:
         """What the completed generations have inferred; at least one must be completed."""
         if self._result is None or self._result.generations != self.completed:
             if self.folder is None:
-                kept = self._traces if self.configuration.run.thin else self._arrays
+                kept = self._traces if self._recorder is None else self._recorder.arrays
                 memory: dict[str, Any] = {"manifest": self._manifest, "readout": self._readout}
                 origin = Origin(self.configuration, self.completed, kept=kept, dialogues=self._dialogues, **memory)
             else:

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 from turing_learning._files import in_home, write_atomically, write_json
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._sections import check, reject
+from turing_learning.config._targets import writing
 from turing_learning.errors import integer, require
 from turing_learning.kernels.parallel import default_threads
 from turing_learning.results import Result, RunFolder, RunFolderError
 from turing_learning.runs import resume, start
-from turing_learning.store import told
 from turing_learning.systems import Given, imported
 from turing_learning.workers import Workers, asked_to_stop
 
@@ -252,8 +252,7 @@ def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool
         log=str(folder / "slurm-%A-%a.log").replace(" ", "\\ "),
         command=f"{shlex.quote(sys.executable)} -m turing_learning",
     )
-    what = f"`write-slurm` must be a file that can be written; got {path}"
-    with told(ConfigurationError, what, "Choose another place."):
+    with writing(path, "write-slurm"):
         write_atomically(path, text.encode())
         path.chmod(0o755)
     return submit

@@ -11,10 +11,10 @@ import pytest
 from matplotlib.figure import Figure
 
 import turing_learning as tl
+from turing_learning.analysis._estimate import mixed
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.identifiability._check import FAILED_SEARCH, FINE, WRONG_MODEL
-from turing_learning.results._pool import _mixed
 from turing_learning.runs._loops import TrialsLoop
 from turing_learning.store import RunFolderError
 from turing_learning.systems import CustomSystemError
@@ -290,7 +290,7 @@ def test_a_pool_mixes_the_draws_of_the_runs_that_have_settled():
 def test_a_pool_spans_the_draws_of_runs_that_disagree():
     draws = [np.random.default_rng(seed).normal((0, 5 * seed), 1, (500, 2)) for seed in (0, 1)]
     intervals = [np.quantile(each, (0.05, 0.95), axis=0).T.tolist() for each in draws]
-    ends, birge = _mixed(draws, intervals, ("alike", "apart"))
+    ends, birge = mixed(draws, intervals, 2)
     np.testing.assert_allclose(ends, np.quantile(np.concatenate(draws), (0.05, 0.95), axis=0).T)
     assert birge[0] < 0.2
     assert birge[1] == pytest.approx(5 / np.sqrt(2), rel=0.1)

@@ -1,0 +1,38 @@
+"""Files that a caller names, to be written: what may be written there, and what to say where it cannot."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from turing_learning.errors import Setting, require
+from turing_learning.store import told
+
+from ._sections import ConfigurationError
+
+
+def refuse_target(
+    path: Path,
+    *,
+    name: str,
+    suffixes: tuple[str, ...],
+    force: bool,
+    replaceable: Callable[[Path], bool] = lambda path: False,
+) -> None:
+    """Reject a path, by the `name` of its argument, unless a file may be written there, or replaced."""
+    rule = f"end with one of {', '.join(suffixes)}" if len(suffixes) > 1 else f"end with {suffixes[0]}"
+    require(path.suffix.lower() in suffixes, name, rule, str(path), error=ConfigurationError)
+    got, remedy = f"{path} (there is no folder {path.parent})", "Choose another place, or make the folder."
+    there = path.absolute().parent.is_dir()
+    require(there, name, "be a file that can be written", got, remedy, error=ConfigurationError)
+    with writing(path, name):
+        got = f"{path}, a folder"
+        require(not path.is_dir(), name, "be a file", got, "Choose another name.", error=ConfigurationError)
+        taken = path.exists() and not force and not replaceable(path)
+    other = "Choose another name, or replace it with ", Setting("force", True), "."
+    require(not taken, name, "be a file that does not exist", str(path), other, error=ConfigurationError)
+
+
+def writing(path: Path, name: str) -> AbstractContextManager[None]:
+    """Turn what the operating system says about such a file into one message."""
+    what = f"`{name}` must be a file that can be written; got {path}"
+    return told(ConfigurationError, what, "Choose another place.")
