@@ -33,6 +33,7 @@ class Generation:
     selection: str
     #: (B, Q), archived classifiers that judged the models beside them; (0, Q) where there were none
     referees: np.ndarray
+    estimate: np.ndarray | None = None  #: (P,), what is inferred after it, where that is no matter of its models alone
 
     @property
     def best_model(self) -> np.ndarray:
@@ -44,8 +45,11 @@ class Generation:
         """The median (P,), parameter by parameter, of the half of the models with the higher scores.
 
         Of equals the first come first, as in `evolution.EvolutionStrategy`, whose next parents these are where
-        mu is half the population. Much less noisy than `best_model`, whose fitness rests on a single trial.
+        mu is half the population. Much less noisy than `best_model`, whose fitness rests on a single trial. The
+        `estimate`, where there is one.
         """
+        if self.estimate is not None:
+            return self.estimate
         half = np.argsort(-self.model_scores, kind="stable")[: max(1, len(self.models) // 2)]
         return np.median(self.models[half], axis=0)
 

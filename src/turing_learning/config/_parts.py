@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from turing_learning import evolution
 from turing_learning.arrays import array
 from turing_learning.coevolution import Classifier
 from turing_learning.errors import brief, refusing_as
-from turing_learning.evolution import CMAEvolutionStrategy, EvolutionStrategy, Optimizer
+from turing_learning.evolution import CMAEvolutionStrategy, EvolutionStrategy, Jumper, Optimizer, RenewedOptimizer
+from turing_learning.purposes import CLASSIFIERS, MODELS
 from turing_learning.systems import imported
 from turing_learning.systems._calls import importable_name
 
@@ -50,6 +52,42 @@ def observers_of(configuration: Configuration) -> "PooledClassifier":
     finer = _STANDARD if hasattr(configuration.system, "centered") else 1.0
     scale = [each / finer for each in configuration.input_scale]
     return PooledClassifier(inputs=len(scale), scale=scale, threads=configuration.threads)
+
+
+def models_optimizer(configuration: Configuration) -> Optimizer:
+    """Return the optimizer of the models in a run of generations, with the phases of the built-in one."""
+    models, run, jumps = configuration.models, configuration.run, configuration.representation.jumps
+    dimension, size = len(configuration.parameter_names), models.parents + models.offspring
+    jumper = Jumper(
+        np.full(dimension, models.initial_low),
+        np.full(dimension, models.initial_high),
+        redraw=models.redraw,
+        reach=jumps.reach,
+        exchange=models.exchange,
+        groups=jumps.groups,
+        dependent=jumps.dependent,
+        refinement=run.halfway,
+        settled=run.settled,
+    )
+    return optimizer_of(
+        models,
+        dimension,
+        (MODELS, run.seed),
+        "models",
+        mating=evolution.PhasedMating(models.recombination, models.intermediate, run.halfway),
+        jumper=jumper,
+        memory=evolution.FitnessMemory(size, models.memory, run.halfway) if models.memory else None,
+    )
+
+
+def classifiers_optimizer(configuration: Configuration, parameters: int) -> Optimizer:
+    """Return the optimizer of classifiers with so many parameters in a run of generations, renewed in its first half only."""
+    section, run = configuration.classifiers, configuration.run
+
+    def made(*number: int) -> Optimizer:
+        return optimizer_of(section, parameters, (CLASSIFIERS, run.seed, *number), "classifiers")
+
+    return RenewedOptimizer(made, section.renewal, last=run.halfway) if section.renewal else made()
 
 
 def optimizer_of(

@@ -5,7 +5,6 @@ a `readout`, what is read off at the end. In an estimate from few trials one ste
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -15,9 +14,8 @@ from turing_learning.analysis import Matched, match
 from turing_learning.analysis._matching import LEAST_P
 from turing_learning.coevolution import THRESHOLD, Coevolution, FewTrials, Generation
 from turing_learning.config import Configuration, classifier_of
-from turing_learning.config._parts import observers_of, optimizer_of
-from turing_learning.evolution import Optimizer, RenewedOptimizer
-from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MATCHING, MODELS
+from turing_learning.config._parts import classifiers_optimizer, models_optimizer, observers_of, optimizer_of
+from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MATCHING
 from turing_learning.systems import Source
 
 _READ_OUT = 1_000_000  # batch whose random numbers the intervals are drawn with
@@ -35,57 +33,17 @@ class Generations(Coevolution):
 
     def __init__(self, configuration: Configuration, source: Source) -> None:
         classifier, run, archive = classifier_of(configuration), configuration.run, configuration.coevolution.archive
-        models, classifiers = configuration.models, configuration.classifiers
-        dimension, jumps = len(configuration.parameter_names), configuration.representation.jumps
-        jumper = evolution.Jumper(
-            np.full(dimension, models.initial_low),
-            np.full(dimension, models.initial_high),
-            redraw=models.redraw,
-            reach=jumps.reach,
-            exchange=models.exchange,
-            groups=jumps.groups,
-            dependent=jumps.dependent,
-            refinement=run.halfway,
-            settled=run.settled,
-        )
-        size = models.parents + models.offspring
-        imitators = optimizer_of(
-            models,
-            dimension,
-            (MODELS, run.seed),
-            "models",
-            mating=evolution.PhasedMating(models.recombination, models.intermediate, run.halfway),
-            jumper=jumper,
-            memory=evolution.FitnessMemory(size, models.memory, run.halfway) if models.memory else None,
-        )
-
-        def judges(*number: int) -> Optimizer:
-            return optimizer_of(classifiers, classifier.parameters, (CLASSIFIERS, run.seed, *number), "classifiers")
-
-        # renewed in the first half of the run only
-        renewed = RenewedOptimizer(judges, classifiers.renewal, last=run.halfway) if classifiers.renewal else judges()
         known = coevolution.ClassifierArchive(archive, seed=(ARCHIVE, run.seed)) if archive else None
         reward = {"reward_models": coevolution.jury_reward} if archive else {}
+        models, judges = models_optimizer(configuration), classifiers_optimizer(configuration, classifier.parameters)
         interrogation, seed = source.interrogation(classifier), (INTERROGATION, run.seed)
-        super().__init__(interrogation, imitators, renewed, seed=seed, archive=known, **reward)
+        super().__init__(interrogation, models, judges, seed=seed, archive=known, **reward)
 
     def rows(self) -> dict[str, np.ndarray]:
         """Return nothing."""
         return {}
 
     readout = rows
-
-
-@dataclass(frozen=True, eq=False)
-class _BatchGeneration(Generation):
-    """A batch as a generation: its typical model is the loop's estimate, its best one the model that the jury accepts most."""
-
-    estimate: np.ndarray
-
-    @property
-    def typical_model(self) -> np.ndarray:
-        """The estimate (P,) after the batch, in units."""
-        return self.estimate
 
 
 class TrialsLoop:
@@ -137,7 +95,7 @@ class TrialsLoop:
         return 0 if self.trials.batch is None else self.trials.batch.number + 1
 
     def step(self) -> Generation:
-        """Spend a batch of trials; return it as a generation, whose models are those that were tried."""
+        """Spend a batch of trials; return it as a generation, whose models are those tried, the best one the most accepted."""
         before, number = len(self.trials.buffer), self.generation
         batch, buffer = self.trials.step(), self.trials.buffer
         if self._tolerance and number % _LOOKED_AT == 0 and number >= 2 * _LOOKED_AT and not self.trials.complete:
@@ -152,7 +110,7 @@ class TrialsLoop:
         genuine = self.classifier.judge(jury, buffer.genuine[-_JUDGED:]) >= THRESHOLD
         fitness = accepted.mean(axis=0)
         models = self._middle + self._reach * buffer.parameters[tried]
-        return _BatchGeneration(
+        return Generation(
             number=number,
             models=models,
             model_step_sizes=np.broadcast_to(batch.spread, models.shape),
