@@ -15,7 +15,6 @@ from turing_learning.purposes import DETECTION
 from turing_learning.swarm import Scenario, Trials, mixed
 from turing_learning.swarm._trials import AGENT
 from turing_learning.systems import Source, SystemFailedError
-from turing_learning.systems._genuine import cut_samples
 
 from ._motion import Motion
 
@@ -148,9 +147,8 @@ def keep_calibration(
     try:
         data = source.genuine
         assert data is not None
-        if data.live is not None:
-            genuine = cut_samples(data.live(rng), data.samples.shape[1])[: 2 * MOST]
-        else:
+        genuine = source.genuine_samples(1, rng)[: 2 * MOST]
+        if data.live is None:
             held_out = data.testing[:MOST]
             genuine = np.concatenate((spread(data.learning, len(held_out)), held_out))
         if len(genuine) < 4:

@@ -107,10 +107,9 @@ def evidence_of(
     if data is None:
         genuine = source.genuine_samples(2 * effort.samples, rng)
         learning, testing = genuine[: effort.samples], genuine[effort.samples :]
-    elif data.live is None:
-        learning, testing = data.learning, data.testing
     else:
-        learning, testing = (source.genuine_samples(effort.samples, rng) for _ in range(2))
+        learning = source.genuine_samples(effort.samples, rng)
+        testing = source.genuine_samples(effort.samples, rng) if data.live is not None else data.testing
     return Evidence(
         learning=learning,
         testing=testing,

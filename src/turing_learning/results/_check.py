@@ -186,9 +186,9 @@ class _Checker:
                     fresh = number + place * self.settings["recoveries"]  # a seed that no other test has
                     known = evidence_of(configuration, source, self.effort, fresh)
                 else:
-                    rng, live = stream(self.seed, RECOVERING, k, place), source.genuine.live
+                    rng = stream(self.seed, RECOVERING, k, place)
                     testing = self._simulated(len(known.testing), rng)
-                    own = source.genuine.learning if live is None else source.genuine_samples(self.effort.samples, rng)
+                    own = source.genuine_samples(self.effort.samples, rng)
                     known = replace(known, learning=own, testing=testing, groups=known.groups[: len(testing)])
                 test = two_sample_test(known, values, self.effort, seed=number, use=(RECOVERING, place))
                 accuracies.append(test.accuracy)
