@@ -282,7 +282,8 @@ def looked_at(run: RunClassifiers, genuine: list[RecordedMotion]) -> Iterator[tu
 
 def scaled(eye: Eye, normal: Normal, examples: list[Case]) -> tuple[np.ndarray, Scored]:
     """Return the scores of normal individuals in units of their scatter, and a scorer of others."""
-    _, learned_all, _, scores = normal.learned(eye, examples, True)
+    look = normal.look(eye, normal.pieces[0], (), examples, True)
+    scores, learned_all = look.normal, look.score
     middle = np.median(scores)
     scatter = np.median(np.abs(scores - middle))
 

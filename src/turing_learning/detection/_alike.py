@@ -287,20 +287,19 @@ def among(features: Sequence[np.ndarray], relative: bool) -> list[Seen]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
-    """What one way to look finds: shares (W,) of the individuals, scores (n,) of normal ones, whose these are
-    and their weights, and scores (K,) of cases."""
+class Look:
+    """What one way to look finds."""
 
     name: str
-    shares: list[np.ndarray]
-    normal: np.ndarray
-    whose: np.ndarray
-    weights: np.ndarray
-    cases: np.ndarray
+    known: "Normal"
+    shares: list[np.ndarray]  # (W,) of each of the individuals
+    normal: np.ndarray  # (n,), scores of normal individuals
+    cases: np.ndarray  # (K,), scores of cases
+    score: Scorer | None = None  # what was learned from all normal individuals; None for several ways together
 
     @property
     def area(self) -> float | None:
-        return area_under_curve(self.cases, self.normal, self.weights) if len(self.cases) else None
+        return area_under_curve(self.cases, self.normal, self.known.weights) if len(self.cases) else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -341,42 +340,28 @@ class Normal:
             own = own[: max(1, len(fellows[case.place]))]
             yield case, whose, own, [each[: len(own)] for each in fellows]
 
-    def learned(self, eye: Eye, planted: Sequence[Case], relative: bool) -> "Learned":
-        """Learn from all individuals, and without each in turn; what is trained is shown planted ones."""
+    def look(self, eye: Eye, motion: Windows, cases: Sequence[Case], planted: Sequence[Case], relative: bool) -> Look:
+        """Learn one way to look; score motion, normal individuals, and cases, the known ones by what was learned without them."""
         seen = [eye.see(windows) for windows in self.pieces]
         beside = [among(each, relative) for each in seen]
         usual, shown = [beside[p][k] for p, k in self.members], list[Planted]()
         for case, whose, own, fellows in self.placed(eye, planted if eye.name == TRAINED else (), seen):
             if len(before := fellows[case.place]):
                 shown.append(Planted(whose, case.kind, own.mean(axis=0) - before.mean(axis=0)))
-        scorers, count = list[Scorer](), self.whose.max() + 1
+        score, without, count = eye.learn(usual, relative, shown), list[Scorer](), self.whose.max() + 1
         for fold in np.array_split(np.arange(count), min(FOLDS, count)):
             kept = [each for each, whose in zip(usual, self.whose, strict=True) if whose not in fold]
-            scorers += [eye.learn(kept, relative, [each for each in shown if each.whose not in fold])] * len(fold)
-        scores = [scorers[whose](each).mean() for each, whose in zip(usual, self.whose, strict=True)]
-        return Learned(seen, eye.learn(usual, relative, shown), scorers, np.array(scores))
-
-    def look(self, eye: Eye, motion: Windows, cases: Sequence[Case], planted: Sequence[Case], relative: bool) -> _Look:
-        """Score motion, and cases, each by what was learned without its recording."""
-        learned, known = self.learned(eye, planted, relative), []
-        group = among(eye.see(motion), relative)
-        shares = [learned.score(each) if len(each.windows) else np.empty(0) for each in group]
-        for case, whose, own, others in self.placed(eye, cases, learned.seen):
-            others[case.place] = own
-            known.append(float(learned.without[whose](among(others, relative)[case.place], case.kind).mean()))
-        return _Look(eye.name, shares, learned.scores, self.whose, self.weights, np.array(known))
+            without += [eye.learn(kept, relative, [each for each in shown if each.whose not in fold])] * len(fold)
+        shares = [score(each) if len(each.windows) else np.empty(0) for each in among(eye.see(motion), relative)]
+        scores = [without[whose](each).mean() for each, whose in zip(usual, self.whose, strict=True)]
+        known = []
+        for case, whose, own, fellows in self.placed(eye, cases, seen):
+            fellows[case.place] = own
+            known.append(float(without[whose](among(fellows, relative)[case.place], case.kind).mean()))
+        return Look(eye.name, self, shares, np.array(scores), np.array(known), score)
 
 
-class Learned(NamedTuple):
-    """What a way to look has learned of normal individuals."""
-
-    seen: list[list[np.ndarray]]  # features of all in each piece
-    score: Scorer
-    without: list[Scorer]  # by whose individuals have not been seen
-    scores: np.ndarray  # (n,), of the individuals, each by what was learned without it
-
-
-def _together(looks: Sequence[_Look]) -> _Look:
+def _together(looks: Sequence[Look]) -> Look:
     """Add up what several ways find, each in units of the scatter of normal individuals, and large scores by their logarithm."""
     shares: list[np.ndarray] = [np.zeros(len(each)) for each in looks[0].shares]
     normal, cases = np.zeros(len(looks[0].normal)), np.zeros(len(looks[0].cases))
@@ -389,15 +374,15 @@ def _together(looks: Sequence[_Look]) -> _Look:
             if len(each):
                 score = (each.mean() - middle) / scatter
                 shares[k] += (each - middle) / scatter * (np.arcsinh(score) / score if score else 1.0)
-    return _Look(TOGETHER, shares, normal, looks[0].whose, looks[0].weights, cases)
+    return Look(TOGETHER, looks[0].known, shares, normal, cases)
 
 
-def _ranked(look: _Look, names: Sequence[str], false_alarms: float | None) -> Ranking:
+def _ranked(look: Look, names: Sequence[str], false_alarms: float | None) -> Ranking:
     """Rank individuals; without a rate of false alarms nobody has a p-value."""
 
     def judged(scores: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the p-values of scores among those of some normal individuals, NaN for NaN, and which of them say abnormal."""
-        normal, weights = look.normal[by], look.weights[by]
+        normal, weights = look.normal[by], look.known.weights[by]
         order, many = np.argsort(normal), weights.sum() + 1
         above = np.append(np.cumsum(weights[order][::-1])[::-1], 0.0)
         found = np.where(np.isnan(scores), np.nan, (1 + above[np.searchsorted(normal[order], scores, "left")]) / many)
@@ -408,11 +393,11 @@ def _ranked(look: _Look, names: Sequence[str], false_alarms: float | None) -> Ra
     chances, called = np.full(len(means), np.nan), float("nan")
     abnormal: list[bool | None] = [None] * len(means)
     if false_alarms is not None:
-        chances, unlike = judged(means, look.whose >= 0)
+        chances, unlike = judged(means, look.known.whose >= 0)
         abnormal, called = unlike.tolist(), 0.0
-        for one in np.unique(look.whose):
-            own = look.whose == one
-            called += float(look.weights[own][judged(look.normal[own], ~own)[1]].sum())
+        for one in np.unique(look.known.whose):
+            own = look.known.whose == one
+            called += float(look.known.weights[own][judged(look.normal[own], ~own)[1]].sum())
     individuals = []
     for k, (name, shares) in enumerate(zip(names, look.shares, strict=True)):
         flagged = np.zeros(len(shares), dtype=bool)
