@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 MOST_SPELLS = 3  # in a cell
 SAMPLES = 10
 ALIKE = "judged-alike"
-MOTION_FILES = (".npy", ".npz", ".csv")
 _WRITTEN = (".csv", ".png", ".svg", ".html")  # a table, a picture twice, a page
 
 
@@ -126,9 +125,9 @@ def detect(
 
 def _is_recording(path: Path, tracks: Tracks) -> bool:
     """Return whether a tracker wrote a file; other files hold samples."""
-    from turing_learning.detection._motion import holds_motion
+    from turing_learning.detection._motion import SUFFIXES, holds_motion
 
-    return path.suffix.lower() not in MOTION_FILES or (bool(tracks.given) and not holds_motion(path))
+    return path.suffix.lower() not in SUFFIXES or (bool(tracks.given) and not holds_motion(path))
 
 
 def _read(path: Path, option: str, tracks: Tracks, learned: "tl.detection.RunClassifiers") -> "Motion":
