@@ -30,6 +30,10 @@ class RunFolderError(RefusedError):
     """A folder is rejected before anything runs; nothing has been changed."""
 
 
+check_folder, reject_folder = partial(require, error=RunFolderError), partial(refuse, error=RunFolderError)
+"""Reject a folder, as `require` and `refuse` do."""
+
+
 class DamagedError(RunFolderError):
     """A stored file is missing, or not as it was written; `reason` says in few words what is wrong with it."""
 
@@ -104,7 +108,7 @@ class Store:
             good = isinstance(path, str | os.PathLike) and b"\0" not in os.fsencode(path)
         except UnicodeEncodeError:  # half a character
             good = False
-        require(good, kind.noun, "be the path of a folder", brief(path), error=RunFolderError)
+        check_folder(good, kind.noun, "be the path of a folder", brief(path))
         self.path, self.kind = in_home(path), kind
         self._seals: Seals | None = None
         self._place: tuple[int, int] | None = None  # device and inode of the folder that is locked
@@ -128,7 +132,7 @@ class Store:
         content, noun = self._peek(), self.kind.noun
         if content is None:
             got, remedy = f"{self.path} without a readable {self.kind.head}", f"Give the folder that `{noun}` has made."
-            refuse(noun, f"be a {noun} folder", got, remedy, error=RunFolderError)
+            reject_folder(noun, f"be a {noun} folder", got, remedy)
         refuse_format(content["format_version"], self.kind.newest, self.head_path, noun)
         self.read(self.kind.head)
         return content

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from turing_learning.errors import Setting, require
+from turing_learning.errors import Setting
 from turing_learning.store import told
 
-from ._sections import ConfigurationError
+from ._sections import ConfigurationError, check
 
 
 def refuse_target(
@@ -20,16 +20,14 @@ def refuse_target(
 ) -> None:
     """Reject a path, by the `name` of its argument, unless a file may be written there, or replaced."""
     rule = f"end with one of {', '.join(suffixes)}" if len(suffixes) > 1 else f"end with {suffixes[0]}"
-    require(path.suffix.lower() in suffixes, name, rule, str(path), error=ConfigurationError)
+    check(path.suffix.lower() in suffixes, name, rule, str(path))
     got, remedy = f"{path} (there is no folder {path.parent})", "Choose another place, or make the folder."
-    there = path.absolute().parent.is_dir()
-    require(there, name, "be a file that can be written", got, remedy, error=ConfigurationError)
+    check(path.absolute().parent.is_dir(), name, "be a file that can be written", got, remedy)
     with writing(path, name):
-        got = f"{path}, a folder"
-        require(not path.is_dir(), name, "be a file", got, "Choose another name.", error=ConfigurationError)
+        check(not path.is_dir(), name, "be a file", f"{path}, a folder", "Choose another name.")
         taken = path.exists() and not force and not replaceable(path)
     other = "Choose another name, or replace it with ", Setting("force", True), "."
-    require(not taken, name, "be a file that does not exist", str(path), other, error=ConfigurationError)
+    check(not taken, name, "be a file that does not exist", str(path), other)
 
 
 def writing(path: Path, name: str) -> AbstractContextManager[None]:

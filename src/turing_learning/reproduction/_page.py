@@ -18,7 +18,7 @@ from turing_learning.errors import refuse, require
 from turing_learning.figures import save_figure
 from turing_learning.provenance import provenance
 from turing_learning.report._page import is_page
-from turing_learning.store import LOCK, SEALS, RunFolderError, Store, refuse_format
+from turing_learning.store import LOCK, SEALS, RunFolderError, Store, check_folder, refuse_format, reject_folder
 
 from ._experiment import PIECES, Experiment, Findings, Shown
 from ._verdicts import RULES, Claim, ClaimVerdict, load_claims, prose
@@ -61,9 +61,8 @@ class ExperimentFolder:
             write_json(self.path / "configuration.json", content)
             held = content
         for key in PIECES.identity:
-            require(held.get(key) == content[key], "out", f"be a folder of the same {key}, {content[key]!r}",
-                    repr(held.get(key)), "Choose another folder with --out.", place=str(self.path),
-                    error=RunFolderError)  # fmt: skip
+            check_folder(held.get(key) == content[key], "out", f"be a folder of the same {key}, {content[key]!r}",
+                    repr(held.get(key)), "Choose another folder with --out.", place=str(self.path))  # fmt: skip
         store = Store(self.path / "pieces", PIECES)
         if not store.exists():
             store.create(content)
@@ -101,8 +100,8 @@ class ExperimentFolder:
             return TypeAdapter(Results).validate_python(content)
         except ValidationError as error:
             wrong = {".".join(map(str, one["loc"])): one["msg"] for one in error.errors()}
-            refuse("results.json", "hold results", f"something else: {wrong}", "Restore it, or give the command again.",
-                   place=str(self.path / "results.json"), error=RunFolderError)  # fmt: skip
+            reject_folder("results.json", "hold results", f"something else: {wrong}", "Restore it, or give the command again.",
+                   place=str(self.path / "results.json"))  # fmt: skip
 
     def pieces(self) -> int:
         """Return the number of pieces of work that have been begun."""

@@ -1,7 +1,7 @@
+from ._check import RunStorageError as RunStorageError
 from ._check import check_run as check_run
 from ._folder import RunFolder as RunFolder
 from ._folder import RunFolderError as RunFolderError
-from ._folder import RunStorageError as RunStorageError
 from ._folder import resume_command as resume_command
 from ._folder import stored_generations as stored_generations
 from ._pool import Pooled as Pooled

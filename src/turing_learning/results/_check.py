@@ -15,14 +15,16 @@ import numpy as np
 from turing_learning import systems
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.config._sections import check as check_setting
+from turing_learning.config._sections import reject
 from turing_learning.config._study import refuse_unknown, resolved
-from turing_learning.errors import brief, integer, refuse, refusing_as, require
+from turing_learning.errors import brief, integer, refusing_as
 from turing_learning.identifiability import Check, Effort, PinnedDown, Profile, Recovery, profile, two_sample_test
 from turing_learning.identifiability import _evidence as evidences
 from turing_learning.identifiability._check import check_from_json
 from turing_learning.identifiability._evidence import RECOVERING, Evidence, Quantity, evidence_of, stream
 from turing_learning.identifiability._two_sample import LEVEL
-from turing_learning.store import RunFolderError, RunStorageError, storage, writable
+from turing_learning.store import RunFolderError, RunStorageError, check_folder, storage, writable
 from turing_learning.systems import CustomSystem, CustomSystemError, Given, Source
 from turing_learning.systems._custom import same_time_step
 from turing_learning.systems._describe import describe_simulated
@@ -105,7 +107,7 @@ class _Checker:
         """Return what is known already, under these settings; else the beginning of a check, in place of one that is there."""
         known = None if self.folder is None else stored_check(self.folder.path)
         if self.folder is not None and known is not None and not force:
-            needed = partial(require, name="run", place=str(self.folder.path / FOLDER), error=RunFolderError)
+            needed = partial(check_folder, name="run", place=str(self.folder.path / FOLDER))
             same = known["settings"]["estimate"] == self.result.estimate
             rule = "have the estimate that it had when its check began"
             remedy = "The run has gone on since: replace the check with force=True."
@@ -292,22 +294,19 @@ def check_run(
     """
     trials = configuration.run.trials
     got = f"{recovery_generations} for a run of {trials} trials"
-    rule = "be left out for a run of trials"
-    require(not (trials and recovery_generations), "recovery_generations", rule, got, error=ConfigurationError)
+    check_setting(not (trials and recovery_generations), "recovery_generations", "be left out for a run of trials", got)
     length = result.generations if recovery_generations is None else recovery_generations
     recoveries = (RECOVERIES if trials else 1) if recoveries is None else recoveries
     least = {"recoveries": (recoveries, 0), "recovery_generations": (length, 1), "seed": (seed, 0)}
     for name, (value, lowest) in least.items():
         integer(name, value, lowest, error=ConfigurationError)
     remedy = "For example turing_learning.identifiability.Effort(samples=100)."
-    require(isinstance(force, bool), "force", "be true or false", brief(force), error=ConfigurationError)
-    fits = isinstance(effort, Effort | None)
-    require(fits, "effort", "be an Effort", type(effort).__name__, remedy, error=ConfigurationError)
+    check_setting(isinstance(force, bool), "force", "be true or false", brief(force))
+    check_setting(isinstance(effort, Effort | None), "effort", "be an Effort", type(effort).__name__, remedy)
     rule = "be of a system that can be simulated"  # else a check would compare two simulations
     remedy = "What its models are worth there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` "
     remedy += "says what its setup could infer at all."
-    got, place = "one in a laboratory", str(result.path)
-    require(not result.in_laboratory, "run", rule, got, remedy, place=place, error=ConfigurationError)
+    check_setting(not result.in_laboratory, "run", rule, "one in a laboratory", remedy, place=str(result.path))
     folder, system = None if result.path is None else RunFolder(result.path), configuration.system
     given, say = Given(genuine, simulate, workers, timeout_s, groups), stage or (lambda text: None)
     recordings = (recording,) if isinstance(recording, Trajectories) else tuple(recording or ())
@@ -321,12 +320,11 @@ def check_run(
         if source.genuine is not None:
             labels, grouping = evidences.held_out_groups(systems.observed(genuine), source.genuine, groups)
         elif recordings:
-            refuse("recording", "be left out for simulated robots", "one", error=ConfigurationError)
+            reject("recording", "be left out for simulated robots", "one")
         for each in recordings if system.interval_s > 0 else ():
             rule = f"have the frame rate of the samples, {1 / system.interval_s:.6g} per second"
-            got, remedy = f"{each.fps:.6g}", "Give the recording that the samples are from."
             same = same_time_step(system.interval_s, 1 / each.fps)
-            require(same, "recording", rule, got, remedy, error=ConfigurationError)
+            check_setting(same, "recording", rule, f"{each.fps:.6g}", "Give the recording that the samples are from.")
         effort = effort or Effort()
         settings = {
             "estimate": result.estimate,
@@ -354,8 +352,7 @@ def refuse_unknown_part(options: Mapping[str, Any]) -> None:
     """Raise ConfigurationError if there is an option that no check has."""
     for name in (each.name for each in fields(Effort) if each.name in options):
         example = f"Give effort=turing_learning.identifiability.Effort({name}={options[name]!r})."
-        got = f"{options[name]!r} beside it"
-        refuse(name, "be a part of the effort", got, example, error=ConfigurationError)
+        reject(name, "be a part of the effort", f"{options[name]!r} beside it", example)
     refuse_unknown(options, list(signature(check_run).parameters)[2:])
 
 

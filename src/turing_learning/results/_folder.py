@@ -9,7 +9,6 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +16,10 @@ import numpy as np
 
 from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
 from turing_learning.config import Configuration, load_configuration, to_toml
-from turing_learning.errors import Call, Setting, brief, refuse, refusing_as, require
+from turing_learning.errors import Call, Setting, brief, refusing_as
 from turing_learning.families._recorded import RecordedMotion
 from turing_learning.provenance import now, provenance, this_process, versions
-from turing_learning.store import Kind, Place, RunFolderError, RunStorageError, Store, digest_of, storage, told  # noqa: F401
+from turing_learning.store import Kind, Place, RunFolderError, Store, check_folder, digest_of, reject_folder, storage
 from turing_learning.systems import Given, imported
 
 FORMAT_VERSION = 1
@@ -97,7 +96,7 @@ class RunFolder(Store):
     def __init__(self, path: str | Path) -> None:
         rule, remedy = "be the folder of a run", "A run without `out` is kept in no folder, and cannot be resumed."
         fits = isinstance(path, str | Path) and "\0" not in str(path)
-        require(fits, "path", rule, brief(path), remedy, error=RunFolderError)
+        check_folder(fits, "path", rule, brief(path), remedy)
         super().__init__(path, _KIND)
 
     configuration_path = Place("config.toml", "The resolved configuration (TOML).")
@@ -122,12 +121,11 @@ class RunFolder(Store):
         """Return the manifest; reject a folder that is no run, or one of a later version, with a RunFolderError."""
         if not self.exists():
             got, remedy = f"{self.path} without a readable manifest.json", "Give the folder that `infer` has made."
-            refuse("run", "be a run folder", got, remedy, error=RunFolderError)
+            reject_folder("run", "be a run folder", got, remedy)
         manifest = self.head()
         if not isinstance(manifest.get("state"), str):
             got = f"{self.path}, whose manifest has no state"
-            place, remedy = str(self.manifest_path), "Restore the file."
-            refuse("run", "be a run folder", got, remedy, place=place, error=RunFolderError)
+            reject_folder("run", "be a run folder", got, "Restore the file.", place=str(self.manifest_path))
         return manifest
 
     def begun(self) -> tuple[Any, Any]:
@@ -138,10 +136,9 @@ class RunFolder(Store):
     def require_there(self, begun: tuple[Any, Any]) -> None:
         """Reject a folder in which a run, see `begun`, is not any more, before anything is read or written."""
         remedy = "Open it from where it is now: turing_learning.load_run(...)."
-        got = f"{self.path}, where it is not any more"
-        require(self.is_run(), "run", "be in its folder", got, remedy, error=RunFolderError)
+        check_folder(self.is_run(), "run", "be in its folder", f"{self.path}, where it is not any more", remedy)
         got, remedy = f"{self.path}, where another run has taken its place", "Make it again, with an `out` of its own."
-        require(self.begun() == begun, "run", "be in its folder", got, remedy, error=RunFolderError)
+        check_folder(self.begun() == begun, "run", "be in its folder", got, remedy)
 
     def configuration(self) -> Configuration:
         """Return the stored configuration; reject one that is missing or has been changed with a RunFolderError."""
@@ -150,11 +147,11 @@ class RunFolder(Store):
             text = self.configuration_path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError):
             got = f"{self.path} without a readable config.toml"
-            refuse("run", "hold its configuration", got, "Restore the file.", error=RunFolderError)
+            reject_folder("run", "hold its configuration", got, "Restore the file.")
         remedy = "Restore it, or start a new run with `infer --config`."
         same, place = digest_of(text.encode()) == manifest.get("configuration_sha256"), str(self.configuration_path)
         rule = "be as it was when the run began"
-        require(same, "config.toml", rule, "a changed one", remedy, place=place, error=RunFolderError)
+        check_folder(same, "config.toml", rule, "a changed one", remedy, place=place)
         with refusing_as(RunFolderError):
             return load_configuration(self.configuration_path, overrides=manifest.get("extension"))
 
@@ -165,18 +162,18 @@ class RunFolder(Store):
         it.
         """
         manifest, configuration = self.manifest(), self.configuration()
-        run, needed = configuration.run, partial(require, error=RunFolderError)
+        run = configuration.run
         tolerance = run.tolerance if tolerance is None else tolerance
         if manifest["state"] != FINISHED and (trials, tolerance) == (run.trials, run.tolerance):
             return
-        needed(run.trials > 0, "run", "be one of trials, to get more of them", f"{self.path}, one of generations")
+        check_folder(run.trials > 0, "run", "be one of trials, to get more of them", f"{self.path}, one of generations")
         ahead = "Resume it without more trials first."
-        needed(manifest["state"] == FINISHED, "run", "be finished, to get more trials", f"{self.path}", ahead)
+        check_folder(manifest["state"] == FINISHED, "run", "be finished, to get more trials", f"{self.path}", ahead)
         rule, got = "have its samples, to get more trials", f"{self.path}, without them"
         remedy = "A run with the setting run.history = 'thin' does not keep them: run again with 'full'."
-        needed(run.history == "full", "run", rule, got, remedy)
+        check_folder(run.history == "full", "run", rule, got, remedy)
         spent = configuration.trials_after(self.read("result.json")["generations"])
-        needed(trials > spent, "trials", f"be more than the {spent} that the run has spent", trials)
+        check_folder(trials > spent, "trials", f"be more than the {spent} that the run has spent", trials)
         extended = [*map(list, run.extended), [run.trials, spent]]
         extension = {"run.trials": trials, "run.tolerance": tolerance, "run.extended": extended}
         with refusing_as(RunFolderError):
@@ -248,13 +245,12 @@ class RunFolder(Store):
                 ahead = how_to_resume(self.path, self.configuration())
             except RunFolderError:  # which says more once it is tried
                 ahead = f"`{resume_command(self.path)}`"
-            got = f"{self.path}, which holds a run"
             other = ", choose another folder, or replace it with "
             remedy = ("Resume it with ", ahead, other, Setting("force", True), ".")
-            require(force, "out", "be a new or empty folder", got, remedy, error=RunFolderError)
+            check_folder(force, "out", "be a new or empty folder", f"{self.path}, which holds a run", remedy)
         elif others := self.foreign_names():
             got = f"{self.path}, which holds {others[0]!r} and is not a run"
-            refuse("out", "be a new or empty folder", got, "Choose another folder.", error=RunFolderError)
+            reject_folder("out", "be a new or empty folder", got, "Choose another folder.")
 
     def foreign_names(self) -> list[str]:
         """Return the names in the folder that are not of a run that has only been begun."""

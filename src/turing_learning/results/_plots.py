@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning import report
-from turing_learning.config import Configuration, ConfigurationError
-from turing_learning.errors import refuse, require
+from turing_learning.config import Configuration
+from turing_learning.config._sections import check, reject
 from turing_learning.figures._one_run import fitness_figure, parameters_figure, quantities_figure
 from turing_learning.figures._style import Panels, panel_grid, titled
 from turing_learning.figures._swarms import draw_paths
@@ -72,7 +72,7 @@ class Plots:
         if shown is None:
             rule, got = "be of a system whose simulator says where everybody is", "samples alone"
             remedy = "Give a simulator with a method `simulate` and samples with a time step; see docs/own-system.md."
-            refuse("run", rule, got, remedy, error=ConfigurationError)
+            reject("run", rule, got, remedy)
         panels = _panels(ax, [each.label for each in shown.swarms], 4.0)
         swarms = [(each.poses, each.robots, each.replica_mask) for each in shown.swarms]
         radii = {"robot_radius_cm": shown.robot_radius_cm, "object_radius_cm": shown.object_radius_cm}
@@ -87,7 +87,7 @@ class Plots:
         module.
         """
         rule, got, system = "be of a system that can be simulated", "one in a laboratory", self.configuration.system
-        require(self.laboratory is None, "run", rule, got, place=str(self.laboratory), error=ConfigurationError)
+        check(self.laboratory is None, "run", rule, got, place=str(self.laboratory))
         if system.simulated is not None:
             found = evidence.swarm_quantities(self.configuration, self.model, seed=0)
         else:
@@ -110,10 +110,9 @@ def _panels(ax: Any, titles: Sequence[str], height: float) -> Panels:
         return panel_grid(titles, height, new=lambda *size: figure(figsize=size, layout="constrained"))
     given = np.array(ax, dtype=object)
     axes = list(given.flat)
-    rule = "be matplotlib axes" if len(titles) == 1 else f"be {len(titles)} matplotlib axes"
     fits = len(axes) == len(titles) and all(hasattr(each, "get_legend_handles_labels") for each in axes)
     got = f"{given.size} of {type(axes[0]).__name__}" if axes else "none"
-    require(fits, "ax", rule, got, error=ConfigurationError)
+    check(fits, "ax", "be matplotlib axes" if len(titles) == 1 else f"be {len(titles)} matplotlib axes", got)
     panels = Panels(axes[0].figure, axes, given.shape[-1] if given.ndim else 1, given=True)
     return titled(panels, titles, fontweight="bold", parse_math=False)
 

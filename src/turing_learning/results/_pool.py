@@ -10,8 +10,8 @@ import numpy as np
 
 from turing_learning.analysis import UNKNOWN, Verdict, absolute_error, is_known, pooled_estimate, pooled_interval, r_hat
 from turing_learning.analysis._estimate import known_or, mixed, ordered
-from turing_learning.config import ConfigurationError, flat_settings
-from turing_learning.config._sections import PROSE
+from turing_learning.config import flat_settings
+from turing_learning.config._sections import PROSE, check
 from turing_learning.errors import brief, require, said
 from turing_learning.report import Tabular, counted, shown
 from turing_learning.report._tabular import describe_unknown, judged, parameter_rows, parameter_table
@@ -257,7 +257,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
 
 def _comparable(given: Any) -> list[Result]:
     """Return two or more results of complete runs of one configuration, whose seeds differ."""
-    needed = partial(require, name="runs", error=ConfigurationError)
+    needed = partial(check, name="runs")
     runs = list(given) if isinstance(given, Iterable) and not isinstance(given, np.ndarray) else [given]
     for run in runs:
         remedy = "Open a run folder with `load_run`."

@@ -14,8 +14,9 @@ from turing_learning.analysis._estimate import known_or, ordered
 from turing_learning.analysis._matching import LEAST_P
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.config._sections import check as check_setting
 from turing_learning.config._targets import refuse_target, writing
-from turing_learning.errors import brief, integer, require
+from turing_learning.errors import brief, integer
 from turing_learning.identifiability import Check
 from turing_learning.report import Tabular, counted, shown
 from turing_learning.report._page import is_page
@@ -296,9 +297,9 @@ class Result(Tabular):
             If no path is given and the run is kept in memory, or no page may or can be written there.
         """
         rule, there = "be given for a run that is kept in memory", path is not None or self.path is not None
-        require(there, "path", rule, path, "Name an HTML file.", error=ConfigurationError)
+        check_setting(there, "path", rule, path, "Name an HTML file.")
         fits = isinstance(path, str | Path | None) and "\0" not in str(path)
-        require(fits, "path", "be the path of an HTML file", brief(path), error=ConfigurationError)
+        check_setting(fits, "path", "be the path of an HTML file", brief(path))
         origin = self._there()
         if path is None:
             assert self.path is not None

@@ -12,12 +12,13 @@ from turing_learning._files import unused
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._configuration import require_seen
 from turing_learning.config._parts import part_named
+from turing_learning.config._sections import check
 from turing_learning.config._study import refuse_unknown, resolved, single_settings
-from turing_learning.errors import brief, refusing_as, require
+from turing_learning.errors import brief, refusing_as
 from turing_learning.interaction import describe_stimulated
 from turing_learning.results._folder import RunFolder, resume_command
 from turing_learning.results._result import Result
-from turing_learning.store import RunFolderError
+from turing_learning.store import RunFolderError, check_folder
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomOptions, CustomSystem, Given, Range, Simulator, Source, describe, imported
 from turing_learning.systems._calls import importable_name
@@ -143,8 +144,7 @@ def infer(
         ("classifiers.network", "classifier", classifier),
     ):
         if part is not None:
-            got = f"{brief(part)} beside {key} in `settings`"
-            require(key not in overrides, argument, "be given once", got, error=ConfigurationError)
+            check(key not in overrides, argument, "be given once", f"{brief(part)} beside {key} in `settings`")
             overrides[key] = part_named(part)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     if not is_custom(scenario, genuine, simulate, parameters):
@@ -155,8 +155,7 @@ def infer(
         with watched(observer, should_stop, progress) as observer:
             return conduct(Run.begin(configuration, out, force=force), observer, should_stop)
     provenance = options.pop("provenance", None) or {}
-    fits = isinstance(provenance, Mapping)
-    require(fits, "provenance", "be a dict name -> value", brief(provenance), error=ConfigurationError)
+    check(isinstance(provenance, Mapping), "provenance", "be a dict name -> value", brief(provenance))
     entries: dict[str, Any] = dict(provenance)
     for name, value in (("genuine", genuine), ("simulate", simulate)):  # imported again, where the run is resumed
         known = value if isinstance(value, str) else importable_name(value) if callable(value) else None
@@ -186,9 +185,8 @@ def is_custom(scenario: object, genuine: object, simulate: object, parameters: o
         return False
     remedy = "It is given by `genuine`, `simulate` and `parameters` together."
     for name, part in parts.items():
-        require(part is not None, name, "be given for a custom system", "nothing", remedy, error=ConfigurationError)
-    rule = "be left out for a custom system"
-    require(scenario is None, "scenario", rule, brief(scenario), error=ConfigurationError)
+        check(part is not None, name, "be given for a custom system", "nothing", remedy)
+    check(scenario is None, "scenario", "be left out for a custom system", brief(scenario))
     return True
 
 
@@ -258,7 +256,7 @@ def resume(
     def reopen(configuration: Configuration) -> Source:
         rule, remedy = "be one that the computer can resume alone", f"Resume it with `{resume_command(folder.path)}`."
         got = f"{folder.path}, which takes place in a laboratory"
-        require(not folder.laboratory_path.exists(), "run", rule, got, remedy, error=RunFolderError)
+        check_folder(not folder.laboratory_path.exists(), "run", rule, got, remedy)
         refuse_given_source(folder)
         return configuration.system.open(folder.remembered(given))
 
@@ -269,8 +267,7 @@ def resume(
 
 def _require_callables(observer: Any, should_stop: Any) -> None:
     for name, given in (("observer", observer), ("should_stop", should_stop)):
-        fits = given is None or callable(given)
-        require(fits, name, "be a function, or None", brief(given), error=ConfigurationError)
+        check(given is None or callable(given), name, "be a function, or None", brief(given))
 
 
 def new_run_path(name: str, seed: int, parent: Path = RUNS) -> Path:

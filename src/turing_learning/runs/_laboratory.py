@@ -11,13 +11,13 @@ import numpy as np
 from turing_learning import robots
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._parts import give_again, part_named
-from turing_learning.errors import refuse
+from turing_learning.config._sections import reject
 from turing_learning.results._folder import CAMERA, FINISHED, LABORATORY, RunFolder, resume_command, stored_generations
 from turing_learning.results._result import Result
 from turing_learning.robots.emulation._laboratory import SimulatedLaboratory
 from turing_learning.robots.program._equipment import laboratory_calibration
 from turing_learning.robots.program._setup import read_setup, refuse_without_history
-from turing_learning.store import RunFolderError, told
+from turing_learning.store import RunFolderError, reject_folder, told
 
 from ._infer import start
 from ._progress import Observer, Progress
@@ -108,8 +108,7 @@ def resume_laboratory(
     refuse_without_history(setup, configuration, str(folder.laboratory_path))
     if setup.emulated and equipment is None:
         rule, place = "be given for a rehearsal, which must not meet real robots", str(folder.path)
-        remedy = "Give robots.rehearse(runs.stored_laboratory(path))."
-        refuse("equipment", rule, "none", remedy, place=place, error=ConfigurationError)
+        reject("equipment", rule, "none", "Give robots.rehearse(runs.stored_laboratory(path)).", place=place)
     give_again("open_replica", setup.open_replica or "", open_replica)
     give_again("tracker", setup.tracker or "", tracker)
     with _source(robots.Laboratory(setup, configuration), folder, equipment, on_event) as source:
@@ -196,7 +195,7 @@ def stored_setup(folder: RunFolder) -> robots.LaboratorySetup:
     if not folder.laboratory_path.exists():
         got, remedy = f"{folder.path} without {LABORATORY}", f"Go on with `{resume_command(folder.path)}`"
         remedy += " if it is a run of another kind."
-        refuse("run", "take place in a laboratory", got, remedy, error=RunFolderError)
+        reject_folder("run", "take place in a laboratory", got, remedy)
     try:
         with told(RunFolderError, f"`run` must have a readable {LABORATORY}; got {folder.path}", "Restore the file."):
             setup = read_setup(folder.laboratory_path.read_text(encoding="utf-8"))

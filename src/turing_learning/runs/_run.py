@@ -18,7 +18,7 @@ from turing_learning.config import Configuration, ConfigurationError, classifier
 from turing_learning.config._parts import give_again, observers_of
 from turing_learning.config._study import resolved
 from turing_learning.detection._simulated import keep_calibration
-from turing_learning.errors import brief, refuse, refusing_as, require, said
+from turing_learning.errors import brief, refusing_as, said
 from turing_learning.identifiability import Check
 from turing_learning.identifiability._check import check_from_json
 from turing_learning.provenance import now
@@ -30,7 +30,7 @@ from turing_learning.results._folder import FINISHED, RUNNING, STOPPED, Checkpoi
 from turing_learning.results._plots import Plots
 from turing_learning.results._present import write_report
 from turing_learning.results._result import Jury, Result, simulated_model, summarize, units_of
-from turing_learning.store import RunFolderError, storage, writable
+from turing_learning.store import RunFolderError, check_folder, reject_folder, storage, writable
 from turing_learning.systems import Given, Source, SystemFailedError
 from turing_learning.systems._system import FailureLog
 
@@ -126,7 +126,7 @@ class Run:
         """
         more = dict(entries or {})
         fits = isinstance(out, str | Path | None) and "\0" not in str(out)
-        require(fits, "out", "be a folder, or None", brief(out), error=RunFolderError)
+        check_folder(fits, "out", "be a folder, or None", brief(out))
         if source is None:
             with refusing_as(ConfigurationError):
                 source = configuration.system.open(Given())
@@ -179,7 +179,7 @@ class Run:
             with writable("run", folder.path), folder.locked():
                 folder.extend(trials, tolerance)
         elif tolerance is not None:
-            refuse("tolerance", "be given beside `trials`", f"{tolerance} alone", error=RunFolderError)
+            reject_folder("tolerance", "be given beside `trials`", f"{tolerance} alone")
         configuration = folder.configuration()
         if (result := _stored_result(folder, configuration)) is not None:
             return FinishedRun(result)
@@ -492,7 +492,7 @@ def refuse_given_source(folder: RunFolder) -> None:
     got = f"{folder.path}, which began with a source of its caller's"
     remedy = "Give it again: turing_learning.runs.Run.open(path, lambda configuration: source)."
     given = folder.manifest().get("source") == GIVEN
-    require(not given, "run", "be one that can be resumed without its source", got, remedy, error=RunFolderError)
+    check_folder(not given, "run", "be one that can be resumed without its source", got, remedy)
 
 
 def give_parts(folder: RunFolder, models: Any, classifier: Any) -> None:
@@ -718,7 +718,7 @@ def _stored_checkpoint(folder: RunFolder, configuration: Configuration) -> Check
     checkpoint = folder.checkpoint()
     if checkpoint is None:
         got, remedy = f"{folder.path} without a usable checkpoint", how_to_resume(folder.path, configuration)
-        refuse("run", "have been saved at least once", got, ("Begin it with ", remedy, "."), error=RunFolderError)
+        reject_folder("run", "have been saved at least once", got, ("Begin it with ", remedy, "."))
     return checkpoint
 
 

@@ -7,8 +7,9 @@ import numpy as np
 
 from turing_learning import report
 from turing_learning.config import ConfigurationError, require_whole_cycles
+from turing_learning.config._sections import check
 from turing_learning.config._targets import refuse_target, writing
-from turing_learning.errors import brief, integer, number, require
+from turing_learning.errors import brief, integer, number
 from turing_learning.models import ReactiveModel
 from turing_learning.results._plots import swarm_replay
 from turing_learning.swarm import Scenario, initial_poses
@@ -53,10 +54,9 @@ def trial_replay(
     except (TypeError, ValueError, OverflowError):
         speeds = np.empty(0)
     fits, got = speeds.shape == (len(names),) and np.isfinite(speeds).all(), brief(controller)
-    rule = f"be {len(names)} finite numbers ({', '.join(names)})"
-    require(fits, "controller", rule, got, error=ConfigurationError)
+    check(fits, "controller", f"be {len(names)} finite numbers ({', '.join(names)})", got)
     rule, fits = f"be at most {LARGEST_SPEED:g} in size", controller is None or np.abs(speeds).max() <= LARGEST_SPEED
-    require(fits, "controller", rule, got, error=ConfigurationError)
+    check(fits, "controller", rule, got)
     for name, value, least, most in (("robots", robots, 1, MOST_ROBOTS), ("threads", threads, 1, None)):
         if value is not None:
             integer(name, value, least, most, error=ConfigurationError)

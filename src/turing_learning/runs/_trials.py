@@ -16,11 +16,10 @@ from turing_learning.analysis import absolute_error
 from turing_learning.coevolution import Judgments, Samples, model_reward
 from turing_learning.config import Configuration, classifier_of
 from turing_learning.detection._simulated import keep_observed
-from turing_learning.errors import require
 from turing_learning.provenance import now
 from turing_learning.results._folder import CALIBRATION, RunFolder
 from turing_learning.results._result import Result, named
-from turing_learning.store import RunFolderError
+from turing_learning.store import RunFolderError, check_folder
 
 if TYPE_CHECKING:
     from turing_learning.robots import Event, LaboratorySource
@@ -119,11 +118,11 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     _, names = _last_attempt(folder, stage)
     there, place = any((folder.path / name).exists() for name in names.values()), str(folder.trials_path)
     rule, remedy = "be one of which the run has trials", "Name a folder in it."
-    require(there, "stage", rule, repr(stage), remedy, place=place, error=RunFolderError)
+    check_folder(there, "stage", rule, repr(stage), remedy, place=place)
     trials = [_read_trial(folder, names[number]) for number in sorted(names)]
     alike, place = len({(trial["poses"].shape, trial["models"].shape) for trial in trials}) == 1, f"{place}/{stage}"
     rule, remedy = "have trials of one shape", "Restore the files."
-    require(alike, "stage", rule, "others", remedy, place=place, error=RunFolderError)
+    check_folder(alike, "stage", rule, "others", remedy, place=place)
     return ObservedTrials(
         poses=np.array([trial["poses"] for trial in trials]),
         models=np.array([trial["models"] for trial in trials]),

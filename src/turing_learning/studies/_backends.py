@@ -18,10 +18,11 @@ from turing_learning._files import in_home, write_atomically, write_json
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._sections import check, reject
 from turing_learning.config._targets import writing
-from turing_learning.errors import integer, require
+from turing_learning.errors import integer
 from turing_learning.kernels.parallel import default_threads
-from turing_learning.results import Result, RunFolder, RunFolderError
+from turing_learning.results import Result, RunFolder
 from turing_learning.runs import resume, start
+from turing_learning.store import check_folder
 from turing_learning.systems import Given, imported
 from turing_learning.workers import Workers, asked_to_stop
 
@@ -303,7 +304,7 @@ def execute(study: str, number: int, stop: str = "", should_stop: Callable[[], b
             pass  # whoever held it has ended
         if run.is_run():
             same, got = run.configuration() == configuration, f"{path} with another configuration"
-            require(same, "run", "be that of the study", got, "Remove it.", error=RunFolderError)
+            check_folder(same, "run", "be that of the study", got, "Remove it.")
             complete = resume(path, **_given(folder, plan), should_stop=is_asked).complete
         else:
             complete = _start(folder, plan, configuration, path, is_asked).complete

@@ -8,9 +8,9 @@ from typing import Any
 from turing_learning._files import digest_of, file_digest
 from turing_learning.config import ConfigurationError, flat_settings, load_configuration, to_toml
 from turing_learning.config._sections import PROSE
-from turing_learning.errors import is_integer, refuse, require
+from turing_learning.errors import is_integer, require
 from turing_learning.results import resume_command
-from turing_learning.store import SEALS, Kind, Place, RunFolderError, Store
+from turing_learning.store import SEALS, Kind, Place, RunFolderError, Store, reject_folder
 
 from ._plan import Plan
 
@@ -71,7 +71,7 @@ class StudyFolder(Store):
             return Plan(load_configuration(file), tuple(content["runs"]), str(content.get("simulate", "")))
         except (OSError, KeyError, TypeError, ConfigurationError) as error:
             got = f"{self.path}, whose files cannot be read ({error})"
-            refuse("study", "be as it was when it began", got, f"Restore them, {new}", error=RunFolderError)
+            reject_folder("study", "be as it was when it began", got, f"Restore them, {new}")
 
     def refuse_if_taken(self, plan: Plan, *, force: bool) -> None:
         """Raise RunFolderError if something else is here, or a study of other settings that may not be replaced."""
@@ -83,7 +83,7 @@ class StudyFolder(Store):
         others = [name for name in self.foreign_names() if name != "config.toml" or not (self.path / "lock").exists()]
         if others:
             rule, got = "be a new or empty folder, or hold this study", f"{self.path}, which holds {others[0]!r}"
-            refuse("out", rule, f"{got} and is not a study", "Choose another folder.", error=RunFolderError)
+            reject_folder("out", rule, f"{got} and is not a study", "Choose another folder.")
 
     def begin(self, plan: Plan, *, force: bool) -> None:
         """Make this the folder of a study, or leave it if it holds the same one; the caller holds the lock."""

@@ -14,11 +14,10 @@ import numpy as np
 
 from turing_learning.analysis import absolute_error, name_failure
 from turing_learning.config import to_toml
-from turing_learning.errors import require
 from turing_learning.report import Tabular, shown
 from turing_learning.results import TIMINGS, RunFolder
 from turing_learning.results._folder import FINISHED, RUNNING
-from turing_learning.store import RunFolderError, digest_of
+from turing_learning.store import RunFolderError, check_folder, digest_of
 
 from ._backends import COMPLETE, FAILED, STOPPED, WAITING
 from ._folder import FAILURE, StudyFolder
@@ -273,7 +272,7 @@ def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
                 configuration = plan.configuration(number)
                 if manifest.get("configuration_sha256") != digest_of(to_toml(configuration).encode()):
                     rule, same = "hold the run of its number", run.configuration() == configuration
-                    require(same, "study", rule, f"{path}, another run", "Restore it.", error=RunFolderError)
+                    check_folder(same, "study", rule, f"{path}, another run", "Restore it.")
                 untimed = {name: value for name, value in result.items() if name not in TIMINGS}
                 return StudyRun(number, settings, COMPLETE, result=untimed, seconds=result.get("seconds_total"))
         elif run.exists() and run.manifest()["state"] == FINISHED:
