@@ -1,9 +1,9 @@
 """A run in pictures and in motion: what `Result.plot` draws into axes of matplotlib, and swarms that move in pages."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from turing_learning.identifiability import _evidence as evidence
 from turing_learning.purposes import REPLAY
 from turing_learning.swarm import Scenario, execution_of, initial_poses, simulate
 from turing_learning.swarm._trials import Execution
-from turing_learning.systems import Given, Source
+from turing_learning.systems import Source
 from turing_learning.trajectories._signals import filled
 
 from ._history import SELECTION_CODES
@@ -32,6 +32,16 @@ FRAMES_PER_S = 5.0
 LARGEST_SPEED = 100.0  # of a replica in a replay, in maximum speeds: beyond it nothing can be seen
 
 
+class Shown(Protocol):
+    """The run whose pictures are drawn."""
+
+    @property
+    def configuration(self) -> Configuration: ...
+    def history(self) -> "xarray.Dataset": ...
+    def motion(self, model: np.ndarray) -> Mapping[str, np.ndarray]: ...
+    def opened(self, genuine: Any, simulate: Any) -> Source: ...
+
+
 @dataclass(frozen=True, repr=False)
 class Plots:
     """Pictures of a result on matplotlib axes.
@@ -41,24 +51,20 @@ class Plots:
     many axes as there are panels.
     """
 
-    configuration: Configuration
+    run: Shown
     model: np.ndarray  # what is simulated (P,)
-    history: "Callable[[], xarray.Dataset]"
-    moved: Callable[[], Mapping[str, np.ndarray]]  # as of `Source.positions`
-    opened: Callable[[Given], Source]
     laboratory: Path | None = None  # the folder of a run in one
 
     def parameters(self, ax: Any = None) -> np.ndarray:
         """Draw each of P parameters over generations or trials, of the best and of the typical model; the truth is dashed."""
-        system = self.configuration.system
-        panels = _panels(ax, system.parameter_labels, 2.15)
-        draw_parameters(self.history(), self.configuration, panels)
+        panels = _panels(ax, self.run.configuration.system.parameter_labels, 2.15)
+        draw_parameters(self.run.history(), self.run.configuration, panels)
         return np.array(panels.axes)
 
     def fitness(self, ax: Any = None) -> "Axes":
         """Draw the fitness of models and classifiers over generations or trials: median and quartiles, as in the report."""
         panels = _panels(ax, [""], 3.1)
-        draw_fitness(self.history(), self.configuration, panels)
+        draw_fitness(self.run.history(), self.run.configuration, panels)
         return panels.axes[0]
 
     def motion(self, ax: Any = None) -> np.ndarray:
@@ -67,8 +73,9 @@ class Plots:
         Of a swarm both are simulated from the same start for 180 s. Of a recording it is what the report shows;
         other simulators need a method `simulate` that says where everybody is, as families of models have.
         """
-        simulated = self.configuration.system.simulated is not None
-        shown = replay(self.configuration, self.model) if simulated else recorded_replay(self.moved())
+        known, model = self.run.configuration, self.model
+        simulated = known.system.simulated is not None
+        shown = replay(known, model) if simulated else recorded_replay(self.run.motion(model))
         if shown is None:
             rule, got = "be of a system whose simulator says where everybody is", "samples alone"
             remedy = "Give a simulator with a method `simulate` and samples with a time step; see docs/own-system.md."
@@ -86,12 +93,12 @@ class Plots:
         which `genuine` and `simulate` are given again if the run was loaded and they are no functions of a
         module.
         """
-        rule, got, system = "be of a system that can be simulated", "one in a laboratory", self.configuration.system
+        rule, got, system = "be of a system that can be simulated", "one in a laboratory", self.run.configuration.system
         check(self.laboratory is None, "run", rule, got, place=str(self.laboratory))
         if system.simulated is not None:
-            found = evidence.swarm_quantities(self.configuration, self.model, seed=0)
+            found = evidence.swarm_quantities(self.run.configuration, self.model, seed=0)
         else:
-            with self.opened(Given(genuine, simulate)) as source:
+            with self.run.opened(genuine, simulate) as source:
                 source.generation, rng, data = None, evidence.stream(0, evidence.COMPARING), source.genuine
                 simulated = source.simulate(np.tile(self.model, (evidence.COMPARED, 1)), rng)
                 known = source.genuine_samples(evidence.COMPARED, rng) if data is None or data.live else data.samples

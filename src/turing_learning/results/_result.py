@@ -27,7 +27,7 @@ from turing_learning.systems import Given, Laboratory, System
 from ._folder import CALIBRATION, RunFolder
 from ._history import SELECTION_CODES, Traces
 from ._paper import paper_absolute_errors
-from ._plots import Plots
+from ._plots import Plots, Shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -50,19 +50,15 @@ Jury = tuple[tuple[Classifier, np.ndarray], ...]
 """Classifiers of a kind, and their genomes (J, Q)."""
 
 
-class Owner(Protocol):
+class Owner(Shown, Protocol):
     """The run that a result belongs to, in its folder, or in memory, where it has none; `recover` runs another one for a check."""
 
     @property
-    def configuration(self) -> Configuration: ...
-    @property
     def folder(self) -> RunFolder | None: ...
     def require_there(self) -> None: ...
-    def history(self) -> "xarray.Dataset": ...
     def draws(self) -> np.ndarray | None: ...
     def jury(self) -> Jury: ...
     def report(self, result: "Result", target: Path) -> Path: ...
-    def plot(self, result: "Result") -> Plots: ...
     def check(self, result: "Result", /, **options: Any) -> Check: ...
     def recover(self, configuration: Configuration, path: Path | None, given: Given) -> "Result": ...
 
@@ -312,7 +308,8 @@ class Result(Tabular):
     @property
     def plot(self) -> Plots:
         """Pictures on matplotlib axes: `plot.parameters(ax=None)`, `plot.fitness`, `plot.motion`, `plot.distributions`."""
-        return self._there().plot(self)
+        laboratory = self.path if self.in_laboratory else None
+        return Plots(self._there(), simulated_model(self), laboratory)
 
     def check(self, **options: Any) -> Check:
         """Check whether the estimate can be believed: see docs/identifiability.md.

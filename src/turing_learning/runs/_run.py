@@ -27,7 +27,6 @@ from turing_learning.results import _folder as folders
 from turing_learning.results import _history as histories
 from turing_learning.results._check import check_run, refuse_unknown_part, stored_check
 from turing_learning.results._folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, piece
-from turing_learning.results._plots import Plots
 from turing_learning.results._present import write_report
 from turing_learning.results._result import Jury, Result, simulated_model, summarize, units_of
 from turing_learning.store import RunFolderError, check_folder, reject_folder, storage, writable
@@ -598,31 +597,28 @@ class Origin:
         manifest, dialogues = self.manifest, self.dialogues
         if folder := self.folder:
             manifest, dialogues = folder.manifest(), folder.find(folders.DIALOGUES) or {}
-        known, motion = {} if result.path is None else stored_check(result.path) or {}, self._motion(result)
+        known, motion = (
+            {} if result.path is None else stored_check(result.path) or {},
+            self.motion(simulated_model(result)),
+        )
         check = check_from_json(known) if "parameters" in known else None
         return write_report(result, target, manifest, check=check, motion=motion, dialogues=dialogues)
 
-    def _motion(self, result: Result) -> Mapping[str, np.ndarray]:
-        """Return recorded motion beside that of replicas, as of `Source.positions`; nothing where it is not known."""
+    def motion(self, model: np.ndarray) -> Mapping[str, np.ndarray]:
+        """Return recorded motion beside that of replicas of a model (P,), see `Source.positions`; nothing if it is not known."""
         if self.folder is not None:
             return self.folder.find(folders.MOTION) or {}
         if self.given.simulate is None:
             return {}
         with self.configuration.system.open(self.given) as source:
             rng = np.random.default_rng((REPLAY, self.configuration.run.seed))
-            return source.positions(np.array(list(result.estimate.values())), rng)
+            return source.positions(model, rng)
 
-    def plot(self, result: Result) -> Plots:
-        """Return what draws pictures of the run."""
-
-        def opened(given: Given) -> Source:
-            given = self._known(given.genuine, given.simulate)
-            with refusing_as(ConfigurationError):
-                return self.configuration.system.open(given)
-
-        history, laboratory = lambda: result.history, result.path if result.in_laboratory else None
-        model = simulated_model(result)
-        return Plots(result.configuration, model, history, lambda: self._motion(result), opened, laboratory)
+    def opened(self, genuine: Any, simulate: Any) -> Source:
+        """Return the samples of the run, opened again, see `_known`."""
+        given = self._known(genuine, simulate)
+        with refusing_as(ConfigurationError):
+            return self.configuration.system.open(given)
 
     def _known(self, genuine: Any, simulate: Any) -> Given:
         """Return samples and simulator: those given, else those of this process, else functions that the folder names."""
