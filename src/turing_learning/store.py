@@ -8,8 +8,9 @@ import io
 import json
 import logging
 import os
+import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -150,6 +151,11 @@ class Store:
         """Return the names in the folder that are not of a store that has only been begun."""
         names = (path.name for path in self.path.iterdir()) if self.path.exists() else ()
         return sorted(name for name in names if name not in (LOCK, SEALS) and not name.endswith(PARTIAL))
+
+    def clear(self, names: Iterable[str]) -> None:
+        """Remove files and folders; of a link the link itself."""
+        for path in (self.path / name for name in names):
+            shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
 
     def _peek(self) -> dict[str, Any] | None:
         try:

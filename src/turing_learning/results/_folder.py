@@ -4,7 +4,6 @@ import io
 import logging
 import re
 import shlex
-import shutil
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, suppress
@@ -228,9 +227,7 @@ class RunFolder(Store):
         if self.is_run():
             (self.path / "seals.txt").unlink(missing_ok=True)
             write_json(self.manifest_path, {"format_version": FORMAT_VERSION, "state": RUNNING, "replaced": True})
-            for name in _RESULTS:
-                path = self.path / name
-                shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
+            self.clear(_RESULTS)
         remove_partial(self.path)
         for name, content in (files or {}).items():
             write_atomically(self.path / name, content)

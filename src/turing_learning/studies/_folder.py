@@ -1,6 +1,5 @@
 """A study folder: its files, and whether it holds this study or another one."""
 
-import shutil
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -91,9 +90,7 @@ class StudyFolder(Store):
         if self.exists():
             if not force:
                 return
-            for name in _RESULTS:  # study.json last: until then it is a study that may be replaced
-                path = self.path / name
-                shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
+            self.clear(_RESULTS)  # study.json last: until then it is a study that may be replaced
         configuration = to_toml(plan.base).encode()
         head: dict[str, Any] = {"scenario": plan.base.scenario.name, "configuration_sha256": digest_of(configuration)}
         head |= {"runs": list(plan.settings)} | ({"simulate": plan.simulate} if plan.simulate else {})
