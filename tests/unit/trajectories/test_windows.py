@@ -69,6 +69,13 @@ def test_a_stride_sets_the_distance_of_windows():
     np.testing.assert_array_equal(np.diff(starts), 3)
 
 
+def test_a_block_that_is_shorter_than_the_smoothing_holds_no_window():
+    whole = recording(frames=22, individuals=1)
+    whole.present[15] = False
+    with pytest.raises(ValueError, match="`steps` must leave at least one window for learning"):
+        whole.windows(5, hold_out=0.9, gap=1, smooth_frames=5)
+
+
 def test_every_window_that_fits_is_cut():
     assert len(recording(frames=102, individuals=2).windows(10, hold_out=0).learning) == 20
 
