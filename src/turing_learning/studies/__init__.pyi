@@ -1,10 +1,10 @@
 from ._backends import Hands as Hands
 from ._backends import write_slurm as write_slurm
-from ._folder import ExecutorError as ExecutorError
-from ._folder import StudyFolder as StudyFolder
-from ._folder import is_study as is_study
 from ._plan import BEHAVIORS as BEHAVIORS
+from ._plan import StudyFolder as StudyFolder
+from ._plan import is_study as is_study
 from ._plan import plan_study as plan_study
+from ._study import ExecutorError as ExecutorError
 from ._study import StudyProgress as StudyProgress
 from ._study import collect_study as collect_study
 from ._study import create_study as create_study

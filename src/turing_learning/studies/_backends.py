@@ -26,8 +26,7 @@ from turing_learning.store import check_folder
 from turing_learning.systems import Given, imported
 from turing_learning.workers import Workers, asked_to_stop
 
-from ._folder import FAILURE, SAMPLES, StudyFolder
-from ._plan import Plan
+from ._plan import FAILURE, SAMPLES, Plan, StudyFolder
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -24,8 +24,7 @@ from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomOptions, Range, imported
 
 from ._backends import COMPLETE, FAILED, Backend, Hands, backend_of, dask_cluster, execute, note_failure
-from ._folder import ExecutorError, StudyFolder
-from ._plan import Plan, plan_study
+from ._plan import Plan, StudyFolder, plan_study
 from ._present import draw_study, study_report
 from ._table import StudyResult, StudyRun, convergences, read_run, read_study, write_tables
 
@@ -35,6 +34,10 @@ if TYPE_CHECKING:
 RUNS = Path("runs")
 TICK_S = 0.2  # between two reports of progress
 LOOK_EVERY_S = 1.0  # between two looks at the checkpoints
+
+
+class ExecutorError(RuntimeError):
+    """The workers cannot go on; what the runs have saved stays, and the study can be resumed."""
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,7 @@ from turing_learning.results._folder import FINISHED, RUNNING
 from turing_learning.store import RunFolderError, check_folder, digest_of
 
 from ._backends import COMPLETE, FAILED, STOPPED, WAITING
-from ._folder import FAILURE, StudyFolder
-from ._plan import BEHAVIORS, CONTROLLER, SEED, Plan
+from ._plan import BEHAVIORS, CONTROLLER, FAILURE, SEED, Plan, StudyFolder
 
 if TYPE_CHECKING:
     import pandas as pd
