@@ -5,7 +5,7 @@ from importlib.metadata import version
 
 from cyclopts import App, Parameter
 
-from . import _beside, _detect, _robots, _runs, _study
+from . import _beside, _detect, _robots, _runs
 
 app = App(
     name="turing-learning",
@@ -21,11 +21,11 @@ app = App(
 )
 
 _ORDER: tuple[Callable[..., object], ...] = (
-    *(_runs.infer, _runs.resume, _runs.show, _runs.simulate, _runs.scenarios, _study.study, _runs.pool, _runs.check),
+    *(_runs.infer, _runs.resume, _runs.show, _runs.simulate, _runs.scenarios, _runs.study, _runs.pool, _runs.check),
     *(_detect.detect, _beside.reproduce, _robots.arena, _beside.sample, _beside.docs, _beside.warm_up),
 )
 for place, command in enumerate(_ORDER):
     app.command(command, sort_key=place, help_epilogue="")
 app.command(_robots.robots)
-app.command(_study.study_run, show=False)
-app.command(_study.study_collect, show=False)
+app.command(_runs.study_run, show=False)
+app.command(_runs.study_collect, show=False)
