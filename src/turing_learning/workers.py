@@ -15,7 +15,7 @@ import sys
 import threading
 import weakref
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from contextlib import suppress
 from multiprocessing import spawn
 from multiprocessing.reduction import ForkingPickler
@@ -85,34 +85,22 @@ class Workers:
         setting = {"patient": patient, "path": sys.path, "script": parts}
         environment = dict.fromkeys(ONE_THREAD, "1") | dict(os.environ) if one_thread else dict(os.environ)
         self._slots = [_Slot((pickle.dumps(setting), content), environment, timeout_s) for _ in range(count)]
-        self._attempts, self._warm_up, self._warming = attempts, warm_up, threading.Lock()
-        self._free: queue.LifoQueue[_Slot] = queue.LifoQueue()
-        for slot in self._slots:
-            self._free.put(slot)
-        self._calls = ThreadPoolExecutor(count, "turing-learning-worker")
-        self._finish = weakref.finalize(self, _abandon, self._slots)
+        self._attempts, self._warm_up, self._warm = attempts, warm_up, threading.Event()
+        self._calls: queue.SimpleQueue[tuple[tuple[Any, ...], Future[Any]] | None] = queue.SimpleQueue()
+        self._threads: list[threading.Thread] = []
+        self._finish = weakref.finalize(self, _abandon, self._slots, self._calls)
 
     def submit(self, *arguments: Any) -> "Future[Any]":
         """Call the function as soon as a process is free; the future raises what it raises, `WorkerDied`, or TimeoutError."""
-        return self._calls.submit(self._call, arguments)
-
-    def _call(self, arguments: tuple[Any, ...]) -> Any:
-        """Execute a call in a place that is free, by one process after the other; in a thread of the parent."""
-        slot = self._free.get()
-        try:
-            with self._warming, suppress(Exception):  # the calls will say why
-                if self._warm_up is not None:
-                    first, self._warm_up = self._warm_up, None
-                    slot.call(first)
-            for left in reversed(range(self._attempts)):
-                try:
-                    return slot.call(arguments)
-                except _Gone as gone:
-                    if not left:
-                        times = f"{self._attempts} workers" if self._attempts > 1 else "the worker"
-                        raise WorkerDied(f"{times} died while executing it ({gone})") from None
-        finally:
-            self._free.put(slot)
+        if not self._threads:
+            for k, slot in enumerate(self._slots):
+                given = (slot, self._calls, self._attempts, self._warm, self._warm_up, k == 0)
+                thread = threading.Thread(target=_serve_slot, args=given, name="turing-learning-worker", daemon=True)
+                self._threads.append(thread)
+                thread.start()
+        future: Future[Any] = Future()
+        self._calls.put((arguments, future))
+        return future
 
     def in_order(self, calls: Iterable[tuple[Any, ...]]) -> "Iterator[Future[Any]]":
         """Submit calls; yield the futures, which are done, in the order of the calls. Leaving the loop cancels the rest."""
@@ -133,13 +121,11 @@ class Workers:
 
     def close(self) -> None:
         """End the workers; wait for those that execute a call."""
-        try:
-            self._calls.shutdown()
-        except KeyboardInterrupt:  # nobody waits any longer
-            self.kill()
-            raise
-        for slot in self._slots:
-            slot.end()
+        for _ in self._threads:
+            self._calls.put(None)
+        for thread in self._threads:
+            thread.join()
+        self._threads = []
 
     def kill(self) -> None:
         """End the workers at once; calls that wait or are executed raise `WorkerDied`."""
@@ -147,9 +133,42 @@ class Workers:
             slot.kill()
 
 
-def _abandon(slots: "list[_Slot]") -> None:
+def _abandon(slots: "list[_Slot]", calls: Any) -> None:
     for slot in slots:
         slot.kill()
+        calls.put(None)
+
+
+def _serve_slot(
+    slot: "_Slot", calls: Any, attempts: int, warm: threading.Event, warm_up: tuple[Any, ...] | None, first: bool
+) -> None:
+    """Execute calls in one place, by one process after the other; the body of a thread of the parent."""
+    try:
+        if first:
+            with suppress(Exception):  # the calls will say why
+                if warm_up is not None:
+                    slot.call(warm_up)
+            warm.set()
+        warm.wait()
+        while (item := calls.get()) is not None:
+            arguments, future = item
+            if not future.set_running_or_notify_cancel():
+                continue
+            for left in reversed(range(attempts)):
+                try:
+                    found = slot.call(arguments)
+                except _Gone as gone:
+                    if not left:
+                        times = f"{attempts} workers" if attempts > 1 else "the worker"
+                        future.set_exception(WorkerDied(f"{times} died while executing it ({gone})"))
+                except BaseException as error:
+                    future.set_exception(error)
+                    break
+                else:
+                    future.set_result(found)
+                    break
+    finally:
+        warm.set()
         slot.end()
 
 

@@ -54,6 +54,13 @@ def test_answers_come_in_the_order_of_the_calls_whatever_workers_print(count, ca
     assert err.count("noise") == 3 * 7
 
 
+def test_a_program_that_ends_waits_for_no_call():
+    program = (
+        "from turing_learning.workers import Workers; import time; Workers(time.sleep, 1, script=False).submit(600)"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
+
+
 def test_processes_are_kept_and_not_this_one():
     with workers(functions.process, 2) as made:
         pids = {made.submit(0.05).result() for _ in range(6)}
