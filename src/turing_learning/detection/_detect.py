@@ -6,12 +6,13 @@ from importlib.util import find_spec
 
 import numpy as np
 
+from turing_learning.config._sections import check, reject
 from turing_learning.report import counted
 from turing_learning.swarm import Scenario, Trials, alone
 
 from ._alike import CLASSIFIERS, ONE_CLASS_EYE, STATISTICS_EYE, TRAINED_EYE, Case, Detection, Eye, Windows, judge_alike
 from ._kinds import KINDS, SOCIAL, plant
-from ._motion import Motion, RecordedMotion, check, reject
+from ._motion import Motion, RecordedMotion
 from ._run import RunClassifiers, motion_of
 from ._simulated import ALIKE, CASES, by_individual, simulate_behaviors, stream
 

@@ -5,7 +5,6 @@ import zipfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
@@ -14,11 +13,10 @@ import numpy as np
 
 from turing_learning.arrays import array
 from turing_learning.config import ConfigurationError
-from turing_learning.errors import refuse, require
+from turing_learning.config._sections import check, reject
 from turing_learning.trajectories import Trajectories
 from turing_learning.trajectories._signals import filled, smooth, wrap
 
-check, reject = partial(require, error=ConfigurationError), partial(refuse, error=ConfigurationError)
 SUFFIXES = (".npy", ".npz", ".csv")
 _KEYS = ("individual", "sample", "step")
 

@@ -9,11 +9,11 @@ import numpy as np
 from turing_learning.arrays import array
 from turing_learning.coevolution import THRESHOLD, Classifier
 from turing_learning.config import ConfigurationError
+from turing_learning.config._sections import check
 from turing_learning.errors import integer
 from turing_learning.models import Behavior
 from turing_learning.swarm import Scenario, Trials, initial_poses, mixed
 
-from ._motion import check
 from ._simulated import POST_EVALUATION, stream
 
 BLOCK_BYTES = 256_000_000  # of samples that are simulated and judged at once

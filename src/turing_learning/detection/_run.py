@@ -9,12 +9,13 @@ import numpy as np
 
 from turing_learning.coevolution import Classifier
 from turing_learning.config import ConfigurationError, classifier_of, load_configuration
+from turing_learning.config._sections import check, reject
 from turing_learning.swarm import Scenario
 from turing_learning.systems import System
 from turing_learning.systems._custom import same_time_step
 from turing_learning.trajectories import SIGNALS, Trajectories
 
-from ._motion import RecordedMotion, check, company, paths_of, reject
+from ._motion import RecordedMotion, company, paths_of
 from ._simulated import CALIBRATION, JURORS, random_controllers, simulate_behaviors, stream
 
 ARCHIVE = 100

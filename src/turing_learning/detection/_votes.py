@@ -9,12 +9,13 @@ import numpy as np
 from turing_learning.analysis import Jury, competence
 from turing_learning.coevolution import Classifier
 from turing_learning.config import ConfigurationError
+from turing_learning.config._sections import check
 from turing_learning.errors import integer, nearest, number
 from turing_learning.report import counted
 
 from ._alike import split
 from ._chance import DIGITS, DRAWS, Scan, TimedVerdict, known_needed, p_values
-from ._motion import Motion, RecordedMotion, check, checked_motion
+from ._motion import Motion, RecordedMotion, checked_motion
 from ._post_evaluation import decide
 from ._run import StoredRun, motion_to_calibrate, run_classifiers
 

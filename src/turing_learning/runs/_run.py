@@ -597,10 +597,8 @@ class Origin:
         manifest, dialogues = self.manifest, self.dialogues
         if folder := self.folder:
             manifest, dialogues = folder.manifest(), folder.find(folders.DIALOGUES) or {}
-        known, motion = (
-            {} if result.path is None else stored_check(result.path) or {},
-            self.motion(simulated_model(result)),
-        )
+        known = {} if result.path is None else stored_check(result.path) or {}
+        motion = self.motion(simulated_model(result))
         check = check_from_json(known) if "parameters" in known else None
         return write_report(result, target, manifest, check=check, motion=motion, dialogues=dialogues)
 

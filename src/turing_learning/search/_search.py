@@ -14,7 +14,7 @@ import numpy as np
 from turing_learning.analysis import dispersion
 from turing_learning.analysis._disks import gathered
 from turing_learning.config import ConfigurationError, dotted, require_whole_cycles
-from turing_learning.config._sections import PROSE
+from turing_learning.config._sections import PROSE, check
 from turing_learning.errors import integer, number, require
 from turing_learning.purposes import SEARCH_NOISE, SEARCH_STARTS
 from turing_learning.store import Kind, RunFolderError, Store, storage, writable
@@ -115,7 +115,7 @@ class SearchSettings:
     def check(self, scenario: Scenario) -> None:
         """Reject a grid that is too large for a scenario, or trials that do not fit its control cycles."""
         speeds = len(scenario.controller)
-        check, shortest = partial(require, error=ConfigurationError), max(1.0, scenario.trial.control_interval_s)
+        shortest = max(1.0, scenario.trial.control_interval_s)
         got = f"{self.steps}, which gives {self.steps}^{speeds} in scenario {scenario.name!r}"
         rule, few = f"give at most {MOST_CONTROLLERS} controllers", self.steps**speeds <= MOST_CONTROLLERS
         check(few, "steps", rule, got, "Choose fewer steps.")

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from turing_learning.interaction import describe_stimulated
 from turing_learning.purposes import RANDOM_BEHAVIORS
 from turing_learning.results import resume_command
 from turing_learning.runs._infer import is_custom
-from turing_learning.store import SEALS, Kind, Place, RunFolderError, Store, reject_folder
+from turing_learning.store import SEALS, Kind, Place, RunFolderError, Store, check_folder, reject_folder
 from turing_learning.swarm import AGGREGATION, Scenario
 from turing_learning.systems import CustomOptions, CustomSystem, Range, describe, imported
 from turing_learning.systems._calls import name_of
@@ -189,10 +188,9 @@ class StudyFolder(Store):
             it.
         """
         content, file, new = self.head(), self.configuration_path, "or start a new study."
-        check = partial(require, error=RunFolderError)
         try:
             same, rule = content["configuration_sha256"] == file_digest(file), "be as it was when the study began"
-            check(same, file.name, rule, "a changed one", f"Restore it, {new}", place=str(file))
+            check_folder(same, file.name, rule, "a changed one", f"Restore it, {new}", place=str(file))
             if not content["runs"] or any(not is_integer(run["run.seed"]) for run in content["runs"]):
                 raise TypeError("no run, or one without a seed")  # noqa: TRY301
             return Plan(load_configuration(file), tuple(content["runs"]), str(content.get("simulate", "")))
