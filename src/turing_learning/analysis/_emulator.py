@@ -100,19 +100,10 @@ def _pivots(z: np.ndarray, logs: np.ndarray) -> np.ndarray:
 def learned_kernel(
     points: np.ndarray, outputs: np.ndarray, start: np.ndarray | None = None, longer: float = np.inf
 ) -> np.ndarray:
-    """Return `Emulator.logs` by the marginal likelihood.
+    """Return `Emulator.logs` by the marginal likelihood of outputs (N, M), with noise of variance 1, at points (N, P).
 
-    Parameters
-    ----------
-    points : (N, P)
-        Parameters, on [-1, 1].
-    outputs : (N, M)
-        With noise of variance 1.
-    start : (P + 2,)
-        `Emulator.logs` to start from.
-    longer
-        By how much length scales may be longer than those of `start`: nearby, what has an effect may seem to
-        have none.
+    Points are on [-1, 1]. `start` (P + 2,) are logs to start from, whose length scales may become so much `longer`:
+    nearby, what has an effect may seem to have none.
     """
     first = np.r_[np.full(points.shape[1], np.log(TYPICAL)), 0.0, 0.0] if start is None else start.copy()
     most = [BOUNDS[0][1] if start is None else min(BOUNDS[0][1], log + np.log(longer)) for log in first[:-2]]
