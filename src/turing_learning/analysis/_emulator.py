@@ -102,8 +102,8 @@ def learned_kernel(
 ) -> np.ndarray:
     """Return `Emulator.logs` by the marginal likelihood of outputs (N, M), with noise of variance 1, at points (N, P).
 
-    Points are on [-1, 1]. `start` (P + 2,) are logs to start from, whose length scales may become so much `longer`:
-    nearby, what has an effect may seem to have none.
+    Points are on [-1, 1]. The search begins at the logs `start` (P + 2,). Its length scales grow at most by the factor
+    `longer`, because nearby a parameter with an effect may seem to have none.
     """
     first = np.r_[np.full(points.shape[1], np.log(TYPICAL)), 0.0, 0.0] if start is None else start.copy()
     most = [BOUNDS[0][1] if start is None else min(BOUNDS[0][1], log + np.log(longer)) for log in first[:-2]]
