@@ -37,3 +37,4 @@ DESIGN = 21  # where the next trials are spent
 MATCHING = 22  # draws and bootstrap of the read-out
 """Purposes of an estimate from few trials."""
 DIALOGUE = 23  # what the best interrogators do, in a report
+CLIMBING = 24  # what a lost run tries

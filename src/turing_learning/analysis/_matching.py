@@ -219,7 +219,7 @@ def match(
         if np.isfinite(local.without_canary(points)).any():  # else the canary has lost the middle of its range
             points = draw(local.without_canary, points, draws, rng)
         fits.append(_Solution(local, points, left, moved))
-    best = min(fits, key=lambda fit: (fit.doubtful, float(np.log(np.diff(fit.ends, axis=0)).sum())))
+    best = min(fits, key=lambda fit: (fit.doubtful, float(np.log(np.maximum(np.diff(fit.ends, axis=0), 1e-300)).sum())))
     middle, (low_z, high_z) = np.median(best.points, axis=0), best.ends
     known = high_z - low_z < WHOLE
     leverage = float(best.local.emulator.predict(np.append(middle, 0.0)[None])[1].mean())

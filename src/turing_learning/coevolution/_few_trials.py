@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,7 +13,8 @@ from ..errors import integer, require
 from ..evolution import MomentField, Optimizer, TrialDesign, generation_rng
 from ..evolution._checks import joined, state_part
 from ..evolution._field import INDUCING
-from ..purposes import ARCHIVE, BUFFER, CLASSIFIERS, DESIGN, INTERROGATION, MATCHING
+from ..purposes import ARCHIVE, BUFFER, CLASSIFIERS, CLIMBING, DESIGN, INTERROGATION, MATCHING
+from ._climb import END, FEWEST, Climb
 from ._memory import ClassifierArchive, SampleBuffer
 from ._moments import train_moments
 from ._protocols import Classifier, SampleSource
@@ -30,6 +32,7 @@ _WIDE_EVERY, _WIDE_TRIALS = 3, 500
 _WIDE_POINTS = 120
 _REPEATS = 4  # at the end, to average over the folds
 _SLACK, _HOPELESS = 10.0, 50.0
+_PARTS = 4  # of a batch of searches, and one with what is left: where trials are many, many are tried at once
 _EXPLORERS = 0.5  # of the last batch, where the genuine samples are all there are
 _POOL = (500, 3000)  # genuine samples: as many as trials, within these bounds
 
@@ -65,6 +68,9 @@ class FewTrials:
     (`MomentField`) says which models may be right; walkers follow it (`TrialDesign`), and the next batch is
     tried around them.
 
+    Where the map fits nothing for long, `searches` go on instead. From 0.8 of the trials on such a run is `undecided`,
+    until `settle` says which of their ends the rest of the trials is spent around.
+
     Only judgments enter: no distance between behaviors, no summary made by hand.
 
     Parameters
@@ -95,6 +101,9 @@ class FewTrials:
         As for `TrialDesign`: what may be exchanged; which parameters end at `low` and `high`.
     together
         Number of models that a trial executes.
+    searches
+        Whether a run whose map fits nothing for long searches by the observers (`Climb`): with 3000 trials or
+        more, whose batches are then collected in parts.
 
     Attributes
     ----------
@@ -104,6 +113,8 @@ class FewTrials:
         What is known after the last batch; None before the first.
     present : (N, Q)
         The fittest classifiers after the last batch.
+    climb
+        Whether the run is lost, and its way out.
 
     Examples
     --------
@@ -115,7 +126,7 @@ class FewTrials:
         high: np.typing.ArrayLike, trials: int, seed: int, extended: Sequence[tuple[int, int]] = (),
         observers: Observers | None = None, genuine: np.ndarray | None = None,
         groups: Sequence[Sequence[int]] = (), dependent: Sequence[int] = (), limits: np.typing.ArrayLike = False,
-        saturated: np.typing.ArrayLike = False, together: int = 1,
+        saturated: np.typing.ArrayLike = False, together: int = 1, searches: bool = False,
     ) -> None:  # fmt: skip
         low, high = array("low", low, "P"), array("high", high, "P")
         require(low.shape == high.shape and (low < high).all(), "high", "be above `low`, for each parameter", f"{high}")
@@ -123,7 +134,7 @@ class FewTrials:
         self._seed = integer("seed", seed)
         self._middle, self._half = (low + high) / 2, (high - low) / 2
         self._source, self._classifier, self._classifiers = source, classifier, classifiers
-        self._observers, self._fixed = observers, genuine
+        self._observers, self._fixed, self._searches = observers, genuine, searches
         self._archive = ClassifierArchive(_ARCHIVE, seed=(ARCHIVE, self._seed))
         known: dict[str, Any] = {"groups": groups, "dependent": dependent, "limits": limits, "saturated": saturated}
         explorers = 0.0 if genuine is None else _EXPLORERS
@@ -141,6 +152,7 @@ class FewTrials:
         self.present = np.empty((0, classifier.parameters))
         self._density = _Density(None)
         self._pooled = np.empty((0, len(low)))
+        self.climb = Climb(self._design.furthest)
 
     @property
     def complete(self) -> bool:
@@ -151,6 +163,11 @@ class FewTrials:
     def spent(self) -> int:
         """Number of trials spent."""
         return len(self.buffer) // self._together
+
+    @property
+    def undecided(self) -> bool:
+        """Whether it is time to `settle` on one of the centers of a lost run."""
+        return self.climb.lost and not self.climb.settled and self.spent >= END * self._budget
 
     @property
     def _budget(self) -> int:
@@ -192,10 +209,23 @@ class FewTrials:
             if self.buffer.pool != self._pool:  # the run has got more trials: more genuine samples are judged
                 self.buffer.pool = self._pool
                 self._observe(len(self.buffer), len(self.buffer.genuine))
-            spent, count = self.spent, (self._schedule[self._number] - self.spent) * self._together
-            self._try(self._design.propose(count, spent / self._budget) if spent else self._design.start(count))
+            spent, budget = self.spent, self._budget
+            count = (self._schedule[self._number] - spent) * self._together
+            self.climb.begin(spent / budget)
+            walkers = self._design.walkers
+            if self.climb.settled:
+                self._try(self.climb.around(count, walkers, self._rng(CLIMBING)))
+            elif self.climb.lost:
+                self._search(count)
+            else:
+                self._try(self._design.propose(count, spent / budget) if spent else self._design.start(count))
             self._evolve()
-            explained, self._pooled = self._match(0), self._design.walkers
+            explained, field = self._match(0), self._density.near
+            if self._searches and self._observers is not None and budget >= FEWEST and field is not None:
+                self.climb.end(self.spent / budget, field.misfit)
+            if self.climb.settled:  # the map says nothing
+                self._design.gather(walkers)
+            self._pooled = self._design.walkers
         self._number += 1
         self.batch = self._known(explained)
         return self.average() if self.spent in [end for _, end in self._stages] else self.batch
@@ -204,24 +234,48 @@ class FewTrials:
         """Train jurors and move walkers several times more, as at the end of a run; return what is known then."""
         assert self.batch is not None
         with threadpool_limits(1, "blas"):
-            for k in range(_REPEATS):
+            for k in range(0 if self.climb.settled else _REPEATS):
                 self._match(k + 1)
                 self._pooled = np.concatenate((self._pooled, self._design.walkers))
         self.batch = self._known(self.batch.explained)
         return self.batch
+
+    def settle(self, draws: np.typing.ArrayLike) -> Batch:
+        """Spend the next trials of a lost run around draws (N, P) of the right model; return what is known then."""
+        require(self.climb.lost, "trials", "be those of a lost run", f"{self.spent} spent of one that is not")
+        assert self.batch is not None
+        self.climb.settled = True
+        self._design.gather((array("draws", draws, "N P", P=len(self._middle)) - self._middle) / self._half)
+        self._pooled = self._design.walkers
+        self.batch = self._known(self.batch.explained)
+        return self.batch
+
+    def _search(self, count: int) -> None:
+        """Try so many models of the searches of a lost run, a few at a time."""
+        most = -(-max(self.climb.most, count // _PARTS) // self._together) * self._together
+        ends = [*range(0, count, most), count]
+        for part, (first, last) in enumerate(pairwise(ends)):
+            outputs, genuine, usable = self.observed
+            known = self.buffer.parameters[usable], outputs, genuine
+            progress = self.spent / self._budget
+            self._try(self.climb.models(last - first, progress, *known, self._rng(CLIMBING, part)), part)
+        outputs, genuine, usable = self.observed
+        self.climb.judge(self.buffer.parameters[usable], outputs, genuine)
 
     def _known(self, explained: np.ndarray) -> Batch:
         spread, field = self.draws.std(axis=0), self._density.near
         misfit = 1.0 if field is None else field.misfit
         return Batch(self._number - 1, self.spent, self.estimate, spread, explained, misfit)
 
-    def _try(self, models: np.ndarray) -> None:
-        """Simulate models (M, P) in the design's units, and let the observers see what comes."""
-        samples = self._source.collect(self._middle + self._half * models, self._rng(INTERROGATION))
+    def _try(self, models: np.ndarray, part: int = 0) -> None:
+        """Simulate models (M, P) in the design's units, a part of a batch, and let the observers see what comes."""
+        use = (part,) if part else ()
+        samples = self._source.collect(self._middle + self._half * models, self._rng(INTERROGATION, *use))
         failed = getattr(self._source, "failed", None)
         usable = None if failed is None else ~np.asarray(failed, bool)
-        genuine = samples.genuine if self._fixed is None else self._fixed[: 0 if len(self.buffer) else None]
-        rng = self._rng(BUFFER)
+        genuine = samples.genuine[: 0 if part else None]
+        genuine = genuine if self._fixed is None else self._fixed[: 0 if len(self.buffer) else None]
+        rng = self._rng(BUFFER, *use)
         kept = self.buffer.append(models, samples.counterfeit, genuine, rng, usable)
         if self._observers is not None and len(self._drawn) == 0:
             shown = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
@@ -301,8 +355,8 @@ class FewTrials:
         field.calibrate(self._design.walkers)
         return field, moments.explained
 
-    def _rng(self, purpose: int) -> np.random.Generator:
-        return generation_rng((purpose, self._seed), self._number)
+    def _rng(self, purpose: int, *use: int) -> np.random.Generator:
+        return generation_rng((purpose, self._seed, *use), self._number)
 
     def state(self) -> dict[str, np.ndarray]:
         """Return all that is needed to resume, as arrays.
@@ -316,6 +370,7 @@ class FewTrials:
             "archive": self._archive.state(),
             "design": self._design.state(),
             "density": self._density.state(),
+            "climb": self.climb.state(),
         }
         batch = {} if self.batch is None else {"explained": self.batch.explained}
         return {
@@ -339,6 +394,9 @@ class FewTrials:
         self._archive.restore(state_part(state, "archive/"))
         self._design.restore(state_part(state, "design/"))
         self._density = _Density.restored(state_part(state, "density/"))
+        self.climb = Climb(self._design.furthest)
+        if climb := state_part(state, "climb/"):  # runs of before have none
+            self.climb.restore(climb)
         self._seen = self._seen_genuine = np.empty((0, len(self._drawn)), np.float32)
         if self._number:
             self._observe(len(self.buffer), len(self.buffer.genuine))

@@ -96,6 +96,11 @@ class TrialDesign:
         """Draws of the right model (W, P)."""
         return self._stated(self._places)
 
+    @property
+    def furthest(self) -> np.ndarray:
+        """How far (P,) from the middle of their range parameters may be tried."""
+        return np.where(self._limits | self._saturated, 1.0, 1.5)
+
     def start(self, count: int) -> np.ndarray:
         """Return the first models (count, P): in each parameter one in each of `count` equal parts of its range."""
         rng = generation_rng(self._seed, 1)
@@ -119,8 +124,11 @@ class TrialDesign:
         order, scouts, explorers = rng.permutation(count), round(_SCOUTS * count), round(self._share * progress * count)
         for sent, cloud in ((order[:scouts], self._scouts), (order[scouts:][:explorers], self._explorers)):
             models[sent] = cloud[rng.integers(len(cloud), size=len(sent))]
-        furthest = np.where(self._limits | self._saturated, 1.0, 1.5)
-        return np.clip(models, -furthest, furthest)
+        return np.clip(models, -self.furthest, self.furthest)
+
+    def gather(self, places: np.ndarray) -> None:
+        """Let the walkers go on from models (N, P), each from one, evenly."""
+        self._places = places[np.arange(len(self._places)) * len(places) // len(self._places)].copy()
 
     def move(self, density: Density) -> None:
         """Let all walkers follow a density."""

@@ -4,14 +4,14 @@ Both step by generations, and have a `state`, to be restored; `rows`, samples th
 a `readout`, what is read off at the end. In an estimate from few trials one step is one batch of trials.
 """
 
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from turing_learning import coevolution, evolution
 from turing_learning.analysis import Matched, match
-from turing_learning.analysis._matching import LEAST_P
+from turing_learning.analysis._matching import LEAST_P, TAIL, WHOLE
 from turing_learning.coevolution import THRESHOLD, Coevolution, FewTrials, Generation
 from turing_learning.config import Configuration, classifier_of
 from turing_learning.config._parts import classifiers_optimizer, models_optimizer, observers_of, optimizer_of
@@ -23,6 +23,12 @@ _JUDGED = 200  # genuine samples by which the fitness of a batch is stated
 _AT_END = 0.05  # share of the loop's draws at an end that the 90 % interval reaches
 _NEAR_END = 0.1  # of its width: an interval that is so near an end includes it, as draws do not become fewer towards it
 _FEWEST = 50  # trials within the range, to be matched
+_CENTERS, _SPREAD = 12, 0.03  # ends of searches that are matched; standard deviation of its draws to begin with
+_AROUND = 0.2, 3.0  # share of the trials that an end is matched by; of these, one in so many are nearest to the agents
+_SHARES = (0.3, 2.5), (0.2, 2.0), (0.1, 3.0), (0.1, 3.0)  # likewise, of the solutions of a lost run, which are mixed
+_REFINED = 3  # batches after which a lost run that has settled is matched anew
+_AT_LEAST = 500  # trials that such a share has
+_ALIKE, _FARTHEST = 10.0, 20.0  # distances up to which solutions are mixed, and are solutions at all
 _LOOKED_AT = 4  # batches after which a run with a tolerance looks at its intervals, from the second time on
 
 
@@ -81,6 +87,7 @@ class TrialsLoop:
             limits=self._limits & ~self._saturated,
             saturated=self._saturated,
             together=source.together,
+            searches=learning is None and source.ends is None,  # not in a laboratory, which stores whole batches
         )
         self._seed, self._middle, self._reach = seed, np.full(dimension, middle), reach
         self._counts = (0, 0)  # rows of the buffer that are stored
@@ -98,8 +105,11 @@ class TrialsLoop:
         """Spend a batch of trials; return it as a generation, whose models are those tried, the best one the most accepted."""
         before, number = len(self.trials.buffer), self.generation
         batch, buffer = self.trials.step(), self.trials.buffer
+        if self.trials.climb.lost and not self.trials.complete:
+            found = self._center(number)
+            batch = batch if found is None else self.trials.settle(self._middle + self._reach * found.draws)
         if self._tolerance and number % _LOOKED_AT == 0 and number >= 2 * _LOOKED_AT and not self.trials.complete:
-            found = self.matched()
+            found = None if self.trials.climb.lost else self.matched()
             if found is not None and found.settled and found.identified.any():
                 halves = (found.interval_high - found.interval_low)[found.identified] / 2
                 self.tolerated = bool((halves <= 2 * self._tolerance).all())  # of a range of 2
@@ -135,35 +145,76 @@ class TrialsLoop:
 
         A canary is drawn by chance. So a solution that is not settled, though no classifier tells it from the
         agents, is sought twice more. Of the three, that counts whose canary has the middle share of its range.
+        Solutions of a lost run depend on the trials they rest on. So several are mixed.
         """
         if self._matched[0] == self.generation:
             return self._matched[1]
-        trials, wide = self.trials, self._range
-        counterfeit, genuine, usable = trials.observed
-        parameters = trials.buffer.parameters[usable]
-        if self._limits.any():
-            parameters = np.where(self._limits, np.clip(parameters, -1, 1), parameters)
-        inside = (np.abs(parameters) <= wide).all(axis=1)
-        found = None
-        if np.count_nonzero(inside) >= _FEWEST:
-            once_more = partial(
-                match,
-                parameters[inside],
-                counterfeit[inside].T,
-                genuine.T,
-                low=-wide,
-                high=wide,
-                start=np.clip((trials.estimate - self._middle) / self._reach, -wide, wide),
-                spread=2 * np.maximum(trials.draws.std(axis=0) / self._reach, 1e-3),
-                averaged=trials.buffer.samples.shape[1],
-                farther=self._observed_anew,
-                rng=evolution.generation_rng((MATCHING, self._seed), _READ_OUT + self.generation),
-            )
-            found = once_more()
-            if not found.settled and found.p_value >= LEAST_P:
-                found = sorted((found, once_more(), once_more()), key=lambda each: each.canary)[1]
+        found, samples, rng = None, self._samples(), self._rng()
+        middle = (self.trials.estimate - self._middle) / self._reach
+        start = middle, self.trials.draws.std(axis=0) / self._reach
+        if len(samples[0]) >= _FEWEST:
+            if self.trials.climb.lost:
+                found = _mixed([self._match(samples, *start, rng, *share) for share in _SHARES], self._range)
+            else:
+                found = self._match(samples, *start, rng)
+                if not found.settled and found.p_value >= LEAST_P:
+                    more = [self._match(samples, *start, rng) for _ in range(2)]
+                    found = sorted((found, *more), key=lambda each: each.canary)[1]
         self._matched = self.generation, found
         return found
+
+    def _center(self, number: int) -> Matched | None:
+        """Return where a lost run goes on after a batch: None, if it goes on as it does.
+
+        When it is time to decide, its walkers and the ends of its searches are matched, each from the trials around
+        it; the best one counts. From then on it is matched anew from time to time.
+        """
+        walkers, samples = (self.trials.draws - self._middle) / self._reach, self._samples()
+        due = self.trials.undecided or (self.trials.climb.settled and number % _REFINED == 0)
+        if not due or len(samples[0]) < _FEWEST:
+            return None
+        starts = [(np.median(walkers, axis=0), walkers.std(axis=0))]
+        if self.trials.undecided:
+            starts += [(center, np.full(len(center), _SPREAD)) for center in self.trials.climb.centers[:_CENTERS]]
+        best = min((self._match(samples, *start, self._rng(1), *_AROUND) for start in starts), key=_order)
+        return best if self.trials.undecided or not _order(best)[0] else None
+
+    def _rng(self, *use: int) -> np.random.Generator:
+        return evolution.generation_rng((MATCHING, self._seed, *use), _READ_OUT + self.generation)
+
+    def _samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return parameters (S, P) of the trials within the range, and outputs for these (S, F) and for genuine samples (K, F)."""
+        counterfeit, genuine, usable = self.trials.observed
+        parameters = self.trials.buffer.parameters[usable]
+        if self._limits.any():
+            parameters = np.where(self._limits, np.clip(parameters, -1, 1), parameters)
+        inside = (np.abs(parameters) <= self._range).all(axis=1)
+        return parameters[inside], counterfeit[inside], genuine
+
+    def _match(
+        self, samples: tuple[np.ndarray, np.ndarray, np.ndarray], start: np.ndarray, spread: np.ndarray,
+        rng: np.random.Generator, share: float = 1.0, parts: float = 1.0,
+    ) -> Matched:  # fmt: skip
+        """Match the agents; with a share, from those trials alone that are nearest to the start, and a few others."""
+        parameters, counterfeit, genuine = samples
+        count, size = max(round(share * len(parameters)), _AT_LEAST), {}
+        if share < 1 and count < len(parameters):
+            order = np.argsort(((parameters - start) ** 2).sum(axis=1), kind="stable")
+            chosen = np.sort(np.concatenate((order[:count], rng.permutation(order[count:])[: count // 10])))
+            parameters, counterfeit, size = parameters[chosen], counterfeit[chosen], {"size": round(count / parts)}
+        return match(
+            parameters,
+            counterfeit.T,
+            genuine.T,
+            low=-self._range,
+            high=self._range,
+            start=np.clip(start, -self._range, self._range),
+            spread=2 * np.maximum(spread, 1e-3),
+            averaged=self.trials.buffer.samples.shape[1],
+            farther=self._observed_anew,
+            rng=rng,
+            **size,
+        )
 
     def readout(self) -> dict[str, np.ndarray]:
         """Return what matching found: "p_value"; if settled, in units, "estimate" (P,), "interval" (2, P), and "draws" (D, P)."""
@@ -197,6 +248,31 @@ class TrialsLoop:
         self._counts = self.trials.buffer.counts
         extended = self.trials.spent in self._earlier
         self.tolerated = bool(state.get("tolerated", False)) and not extended
+
+
+def _order(found: Matched) -> tuple[bool, float]:
+    """Return what is less for the better solution: one that rests on less than a sample says nothing."""
+    return not found.settled or found.leverage > 1, found.distance
+
+
+def _mixed(found: Sequence[Matched], wide: np.ndarray) -> Matched:
+    """Mix the draws of the solutions that classifiers tell least from the agents, as one solution, within +-wide (P,)."""
+    best = min(found, key=_order)
+    most = max(best.distance, _ALIKE)
+    alike = [each for each in found if _order(each) <= (False, most)] or [best]
+    draws = np.concatenate([each.draws for each in alike])[:: len(alike)]
+    low, high = np.quantile(draws, [TAIL, 1 - TAIL], axis=0)
+    known, settled = high - low < WHOLE * wide, _order(best) <= (False, _FARTHEST)
+    return replace(
+        best,
+        estimate=np.median(draws, axis=0),
+        covariance=np.atleast_2d(np.cov(draws.T)),
+        interval_low=np.where(known, low, -wide) if settled else np.full(len(low), np.nan),
+        interval_high=np.where(known, high, wide) if settled else np.full(len(low), np.nan),
+        draws=draws,
+        identified=known,
+        settled=settled,
+    )
 
 
 Loop = Generations | TrialsLoop

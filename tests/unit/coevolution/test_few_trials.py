@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.coevolution import FewTrials, Samples
+from turing_learning.coevolution import FewTrials, Samples, _climb, _few_trials
 from turing_learning.coevolution._few_trials import batch_schedule
 from turing_learning.evolution import EvolutionStrategy
 
@@ -150,12 +150,58 @@ def test_seeds_differ():
     assert not np.array_equal(finished(begun(40)).estimate, finished(begun(40, seed=2)).estimate)
 
 
+@pytest.fixture
+def lost(monkeypatch):
+    """Each run is held to be lost, also a short one."""
+    monkeypatch.setattr(_climb, "LOST", 0.0)
+    monkeypatch.setattr(_few_trials, "FEWEST", 10)
+
+
+def test_a_lost_run_settles_and_resumes_to_the_bit(lost):
+    run, copies = begun(400, searches=True), begun(400, searches=True)
+    decided = None
+    while not run.complete:
+        for each in (run, copies):
+            each.step()
+            if each.undecided:
+                decided = each.spent
+                assert len(each.climb.centers) > 1
+                batch = each.settle(TRUTH + 0.1 * np.random.default_rng(3).standard_normal((600, 2)))
+                assert np.abs(batch.estimate - TRUTH).max() < 0.05
+                assert not each.undecided
+        state = copies.state()
+        copies = begun(400, searches=True)
+        copies.restore(state)
+    assert 320 <= decided < 340
+    assert run.climb.settled
+    np.testing.assert_array_equal(copies.draws, run.draws)
+    assert np.abs(run.estimate - TRUTH).max() < 0.1
+
+
+def test_a_state_of_a_run_that_knew_no_searches_is_that_of_one_that_is_not_lost(lost):
+    run = finished(begun(100, searches=True), 30)
+    assert run.climb.lost
+    old = {name: value for name, value in run.state().items() if not name.startswith("climb/")}
+    restored = begun(100, searches=True)
+    restored.restore(old)
+    assert not restored.climb.lost
+
+
+def test_a_run_that_does_not_search_and_one_without_observers_are_not_lost(lost):
+    for run in (begun(60), begun(60, searches=True, observers=None)):
+        assert not finished(run).climb.lost
+
+
 @pytest.mark.parametrize(
     ("do", "message"),
     [
         (lambda: begun(9), "`trials` must be an integer of at least 10; got 9"),
         (lambda: begun(seed=-1), "`seed` must be an integer of at least 0; got -1"),
         (lambda: finished(begun(20)).step(), "`trials` must be more than the run has spent; got 20"),
+        (
+            lambda: finished(begun(40), 3).settle(np.zeros((5, 2))),
+            "`trials` must be those of a lost run",
+        ),
         (lambda: begun().restore({}), "`state` must be that of an estimate from few trials"),
     ],
 )

@@ -11,10 +11,13 @@ import pytest
 from matplotlib.figure import Figure
 
 import turing_learning as tl
+from turing_learning.analysis import Matched
 from turing_learning.analysis._estimate import mixed
+from turing_learning.coevolution import _climb, _few_trials
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.identifiability._check import FAILED_SEARCH, FINE, WRONG_MODEL
+from turing_learning.runs import _loops
 from turing_learning.runs._loops import TrialsLoop
 from turing_learning.store import RunFolderError
 from turing_learning.systems import CustomSystemError
@@ -96,6 +99,65 @@ def test_a_stopped_run_is_resumed_to_the_same_bits(whole, tmp_path):
     for name in sorted(path.name for path in (whole.path / "buffer").iterdir()):
         one, other = (np.load(folder / "buffer" / name) for folder in (whole.path, tmp_path / "run"))
         assert all(np.array_equal(one[key], other[key]) for key in one.files)
+
+
+def test_a_lost_run_settles_on_a_center_and_is_resumed_to_the_same_bits(monkeypatch, tmp_path):
+    monkeypatch.setattr(_climb, "LOST", 0.0)
+    monkeypatch.setattr(_few_trials, "FEWEST", 10)
+    monkeypatch.setattr(_loops, "_AT_LEAST", 60)
+    settled = []
+
+    def center(loop, number, sought=TrialsLoop._center):
+        found = sought(loop, number)
+        settled.extend([] if found is None else [found.draws])
+        return found
+
+    monkeypatch.setattr(TrialsLoop, "_center", center)
+    known = {"trials": 150, "seed": 3, "settings": SMALL}
+    lost = tl.infer("aggregation", **known)
+    chosen = len(settled)
+    assert chosen > 1
+    stop = iter([False] * 32 + [True] * 9)
+    stopped = tl.infer("aggregation", **known, out=tmp_path / "run", should_stop=lambda: next(stop))
+    assert not stopped.complete
+    resumed = tl.resume(tmp_path / "run")
+    assert resumed.estimate == lost.estimate
+    assert repr(resumed.interval) == repr(lost.interval)
+    for first, again in zip(settled, settled[chosen:], strict=False):
+        np.testing.assert_array_equal(first, again)
+    assert len(settled) == 2 * chosen
+    monkeypatch.setattr(_climb, "LOST", 1e9)
+    assert tl.infer("aggregation", **known).estimate != lost.estimate
+
+
+def solution(place, distance, settled=True):
+    draws = place + 0.1 * np.random.default_rng(5).standard_normal((600, 2))
+    none = np.full(2, np.nan)
+    known = {"estimate": none, "covariance": none, "interval_low": none, "interval_high": none, "identified": none}
+    return Matched(
+        **known,
+        draws=draws,
+        proposals=draws,
+        settled=settled,
+        distance=distance,
+        p_value=0.5,
+        leverage=0.1,
+        canary=1.0,
+        moved=1.0,
+    )
+
+
+def test_solutions_that_are_told_equally_well_are_mixed():
+    found = [solution(0.0, 9.0), solution(0.4, 2.0), solution(-0.8, 1.0, settled=False), solution(0.9, 30.0)]
+    mixed_ = _loops._mixed(found, np.full(2, 1.0))
+    assert (mixed_.settled, mixed_.distance) == (True, 2.0)
+    assert len(mixed_.draws) == 600
+    np.testing.assert_allclose(mixed_.interval_low, -0.13, atol=0.03)
+    np.testing.assert_allclose(mixed_.interval_high, 0.53, atol=0.03)
+    assert mixed_.identified.all()
+    far = _loops._mixed([solution(0.0, 21.0)], np.full(2, 1.0))
+    assert not far.settled
+    assert np.isnan(far.interval_low).all()
 
 
 def test_a_stored_run_is_opened_as_it_ended(whole):
