@@ -1,5 +1,6 @@
 """The parameters with which classifiers judge a model as they judge the agents, and how surely the samples tell them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -53,6 +54,9 @@ CHANCES = 1000
 
 LEAST_P, MOST_MOVED, LEAST_CANARY = 0.005, 3.0, 0.6
 """Bounds within which `Matched.settled` is said of a solution."""
+
+ALIKE, FARTHEST = 10.0, 20.0
+"""Distances up to which solutions from other trials are mixed, and are solutions at all."""
 
 ROUNDS = 4
 """How often samples near the solution are chosen anew."""
@@ -109,6 +113,31 @@ class Matched:
     leverage: float
     canary: float
     moved: float
+
+    @property
+    def order(self) -> tuple[bool, float]:
+        """What is less for the better one of two solutions; one that rests on less than a sample says nothing."""
+        return not self.settled or self.leverage > 1, self.distance
+
+
+def combined(found: Sequence[Matched], wide: np.ndarray) -> Matched:
+    """Mix the draws of the solutions that classifiers tell least from the agents, as one solution, within +-wide (P,)."""
+    best = min(found, key=lambda each: each.order)
+    most = max(best.distance, ALIKE)
+    alike = [each for each in found if each.order <= (False, most)] or [best]
+    draws = np.concatenate([each.draws for each in alike])[:: len(alike)]
+    low, high = np.quantile(draws, [TAIL, 1 - TAIL], axis=0)
+    known, settled = high - low < WHOLE * wide, best.order <= (False, FARTHEST)
+    return replace(
+        best,
+        estimate=np.median(draws, axis=0),
+        covariance=np.atleast_2d(np.cov(draws.T)),
+        interval_low=np.where(known, low, -wide) if settled else np.full(len(low), np.nan),
+        interval_high=np.where(known, high, wide) if settled else np.full(len(low), np.nan),
+        draws=draws,
+        identified=known,
+        settled=settled,
+    )
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # sums in one order; matrices are too small for threads

@@ -1,4 +1,4 @@
-"""The way out for a run whose map fits nothing: searches from many places for models that observers judge as the agents.
+"""Searches of a run whose map fits no model: from many places, for models that observers judge as they judge the agents.
 
 Every trial has a vector of outputs, one for each observer. Near the agents its difference from the mean output for genuine
 samples is nearly linear in the parameters. So a search is a Gauss-Newton method without derivatives: a linear fit to the
@@ -122,7 +122,7 @@ class Climb:
             For this batch.
         """
         score, outputs = _relative(outputs, genuine)
-        self._judge(parameters, outputs)
+        self._advance(parameters, outputs)
         slots = int(np.clip(count // (len(self._furthest) + 2), 1, _AT_ONCE))
         if progress >= LATE and self.centers.size:  # the best go on
             ranked = sorted((each for each in self._searches if np.isfinite(each.excess)), key=lambda one: one.excess)
@@ -142,7 +142,7 @@ class Climb:
     def judge(self, parameters: np.ndarray, outputs: np.ndarray, genuine: np.ndarray) -> None:
         """Let the searches take their steps by what was tried, and set `centers`."""
         _, outputs = _relative(outputs, genuine)
-        self._judge(parameters, outputs)
+        self._advance(parameters, outputs)
         found = [each for each in self._searches if not each.ended or np.isfinite(each.excess)]
         excess = [_excess(each, parameters, outputs) for each in found]
         places: list[np.ndarray] = []
@@ -193,7 +193,7 @@ class Climb:
         models = search.target + spread @ np.linalg.inv(np.linalg.cholesky(metric))
         return np.clip(models, -self._furthest, self._furthest)
 
-    def _judge(self, parameters: np.ndarray, outputs: np.ndarray) -> None:
+    def _advance(self, parameters: np.ndarray, outputs: np.ndarray) -> None:
         """Let each search go where it has looked, if that is better; end those that have made their steps, or are at another."""
         live = []
         for search in self._searches:
@@ -254,6 +254,13 @@ def _relative(outputs: np.ndarray, genuine: np.ndarray) -> tuple[np.ndarray, np.
     return np.log(np.maximum((white**2).mean(axis=1), 0.3)), (np.arcsinh(white) - usual.mean(axis=0)) / spread
 
 
+def _nearest(search: _Search, place: np.ndarray, parameters: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the trials nearest to a place by the metric of a search, and their squared distances."""
+    square = (((parameters - place) @ np.linalg.cholesky(search.metric())) ** 2).sum(axis=1)
+    near = np.argsort(square, kind="stable")[:count]
+    return near, square[near]
+
+
 def _fit(
     search: _Search, place: np.ndarray, parameters: np.ndarray, outputs: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -261,13 +268,10 @@ def _fit(
 
     Trials count the less the farther they are, and the less they follow the fit.
     """
-    metric = search.metric()
-    factor, around = np.linalg.cholesky(metric), parameters - place
-    square = ((around @ factor) ** 2).sum(axis=1)
-    near = np.argsort(square, kind="stable")[: _FIT * len(place)]
-    outputs, distance = outputs[near], np.sqrt(square[near].mean()) + 1e-12
-    terms = np.c_[np.ones(len(near)), around[near] @ factor / distance]
-    nearness = weights = 1 / (1 + square[near] / (1.5 * distance) ** 2)
+    near, square = _nearest(search, place, parameters, _FIT * len(place))
+    factor, outputs, distance = np.linalg.cholesky(search.metric()), outputs[near], np.sqrt(square.mean()) + 1e-12
+    terms = np.c_[np.ones(len(near)), (parameters[near] - place) @ factor / distance]
+    nearness = weights = 1 / (1 + square / (1.5 * distance) ** 2)
     ridge = np.diag(np.r_[1e-9, np.full(len(place), 1e-2)])
     for _ in range(3):
         weighted = terms * weights[:, None]
@@ -279,6 +283,6 @@ def _fit(
 
 def _excess(search: _Search, parameters: np.ndarray, outputs: np.ndarray) -> float:
     """Return the mean square of the expected outputs at the place of a search, by the trials next to it, less chance."""
-    square = (((parameters - search.place) @ np.linalg.cholesky(search.metric())) ** 2).sum(axis=1)
-    few = np.clip(outputs[np.argsort(square, kind="stable")[: _TESTED * len(search.place)]], -_BOUND, _BOUND)
+    near, _ = _nearest(search, search.place, parameters, _TESTED * len(search.place))
+    few = np.clip(outputs[near], -_BOUND, _BOUND)
     return float((few.mean(axis=0) ** 2).mean() - few.var(axis=0).mean() / (len(few) - 1))

@@ -32,7 +32,7 @@ _WIDE_EVERY, _WIDE_TRIALS = 3, 500
 _WIDE_POINTS = 120
 _REPEATS = 4  # at the end, to average over the folds
 _SLACK, _HOPELESS = 10.0, 50.0
-_PARTS = 4  # of a batch of searches, and one with what is left: where trials are many, many are tried at once
+_PARTS = 5  # of a batch of searches, at most: where trials are many, many are tried at once
 _EXPLORERS = 0.5  # of the last batch, where the genuine samples are all there are
 _POOL = (500, 3000)  # genuine samples: as many as trials, within these bounds
 
@@ -134,7 +134,8 @@ class FewTrials:
         self._seed = integer("seed", seed)
         self._middle, self._half = (low + high) / 2, (high - low) / 2
         self._source, self._classifier, self._classifiers = source, classifier, classifiers
-        self._observers, self._fixed, self._searches = observers, genuine, searches
+        self._observers, self._fixed = observers, genuine
+        self._searches = searches and observers is not None
         self._archive = ClassifierArchive(_ARCHIVE, seed=(ARCHIVE, self._seed))
         known: dict[str, Any] = {"groups": groups, "dependent": dependent, "limits": limits, "saturated": saturated}
         explorers = 0.0 if genuine is None else _EXPLORERS
@@ -212,22 +213,18 @@ class FewTrials:
             spent, budget = self.spent, self._budget
             count = (self._schedule[self._number] - spent) * self._together
             self.climb.begin(spent / budget)
-            walkers = self._design.walkers
             if self.climb.settled:
-                self._try(self.climb.around(count, walkers, self._rng(CLIMBING)))
+                self._try(self.climb.around(count, self._design.walkers, self._rng(CLIMBING)))
             elif self.climb.lost:
                 self._search(count)
             else:
                 self._try(self._design.propose(count, spent / budget) if spent else self._design.start(count))
             self._evolve()
-            explained, field = self._match(0), self._density.near
-            if self._searches and self._observers is not None and budget >= FEWEST and field is not None:
-                self.climb.end(self.spent / budget, field.misfit)
-            if self.climb.settled:  # the map says nothing
-                self._design.gather(walkers)
-            self._pooled = self._design.walkers
+            explained, self._pooled = self._match(0), self._design.walkers
         self._number += 1
         self.batch = self._known(explained)
+        if self._searches and budget >= FEWEST:
+            self.climb.end(self.spent / budget, self.batch.misfit)
         return self.average() if self.spent in [end for _, end in self._stages] else self.batch
 
     def average(self) -> Batch:
@@ -242,7 +239,7 @@ class FewTrials:
 
     def settle(self, draws: np.typing.ArrayLike) -> Batch:
         """Spend the next trials of a lost run around draws (N, P) of the right model; return what is known then."""
-        require(self.climb.lost, "trials", "be those of a lost run", f"{self.spent} spent of one that is not")
+        require(self.climb.lost, "trials", "be those of a lost run", "those of another run")
         assert self.batch is not None
         self.climb.settled = True
         self._design.gather((array("draws", draws, "N P", P=len(self._middle)) - self._middle) / self._half)
@@ -273,8 +270,9 @@ class FewTrials:
         samples = self._source.collect(self._middle + self._half * models, self._rng(INTERROGATION, *use))
         failed = getattr(self._source, "failed", None)
         usable = None if failed is None else ~np.asarray(failed, bool)
-        genuine = samples.genuine[: 0 if part else None]
-        genuine = genuine if self._fixed is None else self._fixed[: 0 if len(self.buffer) else None]
+        genuine = samples.genuine if self._fixed is None else self._fixed
+        if part or (self._fixed is not None and len(self.buffer)):  # those of this batch, or all, are kept already
+            genuine = genuine[:0]
         rng = self._rng(BUFFER, *use)
         kept = self.buffer.append(models, samples.counterfeit, genuine, rng, usable)
         if self._observers is not None and len(self._drawn) == 0:
@@ -328,7 +326,8 @@ class FewTrials:
         if wide is not None:
             reference = float(wide.log_density(self._design.walkers).max())
         self._density = _Density(field, wide, reference)
-        self._design.move(self._density)
+        if not self.climb.settled:  # else the map says nothing
+            self._design.move(self._density)
         return explained
 
     def _nearest(self, usable: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -4,14 +4,13 @@ Both step by generations, and have a `state`, to be restored; `rows`, samples th
 a `readout`, what is read off at the end. In an estimate from few trials one step is one batch of trials.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 
 import numpy as np
 
 from turing_learning import coevolution, evolution
 from turing_learning.analysis import Matched, match
-from turing_learning.analysis._matching import LEAST_P, TAIL, WHOLE
+from turing_learning.analysis._matching import LEAST_P, combined
 from turing_learning.coevolution import THRESHOLD, Coevolution, FewTrials, Generation
 from turing_learning.config import Configuration, classifier_of
 from turing_learning.config._parts import classifiers_optimizer, models_optimizer, observers_of, optimizer_of
@@ -28,7 +27,6 @@ _AROUND = 0.2, 3.0  # share of the trials that an end is matched by; of these, o
 _SHARES = (0.3, 2.5), (0.2, 2.0), (0.1, 3.0), (0.1, 3.0)  # likewise, of the solutions of a lost run, which are mixed
 _REFINED = 3  # batches after which a lost run that has settled is matched anew
 _AT_LEAST = 500  # trials that such a share has
-_ALIKE, _FARTHEST = 10.0, 20.0  # distances up to which solutions are mixed, and are solutions at all
 _LOOKED_AT = 4  # batches after which a run with a tolerance looks at its intervals, from the second time on
 
 
@@ -154,7 +152,7 @@ class TrialsLoop:
         start = middle, self.trials.draws.std(axis=0) / self._reach
         if len(samples[0]) >= _FEWEST:
             if self.trials.climb.lost:
-                found = _mixed([self._match(samples, *start, rng, *share) for share in _SHARES], self._range)
+                found = combined([self._match(samples, *start, rng, *share) for share in _SHARES], self._range)
             else:
                 found = self._match(samples, *start, rng)
                 if not found.settled and found.p_value >= LEAST_P:
@@ -176,8 +174,10 @@ class TrialsLoop:
         starts = [(np.median(walkers, axis=0), walkers.std(axis=0))]
         if self.trials.undecided:
             starts += [(center, np.full(len(center), _SPREAD)) for center in self.trials.climb.centers[:_CENTERS]]
-        best = min((self._match(samples, *start, self._rng(1), *_AROUND) for start in starts), key=_order)
-        return best if self.trials.undecided or not _order(best)[0] else None
+        best = min(
+            (self._match(samples, *start, self._rng(1), *_AROUND) for start in starts), key=lambda each: each.order
+        )
+        return best if self.trials.undecided or not best.order[0] else None
 
     def _rng(self, *use: int) -> np.random.Generator:
         return evolution.generation_rng((MATCHING, self._seed, *use), _READ_OUT + self.generation)
@@ -248,31 +248,6 @@ class TrialsLoop:
         self._counts = self.trials.buffer.counts
         extended = self.trials.spent in self._earlier
         self.tolerated = bool(state.get("tolerated", False)) and not extended
-
-
-def _order(found: Matched) -> tuple[bool, float]:
-    """Return what is less for the better solution: one that rests on less than a sample says nothing."""
-    return not found.settled or found.leverage > 1, found.distance
-
-
-def _mixed(found: Sequence[Matched], wide: np.ndarray) -> Matched:
-    """Mix the draws of the solutions that classifiers tell least from the agents, as one solution, within +-wide (P,)."""
-    best = min(found, key=_order)
-    most = max(best.distance, _ALIKE)
-    alike = [each for each in found if _order(each) <= (False, most)] or [best]
-    draws = np.concatenate([each.draws for each in alike])[:: len(alike)]
-    low, high = np.quantile(draws, [TAIL, 1 - TAIL], axis=0)
-    known, settled = high - low < WHOLE * wide, _order(best) <= (False, _FARTHEST)
-    return replace(
-        best,
-        estimate=np.median(draws, axis=0),
-        covariance=np.atleast_2d(np.cov(draws.T)),
-        interval_low=np.where(known, low, -wide) if settled else np.full(len(low), np.nan),
-        interval_high=np.where(known, high, wide) if settled else np.full(len(low), np.nan),
-        draws=draws,
-        identified=known,
-        settled=settled,
-    )
 
 
 Loop = Generations | TrialsLoop

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 import turing_learning as tl
 from turing_learning.analysis import Matched
 from turing_learning.analysis._estimate import mixed
+from turing_learning.analysis._matching import combined
 from turing_learning.coevolution import _climb, _few_trials
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
@@ -148,14 +149,14 @@ def solution(place, distance, settled=True):
 
 
 def test_solutions_that_are_told_equally_well_are_mixed():
-    found = [solution(0.0, 9.0), solution(0.4, 2.0), solution(-0.8, 1.0, settled=False), solution(0.9, 30.0)]
-    mixed_ = _loops._mixed(found, np.full(2, 1.0))
-    assert (mixed_.settled, mixed_.distance) == (True, 2.0)
-    assert len(mixed_.draws) == 600
-    np.testing.assert_allclose(mixed_.interval_low, -0.13, atol=0.03)
-    np.testing.assert_allclose(mixed_.interval_high, 0.53, atol=0.03)
-    assert mixed_.identified.all()
-    far = _loops._mixed([solution(0.0, 21.0)], np.full(2, 1.0))
+    several = [solution(0.0, 9.0), solution(0.4, 2.0), solution(-0.8, 1.0, settled=False), solution(0.9, 30.0)]
+    found = combined(several, np.full(2, 1.0))
+    assert (found.settled, found.distance) == (True, 2.0)
+    assert len(found.draws) == 600
+    np.testing.assert_allclose(found.interval_low, -0.13, atol=0.03)
+    np.testing.assert_allclose(found.interval_high, 0.53, atol=0.03)
+    assert found.identified.all()
+    far = combined([solution(0.0, 21.0)], np.full(2, 1.0))
     assert not far.settled
     assert np.isnan(far.interval_low).all()
 
