@@ -28,14 +28,12 @@ from turing_learning.detection import (
 )
 from turing_learning.detection._alike import (
     CLASSIFIERS,
+    MOTION_EYE,
     ONE_CLASS_EYE,
     STATISTICS_EYE,
-    TOGETHER,
-    TRAINED_EYE,
     Case,
     Eye,
     Normal,
-    added,
     among,
 )
 from turing_learning.detection._detect import _planted, _windows
@@ -237,7 +235,6 @@ def planted(
     run = run_classifiers(result)
     genuine = [recorded_motion(each, run) for each in normal]
     said = detect(run, recorded_motion(cases[0][1], run), genuine=genuine).rankings
-    together = added({each.name: each.area for each in said if each.name != TOGETHER})
     known = {id(before): _windows(recorded_motion(before, run), True) for _, before, _, _ in cases}
     moved = [_windows(recorded_motion(after, run), True) for _, _, after, _ in cases]
     found: dict[str, list[np.ndarray]] = {}
@@ -247,8 +244,6 @@ def planted(
             np.stack([score(usual[id(case[1])], case[0]), score(eye.see(windows), case[0])])
             for case, windows in zip(cases, moved, strict=True)
         ]
-    summed = [found[name] for name in together]
-    found[TOGETHER] = [np.sum(each, axis=0) for each in zip(*summed, strict=True)]
     found["read first"] = found[said[0].name]
     rows: list[list[object]] = []
     for way, each in found.items():
@@ -262,8 +257,8 @@ def planted(
 
 
 def eyes(run: RunClassifiers) -> tuple[Eye, ...]:
-    """Return the ways to look that know nothing of planted individuals."""
-    return Eye(CLASSIFIERS, run.outputs), STATISTICS_EYE, ONE_CLASS_EYE
+    """Return the ways to look."""
+    return Eye(CLASSIFIERS, run.outputs), STATISTICS_EYE, ONE_CLASS_EYE, MOTION_EYE
 
 
 Scored = Callable[..., np.ndarray]
@@ -272,24 +267,21 @@ Scored = Callable[..., np.ndarray]
 def looked_at(run: RunClassifiers, genuine: list[RecordedMotion]) -> Iterator[tuple[Eye, np.ndarray, Scored]]:
     """Yield ways to look, scores of normal individuals, each by what was learned without it, and a scorer, as `judge_alike` has."""
     examples = _planted(genuine, run, 0, True)[0]
-    see = slice(run.signals)
-    for eye in (
-        *(replace(eye, columns=see) for eye in eyes(run)),
-        replace(TRAINED_EYE, columns=slice(run.signals, None)),
-    ):
+    for eye in eyes(run):
+        eye = replace(eye, columns=slice(run.signals, None) if eye is MOTION_EYE else slice(run.signals))
         yield eye, *scaled(eye, Normal.of([_windows(each, True) for each in genuine], np.inf), examples)
 
 
 def scaled(eye: Eye, normal: Normal, examples: list[Case]) -> tuple[np.ndarray, Scored]:
     """Return the scores of normal individuals in units of their scatter, and a scorer of others."""
     look = normal.look(eye, normal.pieces[0], (), examples, True)
-    scores, learned_all = look.normal, look.score
+    scores = look.normal
     middle = np.median(scores)
     scatter = np.median(np.abs(scores - middle))
 
     def score(features: list[np.ndarray], without: str = "") -> np.ndarray:
-        others = among(features, True)
-        means = np.array([learned_all(one, without).mean() if len(one.windows) else -np.inf for one in others])
+        shares = look.score(among(features, True), without)
+        means = np.array([each.mean() if len(each) else -np.inf for each in shares])
         return np.arcsinh((means - middle) / scatter)
 
     return np.arcsinh((scores - middle) / scatter), score
@@ -495,7 +487,7 @@ def direct(work: Path) -> Measured:
             from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
             run = run_classifiers(learned(work, pieces[0], "couzin", "all", 7, name))
-            eye = replace(TRAINED_EYE, columns=slice(run.signals, None))
+            eye = replace(MOTION_EYE, columns=slice(run.signals, None))
 
             def seen(recording: tl.Trajectories) -> list[np.ndarray]:
                 """Return windows relative to the median of all individuals."""
@@ -561,13 +553,10 @@ def alarms(work: Path) -> Measured:
                     genuine = [recorded_motion(each, run) for each in group(name, count, 40000 + part)]
                     fresh = [recorded_motion(each, run) for each in group(name, 40, 50000 + part)]
                     said = detect(run, fresh[0], genuine=genuine).rankings
-                    together = added({each.name: each.area for each in said if each.name != TOGETHER})
                     usual, new = {}, {}
                     for eye, scores, score in looked_at(run, genuine):
                         usual[eye.name] = scores
                         new[eye.name] = np.stack([score(eye.see(_windows(each, True))) for each in fresh])
-                    for each in (usual, new):
-                        each[TOGETHER] = sum(each[name] for name in together)
                     usual["read first"], new["read first"] = usual[said[0].name], new[said[0].name]
                     for way, scores in usual.items():
                         chances = (1 + (scores >= new[way][..., None]).sum(axis=-1)) / (len(scores) + 1)

@@ -2,12 +2,13 @@
 
 A classifier has a direction: genuine against the counterfeits that lived then. Many together, taken without a
 direction, describe an individual. The score of an individual is the Mahalanobis distance of its mean outputs
-from those of normal individuals; the same is done with window statistics instead of classifiers, and with a
-one-class support vector machine, as baselines. Source: docs/decisions/0031-judged-alike.md.
+from those of normal individuals. The same is done with statistics of motion instead of classifiers, with a few for
+each window and with a one-class support vector machine as baselines. Source: docs/decisions/0031-judged-alike.md.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -21,15 +22,15 @@ FELLOWS = 3
 SHRINKAGE = 0.1
 """Added to each variance, as a share of their mean."""
 WITHIN = 0.3
-"""Share of the covariance of windows of one individual, as large as that of individuals, that is added where kinds are known."""
+"""Share of the covariance of windows of one individual, as large as that of individuals, that is added for planted ones."""
+PLANTED = 0.2
+"""What the square along the directions of planted individuals weighs beside that of the distance, both 1 for normal ones."""
 LEAST_SPREAD = 1e-3
 """Standard deviation from which on a feature counts as it is: an output that never changes is no measure."""
-CLASSIFIERS, TRAINED, TOGETHER = "judged alike", "trained on planted", "all together"
+CLASSIFIERS, MOTION = "judged alike", "motion statistics"
 BASELINES = ("window statistics", "one-class SVM")
 MARGIN = 0.02
-"""By how much the area of one way to look must be larger than that of all together to be read instead: few cases decide it."""
-WORSE = 0.1
-"""By how much the area of a way to look may be smaller than the largest, to be added up."""
+"""By how much the area of another way to look must be larger to be read instead of motion statistics: few cases decide it."""
 FOLDS = 10
 WINDOWS = 2000  # that a support vector machine learns from, at most
 
@@ -66,8 +67,8 @@ def distance(normal: Sequence[Seen], relative: bool, planted: Sequence[Planted] 
     """Learn how normal individuals deviate from what is usual; score by the Mahalanobis distance, whose square is a sum.
 
     Of planted individuals, learn for each kind the direction in which it differs most (Fisher's linear
-    discriminant), and score by all of them; in either sense of each, an individual is as unlike. If `relative`,
-    what is usual is the median of the fellows. Features are in units of the standard deviations of windows.
+    discriminant); the mean square along these is added to that of the distance. If `relative`, what is usual is
+    the median of the fellows. Features are in units of the standard deviations of windows.
     """
     spread = np.maximum(np.concatenate([each.windows for each in normal]).std(axis=0), LEAST_SPREAD)
     deviations = np.stack([(each.windows.mean(axis=0) - each.shared) / spread for each in normal])
@@ -76,24 +77,23 @@ def distance(normal: Sequence[Seen], relative: bool, planted: Sequence[Planted] 
     covariance = around.T @ around / max(len(around) - 1, 1)
     ridge = max(SHRINKAGE * float(np.trace(covariance)) / len(covariance), 1e-12)
     covariance = covariance + ridge * np.eye(len(covariance))
+    inverse = np.linalg.inv(covariance)
+    inverse /= max(float(np.einsum("nf,fg,ng->n", around, inverse, around).mean()), 1e-12)
     changes: dict[str, list[np.ndarray]] = {}
     for each in planted:
         changes.setdefault(each.kind, []).append(each.change / spread)
-    kinds, inverse = np.array(list(changes)), np.empty(0)
+    kinds, towards = np.array(list(changes)), np.empty((len(inverse), 0))
     if changes:
         windows = np.concatenate([(each.windows - each.windows.mean(axis=0)) / spread for each in normal])
         within = windows.T @ windows
         covariance = covariance + WITHIN * np.trace(covariance) / max(float(np.trace(within)), 1e-12) * within
         towards = np.linalg.solve(covariance, np.stack([np.mean(some, axis=0) for some in changes.values()], axis=1))
         towards /= np.maximum(np.sqrt(((around @ towards) ** 2).mean(axis=0)), 1e-12)
-    else:
-        inverse = np.linalg.inv(covariance)
 
     def score(one: Seen, without: str = "") -> np.ndarray:
-        weights, unlike = inverse, (one.windows - one.shared) / spread - center
-        if changes:
-            kept = towards[:, kinds != without] if (kinds != without).any() else towards
-            weights = kept @ kept.T / kept.shape[1]
+        weights, unlike, kept = inverse, (one.windows - one.shared) / spread - center, towards[:, kinds != without]
+        if kept.size:
+            weights = inverse + PLANTED / kept.shape[1] * (kept @ kept.T)
         mean = unlike.mean(axis=0)
         way = weights @ mean
         return np.asarray(unlike @ way / max(float(np.sqrt(mean @ way)), 1e-12))
@@ -136,17 +136,41 @@ def window_statistics(windows: np.ndarray) -> np.ndarray:
     return np.concatenate(parts, axis=1)
 
 
-def _more_statistics(windows: np.ndarray) -> np.ndarray:
-    """Return ten statistics (K, 10 D) of each signal: these, how lopsided its changes are, least and largest value."""
-    steps = np.diff(windows, axis=1)
-    lopsided = ((steps - steps.mean(axis=1, keepdims=True)) ** 3).mean(axis=1)
-    lopsided /= np.maximum(steps.std(axis=1) ** 3, 1e-9)
-    return np.concatenate((window_statistics(windows), lopsided, windows.min(axis=1), windows.max(axis=1)), axis=1)
+def motion_statistics(windows: np.ndarray) -> np.ndarray:
+    """Return window statistics of all signals; and of the first three, those of own motion, how they go (K, F).
+
+    For each of these the share of up to eight bands of frequency in its power, and skewness and kurtosis of values
+    and changes; for each two, how their magnitudes go together, at once and 0.05 and 0.125 of the window apart.
+    """
+    own = windows[..., :3]
+    length, count = own.shape[1], own.shape[2]
+    around = own - own.mean(axis=1, keepdims=True)
+    power = np.abs(np.fft.rfft(around * np.hanning(length)[:, None], axis=1))[:, 1:] ** 2
+    edges = np.unique(np.geomspace(1, power.shape[1] + 1, 9).round().astype(int)) - 1
+    power /= np.maximum(power.mean(axis=1, keepdims=True), 1e-12)
+    parts = [np.log(power[:, low:high].mean(axis=1) + 1e-3) for low, high in pairwise(edges)]
+    for values in (own, np.diff(own, axis=1)):
+        unit = _standardized(values)
+        skewness = (unit**3).mean(axis=1)
+        parts += [skewness / (1 + np.abs(skewness)), np.log(1 + (unit**4).mean(axis=1))]
+    size = _standardized(np.abs(own))
+    for one, other in combinations(range(count), 2):
+        for lag in (-(length // 8), -(length // 20), 0, length // 20, length // 8):
+            before, after = (one, other) if lag >= 0 else (other, one)
+            late, early = size[:, abs(lag) :, before], size[:, : length - abs(lag), after]
+            parts.append((late * early).mean(axis=1, keepdims=True))
+    return np.concatenate((window_statistics(windows), *parts), axis=1)
+
+
+def _standardized(values: np.ndarray) -> np.ndarray:
+    """Return signals in units of their standard deviation in each window, around their mean in it."""
+    around = values - values.mean(axis=1, keepdims=True)
+    return around / np.maximum(values.std(axis=1, keepdims=True), 1e-9)
 
 
 STATISTICS_EYE = Eye(BASELINES[0], window_statistics)
 ONE_CLASS_EYE = Eye(BASELINES[1], window_statistics, one_class)
-TRAINED_EYE = Eye(TRAINED, _more_statistics)
+MOTION_EYE = Eye(MOTION, motion_statistics)
 """The only one that is shown planted individuals."""
 
 
@@ -181,7 +205,7 @@ class Ranking:
 class Detection:
     """What is said of the individuals of a recording."""
 
-    #: The first is the one to read: that which tells known cases best; all together unless one way is clearly better
+    #: The first is the one to read: motion statistics, unless another way tells known cases clearly better
     rankings: tuple[Ranking, ...]
     false_alarms: float  #: Share of normal individuals that may be called abnormal, as it was asked for
     level: float | None  #: The share that can be promised; None if none can
@@ -257,11 +281,8 @@ def judge_alike(
     relative = min(there) >= FELLOWS if relative is None else relative
     known = Normal.of(normal, int(np.median([len(each) for each in motion if len(each)])))
     looks = [known.look(eye, motion, cases, planted, relative) for eye in eyes]
-    if len(looks) > 1:
-        kept = added({look.name: look.area for look in looks})
-        looks.append(_together([look for look in looks if look.name in kept]))
     rankings = [_ranked(look, names, false_alarms if promised else None) for look in looks]
-    rankings.sort(key=lambda ranking: -(ranking.area or 0.0) - (ranking.name == TOGETHER) * MARGIN)
+    rankings.sort(key=lambda ranking: -(ranking.area or 0.0) - (ranking.name == MOTION) * MARGIN)
     return Detection(
         rankings=tuple(rankings),
         false_alarms=false_alarms,
@@ -270,12 +291,6 @@ def judge_alike(
         recordings=len(normal) if recordings is None else recordings,
         cases=said_of_cases if cases else "",
     )
-
-
-def added(areas: Mapping[str, float | None]) -> list[str]:
-    """Return the names of the ways to look that are added up: none that tells cases much worse, and no baseline beside training."""
-    ways = {name: area or 0.0 for name, area in areas.items() if not (TRAINED in areas and name in BASELINES)}
-    return [name for name, area in ways.items() if area >= max(ways.values()) - WORSE]
 
 
 def among(features: Sequence[np.ndarray], relative: bool) -> list[Seen]:
@@ -294,7 +309,8 @@ class Look:
     shares: list[np.ndarray]  # (W,) of each of the individuals
     normal: np.ndarray  # (n,), scores of normal individuals
     cases: np.ndarray  # (K,), scores of cases
-    score: Scorer | None = None  # what was learned from all normal individuals; None for several ways together
+    #: Of the individuals of a recording; as high as by what was learned without a part of the normal ones, in the median
+    score: Callable[..., list[np.ndarray]]
 
     @property
     def area(self) -> float | None:
@@ -344,36 +360,31 @@ class Normal:
         seen = [eye.see(windows) for windows in self.pieces]
         beside = [among(each, relative) for each in seen]
         usual, shown = [beside[p][k] for p, k in self.members], list[Planted]()
-        for case, whose, own, fellows in self.placed(eye, planted if eye.name == TRAINED else (), seen):
+        for case, whose, own, fellows in self.placed(eye, planted if eye.name == MOTION else (), seen):
             if len(before := fellows[case.place]):
                 shown.append(Planted(whose, case.kind, own.mean(axis=0) - before.mean(axis=0)))
-        score, without, count = eye.learn(usual, relative, shown), list[Scorer](), self.whose.max() + 1
+        whole, without, count = eye.learn(usual, relative, shown), list[Scorer](), self.whose.max() + 1
         for fold in np.array_split(np.arange(count), min(FOLDS, count)):
             kept = [each for each, whose in zip(usual, self.whose, strict=True) if whose not in fold]
             without += [eye.learn(kept, relative, [each for each in shown if each.whose not in fold])] * len(fold)
-        shares = [score(each) if len(each.windows) else np.empty(0) for each in among(eye.see(motion), relative)]
+
+        def score(ones: Sequence[Seen], kind: str = "") -> list[np.ndarray]:
+            shares = [whole(one, kind) if len(one.windows) else np.empty(0) for one in ones]
+            if len(set(self.owners)) == 1:  # how recordings differ is not known: be careful
+                return shares
+            apart = [
+                np.mean([each(one, kind).mean() for each in dict.fromkeys(without)]) for one in ones if len(one.windows)
+            ]
+            higher = float(np.median(np.array(apart) - [each.mean() for each in shares if len(each)]))
+            return [each + higher for each in shares]
+
+        shares = score(among(eye.see(motion), relative))
         scores = [without[whose](each).mean() for each, whose in zip(usual, self.whose, strict=True)]
         known = []
         for case, whose, own, fellows in self.placed(eye, cases, seen):
             fellows[case.place] = own
             known.append(float(without[whose](among(fellows, relative)[case.place], case.kind).mean()))
         return Look(eye.name, self, shares, np.array(scores), np.array(known), score)
-
-
-def _together(looks: Sequence[Look]) -> Look:
-    """Add up what several ways find, each in units of the scatter of normal individuals, and large scores by their logarithm."""
-    shares: list[np.ndarray] = [np.zeros(len(each)) for each in looks[0].shares]
-    normal, cases = np.zeros(len(looks[0].normal)), np.zeros(len(looks[0].cases))
-    for look in looks:
-        middle = float(np.median(look.normal))
-        scatter = max(float(np.median(np.abs(look.normal - middle))), 1e-9)
-        normal += np.arcsinh((look.normal - middle) / scatter)
-        cases += np.arcsinh((look.cases - middle) / scatter)
-        for k, each in enumerate(look.shares):
-            if len(each):
-                score = (each.mean() - middle) / scatter
-                shares[k] += (each - middle) / scatter * (np.arcsinh(score) / score if score else 1.0)
-    return Look(TOGETHER, looks[0].known, shares, normal, cases)
 
 
 def _ranked(look: Look, names: Sequence[str], false_alarms: float | None) -> Ranking:

@@ -10,7 +10,7 @@ from turing_learning.config._sections import check, reject
 from turing_learning.report import counted
 from turing_learning.swarm import Scenario, Trials, alone
 
-from ._alike import CLASSIFIERS, ONE_CLASS_EYE, STATISTICS_EYE, TRAINED_EYE, Case, Detection, Eye, Windows, judge_alike
+from ._alike import CLASSIFIERS, MOTION_EYE, ONE_CLASS_EYE, STATISTICS_EYE, Case, Detection, Eye, Windows, judge_alike
 from ._kinds import KINDS, SOCIAL, plant
 from ._motion import Motion, RecordedMotion
 from ._run import RunClassifiers, motion_of
@@ -60,8 +60,7 @@ def detect(
     eyes = [Eye(CLASSIFIERS, run.outputs, columns=own), replace(STATISTICS_EYE, columns=own)]
     if find_spec("sklearn") is not None:
         eyes.append(replace(ONE_CLASS_EYE, columns=own))
-    if beside:
-        eyes.append(replace(TRAINED_EYE, columns=slice(run.signals, None)))
+    eyes.append(replace(MOTION_EYE, columns=slice(run.signals, None) if beside else own))
     windows = _windows(motion, beside)
     lengths = [len(each) for each in windows if len(each)]
     check(lengths, "motion", "hold a window", "none", "Record for longer.")
@@ -97,7 +96,7 @@ def detect(
 
 
 def _windows(motion: Moved, beside: bool) -> list[np.ndarray]:
-    """Return the windows (W, T, D) of each individual, or (W, T, D + 9) with what it does beside others."""
+    """Return the windows (W, T, D) of each individual, or (W, T, D + 10) with what it does beside others."""
     if not (beside and isinstance(motion, RecordedMotion)):
         return list(motion.samples)
     return [np.concatenate(both, axis=2) for both in zip(motion.samples, motion.company, strict=True)]

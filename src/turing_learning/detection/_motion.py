@@ -186,7 +186,7 @@ class RecordedMotion:
     times: tuple[np.ndarray, ...]
     duration_s: float  #: Of the recording (s)
     recording: Trajectories | None = None  #: Where the windows are from; None if that is not known
-    #: A arrays (W, T, 9), or none, what each does beside the others at the same times; none for one alone
+    #: A arrays (W, T, 10), or none, what each does beside the others at the same times; none for one alone
     company: tuple[np.ndarray, ...] = ()
 
 
@@ -202,12 +202,12 @@ def paths_of(recording: Trajectories, smooth_frames: int = 1) -> np.ndarray:
 
 
 def company(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
-    """Return what one of two or more individuals does at each step, own motion and others beside it (F - 1, 9).
+    """Return what one of two or more individuals does at each step, own motion and others beside it (F - 1, 10).
 
     Speed, turn, and acceleration; distance and bearing of the nearest other; distance of the middle of all
-    others, and whether it is ahead (the cosine); distance from the border of the space that all move in; and
-    how much its velocity is what that of another was some time ago (the share of their correlation). Paths
-    (F, A, 2) are in cm and without gaps.
+    others, and whether it is ahead (the cosine); distances from the border and from the middle of the space
+    that all move in; and how much its velocity is what that of another was some time ago (the share of their
+    correlation). Paths (F, A, 2) are in cm and without gaps.
     """
     places, velocities = paths[:-1], np.diff(paths, axis=0) * fps
     steps, others = np.arange(len(places)), np.delete(np.arange(paths.shape[1]), k)
@@ -230,6 +230,7 @@ def company(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
         np.hypot(middle[:, 0], middle[:, 1]),
         ahead,
         np.minimum(places[:, k] - low, high - places[:, k]).min(axis=1),
+        np.hypot(*(places[:, k] - (low + high) / 2).T),
         _following(own, velocities[:, others], fps),
     )
     return np.stack(columns, axis=1)

@@ -8,15 +8,15 @@ import pytest
 from turing_learning.config import ConfigurationError
 from turing_learning.detection import detect, plant_abnormal, run_classifiers
 from turing_learning.detection._alike import (
+    MOTION_EYE,
     ONE_CLASS_EYE,
     STATISTICS_EYE,
-    TRAINED_EYE,
     Case,
     Eye,
     Planted,
-    added,
     among,
     judge_alike,
+    motion_statistics,
     window_statistics,
 )
 from turing_learning.detection._kinds import KINDS, plant
@@ -118,7 +118,7 @@ def test_the_way_that_tells_cases_is_read_and_cases_have_no_part_in_their_measur
     found = judged(strange(), NORMAL, [blind, STATISTICS_EYE], cases=cases, said_of_cases="12 planted individuals")
     areas = {each.name: each.area for each in found.rankings}
     assert areas["window statistics"] > 0.95 > areas["judged alike"]
-    assert found.rankings[0].name in ("window statistics", "all together")
+    assert found.rankings[0].name == "window statistics"
     assert "On 12 planted individuals the classifiers do not beat the baselines" in found.remarks[-1]
 
 
@@ -130,18 +130,18 @@ def kinds(by, what):
 
 
 @pytest.mark.parametrize("by", [2.0, -2.0])
-def test_what_is_trained_on_planted_individuals_tells_them_in_either_sense(by):
+def test_motion_statistics_that_are_shown_planted_individuals_tell_them_in_either_sense(by):
     motion = group()
     motion[2] = motion[2] + [by, 0.0]
     options = {"planted": kinds(2.0, 0), "cases": kinds(2.0, 0), "said_of_cases": "planted ones"}
-    found = judged(motion, NORMAL, [TRAINED_EYE], **options)
+    found = judged(motion, NORMAL, [MOTION_EYE], **options)
     assert found.individuals[2].rank == 1
     assert found.individuals[2].abnormal
 
 
-def test_what_is_trained_is_compared_by_kinds_that_it_has_not_seen():
+def test_motion_statistics_are_compared_by_kinds_that_they_have_not_been_shown():
     both, seen = kinds(2.0, 0) + kinds(2.0, 1), []
-    eye = TRAINED_EYE
+    eye = MOTION_EYE
 
     def learn(*arguments):
         scorer = eye.learn(*arguments)
@@ -169,19 +169,8 @@ def test_what_is_trained_is_compared_by_kinds_that_it_has_not_seen():
 
 
 def test_a_recording_without_planted_ones_is_scored_by_the_distance_alone():
-    eye = TRAINED_EYE
+    eye = MOTION_EYE
     assert judged(strange(), NORMAL, [eye]).individuals[2].rank == 1
-
-
-def test_what_tells_cases_much_worse_is_not_added_up_and_no_baseline_is_beside_training():
-    baselines = {"window statistics": 0.99, "one-class SVM": 0.8}
-    assert added({"judged alike": 0.85, **baselines}) == ["window statistics"]
-    assert added({"judged alike": 0.9, **baselines}) == ["judged alike", "window statistics"]
-    assert added({"judged alike": 0.85, **baselines, "trained on planted": 0.9}) == [
-        "judged alike",
-        "trained on planted",
-    ]
-    assert added(dict.fromkeys(("judged alike", *baselines))) == ["judged alike", *baselines]
 
 
 def test_a_one_class_machine_finds_what_is_far_away():
@@ -246,3 +235,30 @@ def test_an_unknown_kind_is_rejected():
         ConfigurationError, match=r"`kind` must be a known kind of planted individual; got 'too slwo'. Did you mean"
     ):
         plant(recording, 0, "too slwo", np.random.default_rng(0))
+
+
+def test_motion_statistics_see_rhythm_and_what_goes_together_whatever_the_unit():
+    time = np.arange(40)
+    slow, fast = np.sin(2 * np.pi * time / 40), np.sin(2 * np.pi * time / 3)
+    late = np.roll(np.abs(RNG.standard_normal(40)), 5)
+    windows = np.stack([slow, fast, late], axis=1)[None]
+    found = motion_statistics(windows)
+    np.testing.assert_allclose(motion_statistics(1e-3 * windows)[:, 21:], found[:, 21:], atol=1e-6)
+    shares = found[0, 21:42].reshape(7, 3)  # of bands: a period is the window, half of it, ..., 2 to 3 steps
+    assert shares[:, 0].argmax() == 0
+    assert shares[:, 1].argmax() == 5
+    assert (shares[2:, 0] < -6).all()
+    assert (shares[:5, 1] < -6).all()
+
+
+def test_motion_statistics_find_how_late_one_magnitude_follows_another():
+    early = RNG.standard_normal((200, 48))
+    windows = np.stack([early[:, 8:], early[:, 3:-5]], axis=2)  # the second does what the first did five steps ago
+    together = motion_statistics(windows)[:, -5:].mean(axis=0)
+    assert together.argmax() == 0
+    assert together[0] > 0.7
+    assert np.abs(together[1:]).max() < 0.2
+
+
+def test_windows_of_two_steps_have_motion_statistics():
+    assert np.isfinite(motion_statistics(RNG.standard_normal((3, 2, 4)))).all()

@@ -20,8 +20,8 @@ def test_own_motion_and_that_beside_others_by_hand():
     paths[:, 1] = [0.0, 3.0]
     paths[:, 2] = [4.0, 0.0]
     found = company(paths, 0, 2.0)
-    assert found.shape == (3, 9)
-    speed, turn, acceleration, distance, bearing, middle, ahead, border, _ = found.T
+    assert found.shape == (3, 10)
+    speed, turn, acceleration, distance, bearing, middle, ahead, border, center, _ = found.T
     np.testing.assert_allclose(speed, 2.0)
     np.testing.assert_allclose([turn, acceleration], 0.0)
     np.testing.assert_allclose(distance, [3.0, 3.0, 2.0])  # from the second step on the one ahead is nearer
@@ -29,6 +29,7 @@ def test_own_motion_and_that_beside_others_by_hand():
     np.testing.assert_allclose(middle[0], 2.5)
     np.testing.assert_allclose(ahead[0], 0.8)
     np.testing.assert_allclose(border, 0.0)
+    np.testing.assert_allclose(center, np.hypot([2.0, 1.0, 0.0], 1.5))
 
 
 @pytest.mark.parametrize(("delay_s", "followed"), [(1.0, True), (5.0, True), (9.0, False)])
