@@ -255,6 +255,11 @@
     event.preventDefault();
   }
 
+  function watchResolution() {  // of the screen, or by another zoom; it may change after the size
+    const changed = () => { draw(); watchResolution(); };
+    matchMedia(`(resolution: ${window.devicePixelRatio}dppx)`).addEventListener("change", changed, { once: true });
+  }
+
   function start() {
     const [left, bottom, right, top] = data.view;
     canvases.forEach((canvas) => { canvas.style.aspectRatio = `${right - left} / ${top - bottom}`; });
@@ -268,7 +273,8 @@
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readColors(); draw(); });
     const observer = new ResizeObserver(draw);
     canvases.forEach((canvas) => observer.observe(canvas));
-    addEventListener("resize", draw);  // another zoom changes the resolution, and may come after the size
+    addEventListener("resize", draw);
+    watchResolution();
     readColors();
     show();
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) toggle();
