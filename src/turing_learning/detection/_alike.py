@@ -2,8 +2,8 @@
 
 A classifier has a direction: genuine against the counterfeits that lived then. Many together, taken without a
 direction, describe an individual. The score of an individual is the Mahalanobis distance of its mean outputs
-from those of normal individuals. The same is done with statistics of motion instead of classifiers, with a few for
-each window and with a one-class support vector machine as baselines. Source: docs/decisions/0031-judged-alike.md.
+from those of normal individuals. Motion statistics are scored by the same distance, and are read first. Two baselines,
+few statistics of each window and a one-class support vector machine, are beside. Source: docs/decisions/0031-judged-alike.md.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -24,7 +24,7 @@ SHRINKAGE = 0.1
 WITHIN = 0.3
 """Share of the covariance of windows of one individual, as large as that of individuals, that is added for planted ones."""
 PLANTED = 0.2
-"""What the square along the directions of planted individuals weighs beside that of the distance, both 1 for normal ones."""
+"""Weight of the mean square along the directions of planted individuals; it and the squared distance are 1 for normal ones."""
 LEAST_SPREAD = 1e-3
 """Standard deviation from which on a feature counts as it is: an output that never changes is no measure."""
 CLASSIFIERS, MOTION = "judged alike", "motion statistics"
@@ -137,10 +137,10 @@ def window_statistics(windows: np.ndarray) -> np.ndarray:
 
 
 def motion_statistics(windows: np.ndarray) -> np.ndarray:
-    """Return window statistics of all signals; and of the first three, those of own motion, how they go (K, F).
+    """Return window statistics of all signals, and more of the first three, which describe own motion (K, F).
 
-    For each of these the share of up to eight bands of frequency in its power, and skewness and kurtosis of values
-    and changes; for each two, how their magnitudes go together, at once and 0.05 and 0.125 of the window apart.
+    Each of these three has the shares of up to eight frequency bands in its power, and the skewness and kurtosis of
+    its values and changes. Each pair has the correlations of their magnitudes, at lags of 0, 0.05 and 0.125 windows.
     """
     own = windows[..., :3]
     length, count = own.shape[1], own.shape[2]
@@ -309,7 +309,8 @@ class Look:
     shares: list[np.ndarray]  # (W,) of each of the individuals
     normal: np.ndarray  # (n,), scores of normal individuals
     cases: np.ndarray  # (K,), scores of cases
-    #: Of the individuals of a recording; as high as by what was learned without a part of the normal ones, in the median
+    #: From the individuals of a recording to the shares of each. Normal ones are scored by fewer recordings, which scores
+    #: higher; the median of this difference is added, so that both can be compared
     score: Callable[..., list[np.ndarray]]
 
     @property
@@ -370,7 +371,7 @@ class Normal:
 
         def score(ones: Sequence[Seen], kind: str = "") -> list[np.ndarray]:
             shares = [whole(one, kind) if len(one.windows) else np.empty(0) for one in ones]
-            if len(set(self.owners)) == 1:  # how recordings differ is not known: be careful
+            if len(set(self.owners)) == 1:  # individuals are left out, not recordings: the difference is not known
                 return shares
             apart = [
                 np.mean([each(one, kind).mean() for each in dict.fromkeys(without)]) for one in ones if len(one.windows)
