@@ -543,7 +543,7 @@ def alarms(work: Path) -> Measured:
         ("burst-and-coast", "own", "burst-and-coast"),
         ("boids", "all", "boids"),
     ):
-        for count in (5, 20):
+        for count in (1, 5, 20):
 
             def measure(name=name, signals=signals, model=model, count=count):
                 result = learned(work, group(name, 1, 1)[0], model, signals, 1, name, TANK)

@@ -8,6 +8,7 @@ few statistics of each window and a one-class support vector machine, are beside
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import combinations, pairwise
 from typing import NamedTuple
 
@@ -19,6 +20,12 @@ from turing_learning.errors import number
 
 FELLOWS = 3
 """Individuals of a recording from which on their median is subtracted: what all share is no sign of anybody."""
+BESIDE = 0.5
+"""Share of the median score of the fellows that is subtracted from a score: in some recordings all differ more than in others."""
+OWN = 3
+"""Signals that describe own motion: the first ones."""
+STATISTICS = 7
+"""Window statistics of a signal."""
 SHRINKAGE = 0.1
 """Added to each variance, as a share of their mean."""
 WITHIN = 0.3
@@ -63,18 +70,21 @@ def split(values: np.ndarray, like: Windows) -> list[np.ndarray]:
     return np.split(values, np.cumsum([len(each) for each in like])[:-1])
 
 
-def distance(normal: Sequence[Seen], relative: bool, planted: Sequence[Planted] = ()) -> Scorer:
+def distance(normal: Sequence[Seen], relative: bool, planted: Sequence[Planted] = (), apart: int = 0) -> Scorer:
     """Learn how normal individuals deviate from what is usual; score by the Mahalanobis distance, whose square is a sum.
 
     Of planted individuals, learn for each kind the direction in which it differs most (Fisher's linear
     discriminant); the mean square along these is added to that of the distance. If `relative`, what is usual is
-    the median of the fellows. Features are in units of the standard deviations of windows.
+    the median of the fellows. Features are in units of the standard deviations of windows. How those `apart`, the
+    last ones, go together with the others is not learned.
     """
     spread = np.maximum(np.concatenate([each.windows for each in normal]).std(axis=0), LEAST_SPREAD)
     deviations = np.stack([(each.windows.mean(axis=0) - each.shared) / spread for each in normal])
     center = 0.0 if relative else deviations.mean(axis=0)
     around = deviations - center
     covariance = around.T @ around / max(len(around) - 1, 1)
+    if apart:
+        covariance[:-apart, -apart:] = covariance[-apart:, :-apart] = 0.0
     ridge = max(SHRINKAGE * float(np.trace(covariance)) / len(covariance), 1e-12)
     covariance = covariance + ridge * np.eye(len(covariance))
     inverse = np.linalg.inv(covariance)
@@ -141,14 +151,16 @@ def motion_statistics(windows: np.ndarray) -> np.ndarray:
 
     Each of these three has the shares of up to eight frequency bands in its power, and the skewness and kurtosis of
     its values and changes. Each pair has the correlations of their magnitudes, at lags of 0, 0.05 and 0.125 windows.
+    Window statistics of the other signals come last.
     """
-    own = windows[..., :3]
+    own = windows[..., :OWN]
     length, count = own.shape[1], own.shape[2]
     around = own - own.mean(axis=1, keepdims=True)
     power = np.abs(np.fft.rfft(around * np.hanning(length)[:, None], axis=1))[:, 1:] ** 2
     edges = np.unique(np.geomspace(1, power.shape[1] + 1, 9).round().astype(int)) - 1
     power /= np.maximum(power.mean(axis=1, keepdims=True), 1e-12)
-    parts = [np.log(power[:, low:high].mean(axis=1) + 1e-3) for low, high in pairwise(edges)]
+    parts = [window_statistics(own)]
+    parts += [np.log(power[:, low:high].mean(axis=1) + 1e-3) for low, high in pairwise(edges)]
     for values in (own, np.diff(own, axis=1)):
         unit = _standardized(values)
         skewness = (unit**3).mean(axis=1)
@@ -159,7 +171,7 @@ def motion_statistics(windows: np.ndarray) -> np.ndarray:
             before, after = (one, other) if lag >= 0 else (other, one)
             late, early = size[:, abs(lag) :, before], size[:, : length - abs(lag), after]
             parts.append((late * early).mean(axis=1, keepdims=True))
-    return np.concatenate((window_statistics(windows), *parts), axis=1)
+    return np.concatenate((*parts, window_statistics(windows[..., OWN:])), axis=1)
 
 
 def _standardized(values: np.ndarray) -> np.ndarray:
@@ -278,7 +290,7 @@ def judge_alike(
     there = [sum(1 for each in windows if len(each)) for windows in (motion, *normal)]
     counted = sum(there[1:])
     check(counted >= 2, "genuine", "hold at least 2 normal individuals with a window", counted, "Record more of them.")
-    relative = min(there) >= FELLOWS if relative is None else relative
+    relative = min(filter(None, there)) >= FELLOWS if relative is None else relative
     known = Normal.of(normal, int(np.median([len(each) for each in motion if len(each)])))
     looks = [known.look(eye, motion, cases, planted, relative) for eye in eyes]
     rankings = [_ranked(look, names, false_alarms if promised else None) for look in looks]
@@ -300,6 +312,12 @@ def among(features: Sequence[np.ndarray], relative: bool) -> list[Seen]:
     return [Seen(each, shared) for each in features]
 
 
+def of_fellows(scores: np.ndarray) -> np.ndarray:
+    """Return for each individual of a recording the median score of the others, 0 without any; a score is NaN without windows."""
+    others = [np.delete(scores, k) for k in range(len(scores))]
+    return np.array([np.median(each[~np.isnan(each)]) if not np.isnan(each).all() else 0.0 for each in others])
+
+
 @dataclass(frozen=True, eq=False)
 class Look:
     """What one way to look finds."""
@@ -310,7 +328,7 @@ class Look:
     normal: np.ndarray  # (n,), scores of normal individuals
     cases: np.ndarray  # (K,), scores of cases
     #: From the individuals of a recording to the shares of each. Normal ones are scored by fewer recordings, which scores
-    #: higher; the median of this difference is added, so that both can be compared
+    #: higher; the median of this difference is added, so that both can be compared. `BESIDE` is subtracted of both
     score: Callable[..., list[np.ndarray]]
 
     @property
@@ -325,6 +343,7 @@ class Normal:
     pieces: list[Windows]
     owners: list[int]  # of which recording each piece is
     members: list[tuple[int, int]]  # piece and place in it of all who have windows there (n,)
+    single: bool  # whether these are of one recording
     whose: np.ndarray  # (n,), a recording, or an individual where there is one recording: with whom each is left out
     weights: np.ndarray  # (n,), that sum to 1 for each individual
     number: dict[tuple[int, int], int]  # of whose, by recording and place
@@ -341,9 +360,11 @@ class Normal:
         members = [(p, k) for p, windows in enumerate(pieces) for k, each in enumerate(windows) if len(each)]
         own = [(owners[p], k) for p, k in members]
         _, individual, parts = np.unique(own, axis=0, return_inverse=True, return_counts=True)
-        whose = individual if len(set(owners)) == 1 else np.unique([r for r, _ in own], return_inverse=True)[1]
+        _, recording = np.unique([r for r, _ in own], return_inverse=True)
+        single = not recording.any()
+        whose = individual if single else recording
         number = dict(zip(own, whose.tolist(), strict=True))
-        return cls(pieces, owners, members, whose, 1 / parts[individual], number)
+        return cls(pieces, owners, members, single, whose, 1 / parts[individual], number)
 
     def placed(
         self, eye: Eye, cases: Sequence[Case], seen: Sequence[list[np.ndarray]]
@@ -361,31 +382,44 @@ class Normal:
         seen = [eye.see(windows) for windows in self.pieces]
         beside = [among(each, relative) for each in seen]
         usual, shown = [beside[p][k] for p, k in self.members], list[Planted]()
-        for case, whose, own, fellows in self.placed(eye, planted if eye.name == MOTION else (), seen):
+        learn, motion_eye = eye.learn, eye.name == MOTION
+        signals = self.pieces[0][0][..., eye.columns].shape[-1]
+        if self.single and motion_eye and signals > OWN:  # one recording does not say how recordings differ
+            learn = partial(distance, apart=STATISTICS * (signals - OWN))
+        for case, whose, own, fellows in self.placed(eye, planted if motion_eye and not self.single else (), seen):
             if len(before := fellows[case.place]):
                 shown.append(Planted(whose, case.kind, own.mean(axis=0) - before.mean(axis=0)))
-        whole, without, count = eye.learn(usual, relative, shown), list[Scorer](), self.whose.max() + 1
+        whole, without, count = learn(usual, relative, shown), list[Scorer](), self.whose.max() + 1
         for fold in np.array_split(np.arange(count), min(FOLDS, count)):
             kept = [each for each, whose in zip(usual, self.whose, strict=True) if whose not in fold]
-            without += [eye.learn(kept, relative, [each for each in shown if each.whose not in fold])] * len(fold)
+            without += [learn(kept, relative, [each for each in shown if each.whose not in fold])] * len(fold)
 
         def score(ones: Sequence[Seen], kind: str = "") -> list[np.ndarray]:
-            shares = [whole(one, kind) if len(one.windows) else np.empty(0) for one in ones]
-            if len(set(self.owners)) == 1:  # individuals are left out, not recordings: the difference is not known
-                return shares
-            apart = [
-                np.mean([each(one, kind).mean() for each in dict.fromkeys(without)]) for one in ones if len(one.windows)
-            ]
-            higher = float(np.median(np.array(apart) - [each.mean() for each in shares if len(each)]))
-            return [each + higher for each in shares]
+            shares, higher = [whole(one, kind) if len(one.windows) else np.empty(0) for one in ones], 0.0
+            means = np.array([each.mean() if len(each) else np.nan for each in shares])
+            if not self.single:  # else individuals are left out, not recordings: the difference is not known
+                scorers = dict.fromkeys(without)
+                apart = [np.mean([each(one, kind).mean() for each in scorers]) for one in ones if len(one.windows)]
+                higher = float(np.median(np.array(apart) - means[~np.isnan(means)]))
+            usual = BESIDE * relative * of_fellows(means + higher)
+            return [each + higher - less for each, less in zip(shares, usual, strict=True)]
 
-        shares = score(among(eye.see(motion), relative))
-        scores = [without[whose](each).mean() for each, whose in zip(usual, self.whose, strict=True)]
-        known = []
+        def left_out(recording: int, ones: Sequence[Seen]) -> np.ndarray:
+            """Return scores of the individuals of a normal recording by what was learned without them, NaN without windows."""
+            by = [without[self.number.get((recording, k), 0)] for k in range(len(ones))]
+            return np.array(
+                [each(one).mean() if len(one.windows) else np.nan for each, one in zip(by, ones, strict=True)]
+            )
+
+        shares, known = score(among(eye.see(motion), relative)), list[float]()
+        normal = [left_out(owner, each) for owner, each in zip(self.owners, beside, strict=True)]
+        scores = np.concatenate([each - BESIDE * relative * of_fellows(each) for each in normal])
         for case, whose, own, fellows in self.placed(eye, cases, seen):
+            others = np.zeros(1) if case.recording is None else left_out(case.recording, among(fellows, relative))
             fellows[case.place] = own
-            known.append(float(without[whose](among(fellows, relative)[case.place], case.kind).mean()))
-        return Look(eye.name, self, shares, np.array(scores), np.array(known), score)
+            unlike = without[whose](among(fellows, relative)[case.place], case.kind).mean()
+            known.append(float(unlike - BESIDE * relative * of_fellows(others)[case.place]))
+        return Look(eye.name, self, shares, scores[~np.isnan(scores)], np.array(known), score)
 
 
 def _ranked(look: Look, names: Sequence[str], false_alarms: float | None) -> Ranking:

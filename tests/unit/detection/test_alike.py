@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.detection import detect, plant_abnormal, run_classifiers
+from turing_learning.detection import _alike, detect, plant_abnormal, run_classifiers
 from turing_learning.detection._alike import (
     MOTION_EYE,
     ONE_CLASS_EYE,
     STATISTICS_EYE,
     Case,
     Eye,
+    Normal,
     Planted,
     among,
     judge_alike,
@@ -166,6 +167,51 @@ def test_motion_statistics_are_compared_by_kinds_that_they_have_not_been_shown()
     for each in normal[0]:
         np.testing.assert_allclose(whole(each, "signal 0"), half(each))
     assert found.rankings[0].area > 0.5
+
+
+def coupled(first):
+    """Windows (W, 6, 5) of nine individuals: all but the first are as much faster as farther from others, the last signal."""
+    group, means = RNG.standard_normal((9, 40, 6, 5)), np.arange(-4.0, 5.0)
+    group[..., 0] += means[:, None, None]
+    group[..., 4] += np.append(first, means[1:])[:, None, None]
+    return list(group)
+
+
+@pytest.mark.parametrize(("recordings", "told"), [(1, False), (4, True)])
+def test_one_recording_does_not_say_how_own_motion_goes_together_with_what_is_done_beside_others(recordings, told):
+    normal, names = [coupled(-4.0) for _ in range(recordings)], [f"{k}" for k in range(9)]
+    other, *fellows = judge_alike([MOTION_EYE], coupled(4.0), normal, names=names).individuals
+    assert (other.score > 2 * max(each.score for each in fellows)) == told
+
+
+def test_a_recording_without_windows_beside_one_that_has_some_is_as_if_it_were_not_given():
+    motion, empty = strange(), [each[:0] for each in NORMAL[1]]
+    both, one = (judged(motion, normal, [MOTION_EYE]).individuals for normal in ([NORMAL[0], empty], NORMAL[:1]))
+    assert [each.score for each in both] == [each.score for each in one]
+
+
+def test_one_recording_shows_no_planted_individuals():
+    cases, motion = [each for each in kinds(2.0, 0) if each.recording == 0], strange()
+    shown, alone = (judged(motion, NORMAL[:1], [MOTION_EYE], planted=some).individuals for some in (cases, ()))
+    assert [each.score for each in shown] == [each.score for each in alone]
+
+
+@pytest.mark.parametrize("recordings", [1, 6])
+def test_half_of_the_median_score_of_the_fellows_is_subtracted(recordings, monkeypatch):
+    motion, known = strange(), Normal.of(NORMAL[:recordings], 12)
+    cases = kinds(2.0, 0)[:2]
+    lowered = known.look(STATISTICS_EYE, motion, cases, (), True)
+    monkeypatch.setattr(_alike, "BESIDE", 0.0)
+    plain = known.look(STATISTICS_EYE, motion, cases, (), True)
+
+    def less(scores):
+        return [one - 0.5 * np.median(np.delete(scores, k)) for k, one in enumerate(scores)]
+
+    np.testing.assert_allclose([each.mean() for each in lowered.shares], less([each.mean() for each in plain.shares]))
+    for own, before in zip(lowered.normal.reshape(-1, 5), plain.normal.reshape(-1, 5), strict=True):
+        np.testing.assert_allclose(own, less(before))
+    for k in range(2):
+        assert lowered.cases[k] == pytest.approx(plain.cases[k] - 0.5 * np.median(np.delete(plain.normal[:5], k)))
 
 
 def test_a_recording_without_planted_ones_is_scored_by_the_distance_alone():
