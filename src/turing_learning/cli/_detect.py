@@ -3,7 +3,7 @@
 import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -14,7 +14,7 @@ from cyclopts import Parameter
 import turing_learning as tl
 from turing_learning.errors import RefusedError, refuse, refusing_as, require
 
-from ._options import Files, Integer, Real, Tracks, titled
+from ._options import NEEDED, Files, Integer, Real, Tracks, titled
 from ._runs import opened
 from ._tables import plain_console, print_table
 
@@ -52,7 +52,7 @@ def detect(
 
       turing-learning detect runs/mine motion.csv
       turing-learning detect runs/mine motion.npy --rule fittest --false-alarms 0.001 --json
-      turing-learning detect runs/fish trial.txt --genuine monday.txt --genuine tuesday.txt --fps 25 --scale 12.3 --out trial.csv
+      turing-learning detect runs/fish trial.txt --genuine monday.txt --genuine tuesday.txt --out trial.csv
       turing-learning detect runs/mine --simulate 2
 
     :param run: A run folder with a full history.
@@ -76,7 +76,8 @@ def detect(
     require((motion is None) != (simulate is None), "MOTION", "be given, or --simulate", got)
     if samples is not None and simulate is None:
         refuse("samples", "be left out beside a file", str(samples), place="--samples")
-    if motion is None or not _is_recording(motion, tracks):
+    usual = _usual(run)
+    if motion is None or not _is_recording(motion, tracks, usual):
         remedy = "" if motion is None else f"{motion} holds samples of the run's signals, in their units."
         tracks.refuse_beside("be left out where there is no recording", remedy, out=out)
     if out is not None:
@@ -95,13 +96,13 @@ def detect(
         order = sorted(range(len(numbered)), key=numbered.__getitem__)
         given = tl.detection.Motion(tuple(planted.individuals[k] for k in order), planted.samples[order])
     else:
-        given = _read(motion, "motion", tracks, learned)
+        given = _read(motion, "motion", tracks, learned, usual)
     files = {"genuine": genuine or [], "abnormal": abnormal or []}
     chosen: dict[str, Any] = {"false_alarms": false_alarms, "seed": seed}
     found: tl.detection.Detection | None = None
     if rule == ALIKE:
         for name, paths in files.items():
-            chosen[name] = [_read(path, f"--{name}", tracks, learned) for path in paths]
+            chosen[name] = [_read(path, f"--{name}", tracks, learned, usual) for path in paths]
         found = tl.detection.detect(learned, given, **chosen)
         said = _ranked(found, given, learned.steps)
     else:
@@ -112,6 +113,11 @@ def detect(
                 chosen[name] = _samples(path, f"--{name}", learned).samples
         detector = tl.detection.Detector.from_run(result, rule=rule, **chosen)
         said = _voted(detector, given)
+    taken = {name: value for name, value in usual.items() if name not in tracks.given}
+    if taken and isinstance(given, tl.detection.RecordedMotion):
+        said.content["as_in_the_run"] = taken
+        options = " ".join(f"--{name.replace('_', '-')} {value}" for name, value in taken.items())
+        said.lines.append(f"What files do not state is as in the recording of the run: {options}")
     if as_json:
         print(json.dumps(said.content, indent=2))
     else:
@@ -123,18 +129,27 @@ def detect(
         _write(out, given, said.timed, found, as_json)
 
 
-def _is_recording(path: Path, tracks: Tracks) -> bool:
+def _usual(run: Path) -> dict[str, Any]:
+    """Return how the recording of a run was read, nothing for other runs."""
+    stored = tl.results.RunFolder(run).manifest().get("recording")
+    options = stored.get("options", {}) if isinstance(stored, Mapping) else {}
+    return {name: options[name] for name in (*NEEDED.values(), "every") if name in options}
+
+
+def _is_recording(path: Path, tracks: Tracks, usual: Mapping[str, Any]) -> bool:
     """Return whether a tracker wrote a file; other files hold samples."""
     from turing_learning.detection._motion import SUFFIXES, holds_motion
 
-    return path.suffix.lower() not in SUFFIXES or (bool(tracks.given) and not holds_motion(path))
+    return path.suffix.lower() not in SUFFIXES or (bool(tracks.given or usual) and not holds_motion(path))
 
 
-def _read(path: Path, option: str, tracks: Tracks, learned: "tl.detection.RunClassifiers") -> "Motion":
+def _read(
+    path: Path, option: str, tracks: Tracks, learned: "tl.detection.RunClassifiers", usual: Mapping[str, Any]
+) -> "Motion":
     """Return the motion in a file: windows of a recording that fits the run, or samples."""
-    if not _is_recording(path, tracks):
+    if not _is_recording(path, tracks, usual):
         return _samples(path, option, learned)
-    recording = tracks.read(path, option)
+    recording = tracks.read(path, option, usual)
     with refusing_as(RefusedError, place=str(path)):
         return tl.detection.recorded_motion(recording, learned, smooth_frames=tracks.smooth)
 
@@ -157,7 +172,7 @@ class _Said:
 
     headings: Sequence[str]
     rows: Sequence[Sequence[str]]
-    lines: Sequence[str]
+    lines: list[str]
     content: dict[str, Any]
     timed: "Sequence[tl.detection.TimedVerdict]" = ()
 

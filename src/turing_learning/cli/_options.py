@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 MOST_PROBLEMS = 12  # lines about what is found in a recording
 RECORDED = Group("Recorded motion", sort_key=10)
+NEEDED = {"fps": "fps", "pixels_per_cm": "scale", "y_axis": "y_axis"}
+"""Arguments that a file may need -> their options."""
 
 
 def number_of(kind: type, token: Any) -> Any:
@@ -67,11 +69,21 @@ class Tracks:
                 shown = " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
                 refuse(f"--{name.replace('_', '-')}", rule, shown, remedy)
 
-    def read(self, path: Path, name: str) -> "tl.Trajectories":
-        """Open a recording; `name` is that of the argument for its file."""
+    def read(self, path: Path, name: str, usual: Mapping[str, Any] | None = None) -> "tl.Trajectories":
+        """Open a recording; `name` is that of the argument for its file. What has to be given and is not is as `usual`."""
         from turing_learning.families._recorded import read_recording
 
-        return read_recording(path, name, self.given)
+        options, usual = self.given, usual or {}
+        while True:
+            try:
+                return read_recording(path, name, options)
+            except RefusedError as error:
+                why = error.refusal
+                missing = NEEDED.get(why.name, "") if why is not None and why.rule == "be given" else ""
+                if missing in options or missing not in usual:
+                    raise
+                more = (missing, "every") if missing == "fps" else (missing,)
+                options = {each: usual[each] for each in more if each in usual} | options
 
 
 @Parameter(name="*", group=RECORDED)

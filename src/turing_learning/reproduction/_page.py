@@ -199,7 +199,7 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
         results = found[experiment.id]
         blocks.append(
             f"Run at full size: {results.provenance['finished'][:10]}, {results.seconds / 60:.0f} minutes of computing. "
-            f"[Conditions, tables, more figures]({link}/{experiment.id}/README.md)."
+            f"[Details]({link}/{experiment.id}/README.md)."
         )
         first = {one.claim: one for one in reversed(results.pictures) if "paper" not in one.name}  # of each claim
         blocks += _pictures(reversed(first.values()), f"{link}/{experiment.id}/figures")
