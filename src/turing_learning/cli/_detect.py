@@ -14,7 +14,7 @@ from cyclopts import Parameter
 import turing_learning as tl
 from turing_learning.errors import RefusedError, refuse, refusing_as, require
 
-from ._options import NEEDED, Files, Integer, Real, Tracks, titled
+from ._options import Files, Integer, Real, Tracks, titled
 from ._runs import opened
 from ._tables import plain_console, print_table
 
@@ -113,7 +113,8 @@ def detect(
                 chosen[name] = _samples(path, f"--{name}", learned).samples
         detector = tl.detection.Detector.from_run(result, rule=rule, **chosen)
         said = _voted(detector, given)
-    taken = {name: value for name, value in usual.items() if name not in tracks.given}
+    chosen_rate = ("every",) if "fps" in tracks.given else ()
+    taken = {name: value for name, value in usual.items() if name not in (*tracks.given, *chosen_rate)}
     if taken and isinstance(given, tl.detection.RecordedMotion):
         said.content["as_in_the_run"] = taken
         options = " ".join(f"--{name.replace('_', '-')} {value}" for name, value in taken.items())
@@ -133,7 +134,7 @@ def _usual(run: Path) -> dict[str, Any]:
     """Return how the recording of a run was read, nothing for other runs."""
     stored = tl.results.RunFolder(run).manifest().get("recording")
     options = stored.get("options", {}) if isinstance(stored, Mapping) else {}
-    return {name: options[name] for name in (*NEEDED.values(), "every") if name in options}
+    return {name: options[name] for name in ("fps", "every", "scale", "y_axis") if name in options}
 
 
 def _is_recording(path: Path, tracks: Tracks, usual: Mapping[str, Any]) -> bool:

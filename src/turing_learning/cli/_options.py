@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 MOST_PROBLEMS = 12  # lines about what is found in a recording
 RECORDED = Group("Recorded motion", sort_key=10)
-NEEDED = {"fps": "fps", "pixels_per_cm": "scale", "y_axis": "y_axis"}
-"""Arguments that a file may need -> their options."""
 
 
 def number_of(kind: type, token: Any) -> Any:
@@ -70,20 +68,10 @@ class Tracks:
                 refuse(f"--{name.replace('_', '-')}", rule, shown, remedy)
 
     def read(self, path: Path, name: str, usual: Mapping[str, Any] | None = None) -> "tl.Trajectories":
-        """Open a recording; `name` is that of the argument for its file. What has to be given and is not is as `usual`."""
+        """Open a recording; `name` is that of the argument for its file. What neither options nor the file state is as `usual`."""
         from turing_learning.families._recorded import read_recording
 
-        options, usual = self.given, usual or {}
-        while True:
-            try:
-                return read_recording(path, name, options)
-            except RefusedError as error:
-                why = error.refusal
-                missing = NEEDED.get(why.name, "") if why is not None and why.rule == "be given" else ""
-                if missing in options or missing not in usual:
-                    raise
-                more = (missing, "every") if missing == "fps" else (missing,)
-                options = {each: usual[each] for each in more if each in usual} | options
+        return read_recording(path, name, self.given, usual or {})
 
 
 @Parameter(name="*", group=RECORDED)

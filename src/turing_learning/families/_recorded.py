@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import repeat
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
@@ -13,7 +14,9 @@ import numpy as np
 from turing_learning._files import digest_of, file_digest
 from turing_learning.errors import RefusedError, Setting, refuse, refusing_as, require
 
-from ..trajectories import SIGNALS, Trajectories, Windows, load_trajectories, pooled_windows
+from ..trajectories import SIGNALS, Trajectories, Windows, pooled_windows
+from ..trajectories._load import load_file
+from ..trajectories._recording import Options
 from ._family import NEIGHBOR, Family, Particles
 from ._kinds import FAMILIES
 
@@ -95,13 +98,22 @@ def as_recorded(
     return Replicates((first, *others), tuple(alike[kind] / alike.total() for kind in groups)) if others else first
 
 
-def read_recording(path: Path, name: str, options: Mapping[str, Any]) -> Trajectories:
-    """Open a tracker's file by those options of commands that are given; `name` is that of the argument for the file."""
+def read_recording(
+    path: Path, name: str, options: Mapping[str, Any], usual: Mapping[str, Any] = MappingProxyType({})
+) -> Trajectories:
+    """Open a tracker's file by those options of commands that are given; `name` is that of the argument for the file.
+
+    Frame rate, scale and direction of y that neither the options nor the file state are the `usual` ones, as is `every` then.
+    """
     every, bridge = options.get("every"), options.get("bridge")
-    how: dict[str, Any] = {name: options.get(name) for name in ("fps", "y_axis", "format", "keypoint")}
+    fps, scale, y_axis, keypoint = map(options.get, ("fps", "scale", "y_axis", "keypoint"))
+    otherwise = {"fps": usual.get("fps"), "pixels_per_cm": usual.get("scale"), "y_axis": usual.get("y_axis")}
     try:
         with refusing_as(RefusedError):
-            recording = load_trajectories(path, pixels_per_cm=options.get("scale"), **how)
+            how = Options(fps=fps, pixels_per_cm=scale, y_axis=y_axis, keypoint=keypoint)
+            recording = load_file(path, how, options.get("format"), otherwise)
+            if every is None and fps is None and recording.fps == usual.get("fps"):
+                every = usual.get("every")
             if every is not None:
                 rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
                 require(every < 1 or every % recording.every == 0, "every", rule, str(every), place=str(path))

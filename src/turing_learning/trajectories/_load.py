@@ -3,6 +3,7 @@
 import codecs
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Union, overload
@@ -91,8 +92,18 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
         fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis, keypoint=keypoint, min_confidence=min_confidence,
         allow_pickle=allow_pickle,
     )  # fmt: skip
-    if isinstance(path, list):
-        return [load_trajectories(one, format=format, **vars(options)) for one in path]
+    return (
+        [load_file(one, options, format) for one in path]
+        if isinstance(path, list)
+        else load_file(path, options, format)
+    )
+
+
+def load_file(
+    path: Any, options: Options, format: str | None = None, usual: Mapping[str, Any] | None = None
+) -> Trajectories:
+    """Return what `load_trajectories` does; rate, scale and direction of y that nothing states are as in `usual`."""
+    keypoint, min_confidence = options.keypoint, options.min_confidence
     if not isinstance(path, (str, Path)):
         kind = "pandas" if hasattr(path, "iloc") else "xarray" if hasattr(path, "data_vars") else ""
         require(kind, "path", "be a file, a DataFrame, a Dataset, or a list of them", type(path).__name__)
@@ -114,7 +125,7 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     _check_order(recording, source)
     if min_confidence is not None:
         recording = _confident(recording, min_confidence, source)
-    return _finish(recording, name, source, options)
+    return _finish(recording, name, source, options, usual or {})
 
 
 def from_xarray(
@@ -141,9 +152,11 @@ _MEANT = {
 }
 
 
-def _finish(recording: Recording, format: str, source: str, options: Options) -> Trajectories:
+def _finish(recording: Recording, format: str, source: str, options: Options, usual: Mapping[str, Any]) -> Trajectories:
     """Bring together what a file and the user state; refuse all that neither does, and what both do, differently."""
-    fps, scale, y_axis = options.fps, options.pixels_per_cm, options.y_axis or recording.y_axis
+    fps, scale, y_axis = options.fps, options.pixels_per_cm, options.y_axis or recording.y_axis or usual.get("y_axis")
+    fps = usual.get("fps") if fps is None and recording.fps is None else fps
+    scale = usual.get("pixels_per_cm") if scale is None and recording.unit is None else scale
     stated = {"fps": fps or recording.fps, "pixels_per_cm": scale or recording.unit, "y_axis": y_axis}
     missing = [name for name, value in stated.items() if value is None]
     if missing:

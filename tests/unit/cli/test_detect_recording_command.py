@@ -198,17 +198,18 @@ def test_a_table_of_a_tracker_without_options_is_told_of_them(fish, call):
     )
 
 
-def test_recordings_are_read_as_that_of_the_run_unless_they_or_options_say_otherwise(trial, call):
-    how = ["--fps", "10", "--scale", "2", "--y-axis", "up", "--model", "burst-and-coast", "--window", "2"]
-    assert call("infer", "--trajectories", write_recording("fish.csv"), *how, *SMALL, "--out", "run")[0] == 0
+@pytest.mark.parametrize("rate", [("--fps", "10.0"), ("--fps", "20.0", "--every", "2")])
+def test_recordings_are_read_as_that_of_the_run_unless_they_or_options_say_otherwise(rate, trial, call):
+    how = [*rate, "--scale", "2.0", "--y-axis", "up"]
+    run = ["--model", "burst-and-coast", "--window", "2", *SMALL, "--out", "run"]
+    assert call("infer", "--trajectories", write_recording("fish.csv"), *how, *run)[0] == 0
     files = [write_recording("table.csv", seed=1), "--genuine", write_recording("normal.csv", seed=2)]
-    told = call("detect", "run", *files, *how[:6])
+    told, line = call("detect", "run", *files, *how)[1], "What files do not state is as in the recording of the run: "
     code, out, err = call("detect", "run", *files)
-    line = "What files do not state is as in the recording of the run: --fps 10.0 --scale 2.0 --y-axis up\n"
-    assert (code, out, err) == (0, told[1] + line, "")
-    assert call("detect", "run", *files, "--scale", "1")[1].endswith("run: --fps 10.0 --y-axis up\n")
+    assert (code, out, err) == (0, f"{told}{line}{' '.join(how)}\n", "")
+    assert call("detect", "run", *files, *how[:-4])[1].endswith(f"{line}--scale 2.0 --y-axis up\n")
     found = json.loads(call("detect", "run", trial(), "--genuine", trial("normal.txt"), "--json")[1])
-    assert found["as_in_the_run"] == {"fps": 10.0, "scale": 2.0, "y_axis": "up"}
+    assert found["as_in_the_run"]["scale"] == 2.0
     assert len(found["individuals"]) == 3
     code, _, err = call("detect", "run", *files, "--fps", "11")
     assert (code, "`--fps` must be that of the run, 10; got 11" in err) == (2, True)
