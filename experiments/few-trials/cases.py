@@ -1,8 +1,10 @@
 """Runs of trials beside runs by generations, in cases that nothing was tuned on: ``python cases.py TRIALS FIRST LAST CASE...``.
 
 Cases: the families of examples/recovery.py, where the seed is also the number of the recording; own-system, the walkers of
-docs/own-system.md; scenarios by name; two-state and three-state, the random controller of curves.py whose number is the
-seed. Rows go to cases.csv; a run that has its rows is not repeated. ``python cases.py`` alone prints the median error beside
+docs/own-system.md; the systems of literature.py, with 100 recordings of a truth that the seed draws; scenarios by name;
+two-state and three-state, the random controller of curves.py whose number is the seed.
+
+Rows go to cases.csv; a run that has its rows is not repeated. ``python cases.py`` alone prints the median error beside
 that of the single runs by generations on the same recordings (docs/results/recovery-pools.csv).
 """
 
@@ -11,6 +13,7 @@ import time
 from pathlib import Path
 
 import curves
+import literature
 import numpy as np
 import pandas as pd
 
@@ -64,6 +67,15 @@ def run(case: str, trials: int, seed: int) -> list[dict[str, object]]:
             genuine=genuine, simulate=walk, parameters=WALKERS, trials=trials, seed=seed, settings=settings
         )
         truth, widths = dict(zip(WALKERS, (6.0, 0.6), strict=True)), {"speed": 20.0, "turn_noise": 3.0}
+    elif case in literature.SYSTEMS:
+        system, rng = literature.SYSTEMS[case], np.random.default_rng([seed, 100])
+        truth = system.truth(rng)
+        genuine = system.simulate(np.tile(list(truth.values()), (100, 1)), rng)
+        result = tl.infer(
+            genuine=genuine, simulate=system.simulate, parameters=system.ranges, vectorized=True, held_out=0.0,
+            trials=trials, seed=seed, settings=settings,
+        )  # fmt: skip
+        widths = {name: high - low for name, (low, high) in system.ranges.items()}
     else:
         agents = curves.system(case if case in tl.swarm.SCENARIOS else f"{case}-{seed}")
         result = tl.infer(agents, trials=trials, seed=seed, settings=settings)

@@ -198,7 +198,7 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
             continue
         results = found[experiment.id]
         blocks.append(
-            f"Run at full size: {results.provenance['finished'][:10]}, {results.seconds / 60:.0f} minutes of computing. "
+            f"Full size, {results.provenance['finished'][:10]}: {results.seconds / 60:.0f} minutes. "
             f"[Details]({link}/{experiment.id}/README.md)."
         )
         first = {one.claim: one for one in reversed(results.pictures) if "paper" not in one.name}  # of each claim
