@@ -60,7 +60,7 @@ def detect(
     :param simulate: Instead of a file: a swarm with N individuals that do something else.
     :param samples: Samples of each simulated individual; 10 by default.
     :param genuine: Motion of normal individuals, a file or several: each is judged by what was learned from the others.
-        By default simulated, or stored by the run.
+        By default simulated, stored by the run, or the recordings that it has learned from, which promise nothing.
     :param abnormal: Motion of individuals that are known to be abnormal, a file or several;
         by default some are planted or simulated.
     :param rule: judged-alike, or one of the rules by votes: fittest, unanimous (the paper's), or discriminant.
@@ -103,6 +103,8 @@ def detect(
     if rule == ALIKE:
         for name, paths in files.items():
             chosen[name] = [_read(path, f"--{name}", tracks, learned, usual) for path in paths]
+        if motion is not None and not genuine and isinstance(given, tl.detection.RecordedMotion):
+            chosen["learned"] = _learned_from(run, learned, tracks.smooth, but=motion)
         found = tl.detection.detect(learned, given, **chosen)
         said = _ranked(found, given, learned.steps)
     else:
@@ -128,6 +130,23 @@ def detect(
             console.print(line)
     if out is not None and isinstance(given, tl.detection.RecordedMotion):
         _write(out, given, said.timed, found, as_json)
+
+
+def _learned_from(
+    run: Path, learned: "tl.detection.RunClassifiers", smooth: int | None, but: Path
+) -> "list[tl.detection.RecordedMotion]":
+    """Return the recordings that a run has learned from, but for one that is judged; none if one is gone or has changed."""
+    from turing_learning.families._recorded import RecordedMotion, read_recording
+
+    stored = tl.results.RunFolder(run).manifest().get("recording")
+    if not isinstance(stored, Mapping):
+        return []
+    with suppress(RefusedError):
+        options = RecordedMotion.remembered(stored).options
+        paths = [path for path in options["trajectories"] if path.resolve() != but.resolve()]
+        recordings = [read_recording(path, "trajectories", options) for path in paths]
+        return [tl.detection.recorded_motion(each, learned, smooth_frames=smooth) for each in recordings]
+    return []
 
 
 def _usual(run: Path) -> dict[str, Any]:

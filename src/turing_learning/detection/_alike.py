@@ -235,9 +235,9 @@ class Detection:
         """What can be promised, what the normal individuals say, and how the ways to look compare; a sentence each."""
         first, said = self.rankings[0], []
         if self.level is None:
-            said.append(
-                "Nobody is called abnormal, as no recordings of normal individuals are given (`genuine`); the ranking stands."
-            )
+            others = "but those that the run has learned from " * bool(self.recordings)
+            given = f"as no recordings of normal individuals {others}are given (`genuine`)"
+            said.append(f"Nobody is called abnormal, {given}; the ranking stands.")
         elif self.level > self.false_alarms:
             said.append(
                 f"A false-alarm rate of {self.false_alarms:.3g} cannot be promised by {self.normal} normal individuals: the lowest "

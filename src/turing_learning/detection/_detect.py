@@ -28,7 +28,7 @@ UNLIKE = 0.2
 
 def detect(
     run: RunClassifiers, motion: Moved, *, genuine: Sequence[Moved] = (), abnormal: Sequence[Moved] = (),
-    false_alarms: float = 0.01, seed: int = 0, threads: int | None = None,
+    learned: Sequence[Moved] = (), false_alarms: float = 0.01, seed: int = 0, threads: int | None = None,
 ) -> Detection:  # fmt: skip
     """Rank individuals by how unlike normal ones a run's classifiers judge them, beside baselines; read the first ranking.
 
@@ -47,6 +47,8 @@ def detect(
     abnormal
         Motion of individuals that are known to be abnormal, by which the ways to look are compared. None plants
         some.
+    learned
+        Recordings that the run has learned from. Individuals are ranked beside these where no `genuine` is given.
     false_alarms
         Share of normal individuals that may be called abnormal, in (0, 1).
     seed
@@ -54,8 +56,9 @@ def detect(
     threads
         Number of threads of a simulation; None takes every processor.
     """
-    everybody = (motion, *genuine, *abnormal)
-    beside = bool(genuine) and all(isinstance(each, RecordedMotion) and each.company for each in everybody)
+    recordings = genuine or learned
+    everybody = (motion, *recordings, *abnormal)
+    beside = bool(recordings) and all(isinstance(each, RecordedMotion) and each.company for each in everybody)
     own = slice(run.signals if beside else None)  # the last columns are those of company
     eyes = [Eye(CLASSIFIERS, run.outputs, columns=own), replace(STATISTICS_EYE, columns=own)]
     if find_spec("sklearn") is not None:
@@ -69,9 +72,9 @@ def detect(
     cases: list[Case] = []
     said, promised = "", True
     relative: bool | None = False
-    if genuine:
-        normal, relative = [_windows(each, beside) for each in genuine], None
-        cases, said = _planted(genuine, run, seed, beside)
+    if recordings:
+        normal, relative, promised = [_windows(each, beside) for each in recordings], None, bool(genuine)
+        cases, said = _planted(recordings, run, seed, beside)
     elif run.scenario is not None:
         normal, cases = _simulated(run.scenario, samples, seed, threads)
         said = f"{len(cases)} simulated robots with other parameters"
@@ -91,7 +94,7 @@ def detect(
         said, relative = f"{len(cases)} individuals that are known to be abnormal", False
     return judge_alike(
         eyes, windows, normal, names=motion.individuals, cases=cases, planted=planted, said_of_cases=said,
-        false_alarms=false_alarms, relative=relative, promised=promised, recordings=len(genuine),
+        false_alarms=false_alarms, relative=relative, promised=promised, recordings=len(recordings),
     )  # fmt: skip
 
 

@@ -198,6 +198,21 @@ def test_a_table_of_a_tracker_without_options_is_told_of_them(fish, call):
     )
 
 
+def test_without_normal_recordings_individuals_are_ranked_beside_those_that_the_run_has_learned_from(call):
+    how = ["--fps", "10", "--scale", "2", "--y-axis", "up", "--model", "burst-and-coast", "--window", "2"]
+    fish = write_recording("fish.csv")
+    assert call("infer", "--trajectories", fish, *how, *SMALL, "--out", "run")[0] == 0
+    command = ["detect", "run", write_recording("table.csv", seed=1), "--json"]
+    alone = json.loads(call(*command)[1])
+    beside = json.loads(call(*command, "--genuine", fish)[1])
+    assert [each["score"] for each in alone["individuals"]] == [each["score"] for each in beside["individuals"]]
+    assert {each["abnormal"] for each in alone["individuals"]} == {None}
+    assert "individuals but those that the run has learned from are given" in alone["remarks"][0]
+    for gone in (["detect", "run", fish, "--json"], command):  # it is judged itself; it is not there
+        assert "recordings of normal individuals are given" in json.loads(call(*gone)[1])["remarks"][0]
+        Path(fish).unlink(missing_ok=True)
+
+
 @pytest.mark.parametrize("rate", [("--fps", "10.0"), ("--fps", "20.0", "--every", "2")])
 def test_recordings_are_read_as_that_of_the_run_unless_they_or_options_say_otherwise(rate, trial, call):
     how = [*rate, "--scale", "2.0", "--y-axis", "up"]
