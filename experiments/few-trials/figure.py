@@ -1,7 +1,7 @@
 """Error over trials beside other methods, and what intervals hold over recordings: ``python figure.py`` draws
 docs/images/error-over-trials.png and intervals-over-recordings.png, and prints the medians.
 
-The runs of this project are those of curves.py (seeds 3001 to 3030); all others are the runs of ``turing-learning reproduce 4.5+``,
+The runs of this project are those of curves.py (seeds from 3001 on); all others are the runs of ``turing-learning reproduce 4.5+``,
 whose tables are in experiments/4.5+/tables.
 """
 
