@@ -80,7 +80,7 @@ def test_full_results_are_shown_with_verdict_figures_and_where_they_are_from(as_
     row = next(line for line in text.splitlines() if line.startswith("| [3.2-snapshots]"))
     assert re.search(r"\*\*(agree|differ)\*\*.*robots in one cluster after", row)
     assert "![aggregation](there/3.2/figures/aggregation.svg)" in text
-    assert "Run at full size: 20" in text
+    assert "Full size, 20" in text
     assert text.count("Not run yet.") == len(EXPERIMENTS) - 1
 
 
