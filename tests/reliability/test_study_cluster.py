@@ -34,15 +34,18 @@ def processes():
         process.wait()
 
 
+def address_in(file):
+    """Return the address in the file of a scheduler, once it is written to its end."""
+    wait_until(lambda: file.exists() and file.read_text().rstrip().endswith("}"), "scheduler")
+    return json.loads(file.read_text())["address"]
+
+
 @pytest.fixture
 def scheduler(processes, tmp_path):
     """Start a scheduler; return its address."""
     file = tmp_path / "scheduler.json"
     processes("scheduler", "--host", "127.0.0.1", "--port", 0, "--no-dashboard", "--scheduler-file", file)
-    wait_until(
-        lambda: file.exists() and file.read_text().rstrip().endswith("}"), "scheduler"
-    )  # it is written bit by bit
-    return json.loads(file.read_text())["address"]
+    return address_in(file)
 
 
 def test_a_killed_worker_changes_nothing_in_the_table(processes, scheduler, tmp_path):
@@ -83,10 +86,7 @@ def test_a_scheduler_that_dies_ends_the_study_with_one_line(processes, tmp_path)
     file, folder = tmp_path / "scheduler.json", tmp_path / "study"
     options = ["--no-dashboard", "--scheduler-file", file]
     scheduler = processes("scheduler", "--host", "127.0.0.1", "--port", 0, *options)
-    wait_until(
-        lambda: file.exists() and file.read_text().rstrip().endswith("}"), "scheduler"
-    )  # it is written bit by bit
-    address = json.loads(file.read_text())["address"]
+    address = address_in(file)
     processes(
         "worker", address, "--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", tmp_path / "scratch"
     )

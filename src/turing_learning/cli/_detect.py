@@ -76,7 +76,10 @@ def detect(
     require((motion is None) != (simulate is None), "MOTION", "be given, or --simulate", got)
     if samples is not None and simulate is None:
         refuse("samples", "be left out beside a file", str(samples), place="--samples")
-    usual = _usual(run)
+    stored = tl.results.RunFolder(run).manifest().get("recording")
+    recorded = stored if isinstance(stored, Mapping) else {}  # what the run has learned from, and how it was read
+    options = recorded.get("options", {})
+    usual = {name: options[name] for name in ("fps", "every", "scale", "y_axis") if name in options}
     if motion is None or not _is_recording(motion, tracks, usual):
         remedy = "" if motion is None else f"{motion} holds samples of the run's signals, in their units."
         tracks.refuse_beside("be left out where there is no recording", remedy, out=out)
@@ -103,8 +106,8 @@ def detect(
     if rule == ALIKE:
         for name, paths in files.items():
             chosen[name] = [_read(path, f"--{name}", tracks, learned, usual) for path in paths]
-        if motion is not None and not genuine and isinstance(given, tl.detection.RecordedMotion):
-            chosen["learned"] = _learned_from(run, learned, tracks.smooth, but=motion)
+        if motion is not None and recorded and not genuine and isinstance(given, tl.detection.RecordedMotion):
+            chosen["learned"] = _learned_from(recorded, learned, tracks.smooth, but=motion)
         found = tl.detection.detect(learned, given, **chosen)
         said = _ranked(found, given, learned.steps)
     else:
@@ -119,8 +122,8 @@ def detect(
     taken = {name: value for name, value in usual.items() if name not in (*tracks.given, *chosen_rate)}
     if taken and isinstance(given, tl.detection.RecordedMotion):
         said.content["as_in_the_run"] = taken
-        options = " ".join(f"--{name.replace('_', '-')} {value}" for name, value in taken.items())
-        said.lines.append(f"What files do not state is as in the recording of the run: {options}")
+        shown = " ".join(f"--{name.replace('_', '-')} {value}" for name, value in taken.items())
+        said.lines.append(f"What files do not state is as in the recording of the run: {shown}")
     if as_json:
         print(json.dumps(said.content, indent=2))
     else:
@@ -133,27 +136,17 @@ def detect(
 
 
 def _learned_from(
-    run: Path, learned: "tl.detection.RunClassifiers", smooth: int | None, but: Path
+    recorded: Mapping[str, Any], learned: "tl.detection.RunClassifiers", smooth: int | None, but: Path
 ) -> "list[tl.detection.RecordedMotion]":
     """Return the recordings that a run has learned from, but for one that is judged; none if one is gone or has changed."""
     from turing_learning.families._recorded import RecordedMotion, read_recording
 
-    stored = tl.results.RunFolder(run).manifest().get("recording")
-    if not isinstance(stored, Mapping):
-        return []
     with suppress(RefusedError):
-        options = RecordedMotion.remembered(stored).options
+        options = RecordedMotion.remembered(recorded).options
         paths = [path for path in options["trajectories"] if path.resolve() != but.resolve()]
         recordings = [read_recording(path, "trajectories", options) for path in paths]
         return [tl.detection.recorded_motion(each, learned, smooth_frames=smooth) for each in recordings]
     return []
-
-
-def _usual(run: Path) -> dict[str, Any]:
-    """Return how the recording of a run was read, nothing for other runs."""
-    stored = tl.results.RunFolder(run).manifest().get("recording")
-    options = stored.get("options", {}) if isinstance(stored, Mapping) else {}
-    return {name: options[name] for name in ("fps", "every", "scale", "y_axis") if name in options}
 
 
 def _is_recording(path: Path, tracks: Tracks, usual: Mapping[str, Any]) -> bool:

@@ -75,8 +75,8 @@ def distance(normal: Sequence[Seen], relative: bool, planted: Sequence[Planted] 
 
     Of planted individuals, learn for each kind the direction in which it differs most (Fisher's linear
     discriminant); the mean square along these is added to that of the distance. If `relative`, what is usual is
-    the median of the fellows. Features are in units of the standard deviations of windows. How those `apart`, the
-    last ones, go together with the others is not learned.
+    the median of the fellows. Features are in units of the standard deviations of windows. Covariances of the last
+    `apart` features with the others are taken as 0.
     """
     spread = np.maximum(np.concatenate([each.windows for each in normal]).std(axis=0), LEAST_SPREAD)
     deviations = np.stack([(each.windows.mean(axis=0) - each.shared) / spread for each in normal])
@@ -328,7 +328,7 @@ class Look:
     normal: np.ndarray  # (n,), scores of normal individuals
     cases: np.ndarray  # (K,), scores of cases
     #: From the individuals of a recording to the shares of each. Normal ones are scored by fewer recordings, which scores
-    #: higher; the median of this difference is added, so that both can be compared. `BESIDE` is subtracted of both
+    #: higher: the median of this difference is added. What is usual for the fellows is subtracted, as from normal ones
     score: Callable[..., list[np.ndarray]]
 
     @property
@@ -386,7 +386,9 @@ class Normal:
         signals = self.pieces[0][0][..., eye.columns].shape[-1]
         if self.single and motion_eye and signals > OWN:  # one recording does not say how recordings differ
             learn = partial(distance, apart=STATISTICS * (signals - OWN))
-        for case, whose, own, fellows in self.placed(eye, planted if motion_eye and not self.single else (), seen):
+        compared, part = list(self.placed(eye, cases, seen)), BESIDE * relative
+        examples = compared if planted is cases else self.placed(eye, planted, seen)  # features are computed once
+        for case, whose, own, fellows in examples if motion_eye and not self.single else ():
             if len(before := fellows[case.place]):
                 shown.append(Planted(whose, case.kind, own.mean(axis=0) - before.mean(axis=0)))
         whole, without, count = learn(usual, relative, shown), list[Scorer](), self.whose.max() + 1
@@ -401,8 +403,7 @@ class Normal:
                 scorers = dict.fromkeys(without)
                 apart = [np.mean([each(one, kind).mean() for each in scorers]) for one in ones if len(one.windows)]
                 higher = float(np.median(np.array(apart) - means[~np.isnan(means)]))
-            usual = BESIDE * relative * of_fellows(means + higher)
-            return [each + higher - less for each, less in zip(shares, usual, strict=True)]
+            return [each + higher - less for each, less in zip(shares, part * of_fellows(means + higher), strict=True)]
 
         def left_out(recording: int, ones: Sequence[Seen]) -> np.ndarray:
             """Return scores of the individuals of a normal recording by what was learned without them, NaN without windows."""
@@ -413,12 +414,12 @@ class Normal:
 
         shares, known = score(among(eye.see(motion), relative)), list[float]()
         normal = [left_out(owner, each) for owner, each in zip(self.owners, beside, strict=True)]
-        scores = np.concatenate([each - BESIDE * relative * of_fellows(each) for each in normal])
-        for case, whose, own, fellows in self.placed(eye, cases, seen):
+        scores = np.concatenate([each - part * of_fellows(each) for each in normal])
+        for case, whose, own, fellows in compared:
             others = np.zeros(1) if case.recording is None else left_out(case.recording, among(fellows, relative))
             fellows[case.place] = own
             unlike = without[whose](among(fellows, relative)[case.place], case.kind).mean()
-            known.append(float(unlike - BESIDE * relative * of_fellows(others)[case.place]))
+            known.append(float(unlike - part * of_fellows(others)[case.place]))
         return Look(eye.name, self, shares, scores[~np.isnan(scores)], np.array(known), score)
 
 

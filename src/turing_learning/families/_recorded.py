@@ -103,7 +103,8 @@ def read_recording(
 ) -> Trajectories:
     """Open a tracker's file by those options of commands that are given; `name` is that of the argument for the file.
 
-    Frame rate, scale and direction of y that neither the options nor the file state are the `usual` ones, as is `every` then.
+    Frame rate, scale and direction of y are the `usual` ones where neither the options nor the file state them. With
+    the usual frame rate, `every` is the usual one, too.
     """
     every, bridge = options.get("every"), options.get("bridge")
     fps, scale, y_axis, keypoint = map(options.get, ("fps", "scale", "y_axis", "keypoint"))

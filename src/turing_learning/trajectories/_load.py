@@ -102,7 +102,7 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
 def load_file(
     path: Any, options: Options, format: str | None = None, usual: Mapping[str, Any] | None = None
 ) -> Trajectories:
-    """Return what `load_trajectories` does; rate, scale and direction of y that nothing states are as in `usual`."""
+    """Return what `load_trajectories` does; `usual` has rate, scale and direction of y for files and options that lack them."""
     keypoint, min_confidence = options.keypoint, options.min_confidence
     if not isinstance(path, (str, Path)):
         kind = "pandas" if hasattr(path, "iloc") else "xarray" if hasattr(path, "data_vars") else ""
