@@ -13,6 +13,7 @@ from itertools import islice, pairwise
 from pathlib import Path
 
 import numpy as np
+from blind import BLIND
 
 import turing_learning as tl
 from turing_learning.analysis import area_under_curve
@@ -37,7 +38,7 @@ from turing_learning.detection._alike import (
     among,
 )
 from turing_learning.detection._detect import _planted, _windows
-from turing_learning.detection._kinds import KINDS, plant
+from turing_learning.detection._kinds import KINDS, Kind, plant
 from turing_learning.families import FAMILIES
 from turing_learning.models import Behavior
 from turing_learning.swarm import Trials, alone, mixed
@@ -429,25 +430,27 @@ def bolting(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> 
 
 FRESH = {"mirrored": mirrored, "walking": walking, "wiggling": wiggling, "cornered": cornered, "bolting": bolting}
 """Kinds that were written down after all was settled but what is added up."""
+GROUPS: dict[str, dict[str, Kind]] = {"fresh": FRESH, "blind": BLIND}
 
 
 def held_out(work: Path) -> Measured:
     """All kinds, and new ones, in other parts, with other seeds, than those of the other tables."""
     _detect.KINDS = dict(KINDS)  # what `detect` plants itself has none of the new ones
     every = dict(KINDS) | NEW
-    KINDS.update(NEW | FRESH)
+    KINDS.update(NEW | FRESH | BLIND)
     for name, (file, fps, scale, parts) in RECORDED.items():
         whole = tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down").bridged(15).thinned(3)
         ends = np.linspace(0, len(whole.positions), parts).astype(int)
         bare = replace(whole, confidence=None, interpolated=None)
         pieces = [replace(bare, positions=bare.positions[a:b], present=bare.present[a:b]) for a, b in pairwise(ends)]
         for signals, model, kinds in (
-            ("all", "couzin", None),
-            ("own", "burst-and-coast", None),
-            ("all", "couzin", FRESH),
+            ("all", "couzin", ""),
+            ("own", "burst-and-coast", ""),
+            ("all", "couzin", "fresh"),
+            ("all", "couzin", "blind"),
         ):
 
-            def recorded(pieces=pieces, name=name, signals=signals, model=model, kinds=kinds or every):
+            def recorded(pieces=pieces, name=name, signals=signals, model=model, kinds=kinds):
                 result = learned(work, pieces[0], model, signals, 7, name)
                 rows = []
                 for out in range(1, len(pieces)):
@@ -455,23 +458,28 @@ def held_out(work: Path) -> Measured:
                     cases = [
                         (kind, each, plant(each, who, kind, rng), who)
                         for who in range(len(each.individuals))
-                        for kind in kinds
+                        for kind in GROUPS.get(kinds, every)
                     ]
                     rows += planted(result, [piece for k, piece in enumerate(pieces) if k != out], cases)
                 return rows
 
-            yield (f"{name} {signals} {model}{', fresh kinds' * (kinds is FRESH)}", "7"), recorded
-    for name, signals, model in (("couzin", "all", "couzin"), ("couzin", "own", "burst-and-coast")):
+            yield (f"{name} {signals} {model}{f', {kinds} kinds' * bool(kinds)}", "7"), recorded
+    for name, signals, model, kinds in (
+        ("couzin", "all", "couzin", ""),
+        ("couzin", "own", "burst-and-coast", ""),
+        ("couzin", "all", "couzin", "blind"),
+    ):
 
-        def simulated(name=name, signals=signals, model=model):
+        def simulated(name=name, signals=signals, model=model, kinds=kinds):
             normal, fresh = group(name, 5, 70020), group(name, 8, 70021)
             result = learned(work, group(name, 1, 7)[0], model, signals, 7, name, TANK)
             rng, cases = np.random.default_rng((43, 70020)), []
             for k, each in enumerate(fresh):
-                cases += [(kind, each, plant(each, k % INDIVIDUALS, kind, rng), k % INDIVIDUALS) for kind in every]
+                who = k % INDIVIDUALS
+                cases += [(kind, each, plant(each, who, kind, rng), who) for kind in GROUPS.get(kinds, every)]
             return planted(result, normal, cases)
 
-        yield (f"{name} {signals} {model}", "7"), simulated
+        yield (f"{name} {signals} {model}{f', {kinds} kinds' * bool(kinds)}", "7"), simulated
 
 
 def direct(work: Path) -> Measured:
@@ -549,9 +557,9 @@ def alarms(work: Path) -> Measured:
                 result = learned(work, group(name, 1, 1)[0], model, signals, 1, name, TANK)
                 run = run_classifiers(result)
                 called: dict[tuple[str, float], list[float]] = {}
-                for part in range(5):
+                for part in range(20):
                     genuine = [recorded_motion(each, run) for each in group(name, count, 40000 + part)]
-                    fresh = [recorded_motion(each, run) for each in group(name, 40, 50000 + part)]
+                    fresh = [recorded_motion(each, run) for each in group(name, 10, 50000 + part)]
                     said = detect(run, fresh[0], genuine=genuine).rankings
                     usual, new = {}, {}
                     for eye, scores, score in looked_at(run, genuine):

@@ -12,7 +12,7 @@ from turing_learning.swarm import Scenario, Trials, alone
 
 from ._alike import CLASSIFIERS, MOTION_EYE, ONE_CLASS_EYE, STATISTICS_EYE, Case, Detection, Eye, Windows, judge_alike
 from ._kinds import KINDS, SOCIAL, plant
-from ._motion import Motion, RecordedMotion
+from ._motion import Motion, RecordedMotion, paths_of, usual_motion
 from ._run import RunClassifiers, motion_of
 from ._simulated import ALIKE, CASES, by_individual, simulate_behaviors, stream
 
@@ -99,7 +99,7 @@ def detect(
 
 
 def _windows(motion: Moved, beside: bool) -> list[np.ndarray]:
-    """Return the windows (W, T, D) of each individual, or (W, T, D + 10) with what it does beside others."""
+    """Return the windows (W, T, D) of each individual, or (W, T, D + 14) with what it does beside others."""
     if not (beside and isinstance(motion, RecordedMotion)):
         return list(motion.samples)
     return [np.concatenate(both, axis=2) for both in zip(motion.samples, motion.company, strict=True)]
@@ -117,9 +117,10 @@ def _planted(genuine: Sequence[Moved], run: RunClassifiers, seed: int, beside: b
         if isinstance(one, RecordedMotion) and one.recording is not None:
             whole, begin = one.recording, max(0, round(one.times[k][0, 0] * one.recording.fps) - 1)
             early = replace(whole, **whole._arrays(slice(begin, begin + int(PLANTED_S * whole.fps))))
+            usual = usual_motion(paths_of(early, run.smooth_frames), early.fps) if beside else None
             for kind in KINDS:
                 if len(one.individuals) > 1 or kind not in SOCIAL:
-                    moved = motion_of(plant(early, k, kind, rng), run, run.smooth_frames, [k], jump_factor=None)
+                    moved = motion_of(plant(early, k, kind, rng), run, run.smooth_frames, [k], usual, jump_factor=None)
                     cases.append(Case(_windows(moved, beside)[0], recording, k, kind))
         else:
             mean = one.samples[k].mean(axis=(0, 1))

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise, product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -186,13 +186,15 @@ class RecordedMotion:
     times: tuple[np.ndarray, ...]
     duration_s: float  #: Of the recording (s)
     recording: Trajectories | None = None  #: Where the windows are from; None if that is not known
-    #: A arrays (W, T, 10), or none, what each does beside the others at the same times; none for one alone
+    #: A arrays (W, T, 14), or none, what each does beside the others at the same times; none for one alone
     company: tuple[np.ndarray, ...] = ()
 
 
 LAGS_S = (0.3, 6.0)
 STRETCH_S = 30.0
 """In each stretch of about this length an individual may follow somebody else, at another distance in time."""
+SIZES = [1, 2, 3, 5]
+"""Of what an individual does: turn, acceleration, distances of the nearest other and of the middle of all others."""
 
 
 def paths_of(recording: Trajectories, smooth_frames: int = 1) -> np.ndarray:
@@ -201,14 +203,39 @@ def paths_of(recording: Trajectories, smooth_frames: int = 1) -> np.ndarray:
     return paths if smooth_frames == 1 else smooth(paths, np.ones(paths.shape[:2], dtype=bool), smooth_frames)
 
 
-def company(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
-    """Return what one of two or more individuals does at each step, own motion and others beside it (F - 1, 10).
+class Usual(NamedTuple):
+    """How all individuals of a recording turn, speed up and keep their distances at the same times."""
 
-    Speed, turn, and acceleration; distance and bearing of the nearest other; distance of the middle of all
-    others, and whether it is ahead (the cosine); distances from the border and from the middle of the space
-    that all move in; and how much its velocity is what that of another was some time ago (the share of their
-    correlation). Paths (F, A, 2) are in cm and without gaps.
+    least: np.ndarray  # (4,), added before the logarithm is taken, a hundredth of the medians
+    sizes: np.ndarray  # (F - 1, 4), medians over individuals of the logarithms
+
+
+def usual_motion(paths: np.ndarray, fps: float) -> Usual:
+    """Return what is usual in a recording whose paths (F, A, 2) are in cm and without gaps."""
+    return _usual([_beside(paths, k, fps) for k in range(paths.shape[1])])
+
+
+def company(paths: np.ndarray, whose: Sequence[int], fps: float, usual: Usual | None = None) -> list[np.ndarray]:
+    """Return what some of two or more individuals do at each step, own motion and others beside it (F - 1, 14).
+
+    Speed, turn, and acceleration, and how many times as large as usual the last two are, as a logarithm; distance and
+    bearing of the nearest other; distance of the middle of all others, and whether it is ahead (the cosine); distances
+    from the border and from the middle of the space that all move in; how much its velocity is what that of another
+    was some time ago (the share of their correlation); and how many times as large as usual both distances of others
+    are. What is usual is by default the median of all at the same time. Paths (F, A, 2) are in cm and without gaps.
     """
+    moved = {k: _beside(paths, k, fps) for k in (whose if usual else range(paths.shape[1]))}
+    least, sizes = usual or _usual(list(moved.values()))
+    velocities, found = np.diff(paths, axis=0) * fps, []
+    for k in whose:
+        followed = _following(velocities[:, k], np.delete(velocities, k, axis=1), fps)
+        logs = _logarithms(moved[k], least) - sizes
+        found.append(np.column_stack((moved[k][:, :3], logs[:, :2], moved[k][:, 3:], followed, logs[:, 2:])))
+    return found
+
+
+def _beside(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
+    """Return the first nine of what `company` tells of an individual (F - 1, 9)."""
     places, velocities = paths[:-1], np.diff(paths, axis=0) * fps
     steps, others = np.arange(len(places)), np.delete(np.arange(paths.shape[1]), k)
     own = velocities[:, k]
@@ -231,9 +258,19 @@ def company(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
         ahead,
         np.minimum(places[:, k] - low, high - places[:, k]).min(axis=1),
         np.hypot(*(places[:, k] - (low + high) / 2).T),
-        _following(own, velocities[:, others], fps),
     )
     return np.stack(columns, axis=1)
+
+
+def _usual(moved: Sequence[np.ndarray]) -> Usual:
+    sizes = np.abs(np.stack(moved)[..., SIZES])
+    least = 0.01 * np.median(sizes, axis=(0, 1)) + 1e-9
+    return Usual(least, np.median([_logarithms(each, least) for each in moved], axis=0))
+
+
+def _logarithms(moved: np.ndarray, least: np.ndarray) -> np.ndarray:
+    """Return the logarithms of turn, acceleration and two distances (F - 1, 4)."""
+    return np.log(np.abs(moved[:, SIZES]) + least)
 
 
 def _following(own: np.ndarray, others: np.ndarray, fps: float) -> np.ndarray:

@@ -15,7 +15,7 @@ from turing_learning.systems import System
 from turing_learning.systems._custom import same_time_step
 from turing_learning.trajectories import SIGNALS, Trajectories
 
-from ._motion import RecordedMotion, company, paths_of
+from ._motion import RecordedMotion, Usual, company, paths_of
 from ._simulated import CALIBRATION, JURORS, random_controllers, simulate_behaviors, stream
 
 ARCHIVE = 100
@@ -190,8 +190,9 @@ def recorded_motion(
 
 
 def motion_of(
-    recording: Trajectories, run: RunClassifiers, smooth_frames: int, whose: Sequence[int] | None = None, **options: Any
-) -> RecordedMotion:
+    recording: Trajectories, run: RunClassifiers, smooth_frames: int, whose: Sequence[int] | None = None,
+    usual: Usual | None = None, **options: Any,
+) -> RecordedMotion:  # fmt: skip
     """Return the windows of some individuals of a recording, all by default, and what they do beside the others."""
     whose = range(len(recording.individuals)) if whose is None else whose
     names = tuple(recording.individuals[k] for k in whose)
@@ -201,12 +202,12 @@ def motion_of(
     who, first = windows.learning_index.T
     places = [np.flatnonzero(who == k) for k in whose]
     paths, steps = paths_of(recording, smooth_frames), np.arange(run.steps)
-    beside = zip(whose, places, strict=True) if paths.shape[1] > 1 else ()
+    beside = company(paths, whose, recording.fps, usual) if paths.shape[1] > 1 else ()
     return RecordedMotion(
         individuals=names,
         samples=tuple(windows.learning[place] for place in places),
         times=tuple(np.stack((first[p], first[p] + run.steps), axis=1) / recording.fps for p in places),
         duration_s=recording.duration_s,
         recording=recording,
-        company=tuple(company(paths, k, recording.fps)[first[p, None] + steps] for k, p in beside),
+        company=tuple(each[first[p, None] + steps] for each, p in zip(beside, places, strict=False)),
     )

@@ -170,10 +170,10 @@ def test_motion_statistics_are_compared_by_kinds_that_they_have_not_been_shown()
 
 
 def coupled(first):
-    """Windows (W, 6, 5) of nine individuals: all but the first are as much faster as farther from others, the last signal."""
-    group, means = RNG.standard_normal((9, 40, 6, 5)), np.arange(-4.0, 5.0)
+    """Windows (W, 6, 7) of nine individuals: all but the first are as much faster as farther from others, the last signal."""
+    group, means = RNG.standard_normal((9, 40, 6, 7)), np.arange(-4.0, 5.0)
     group[..., 0] += means[:, None, None]
-    group[..., 4] += np.append(first, means[1:])[:, None, None]
+    group[..., 6] += np.append(first, means[1:])[:, None, None]
     return list(group)
 
 
@@ -212,6 +212,26 @@ def test_half_of_the_median_score_of_the_fellows_is_subtracted(recordings, monke
         np.testing.assert_allclose(own, less(before))
     for k in range(2):
         assert lowered.cases[k] == pytest.approx(plain.cases[k] - 0.5 * np.median(np.delete(plain.normal[:5], k)))
+
+
+@pytest.mark.parametrize("eye", [STATISTICS_EYE, ONE_CLASS_EYE])
+def test_others_are_raised_as_normal_ones_are_that_are_scored_by_fewer_recordings(eye, monkeypatch):
+    monkeypatch.setattr(_alike, "BESIDE", 0.0)
+    known, ones = Normal.of(NORMAL, 12), among(eye.see(strange()), True)
+    normal = [among(eye.see(each), True) for each in NORMAL]
+    found = np.array([each.mean() for each in known.look(eye, strange(), (), (), True).score(ones)])
+
+    def scored(recordings):
+        score = eye.learn([one for each in recordings for one in each], True, ())
+        return np.array([score(one).mean() for one in ones])
+
+    whole = scored(normal)
+    fewer = np.mean([scored(normal[:k] + normal[k + 1 :]) for k in range(len(normal))], axis=0)
+    if eye is ONE_CLASS_EYE:
+        np.testing.assert_allclose(found, whole + np.median(fewer - whole))
+    else:
+        np.testing.assert_allclose(found, whole * np.median(fewer / whole))
+        assert (found > whole).all()
 
 
 def test_a_recording_without_planted_ones_is_scored_by_the_distance_alone():
@@ -289,8 +309,8 @@ def test_motion_statistics_see_rhythm_and_what_goes_together_whatever_the_unit()
     late = np.roll(np.abs(RNG.standard_normal(40)), 5)
     windows = np.stack([slow, fast, late], axis=1)[None]
     found = motion_statistics(windows)
-    np.testing.assert_allclose(motion_statistics(1e-3 * windows)[:, 21:], found[:, 21:], atol=1e-6)
-    shares = found[0, 21:42].reshape(7, 3)  # of bands: a period is the window, half of it, ..., 2 to 3 steps
+    np.testing.assert_allclose(motion_statistics(1e-3 * windows)[:, :48], found[:, :48], atol=1e-6)
+    shares = found[0, :21].reshape(7, 3)  # of bands: a period is the window, half of it, ..., 2 to 3 steps
     assert shares[:, 0].argmax() == 0
     assert shares[:, 1].argmax() == 5
     assert (shares[2:, 0] < -6).all()
@@ -300,10 +320,18 @@ def test_motion_statistics_see_rhythm_and_what_goes_together_whatever_the_unit()
 def test_motion_statistics_find_how_late_one_magnitude_follows_another():
     early = RNG.standard_normal((200, 48))
     windows = np.stack([early[:, 8:], early[:, 3:-5]], axis=2)  # the second does what the first did five steps ago
-    together = motion_statistics(windows)[:, -5:].mean(axis=0)
+    together = motion_statistics(windows)[:, -21:-16].mean(axis=0)  # statistics and trends of both come last
     assert together.argmax() == 0
     assert together[0] > 0.7
     assert np.abs(together[1:]).max() < 0.2
+
+
+def test_motion_statistics_have_the_trend_of_each_signal_whatever_its_sense():
+    rising = np.stack([np.linspace(0, 3, 40), np.linspace(3, 0, 40), np.ones(40)], axis=1)[None]
+    up, down, level = motion_statistics(rising)[0, -3:]
+    assert up == pytest.approx(down)
+    assert up == pytest.approx((rising[0, :, 0] * np.linspace(-1, 1, 40)).mean())
+    assert level == pytest.approx(0.0)
 
 
 def test_windows_of_two_steps_have_motion_statistics():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.detection._motion import company, paths_of
+from turing_learning.detection._motion import company, paths_of, usual_motion
 from turing_learning.trajectories import Trajectories
 
 
@@ -19,9 +19,9 @@ def test_own_motion_and_that_beside_others_by_hand():
     paths[:, 0, 0] = np.arange(4)
     paths[:, 1] = [0.0, 3.0]
     paths[:, 2] = [4.0, 0.0]
-    found = company(paths, 0, 2.0)
-    assert found.shape == (3, 10)
-    speed, turn, acceleration, distance, bearing, middle, ahead, border, center, _ = found.T
+    (found,) = company(paths, [0], 2.0)
+    assert found.shape == (3, 14)
+    speed, turn, acceleration, _, _, distance, bearing, middle, ahead, border, center, _, _, _ = found.T
     np.testing.assert_allclose(speed, 2.0)
     np.testing.assert_allclose([turn, acceleration], 0.0)
     np.testing.assert_allclose(distance, [3.0, 3.0, 2.0])  # from the second step on the one ahead is nearer
@@ -37,9 +37,26 @@ def test_who_does_what_another_did_some_seconds_ago_follows_and_who_is_ahead_doe
     whole, fps = walks(frames=700), 10.0
     paths, begin = whole[100:].copy(), 100 - int(delay_s * fps)
     paths[:, 1] = whole[begin : begin + 600, 0] + 3.0
-    copy, leader = (company(paths, k, fps)[100:, -1].mean() for k in (1, 0))
+    copy, leader = (each[100:, 11].mean() for each in company(paths, (1, 0), fps))
     assert (copy > 0.9) == followed
     assert leader < 0.8
+
+
+def test_turns_and_distances_are_relative_to_what_is_usual_at_the_same_time():
+    paths, fps = walks(individuals=5) + np.random.default_rng(2).normal(0, 0.1, (600, 5, 2)), 10.0
+    found = np.stack(company(paths, range(5), fps))
+    for size, relative in ((1, 3), (2, 4), (5, 12), (7, 13)):
+        sizes = np.abs(found[..., size])
+        logs = np.log(sizes + 0.01 * np.median(sizes) + 1e-9)
+        np.testing.assert_allclose(found[..., relative], logs - np.median(logs, axis=0), atol=1e-9)
+    np.testing.assert_allclose(
+        company(7.0 * paths, [2], fps)[0][:, [3, 4, 12, 13]], found[2][:, [3, 4, 12, 13]], atol=1e-5
+    )
+    wild = paths.copy()
+    wild[:, 1] += np.random.default_rng(1).normal(0, 3.0, paths[:, 1].shape)
+    (other,) = company(wild, [1], fps, usual_motion(paths, fps))  # of the recording without it
+    assert other[:, 4].mean() > 1.0
+    assert other[:, 4].mean() > company(wild, [1], fps)[0][:, 4].mean()
 
 
 def test_gaps_are_bridged_by_straight_motion():
