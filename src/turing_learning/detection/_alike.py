@@ -335,8 +335,9 @@ class Look:
     shares: list[np.ndarray]  # (W,) of each of the individuals
     normal: np.ndarray  # (n,), scores of normal individuals
     cases: np.ndarray  # (K,), scores of cases
-    #: From the individuals of a recording to the shares of each. Normal ones are scored by fewer recordings, which scores
-    #: higher: by as much others are raised. What is usual for the fellows is subtracted, as from normal ones
+    #: From the individuals of a recording to the shares of each. Normal individuals are scored by what was learned from
+    #: fewer recordings, which gives higher scores; the scores of others are raised to match. What is usual for the fellows
+    #: is subtracted from both
     score: Callable[..., list[np.ndarray]]
 
     @property
@@ -410,11 +411,11 @@ class Normal:
             if not self.single:  # else individuals are left out, not recordings: the difference is not known
                 scorers = dict.fromkeys(without)
                 apart = [np.mean([each(one, kind).mean() for each in scorers]) for one in ones if len(one.windows)]
-                whole_means = means[~np.isnan(means)]
-                if eye.learn is one_class:  # what can be negative
-                    higher, times = np.median(np.array(apart) - whole_means), 1.0
+                scored = means[~np.isnan(means)]
+                if eye.learn is one_class:  # its scores can be negative: a ratio has no meaning
+                    higher, times = np.median(np.array(apart) - scored), 1.0
                 else:
-                    higher, times = 0.0, np.median(np.array(apart) / np.maximum(whole_means, 1e-12))
+                    higher, times = 0.0, np.median(np.array(apart) / np.maximum(scored, 1e-12))
                 shares, means = [higher + times * each for each in shares], higher + times * means
             return [each - less for each, less in zip(shares, part * of_fellows(means), strict=True)]
 

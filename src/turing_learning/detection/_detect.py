@@ -11,8 +11,9 @@ from turing_learning.report import counted
 from turing_learning.swarm import Scenario, Trials, alone
 
 from ._alike import CLASSIFIERS, MOTION_EYE, ONE_CLASS_EYE, STATISTICS_EYE, Case, Detection, Eye, Windows, judge_alike
+from ._company import paths_of, usual_motion
 from ._kinds import KINDS, SOCIAL, plant
-from ._motion import Motion, RecordedMotion, paths_of, usual_motion
+from ._motion import Motion, RecordedMotion
 from ._run import RunClassifiers, motion_of
 from ._simulated import ALIKE, CASES, by_individual, simulate_behaviors, stream
 

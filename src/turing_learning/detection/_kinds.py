@@ -9,7 +9,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import choice
 from turing_learning.trajectories import Trajectories
 
-from ._motion import paths_of
+from ._company import paths_of
 
 SMOOTH_S = 2.0
 

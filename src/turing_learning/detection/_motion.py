@@ -1,4 +1,4 @@
-"""Motion of named individuals: samples, the files they come from, windows of recordings, and what individuals do beside others."""
+"""Motion of named individuals: samples, the files they come from, and windows of recordings."""
 
 import csv
 import zipfile
@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise, product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from turing_learning.arrays import array
 from turing_learning.config import ConfigurationError
 from turing_learning.config._sections import check, reject
 from turing_learning.trajectories import Trajectories
-from turing_learning.trajectories._signals import filled, smooth, wrap
 
 SUFFIXES = (".npy", ".npz", ".csv")
 _KEYS = ("individual", "sample", "step")
@@ -186,111 +185,5 @@ class RecordedMotion:
     times: tuple[np.ndarray, ...]
     duration_s: float  #: Of the recording (s)
     recording: Trajectories | None = None  #: Where the windows are from; None if that is not known
-    #: A arrays (W, T, 14), or none, what each does beside the others at the same times; none for one alone
+    #: A arrays (W, T, 14), or none, what each does beside the others at the same times, see `company`; none for one alone
     company: tuple[np.ndarray, ...] = ()
-
-
-LAGS_S = (0.3, 6.0)
-STRETCH_S = 30.0
-"""In each stretch of about this length an individual may follow somebody else, at another distance in time."""
-SIZES = [1, 2, 3, 5]
-"""Of what an individual does: turn, acceleration, distances of the nearest other and of the middle of all others."""
-
-
-def paths_of(recording: Trajectories, smooth_frames: int = 1) -> np.ndarray:
-    """Return positions (F, A, 2) with all gaps filled by straight motion."""
-    paths = filled(recording.positions, recording.present)
-    return paths if smooth_frames == 1 else smooth(paths, np.ones(paths.shape[:2], dtype=bool), smooth_frames)
-
-
-class Usual(NamedTuple):
-    """How all individuals of a recording turn, speed up and keep their distances at the same times."""
-
-    least: np.ndarray  # (4,), added before the logarithm is taken, a hundredth of the medians
-    sizes: np.ndarray  # (F - 1, 4), medians over individuals of the logarithms
-
-
-def usual_motion(paths: np.ndarray, fps: float) -> Usual:
-    """Return what is usual in a recording whose paths (F, A, 2) are in cm and without gaps."""
-    return _usual([_beside(paths, k, fps) for k in range(paths.shape[1])])
-
-
-def company(paths: np.ndarray, whose: Sequence[int], fps: float, usual: Usual | None = None) -> list[np.ndarray]:
-    """Return what some of two or more individuals do at each step, own motion and others beside it (F - 1, 14).
-
-    Speed, turn, and acceleration, and how many times as large as usual the last two are, as a logarithm; distance and
-    bearing of the nearest other; distance of the middle of all others, and whether it is ahead (the cosine); distances
-    from the border and from the middle of the space that all move in; how much its velocity is what that of another
-    was some time ago (the share of their correlation); and how many times as large as usual both distances of others
-    are. What is usual is by default the median of all at the same time. Paths (F, A, 2) are in cm and without gaps.
-    """
-    moved = {k: _beside(paths, k, fps) for k in (whose if usual else range(paths.shape[1]))}
-    least, sizes = usual or _usual(list(moved.values()))
-    velocities, found = np.diff(paths, axis=0) * fps, []
-    for k in whose:
-        followed = _following(velocities[:, k], np.delete(velocities, k, axis=1), fps)
-        logs = _logarithms(moved[k], least) - sizes
-        found.append(np.column_stack((moved[k][:, :3], logs[:, :2], moved[k][:, 3:], followed, logs[:, 2:])))
-    return found
-
-
-def _beside(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
-    """Return the first nine of what `company` tells of an individual (F - 1, 9)."""
-    places, velocities = paths[:-1], np.diff(paths, axis=0) * fps
-    steps, others = np.arange(len(places)), np.delete(np.arange(paths.shape[1]), k)
-    own = velocities[:, k]
-    speed = np.hypot(own[:, 0], own[:, 1])
-    moving = np.maximum.accumulate(np.where(speed > 1e-9, steps, 0))  # who rests keeps its direction
-    course = np.arctan2(own[moving, 1], own[moving, 0])
-    way = places[:, others] - places[:, k, None]
-    distances = np.hypot(way[..., 0], way[..., 1])
-    nearest = distances.argmin(axis=1)
-    to, middle = way[steps, nearest], way.mean(axis=1)
-    ahead = np.cos(np.arctan2(middle[:, 1], middle[:, 0]) - course)
-    low, high = paths.min(axis=(0, 1)), paths.max(axis=(0, 1))
-    columns = (
-        speed,
-        wrap(np.diff(course, prepend=course[0])) * fps,
-        np.diff(speed, prepend=speed[0]) * fps,
-        distances[steps, nearest],
-        wrap(np.arctan2(to[:, 1], to[:, 0]) - course),
-        np.hypot(middle[:, 0], middle[:, 1]),
-        ahead,
-        np.minimum(places[:, k] - low, high - places[:, k]).min(axis=1),
-        np.hypot(*(places[:, k] - (low + high) / 2).T),
-    )
-    return np.stack(columns, axis=1)
-
-
-def _usual(moved: Sequence[np.ndarray]) -> Usual:
-    sizes = np.abs(np.stack(moved)[..., SIZES])
-    least = 0.01 * np.median(sizes, axis=(0, 1)) + 1e-9
-    return Usual(least, np.median([_logarithms(each, least) for each in moved], axis=0))
-
-
-def _logarithms(moved: np.ndarray, least: np.ndarray) -> np.ndarray:
-    """Return the logarithms of turn, acceleration and two distances (F - 1, 4)."""
-    return np.log(np.abs(moved[:, SIZES]) + least)
-
-
-def _following(own: np.ndarray, others: np.ndarray, fps: float) -> np.ndarray:
-    """Return the parts (F,) whose mean is the highest correlation of a velocity (F, 2) with earlier ones of others (F, B, 2)."""
-    found, least, most = np.zeros(len(own)), max(1, int(LAGS_S[0] * fps)), int(LAGS_S[1] * fps)
-    for stretch in np.array_split(np.arange(len(own)), max(1, round(len(own) / (STRETCH_S * fps)))):
-        begin, count = int(stretch[0]), len(stretch)
-        early = max(0, begin - most)
-        mine, theirs = own[stretch], others[early : begin + count]
-        lags = np.arange(least, min(most, begin - early + count // 2) + 1)
-        if not len(lags):
-            continue
-        size = 1 << (count + len(theirs) - 1).bit_length()
-        spectrum = np.conj(np.fft.rfft(mine, size, axis=0))[:, None] * np.fft.rfft(theirs, size, axis=0)
-        first = begin - early - lags  # in `theirs`; below 0 before the recording
-        shared = np.fft.irfft(spectrum.sum(axis=2), size, axis=0)[first]
-        sums = np.cumsum(np.concatenate((np.zeros((1, theirs.shape[1])), (theirs**2).sum(axis=2))), axis=0)
-        scale = np.sqrt((mine**2).sum() * (sums[first + count] - sums[np.maximum(first, 0)])) + 1e-12
-        lag, who = np.unravel_index((shared / scale).argmax(), shared.shape)
-        back = first[lag] + np.arange(count)
-        before = np.where((back >= 0)[:, None], theirs[np.maximum(back, 0), who], 0.0)
-        found[stretch] = count * (mine * before).sum(axis=1) / scale[lag, who]
-    return found

@@ -15,7 +15,8 @@ from turing_learning.systems import System
 from turing_learning.systems._custom import same_time_step
 from turing_learning.trajectories import SIGNALS, Trajectories
 
-from ._motion import RecordedMotion, Usual, company, paths_of
+from ._company import Usual, company, paths_of
+from ._motion import RecordedMotion
 from ._simulated import CALIBRATION, JURORS, random_controllers, simulate_behaviors, stream
 
 ARCHIVE = 100
@@ -193,7 +194,10 @@ def motion_of(
     recording: Trajectories, run: RunClassifiers, smooth_frames: int, whose: Sequence[int] | None = None,
     usual: Usual | None = None, **options: Any,
 ) -> RecordedMotion:  # fmt: skip
-    """Return the windows of some individuals of a recording, all by default, and what they do beside the others."""
+    """Return the windows of some individuals of a recording, all by default, and what they do beside the others.
+
+    `usual` is what they are compared with, see `company`.
+    """
     whose = range(len(recording.individuals)) if whose is None else whose
     names = tuple(recording.individuals[k] for k in whose)
     windows = recording.windows(
@@ -202,12 +206,12 @@ def motion_of(
     who, first = windows.learning_index.T
     places = [np.flatnonzero(who == k) for k in whose]
     paths, steps = paths_of(recording, smooth_frames), np.arange(run.steps)
-    beside = company(paths, whose, recording.fps, usual) if paths.shape[1] > 1 else ()
+    beside = zip(company(paths, whose, recording.fps, usual), places, strict=True) if paths.shape[1] > 1 else ()
     return RecordedMotion(
         individuals=names,
         samples=tuple(windows.learning[place] for place in places),
         times=tuple(np.stack((first[p], first[p] + run.steps), axis=1) / recording.fps for p in places),
         duration_s=recording.duration_s,
         recording=recording,
-        company=tuple(each[first[p, None] + steps] for each, p in zip(beside, places, strict=False)),
+        company=tuple(each[first[p, None] + steps] for each, p in beside),
     )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.detection._motion import company, paths_of, usual_motion
+from turing_learning.detection._company import company, paths_of, usual_motion
 from turing_learning.trajectories import Trajectories
 
 
