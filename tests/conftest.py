@@ -3,10 +3,12 @@
 import os
 from collections import Counter
 from pathlib import Path
+from zlib import crc32
 
 # Threads of BLAS wait for each other in loops: two processes of the suite with two threads each take several times the time.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import numpy as np
 import pytest
 from filelock import FileLock
 from hypothesis import settings
@@ -29,6 +31,13 @@ def pytest_configure(config):
     names = Counter(path.name for path in HERE.rglob("test_*.py"))
     if twice := sorted(name for name, count in names.items() if count > 1):
         raise pytest.UsageError(f"files of tests must have different names in all rooms; got twice: {', '.join(twice)}")
+
+
+@pytest.fixture(autouse=True)
+def same_random_numbers(request, monkeypatch):
+    """Seed `RNG`, where a file has it, anew for each test: what one draws does not depend on which ran before in its process."""
+    if hasattr(request.module, "RNG"):
+        monkeypatch.setattr(request.module, "RNG", np.random.default_rng(crc32(request.node.name.encode())))
 
 
 @pytest.fixture(scope="session")
