@@ -1,8 +1,8 @@
 """Twelve kinds of individuals that move otherwise, by somebody who had not read how `detect` looks at motion.
 
 Each takes paths (F, A, 2) in cm, the place of an individual, frames per second, and random numbers, and returns the path
-(F, 2) of what is put in its place. They were written from a description in words, after the statistics and weights of
-`detect` were settled.
+(F, 2) of what is put in its place. They were written from a description in words, after most statistics and all weights
+of `detect` were settled, and were not used for choosing.
 """
 
 import numpy as np

@@ -429,7 +429,7 @@ def bolting(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> 
 
 
 FRESH = {"mirrored": mirrored, "walking": walking, "wiggling": wiggling, "cornered": cornered, "bolting": bolting}
-"""Kinds that were written down after all was settled but what is added up."""
+"""Kinds that were written down last."""
 GROUPS: dict[str, dict[str, Kind]] = {"fresh": FRESH, "blind": BLIND}
 
 

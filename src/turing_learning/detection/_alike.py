@@ -28,6 +28,8 @@ RHYTHM = 3
 """Signals whose rhythm is looked at: speed, turn, and acceleration."""
 STATISTICS = 8
 """Window statistics of a signal, and its trend."""
+MEANS = 13
+"""Signals after so many, how much an individual does what others did before, are described by their means alone."""
 SHRINKAGE = 0.1
 """Added to each variance, as a share of their mean."""
 WITHIN = 0.3
@@ -152,7 +154,7 @@ def window_statistics(windows: np.ndarray) -> np.ndarray:
 
 
 def motion_statistics(windows: np.ndarray) -> np.ndarray:
-    """Return window statistics and the trend of all signals, and more of the first three (K, F).
+    """Return window statistics and the trend of signals, and more of the first three (K, F).
 
     Each of these three has the shares of up to eight frequency bands in its power, and the skewness and kurtosis of
     its values and changes. Each pair has the correlations of their magnitudes, at lags of 0, 0.05 and 0.125 windows.
@@ -177,8 +179,9 @@ def motion_statistics(windows: np.ndarray) -> np.ndarray:
             late, early = size[before, :, abs(lag) :], size[after, :, : length - abs(lag)]
             parts.append(np.einsum("kt,kt->k", late, early)[:, None] / (length - abs(lag)))
     trends = np.abs(np.einsum("ktd,t->kd", windows, np.linspace(-1.0, 1.0, length))) / length
-    for some in (slice(OWN), slice(OWN, None)):
+    for some in (slice(OWN), slice(OWN, MEANS)):
         parts += [window_statistics(windows[..., some]), trends[:, some]]
+    parts.append(windows[..., MEANS:].mean(axis=1))
     return np.concatenate(parts, axis=1)
 
 
@@ -394,7 +397,7 @@ class Normal:
         learn, motion_eye = eye.learn, eye.name == MOTION
         signals = self.pieces[0][0][..., eye.columns].shape[-1]
         if self.single and motion_eye and signals > OWN:  # one recording does not say how recordings differ
-            learn = partial(distance, apart=STATISTICS * (signals - OWN))
+            learn = partial(distance, apart=STATISTICS * (min(signals, MEANS) - OWN) + max(signals - MEANS, 0))
         compared, part = list(self.placed(eye, cases, seen)), BESIDE * relative
         examples = compared if planted is cases else self.placed(eye, planted, seen)  # features are computed once
         for case, whose, own, fellows in examples if motion_eye and not self.single else ():

@@ -1,6 +1,6 @@
 """What the individuals of a recording do beside each other, at each step."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +11,9 @@ from turing_learning.trajectories._signals import filled, smooth, wrap
 LAGS_S = (0.3, 6.0)
 STRETCH_S = 30.0
 """In each stretch of about this length an individual may follow somebody else, at another distance in time."""
-SIZES = [1, 2, 3, 5]
-"""Columns of `_beside` that are compared with what is usual: turn, acceleration, and distances of the nearest other and of
-the middle of all others."""
+SIZES = [1, 2, 3, 5, 10]
+"""Columns of `_moved` that are compared with what is usual: turn, acceleration, and distances of the nearest other, of
+the middle of all others and of where another was earlier."""
 
 
 def paths_of(recording: Trajectories, smooth_frames: int = 1) -> np.ndarray:
@@ -25,17 +25,17 @@ def paths_of(recording: Trajectories, smooth_frames: int = 1) -> np.ndarray:
 class Usual(NamedTuple):
     """How much all individuals of a recording turn and accelerate, and how far others are, at each time."""
 
-    least: np.ndarray  # (4,), added to each size before its logarithm is taken: a hundredth of its median
-    logarithms: np.ndarray  # (F - 1, 4), medians over individuals
+    least: np.ndarray  # (5,), added to each size before its logarithm is taken: a hundredth of its median
+    logarithms: np.ndarray  # (F - 1, 5), medians over individuals
 
 
 def usual_motion(paths: np.ndarray, fps: float) -> Usual:
     """Return what is usual in a recording whose paths (F, A, 2) are in cm and without gaps."""
-    return _usual([_beside(paths, k, fps) for k in range(paths.shape[1])])
+    return _usual(_moved(paths, range(paths.shape[1]), fps))
 
 
 def company(paths: np.ndarray, whose: Sequence[int], fps: float, usual: Usual | None = None) -> list[np.ndarray]:
-    """Return what some of two or more individuals do at each step, for each an array (F - 1, 14).
+    """Return what some of two or more individuals do at each step, for each an array (F - 1, 16).
 
     Its columns are
 
@@ -44,24 +44,35 @@ def company(paths: np.ndarray, whose: Sequence[int], fps: float, usual: Usual | 
     * 5, 6: distance (cm) and bearing (rad) of the nearest other;
     * 7, 8: distance (cm) of the middle of all others, and the cosine of its bearing;
     * 9, 10: distances (cm) from the border and from the middle of the space that all move in;
-    * 11: the share of each step in the correlation of its velocity with an earlier one of another;
-    * 12, 13: logarithms of the distances in columns 5 and 7, relative to what is usual.
+    * 11, 12: logarithms of the distances in columns 5 and 7, relative to what is usual;
+    * 13: the share of each step in the correlation of its velocity with an earlier one of another;
+    * 14, 15: logarithm of the distance (cm) from where another was earlier, and the same relative to what is usual.
 
     By default, what is usual is the median over all individuals at the same time. Paths (F, A, 2) are in cm and without
     gaps.
     """
-    moved = {k: _beside(paths, k, fps) for k in (whose if usual else range(paths.shape[1]))}
-    usual = usual or _usual(list(moved.values()))
-    velocities, found = np.diff(paths, axis=0) * fps, []
-    for k in whose:
-        followed = _following(velocities[:, k], np.delete(velocities, k, axis=1), fps)
-        relative = np.log(np.abs(moved[k][:, SIZES]) + usual.least) - usual.logarithms
-        found.append(np.column_stack((moved[k][:, :3], relative[:, :2], moved[k][:, 3:], followed, relative[:, 2:])))
+    if usual is None:
+        every = _moved(paths, range(paths.shape[1]), fps)
+        usual, moved = _usual(every), [every[k] for k in whose]
+    else:
+        moved = _moved(paths, whose, fps)
+    found = []
+    for own in moved:
+        logarithms = np.log(np.abs(own[:, SIZES]) + usual.least)
+        relative = logarithms - usual.logarithms
+        parts = own[:, :3], relative[:, :2], own[:, 3:9], relative[:, 2:4], own[:, 9], logarithms[:, 4], relative[:, 4]
+        found.append(np.column_stack(parts))
     return found
 
 
+def _moved(paths: np.ndarray, whose: Sequence[int], fps: float) -> list[np.ndarray]:
+    """Return what some individuals do at each step (F - 1, 11), not compared with what is usual."""
+    after = _after_others(paths, whose, fps)
+    return [np.column_stack((_beside(paths, k, fps), each)) for k, each in zip(whose, after, strict=True)]
+
+
 def _beside(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
-    """Return the columns of `company` of an individual that take neither what is usual nor earlier times (F - 1, 9)."""
+    """Return what an individual does at each step beside what others do at the same time (F - 1, 9)."""
     places, own = paths[:-1], np.diff(paths[:, k], axis=0) * fps
     steps, others = np.arange(len(places)), np.delete(np.arange(paths.shape[1]), k)
     speed = np.hypot(own[:, 0], own[:, 1])
@@ -88,30 +99,64 @@ def _beside(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
 
 
 def _usual(moved: Sequence[np.ndarray]) -> Usual:
-    """Return what is usual for all individuals of a recording, of each what `_beside` finds."""
+    """Return what is usual for all individuals of a recording, of each what `_moved` finds."""
     sizes = np.abs(np.stack(moved)[..., SIZES])
     least = 0.01 * np.median(sizes, axis=(0, 1)) + 1e-9
     return Usual(least, np.median(np.log(sizes + least), axis=0))
 
 
-def _following(own: np.ndarray, others: np.ndarray, fps: float) -> np.ndarray:
-    """Return the parts (F,) whose mean is the highest correlation of a velocity (F, 2) with earlier ones of others (F, B, 2)."""
-    found, least, most = np.zeros(len(own)), max(1, int(LAGS_S[0] * fps)), int(LAGS_S[1] * fps)
-    for stretch in np.array_split(np.arange(len(own)), max(1, round(len(own) / (STRETCH_S * fps)))):
+def _after_others(paths: np.ndarray, whose: Sequence[int], fps: float) -> np.ndarray:
+    """Return how some individuals do at each step what another did, and are where another was (individuals, F - 1, 2).
+
+    The first are parts whose mean is the correlation of velocities, the second distances (cm). In each stretch, the
+    other and the time between are those of the highest correlation, and of the least mean square of the distance.
+    """
+    places, velocities = paths[:-1] - paths.mean(axis=(0, 1)), np.diff(paths, axis=0) * fps
+    after = np.zeros((len(whose), len(places), 2))
+    least, most = max(1, int(LAGS_S[0] * fps)), int(LAGS_S[1] * fps)
+    for stretch in np.array_split(np.arange(len(places)), max(1, round(len(places) / (STRETCH_S * fps)))):
         begin, count = int(stretch[0]), len(stretch)
         early = max(0, begin - most)
-        mine, theirs = own[stretch], others[early : begin + count]
         lags = np.arange(least, min(most, begin - early + count // 2) + 1)
         if not len(lags):
             continue
-        size = 1 << (count + len(theirs) - 1).bit_length()
-        spectrum = np.conj(np.fft.rfft(mine, size, axis=0))[:, None] * np.fft.rfft(theirs, size, axis=0)
-        first = begin - early - lags  # in `theirs`; below 0 before the recording
-        shared = np.fft.irfft(spectrum.sum(axis=2), size, axis=0)[first]
-        sums = np.cumsum(np.concatenate((np.zeros((1, theirs.shape[1])), (theirs**2).sum(axis=2))), axis=0)
-        scale = np.sqrt((mine**2).sum() * (sums[first + count] - sums[np.maximum(first, 0)])) + 1e-12
-        lag, who = np.unravel_index((shared / scale).argmax(), shared.shape)
-        back = first[lag] + np.arange(count)
-        before = np.where((back >= 0)[:, None], theirs[np.maximum(back, 0), who], 0.0)
-        found[stretch] = count * (mine * before).sum(axis=1) / scale[lag, who]
-    return found
+        first, steps = (
+            begin - early - lags,
+            np.arange(count),
+        )  # in what is known of others; below 0 before the recording
+        missing = np.maximum(-first, 0)[:, None]
+        known = velocities[early : begin + count]
+        for one, k, (products, squares) in zip(after, whose, _products(known, count, whose, first), strict=True):
+            mine = velocities[stretch, k]
+            scale = np.sqrt((mine**2).sum() * squares) + 1e-12
+            lag, who = np.unravel_index((products / scale).argmax(), scale.shape)
+            back = first[lag] + steps
+            before = np.where((back >= 0)[:, None], known[np.maximum(back, 0), who + (who >= k)], 0.0)
+            one[stretch, 0] = count * (mine * before).sum(axis=1) / scale[lag, who]
+        known = places[early : begin + count]
+        for one, k, (products, squares) in zip(after, whose, _products(known, count, whose, first), strict=True):
+            mine = places[stretch, k]
+            left = np.cumsum((mine**2).sum(axis=1)[::-1])[::-1]  # of each step and those after it
+            apart = (left[missing] + squares - 2 * products) / (count - missing)
+            lag, who = np.unravel_index(apart.argmin(), apart.shape)
+            back = first[lag] + steps
+            found = np.hypot(*(mine - known[np.maximum(back, 0), who + (who >= k)]).T)
+            one[stretch, 1] = np.where(back >= 0, found, found[back >= 0].mean())
+    return after
+
+
+def _products(
+    known: np.ndarray, count: int, whose: Sequence[int], first: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield for some individuals sums (L, B) of the products of their last vectors with earlier ones of the others.
+
+    Vectors (F, A, 2) are those of all; those of others count from each step of `first` (L,) on, before step 0 as 0.
+    With each, yield the sums (L, B) of the squares of the others' vectors.
+    """
+    size = 1 << (count + len(known) - 1).bit_length()
+    mine, theirs = np.conj(np.fft.rfft(known[-count:], size, axis=0)), np.fft.rfft(known, size, axis=0)
+    sums = np.cumsum(np.concatenate((np.zeros((1, known.shape[1])), (known**2).sum(axis=2))), axis=0)
+    squares = sums[first + count] - sums[np.maximum(first, 0)]
+    for k in whose:
+        spectrum = (mine[:, k, None] * np.delete(theirs, k, axis=1)).sum(axis=2)
+        yield np.fft.irfft(spectrum, size, axis=0)[first], np.delete(squares, k, axis=1)

@@ -100,7 +100,7 @@ def detect(
 
 
 def _windows(motion: Moved, beside: bool) -> list[np.ndarray]:
-    """Return the windows (W, T, D) of each individual, or (W, T, D + 14) with what it does beside others."""
+    """Return the windows (W, T, D) of each individual, or (W, T, D + 16) with what it does beside others."""
     if not (beside and isinstance(motion, RecordedMotion)):
         return list(motion.samples)
     return [np.concatenate(both, axis=2) for both in zip(motion.samples, motion.company, strict=True)]

@@ -185,5 +185,5 @@ class RecordedMotion:
     times: tuple[np.ndarray, ...]
     duration_s: float  #: Of the recording (s)
     recording: Trajectories | None = None  #: Where the windows are from; None if that is not known
-    #: A arrays (W, T, 14), or none, what each does beside the others at the same times, see `company`; none for one alone
+    #: A arrays (W, T, 16), or none, what each does beside the others at the same times, see `company`; none for one alone
     company: tuple[np.ndarray, ...] = ()

@@ -334,5 +334,16 @@ def test_motion_statistics_have_the_trend_of_each_signal_whatever_its_sense():
     assert level == pytest.approx(0.0)
 
 
+def test_of_what_is_done_after_others_the_means_alone_count_and_come_last():
+    windows = RNG.standard_normal((5, 40, 16))
+    found = motion_statistics(windows)
+    np.testing.assert_allclose(found[:, -3:], windows[..., 13:].mean(axis=1))
+    np.testing.assert_array_equal(motion_statistics(windows[..., :13]), found[:, :-3])
+    windows[..., :5] *= -2.0  # own motion
+    changed = (motion_statistics(windows) != found).any(axis=0)
+    assert not changed[-(8 * 8 + 3) :].any()  # eight statistics of eight signals, and three means
+    assert changed[-(8 * 8 + 4)]
+
+
 def test_windows_of_two_steps_have_motion_statistics():
     assert np.isfinite(motion_statistics(RNG.standard_normal((3, 2, 4)))).all()
