@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from blind import BLIND
+from blind_second import SECOND
 
 import turing_learning as tl
 from turing_learning.analysis import area_under_curve
@@ -430,14 +431,14 @@ def bolting(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> 
 
 FRESH = {"mirrored": mirrored, "walking": walking, "wiggling": wiggling, "cornered": cornered, "bolting": bolting}
 """Kinds that were written down last."""
-GROUPS: dict[str, dict[str, Kind]] = {"fresh": FRESH, "blind": BLIND}
+GROUPS: dict[str, dict[str, Kind]] = {"fresh": FRESH, "blind": BLIND, "second blind": SECOND}
 
 
 def held_out(work: Path) -> Measured:
     """All kinds, and new ones, in other parts, with other seeds, than those of the other tables."""
     _detect.KINDS = dict(KINDS)  # what `detect` plants itself has none of the new ones
     every = dict(KINDS) | NEW
-    KINDS.update(NEW | FRESH | BLIND)
+    KINDS.update(NEW | FRESH | BLIND | SECOND)
     for name, (file, fps, scale, parts) in RECORDED.items():
         whole = tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down").bridged(15).thinned(3)
         ends = np.linspace(0, len(whole.positions), parts).astype(int)
@@ -448,6 +449,7 @@ def held_out(work: Path) -> Measured:
             ("own", "burst-and-coast", ""),
             ("all", "couzin", "fresh"),
             ("all", "couzin", "blind"),
+            ("all", "couzin", "second blind"),
         ):
 
             def recorded(pieces=pieces, name=name, signals=signals, model=model, kinds=kinds):
@@ -468,6 +470,7 @@ def held_out(work: Path) -> Measured:
         ("couzin", "all", "couzin", ""),
         ("couzin", "own", "burst-and-coast", ""),
         ("couzin", "all", "couzin", "blind"),
+        ("couzin", "all", "couzin", "second blind"),
     ):
 
         def simulated(name=name, signals=signals, model=model, kinds=kinds):
