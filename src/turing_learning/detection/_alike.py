@@ -29,7 +29,7 @@ RHYTHM = 3
 STATISTICS = 8
 """Window statistics of a signal, and its trend."""
 MEANS = 13
-"""Signals after so many, how much an individual does what others did before, are described by their means alone."""
+"""Signals from this one on say how much an individual does what others did before; only their means are used."""
 SHRINKAGE = 0.1
 """Added to each variance, as a share of their mean."""
 WITHIN = 0.3

@@ -66,13 +66,13 @@ def company(paths: np.ndarray, whose: Sequence[int], fps: float, usual: Usual | 
 
 
 def _moved(paths: np.ndarray, whose: Sequence[int], fps: float) -> list[np.ndarray]:
-    """Return what some individuals do at each step (F - 1, 11), not compared with what is usual."""
+    """Return for each of some individuals what it does at each step (F - 1, 11), before it is compared with what is usual."""
     after = _after_others(paths, whose, fps)
     return [np.column_stack((_beside(paths, k, fps), each)) for k, each in zip(whose, after, strict=True)]
 
 
 def _beside(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
-    """Return what an individual does at each step beside what others do at the same time (F - 1, 9)."""
+    """Return how an individual moves, and where others and the border are, at each step (F - 1, 9)."""
     places, own = paths[:-1], np.diff(paths[:, k], axis=0) * fps
     steps, others = np.arange(len(places)), np.delete(np.arange(paths.shape[1]), k)
     speed = np.hypot(own[:, 0], own[:, 1])
@@ -106,10 +106,10 @@ def _usual(moved: Sequence[np.ndarray]) -> Usual:
 
 
 def _after_others(paths: np.ndarray, whose: Sequence[int], fps: float) -> np.ndarray:
-    """Return how some individuals do at each step what another did, and are where another was (individuals, F - 1, 2).
+    """Return how much individuals do what another did earlier, and how far they are from where another was (N, F - 1, 2).
 
-    The first are parts whose mean is the correlation of velocities, the second distances (cm). In each stretch, the
-    other and the time between are those of the highest correlation, and of the least mean square of the distance.
+    The mean of the first over a stretch is the correlation of two velocities; the second is a distance (cm). In each
+    stretch, the other and the delay are those of the highest correlation, and those of the least mean square distance.
     """
     places, velocities = paths[:-1] - paths.mean(axis=(0, 1)), np.diff(paths, axis=0) * fps
     after = np.zeros((len(whose), len(places), 2))
@@ -120,10 +120,8 @@ def _after_others(paths: np.ndarray, whose: Sequence[int], fps: float) -> np.nda
         lags = np.arange(least, min(most, begin - early + count // 2) + 1)
         if not len(lags):
             continue
-        first, steps = (
-            begin - early - lags,
-            np.arange(count),
-        )  # in what is known of others; below 0 before the recording
+        first = begin - early - lags  # in what is known of others; below 0 before the recording
+        steps = np.arange(count)
         missing = np.maximum(-first, 0)[:, None]
         known = velocities[early : begin + count]
         for one, k, (products, squares) in zip(after, whose, _products(known, count, whose, first), strict=True):
@@ -148,10 +146,11 @@ def _after_others(paths: np.ndarray, whose: Sequence[int], fps: float) -> np.nda
 def _products(
     known: np.ndarray, count: int, whose: Sequence[int], first: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield for some individuals sums (L, B) of the products of their last vectors with earlier ones of the others.
+    """Yield for each of some individuals how its last vectors go together with earlier ones of the B others.
 
-    Vectors (F, A, 2) are those of all; those of others count from each step of `first` (L,) on, before step 0 as 0.
-    With each, yield the sums (L, B) of the squares of the others' vectors.
+    `known` holds the vectors of all (F, A, 2). The last `count` of an individual are multiplied by as many of another,
+    from each step of `first` (L,) on; before step 0 these are 0. Yield the sums of the products (L, B), and the sums of
+    the squares of the others' vectors (L, B).
     """
     size = 1 << (count + len(known) - 1).bit_length()
     mine, theirs = np.conj(np.fft.rfft(known[-count:], size, axis=0)), np.fft.rfft(known, size, axis=0)
