@@ -50,9 +50,6 @@ from . import (
     runs as runs,
 )
 from . import (
-    search as search,
-)
-from . import (
     sources as sources,
 )
 from . import (

@@ -17,10 +17,6 @@ CHECK = 8  # what a check simulates and trains: (8, seed, use, ...)
 RANDOM_BEHAVIORS = 5  # controllers of a study: as `ARCHIVE`, but without a generation
 REHEARSAL = 7  # noise on a rehearsal's tracks: as `DETECTION`, but (7, seed, name of the stage)
 
-# A search for a controller: (purpose, seed, number of the controller, ...).
-SEARCH_STARTS = 1
-SEARCH_NOISE = 2
-
 # Experiments of the paper: (purpose, seed, ...).
 EMERGENCE_STARTS = 1
 COMPARISON_OBSERVATION = 1

@@ -4,16 +4,8 @@ import numpy as np
 
 from ..arrays import array
 from ..errors import integer, number
-from ..swarm import Scenario
 
 CENTERS = 24  # tried along each edge of the lattice's cell; a finer grid finds nothing smaller for 2 to 100 disks
-
-
-def gathered(scenario: Scenario, poses: np.ndarray, robots: int) -> tuple[np.ndarray, float]:
-    """Return positions (..., S, 2) and radius (cm) of those that are to gather: objects, or robots where there are none."""
-    if scenario.objects.count:
-        return poses[..., robots:, :2], scenario.objects.radius_cm
-    return poses[..., :robots, :2], scenario.robot.radius_cm
 
 
 def dispersion(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndarray:

@@ -295,7 +295,7 @@ AGGREGATION_VIEW_60 = replace(
     controller=(-0.7, -1.0, 1.0, 0.0), sensor=Sensor(field_of_view=math.pi / 3),
 )  # fmt: skip
 """The same with a field of view of 60 degrees. The paper does not print this controller; it was found by
-`turing_learning.search.search_controller`, see experiments/4.6.1."""
+experiments/4.6.1/search/search.py."""
 
 SCENARIOS: dict[str, Scenario] = {
     scenario.name: scenario for scenario in (AGGREGATION, OBJECT_CLUSTERING, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60)

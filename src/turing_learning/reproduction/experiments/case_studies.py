@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from turing_learning.analysis import compare, dispersion, interval, largest_cluster, least_dispersion
-from turing_learning.analysis._disks import gathered
 from turing_learning.analysis._errors import median_place
 from turing_learning.figures import box_figure
 from turing_learning.figures._many_runs import convergence_figure, dispersion_figure
@@ -57,11 +56,18 @@ def conduct_snapshots(work: Work, findings: Findings) -> None:
     findings.table("snapshots", stacked(frames, "behavior"))
 
 
+def gathering_disks(scenario: Scenario, poses: np.ndarray, robots: int) -> tuple[np.ndarray, float]:
+    """Return positions (..., S, 2) and radius (cm) of those that are to gather: objects, or robots where there are none."""
+    if scenario.objects.count:
+        return poses[..., robots:, :2], scenario.objects.radius_cm
+    return poses[..., :robots, :2], scenario.robot.radius_cm
+
+
 def _simulated(scenario: Scenario, robots: int, times_s: list[int], later_s: list[int], sizes: Sizes) -> dict[str, Any]:
     trials, seed, last = sizes["trials"], sizes["seed"], len(times_s) - 1
     steps = [round(time / scenario.trial.control_interval_s) for time in times_s + later_s]
     poses = moved(scenario, scenario.controller, trials, robots, steps[-1], starts=seed, noise=seed).poses[:, steps]
-    positions, radius = gathered(scenario, poses, robots)
+    positions, radius = gathering_disks(scenario, poses, robots)
     spread = dispersion(positions, radius)
     shown = median_place(spread[:, last])
     return {
@@ -172,7 +178,8 @@ def _reached(work: Work, scenario: Scenario, sizes: Sizes, name: str, controller
         noise = int(np.random.SeedSequence((EMERGENCE_STARTS + 1 + number, seed)).generate_state(1)[0])
         steps, starts = round(sizes["duration_s"] / scenario.trial.control_interval_s), (EMERGENCE_STARTS, seed)
         simulation = moved(scenario, controller, sizes["trials"], robots, steps, starts=starts, noise=noise)
-        return {"dispersion": dispersion(*gathered(scenario, simulation.poses[:, -1], robots)).tolist()}
+        positions, radius = gathering_disks(scenario, simulation.poses[:, -1], robots)
+        return {"dispersion": dispersion(positions, radius).tolist()}
 
     return np.array(work.piece(f"dispersion-{scenario.name}-{name}", compute)["dispersion"])
 
