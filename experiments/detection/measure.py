@@ -24,7 +24,6 @@ from turing_learning.detection import (
     RunClassifiers,
     _detect,
     detect,
-    grid_models,
     recorded_motion,
     run_classifiers,
 )
@@ -152,7 +151,9 @@ def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
     result = run_on(path, 1000, scenario=name, seed=seed)
     run, rng = run_classifiers(result), np.random.default_rng((33, seed))
     scenario = run.simulated_scenario()
-    models, agents = grid_models(scenario, 11 if len(scenario.controller) == 4 else 5), scenario.agents
+    dimension, agents = len(scenario.controller), scenario.agents
+    axes = [np.linspace(-1, 1, 11 if dimension == 4 else 5)] * dimension
+    models = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, dimension)
     looks = eyes(run)
 
     def observed(swarms: int) -> np.ndarray:

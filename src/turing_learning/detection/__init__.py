@@ -1,15 +1,4 @@
-"""Classifiers as a product: how good they are over all behaviors, and which individuals of a swarm behave abnormally.
-
-Post-evaluation, as in section 4.4 of the paper:
-
-`grid_models`
-    Models on a grid over the parameter space, 11^4 of them in the paper.
-`post_evaluate`, `count_agents`, `PostEvaluation`
-    Decision accuracy of any number of classifiers over many models; the same in parts.
-`accuracy_over_generations`
-    Accuracy of the subjectively and of the objectively best classifier over the generations of a run.
-
-Detection:
+"""Classifiers as a product: which individuals of a swarm behave abnormally?
 
 `detect`, `Detection`, `Ranking`, `Standing`
     Judged alike: how unlike normal ones individuals are, beside baselines of window statistics.

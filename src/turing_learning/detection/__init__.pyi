@@ -6,11 +6,6 @@ from ._detect import detect as detect
 from ._motion import Motion as Motion
 from ._motion import RecordedMotion as RecordedMotion
 from ._motion import load_motion as load_motion
-from ._post_evaluation import PostEvaluation as PostEvaluation
-from ._post_evaluation import accuracy_over_generations as accuracy_over_generations
-from ._post_evaluation import count_agents as count_agents
-from ._post_evaluation import grid_models as grid_models
-from ._post_evaluation import post_evaluate as post_evaluate
 from ._run import RunClassifiers as RunClassifiers
 from ._run import recorded_motion as recorded_motion
 from ._run import run_classifiers as run_classifiers

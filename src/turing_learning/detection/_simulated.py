@@ -20,7 +20,7 @@ from ._motion import Motion
 
 NEAR = 0.2
 """Controllers whose mean absolute difference from the agents' is below this are not called abnormal."""
-CALIBRATION, _, PLANTING, POST_EVALUATION, OWN_CALIBRATION, JURORS, ALIKE, CASES = range(8)
+CALIBRATION, _, PLANTING, _, OWN_CALIBRATION, JURORS, ALIKE, CASES = range(8)
 
 
 @dataclass(frozen=True, eq=False)

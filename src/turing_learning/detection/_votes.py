@@ -16,7 +16,6 @@ from turing_learning.report import counted
 from ._alike import split
 from ._chance import DIGITS, DRAWS, Scan, TimedVerdict, known_needed, p_values
 from ._motion import Motion, RecordedMotion, checked_motion
-from ._post_evaluation import decide
 from ._run import StoredRun, motion_to_calibrate, run_classifiers
 
 RULES = ("fittest", "unanimous", "discriminant")
@@ -308,7 +307,7 @@ def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
     if rule == "fittest" and len(genuine):
         return np.full(len(genuine), 1 / len(genuine))
     by_individual = rule == "unanimous"
-    found = competence(decide(genuine), decide(abnormal)) if by_individual else competence(genuine, abnormal)
+    found = competence(genuine.any(axis=-1), abnormal.any(axis=-1)) if by_individual else competence(genuine, abnormal)
     tells, told = found.max(initial=0.0) > 0, "hold a classifier that tells genuine from abnormal motion"
     check(tells, "genomes", told, f"{len(genuine)} that cannot", "Run more generations.")
     if by_individual:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from turing_learning.config import classifier_of
-from turing_learning.detection import accuracy_over_generations, grid_models
 from turing_learning.reproduction import Stopped
 from turing_learning.reproduction._experiment import Work
+from turing_learning.reproduction._post_evaluation import count_agents, decision_accuracies, grid_models
 from turing_learning.reproduction.experiments import EXPERIMENTS
 from turing_learning.reproduction.experiments.classifiers import (
     BestAccuracies,
@@ -147,13 +147,14 @@ def test_accuracies_are_those_of_each_run_on_its_own(rows):
     history = infer(
         "aggregation", preset="paper", generations=12, seed=2002, settings=sizes["runs"]["settings"]
     ).history
-    alone = accuracy_over_generations(
-        classifier_of(configuration), history["classifier"].to_numpy(), history["classifier_fitness"].to_numpy(),
-        AGGREGATION, models=grid_models(AGGREGATION, sizes["points"]), generations=sizes["generations"],
-        trials=sizes["trials"], seed=sizes["seed"],
-    )  # fmt: skip
-    assert [float(row["subjective"]) for row in found] == pytest.approx(alone.subjective.tolist(), rel=1e-5)
-    assert [float(row["objective"]) for row in found] == pytest.approx(alone.objective.tolist(), rel=1e-5)
+    classifier, models = classifier_of(configuration), grid_models(4, sizes["points"])
+    for row, generation in zip(found, sizes["generations"], strict=True):
+        genomes = history["classifier"].to_numpy()[generation]
+        counts = count_agents(classifier, genomes, AGGREGATION, models, trials=sizes["trials"], seed=sizes["seed"])
+        alone = decision_accuracies(counts, AGGREGATION, len(models))
+        fittest = history["classifier_fitness"].to_numpy()[generation].argmax()
+        assert float(row["subjective"]) == pytest.approx(alone[fittest], rel=1e-5)
+        assert float(row["objective"]) == pytest.approx(alone.max(), rel=1e-5)
 
 
 def test_no_generation_that_is_judged_follows_a_renewal():

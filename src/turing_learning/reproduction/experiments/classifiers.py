@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from turing_learning import detection
 from turing_learning.config import Configuration, classifier_of, load_configuration
 from turing_learning.figures._many_runs import error_groups_figure
 from turing_learning.figures._one_run import accuracy_figure
@@ -16,6 +15,7 @@ from turing_learning.interaction import STIMULATED
 from turing_learning.swarm import AGGREGATION
 
 from .._experiment import PRESETS, Findings, Sizes, Work, compare_columns, seeds_of, stacked, variant_of
+from .._post_evaluation import count_agents, decision_accuracies, grid_models
 from .._verdicts import REASONS, ClaimVerdict, Spreads, held
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ def _accuracies(
 ) -> dict[str, tuple[np.ndarray, list[np.ndarray]]]:
     """Return preset -> accuracies of populations (R, G, N) and archives, R of (U,), all in the same trials."""
     sizes = work.sizes
-    models = detection.grid_models(AGGREGATION, sizes["points"])
+    models = grid_models(len(AGGREGATION.controller), sizes["points"])
     groups: list[np.ndarray] = []
     for runs in populations.values():
         groups += [one for run in runs for one in run["classifiers"]] + [run["archived"] for run in runs]
@@ -133,12 +133,12 @@ def _accuracies(
 
     def counted(part: int) -> dict[str, np.ndarray] | None:
         chosen = slice(bounds[part], bounds[part + 1])
-        counts = detection.count_agents(classifier, genomes, AGGREGATION, models, part=chosen, **how)
+        counts = count_agents(classifier, genomes, AGGREGATION, models, part=chosen, **how)
         return None if counts is None else {"agents": counts.astype(np.uint32)}
 
     names = [f"grid-part{k + 1:02d}" for k in range(sizes["parts"])]
     parts = [work.piece(name, partial(counted, k), "npz")["agents"] for k, name in enumerate(names)]
-    accuracy = detection.PostEvaluation.of_counts(np.asarray(sum(parts)), AGGREGATION, len(models)).accuracy
+    accuracy = decision_accuracies(np.asarray(sum(parts)), AGGREGATION, len(models))
     split = iter(np.split(accuracy, np.cumsum([len(group) for group in groups])[:-1]))
     return {
         preset: (np.array([[next(split) for _ in run["fitness"]] for run in runs]), [next(split) for _ in runs])

@@ -5,14 +5,25 @@ import pytest
 
 from turing_learning.analysis import decision_accuracy
 from turing_learning.classifiers import ElmanClassifier
-from turing_learning.config import ConfigurationError
-from turing_learning.detection import PostEvaluation, _post_evaluation, count_agents, grid_models, post_evaluate
-from turing_learning.detection._simulated import POST_EVALUATION, stream
-from turing_learning.swarm import AGGREGATION, Robot, initial_poses, observe
+from turing_learning.reproduction import _post_evaluation
+from turing_learning.reproduction._post_evaluation import count_agents, decision_accuracies, grid_models
+from turing_learning.swarm import AGGREGATION, Robot, Trial, initial_poses, observe
 
 RNG = np.random.default_rng(0)
 GENOMES = RNG.normal(0, 2, (6, 46))
 MODELS = RNG.uniform(-1, 1, (7, 4))
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    """Three robots for one second."""
+    return replace(AGGREGATION, agents=2, trial=Trial(duration_s=1.0, start_side_cm=100.0))
+
+
+def post_evaluate(classifier, genomes, scenario, models, *, seed=0, **options):
+    """Return the decision accuracy (N,) of classifiers."""
+    counts = count_agents(classifier, genomes, scenario, models, seed=seed, **options)
+    return decision_accuracies(counts, scenario, len(models))
 
 
 class Listener:
@@ -29,7 +40,7 @@ class Listener:
 
 def naive_accuracy(classifier, genomes, scenario, models, trials, seed):
     """Ask one classifier about one individual after the other."""
-    rng = stream(seed, POST_EVALUATION)
+    rng = np.random.default_rng((7, seed, 3))
     poses = initial_poses(scenario, trials, rng)
     keys = rng.integers(0, 2**64, size=(len(models), trials), dtype=np.uint64)
     accuracies = []
@@ -48,14 +59,14 @@ def naive_accuracy(classifier, genomes, scenario, models, trials, seed):
 
 
 def test_the_grid_of_the_paper_has_14641_models():
-    models = grid_models(AGGREGATION)
+    models = grid_models(4, 11)
     assert models.shape == (14641, 4)
     np.testing.assert_allclose(np.unique(models.round(9)), np.linspace(-1, 1, 11), atol=1e-9)
     assert len(np.unique(models, axis=0)) == 14641
 
 
 def test_the_last_parameter_of_a_grid_changes_fastest():
-    np.testing.assert_array_equal(grid_models(AGGREGATION, 2, 0, 1)[:3], [[0, 0, 0, 0], [0, 0, 0, 1], [0, 0, 1, 0]])
+    np.testing.assert_array_equal(grid_models(3, 2)[:3], [[-1, -1, -1], [-1, -1, 1], [-1, 1, -1]])
 
 
 def test_the_accuracy_is_that_of_the_naive_twin(scenario):
@@ -63,7 +74,7 @@ def test_the_accuracy_is_that_of_the_naive_twin(scenario):
     expected = naive_accuracy(classifier, GENOMES, scenario, MODELS, trials=3, seed=4)
     found = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=3, seed=4, threads=1)
     assert len(np.unique(expected)) > 1
-    np.testing.assert_allclose(found.accuracy, expected, rtol=1e-12)
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
 def test_the_accuracy_is_that_of_all_judgments_taken_together(scenario):
@@ -72,19 +83,12 @@ def test_the_accuracy_is_that_of_all_judgments_taken_together(scenario):
     post_evaluate(listener, GENOMES[:1], scenario, MODELS, trials=3, seed=4, threads=1)
     judged = np.stack([classifier.judge(GENOMES, trial) >= 0.5 for trial in listener.heard], axis=-1)
     agents, models = judged[:, :14], judged[:, 14:]
-    np.testing.assert_allclose(found.accuracy, decision_accuracy(agents, models), rtol=1e-12)
+    np.testing.assert_allclose(found, decision_accuracy(agents, models), rtol=1e-12)
 
 
 def test_a_classifier_that_accepts_everything_decides_half_of_it_correctly(scenario):
     found = post_evaluate(Listener(1.0), GENOMES, scenario, MODELS, trials=2)
-    assert found.specificity.tolist() == [1.0] * 6
-    assert found.sensitivity.tolist() == [0.0] * 6
-    assert found.accuracy.tolist() == [0.5] * 6
-
-
-@pytest.mark.parametrize(("judgments", "agent"), [([False] * 10, False), ([False] * 9 + [True], True), ([True], True)])
-def test_a_model_is_one_only_if_all_judgments_say_so(judgments, agent):
-    assert _post_evaluation.decide(np.array([judgments])).tolist() == [agent]
+    assert found.tolist() == [0.5] * 6
 
 
 def test_initial_poses_are_common_to_all_models(scenario):
@@ -105,8 +109,7 @@ def test_the_accuracy_does_not_depend_on_threads_and_on_what_is_judged_at_once(s
     monkeypatch.setattr(_post_evaluation, "BLOCK_BYTES", 1)
     monkeypatch.setattr(_post_evaluation, "GENOMES", 2)
     parts = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=2, threads=2)
-    np.testing.assert_array_equal(parts.sensitivity, whole.sensitivity)
-    np.testing.assert_array_equal(parts.specificity, whole.specificity)
+    np.testing.assert_array_equal(parts, whole)
 
 
 def test_no_more_than_a_block_is_judged_at_once(scenario, monkeypatch):
@@ -124,9 +127,9 @@ def test_who_was_judged_genuine_once_is_not_judged_again(scenario):
             return super().judge(genomes, samples) + (np.arange(len(samples)) < len(samples) - 1)
 
     listener = Choosy()
-    found = post_evaluate(listener, GENOMES[:1], scenario, MODELS[:2], trials=4, threads=1)
+    counts = count_agents(listener, GENOMES[:1], scenario, MODELS[:2], trials=4, seed=0, threads=1)
     assert [len(samples) for samples in listener.heard] == [6, 1, 1, 1]
-    assert (found.specificity.tolist(), found.sensitivity.tolist()) == ([1.0], [0.5])
+    assert counts.tolist() == [[4, 1]]
 
 
 @pytest.mark.parametrize("sparse", [0.0, 0.5, 1.0])
@@ -135,7 +138,7 @@ def test_who_is_picked_out_and_who_is_judged_with_all_others_makes_no_difference
     classifier = ElmanClassifier(scale=scenario.input_scale, threads=1)
     expected = naive_accuracy(classifier, GENOMES, scenario, MODELS, trials=3, seed=4)
     found = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=3, seed=4, threads=1)
-    np.testing.assert_allclose(found.accuracy, expected, rtol=1e-12)
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
 def test_counts_of_parts_add_up_to_those_of_all(scenario):
@@ -146,9 +149,6 @@ def test_counts_of_parts_add_up_to_those_of_all(scenario):
     ]
     whole = count_agents(classifier, GENOMES, scenario, MODELS, **options)
     np.testing.assert_array_equal(sum(parts), whole)
-    found = PostEvaluation.of_counts(whole, scenario, len(MODELS))
-    expected = post_evaluate(classifier, GENOMES, scenario, MODELS, **options)
-    np.testing.assert_array_equal(found.accuracy, expected.accuracy)
 
 
 def test_counting_stops_between_classifiers_when_it_is_asked_to(scenario, monkeypatch):
@@ -159,34 +159,5 @@ def test_counting_stops_between_classifiers_when_it_is_asked_to(scenario, monkey
         asked.append(True)
         return len(asked) > 1
 
-    assert count_agents(listener, GENOMES, scenario, MODELS, trials=3, should_stop=should_stop) is None
+    assert count_agents(listener, GENOMES, scenario, MODELS, trials=3, seed=0, should_stop=should_stop) is None
     assert len(listener.heard) == 3
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"models": np.zeros((0, 4))}, r"^`models` must be of shape \(M, P\) = \(any, 4\) and not empty; got \(0, 4\)"),
-        ({"models": np.full((2, 4), np.inf)}, r"^`models` must be finite; got inf at \(0, 0\)"),
-        ({"genomes": np.zeros(46)}, r"^`genomes` must have the shape \(N, Q\), N >= 1; got \(46,\)"),
-        ({"trials": 0}, "^`trials` must be an integer of at least 1; got 0"),
-        ({"seed": -1}, "^`seed` must be an integer of at least 0; got -1"),
-    ],
-)
-def test_what_cannot_be_evaluated_is_refused(changes, message, scenario):
-    given = {"genomes": GENOMES, "models": MODELS, "trials": 2, "seed": 0} | changes
-    with pytest.raises(ConfigurationError, match=message):
-        post_evaluate(Listener(), given.pop("genomes"), scenario, given.pop("models"), **given)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((1,), "^`points` must be an integer of at least 2; got 1"),
-        ((100,), "^`points` must give at most 10000000 models; got 100"),
-        ((3, 1.0, 1.0), "^`low` must be below `high`, both finite; got 1.0 and 1.0"),
-    ],
-)
-def test_a_grid_that_is_none_is_refused(arguments, message):
-    with pytest.raises(ConfigurationError, match=message):
-        grid_models(AGGREGATION, *arguments)

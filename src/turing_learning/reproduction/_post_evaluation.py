@@ -1,0 +1,105 @@
+"""Decision accuracy of classifiers over a wide range of models (paper, section 4.4)."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from turing_learning.coevolution import THRESHOLD, Classifier
+from turing_learning.models import Behavior
+from turing_learning.purposes import DETECTION
+from turing_learning.swarm import Scenario, Trials, initial_poses, mixed
+
+POST_EVALUATION = 3  # which of the random numbers of `DETECTION`
+BLOCK_BYTES = 256_000_000  # of samples that are simulated and judged at once
+GENOMES = 500  # classifiers that judge a block at once
+SPARSE = 0.2  # share of undecided individuals below which a classifier's are picked out, which costs more for each
+ALL = slice(None)
+
+
+def grid_models(parameters: int, points: int) -> np.ndarray:
+    """Return models (points^P, P) on a grid from -1 to 1, fractions of the maximum speed; the last parameter changes fastest."""
+    axes = np.meshgrid(*[np.linspace(-1, 1, points)] * parameters, indexing="ij")
+    return np.stack(axes, axis=-1).reshape(-1, parameters)
+
+
+def count_agents(
+    classifier: Classifier, genomes: np.ndarray, scenario: Scenario, models: np.ndarray, *, trials: int, seed: int,
+    part: slice = ALL, threads: int | None = None, should_stop: Callable[[], bool] = lambda: False,
+) -> np.ndarray | None:  # fmt: skip
+    """Count the agents, and the replicas, that classifiers decide to be agents: (N, 2).
+
+    A replica executes each model among agents, in several trials from initial poses that are common to all
+    models and classifiers. A classifier judges each individual once a trial, and decides that it is a model
+    only if all judgments say so.
+
+    Parameters
+    ----------
+    classifier
+        Judges.
+    genomes : (N, Q)
+        Classifiers, N >= 1.
+    scenario
+        Its agents and replicas; the paper has ten and one.
+    models : (M, P)
+        What replicas execute, for example `grid_models`.
+    trials
+        Number of trials of each model, >= 1; ten in the paper.
+    seed
+        Of initial poses and noise, >= 0. The result depends on nothing else.
+    part
+        Which of the models; the counts of parts that cover all add up to those of all.
+    threads
+        Number of threads of the simulation; None takes every processor.
+    should_stop
+        Asked before every 500 classifiers; None is returned if it was stopped.
+    """
+    counts = np.zeros((len(genomes), 2), dtype=np.int64)
+    individuals = scenario.individuals
+    rng = np.random.default_rng((DETECTION, seed, POST_EVALUATION))
+    poses = initial_poses(scenario, trials, rng)
+    keys = rng.integers(0, 2**64, size=(len(models), trials), dtype=np.uint64)[part]
+    models = models[part]
+    bytes_of_model = 8 * individuals * trials * scenario.control_steps * len(scenario.input_scale)
+    size = max(1, BLOCK_BYTES // bytes_of_model)
+    for first in range(0, len(models), size):
+        block = models[first : first + size]
+        starts = np.tile(poses, (len(block), 1, 1))
+        drawn = Trials(scenario, mixed(scenario, len(block), trials), starts, keys[first : first + size].ravel())
+        samples = drawn.observe(Behavior(block), threads).swapaxes(0, 1)
+        samples = samples.reshape(-1, trials, *samples.shape[2:])  # (individuals x models of the block, trials, T, D)
+        for start in range(0, len(genomes), GENOMES):
+            if should_stop():
+                return None
+            chosen = slice(start, start + GENOMES)
+            agent = _decided(classifier, genomes[chosen], samples).reshape(-1, individuals, len(block)).sum(axis=2)
+            counts[chosen, 0] += agent[:, : scenario.agents].sum(axis=1)
+            counts[chosen, 1] += agent[:, scenario.agents :].sum(axis=1)
+    return counts
+
+
+def decision_accuracies(counts: np.ndarray, scenario: Scenario, models: int) -> np.ndarray:
+    """Return the decision accuracy (N,) of classifiers by what `count_agents` has counted in the swarms of all M models.
+
+    It is the mean of sensitivity and specificity: 0.5 for a classifier that decides the same about all.
+    """
+    specificity = counts[:, 0] / (models * scenario.agents)
+    sensitivity = 1 - counts[:, 1] / (models * scenario.replicas)
+    return (sensitivity + specificity) / 2
+
+
+def _decided(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Return who of samples (K, trials, T, D) is an agent to each classifier (N, K), one trial after the other.
+
+    Who has been judged genuine once is an agent, and is not judged again by that classifier.
+    """
+    agent = np.zeros((len(genomes), len(samples)), dtype=bool)
+    for trial in range(samples.shape[1]):
+        observed = np.ascontiguousarray(samples[:, trial])
+        undecided = agent.shape[1] - agent.sum(axis=1)
+        many = undecided > SPARSE * agent.shape[1]
+        if many.any():
+            agent[many] |= classifier.judge(genomes[many], observed) >= THRESHOLD
+        for n in np.flatnonzero(~many & (undecided > 0)):
+            pending = np.flatnonzero(~agent[n])
+            agent[n, pending] = classifier.judge(genomes[n : n + 1], observed[pending])[0] >= THRESHOLD
+    return agent
