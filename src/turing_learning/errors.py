@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from numbers import Integral, Real
 from operator import ge, gt, le, lt
@@ -115,6 +116,17 @@ def require(
     """Reject a value unless `holds`; a string given as `got` stands as it is, so quote one with ``repr``."""
     if not holds:
         refuse(name, rule, got, remedy, place=place, error=error)
+
+
+class ConfigurationError(RefusedError):
+    """A setting is rejected; the message names what, where, the value, and what to do."""
+
+
+check = partial(require, error=ConfigurationError)
+"""Reject a setting unless it `holds`, as `require` does."""
+
+reject = partial(refuse, error=ConfigurationError)
+"""Reject a setting, as `refuse` does."""
 
 
 @contextmanager

@@ -85,13 +85,13 @@ def test_objects_are_given_again(whole, parts, tmp_path, monkeypatch):
 
     never = infer(**made())
     infer(tmp_path / "run", **made(), should_stop=stopped())
-    monkeypatch.setattr("turing_learning.config._parts._objects", {})  # as in another process
+    monkeypatch.setattr("turing_learning.config.parts._objects", {})  # as in another process
     with pytest.raises(RunFolderError, match=r"must be given again, as no folder holds an object") as refused:
         tl.resume(tmp_path / "run")
     assert str(tmp_path / "run") in str(refused.value)
     result = tl.resume(tmp_path / "run", **made())
     assert result.estimate == never.estimate
-    monkeypatch.setattr("turing_learning.config._parts._objects", {})
+    monkeypatch.setattr("turing_learning.config.parts._objects", {})
     with pytest.raises(ConfigurationError, match="`classifier` must be given again"):
         run_classifiers(tl.load_run(tmp_path / "run"))
     assert run_classifiers(tl.load_run(tmp_path / "run", classifier=made()["classifier"])).last.shape == (8, 5)
@@ -160,7 +160,7 @@ def test_an_optimizer_that_returns_something_else_is_named(parts, method, return
 
 
 def test_a_study_takes_names_alone(parts):
-    from turing_learning.config._study import load_variants
+    from turing_learning.config.settings import load_variants
 
     named = load_configuration(scenario="aggregation", overrides={"models.optimizer": "parts:RandomSearch"})
     assert named.given == ()

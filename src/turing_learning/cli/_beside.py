@@ -102,7 +102,7 @@ def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> Non
     import numpy as np
 
     from turing_learning._files import write_atomically
-    from turing_learning.config._targets import refuse_target
+    from turing_learning.targets import refuse_target
 
     choice("sample", what, ("fish", "swarm"))
     path = out or Path("fish.txt" if what == "fish" else "swarm.csv")

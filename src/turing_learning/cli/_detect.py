@@ -70,7 +70,7 @@ def detect(
     :param force: Replace files of `--out` that exist.
     :param as_json: Print JSON.
     """
-    from turing_learning.config._targets import refuse_target
+    from turing_learning.targets import refuse_target
 
     got = "neither" if motion is None else "both"
     require((motion is None) != (simulate is None), "MOTION", "be given, or --simulate", got)

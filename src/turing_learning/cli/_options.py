@@ -158,7 +158,7 @@ def titled(path: Path) -> str:
 
 def settings_of(settings: list[str] | None, options: Mapping[str, str | None]) -> tuple[dict[str, Any], dict[str, str]]:
     """Return dotted key -> value, and dotted key -> where it was given, of --set texts and of the options for some keys."""
-    from turing_learning.config._study import stated_once
+    from turing_learning.config.settings import stated_once
 
     given = {key: text for key, text in options.items() if text is not None}
     if {"run.trials", "run.generations"} <= given.keys():

@@ -65,8 +65,7 @@ def infer(
         file, see `turing-learning docs interaction`. By default they choose the stimuli.
     :param settings: Any setting, for example models.parents=20. Repeatable.
     """
-    from turing_learning.config import SCENARIOS, dotted, load_configuration, read_toml
-    from turing_learning.config._configuration import require_seen
+    from turing_learning.config import SCENARIOS, dotted, load_configuration, read_toml, require_visible_objects
 
     length = {"run.generations": generations, "run.trials": trials, "run.tolerance": tolerance}
     overrides, labels = settings_of(settings, {**length, "run.seed": seed, "run.threads": threads})
@@ -83,7 +82,7 @@ def infer(
     require_scenario(scenario, config, SCENARIOS)
     chosen = scenario if passive is None else watched(scenario, passive)
     configuration = load_configuration(config, preset, overrides, scenario=chosen, labels=labels)
-    require_seen(configuration)
+    require_visible_objects(configuration)
     path = out or tl.runs.new_run_path(configuration.scenario.name, configuration.run.seed)
     _execute(partial(tl.runs.start, configuration, path, force=force), path)
 
@@ -187,8 +186,8 @@ def simulate(
     :param settings: Any setting, for example scenario.noise.wheel_speed_sd=0.1. Repeatable.
     """
     from turing_learning.config import load_configuration
-    from turing_learning.config._targets import refuse_target
     from turing_learning.runs._trial import SUFFIXES
+    from turing_learning.targets import refuse_target
 
     require_scenario(scenario, config, tl.swarm.SCENARIOS)
     overrides, labels = settings_of(settings, {})

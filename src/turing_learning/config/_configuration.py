@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Discriminator, Tag, model_validator
 
 from turing_learning.coevolution._few_trials import batch_schedule
-from turing_learning.errors import Setting, refusing_as, require
+from turing_learning.errors import ConfigurationError, Setting, refusing_as, reject, require
 from turing_learning.interaction import StimulatedSystem
 from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
@@ -17,16 +17,7 @@ from turing_learning.systems import CustomSystem, System, physics_steps
 from turing_learning.systems._swarm import system_of
 
 from . import _sections as sections
-from ._sections import (
-    ClassifiersSection,
-    CoevolutionSection,
-    ConfigurationError,
-    ModelsSection,
-    RunSection,
-    Section,
-    dotted,
-    reject,
-)
+from ._sections import ClassifiersSection, CoevolutionSection, ModelsSection, RunSection, Section, dotted
 
 LEAST_TRIALS = 20
 SMALLEST, LARGEST = 1e-9, 1e9  # of a scenario's numbers (cm, g, s): no square or ratio leaves the range of floats
@@ -197,7 +188,7 @@ def require_whole_cycles(scenario: Scenario, duration_s: float) -> None:
         scenario.trial.steps_of(duration_s, "duration")
 
 
-def require_seen(configuration: Configuration) -> None:
+def require_visible_objects(configuration: Configuration) -> None:
     """Reject, for new runs, a sensor that tells objects apart that are not there: reactions to them could not be inferred."""
     scenario = configuration.system.simulated
     if scenario and not scenario.objects.count and (reading := scenario.sensor.reading_of("object")):

@@ -12,14 +12,24 @@ from typing import Any, NoReturn, get_type_hints
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from turing_learning.errors import Refusal, RefusedError, Text, brief, choice, nearest
+from turing_learning.errors import (
+    ConfigurationError,
+    Refusal,
+    RefusedError,
+    Text,
+    brief,
+    check,
+    choice,
+    nearest,
+    reject,
+)
 from turing_learning.interaction import STIMULATED, StimulatedSystem
 from turing_learning.swarm import SCENARIOS as SWARMS
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
 from ._configuration import TAGS, Configuration, scenario_type
-from ._sections import ConfigurationError, PopulationSection, check, reject
+from ._sections import PopulationSection
 
 UNBOUNDED = "unbounded"  # TOML has no null; this stands for the missing side of an arena
 

@@ -1,12 +1,11 @@
 """The sections of a configuration as validated, frozen data."""
 
 from collections.abc import Mapping
-from functools import partial
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from turing_learning.errors import RefusedError, nearest, refuse, require
+from turing_learning.errors import nearest, require
 
 PROSE = ("scenario.title", "scenario.description")
 """Settings that are told, and change nothing: configurations that differ in them alone are the same."""
@@ -30,14 +29,6 @@ Count = Annotated[int, Field(ge=1, le=10**15)]  # what floats carry; others are 
 Positive = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(ge=0, le=1)]
 Start = Annotated[float, Field(ge=-LARGEST_START, le=LARGEST_START)]
-
-
-class ConfigurationError(RefusedError):
-    """A setting is rejected; the message names what, where, the value, and what to do."""
-
-
-check, reject = partial(require, error=ConfigurationError), partial(refuse, error=ConfigurationError)
-"""Reject a setting, as `require` and `refuse` do."""
 
 
 def require_part(key: str, name: str, known: tuple[str, ...]) -> None:

@@ -15,8 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from turing_learning.analysis import area_under_curve
-from turing_learning.config._sections import check
-from turing_learning.errors import number
+from turing_learning.errors import check, number
 
 FELLOWS = 3
 """Individuals of a recording from which on their median is subtracted: what all share is no sign of anybody."""

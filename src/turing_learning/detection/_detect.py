@@ -6,7 +6,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from turing_learning.config._sections import check, reject
+from turing_learning.errors import check, reject
 from turing_learning.report import counted
 from turing_learning.swarm import Scenario, Trials, alone
 

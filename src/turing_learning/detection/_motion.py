@@ -13,7 +13,7 @@ import numpy as np
 
 from turing_learning.arrays import array
 from turing_learning.config import ConfigurationError
-from turing_learning.config._sections import check, reject
+from turing_learning.errors import check, reject
 from turing_learning.trajectories import Trajectories
 
 SUFFIXES = (".npy", ".npz", ".csv")

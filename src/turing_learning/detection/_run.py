@@ -9,7 +9,7 @@ import numpy as np
 
 from turing_learning.coevolution import Classifier
 from turing_learning.config import ConfigurationError, classifier_of, load_configuration
-from turing_learning.config._sections import check, reject
+from turing_learning.errors import check, reject
 from turing_learning.swarm import Scenario
 from turing_learning.systems import System
 from turing_learning.systems._custom import same_time_step

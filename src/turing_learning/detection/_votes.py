@@ -9,8 +9,7 @@ import numpy as np
 from turing_learning.analysis import Jury, competence
 from turing_learning.coevolution import Classifier
 from turing_learning.config import ConfigurationError
-from turing_learning.config._sections import check
-from turing_learning.errors import integer, nearest, number
+from turing_learning.errors import check, integer, nearest, number
 from turing_learning.report import counted
 
 from ._alike import split

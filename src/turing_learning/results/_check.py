@@ -15,10 +15,9 @@ import numpy as np
 from turing_learning import systems
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError
-from turing_learning.config._sections import check as check_setting
-from turing_learning.config._sections import reject
-from turing_learning.config._study import refuse_unknown, resolved
-from turing_learning.errors import brief, integer, refusing_as
+from turing_learning.config.settings import refuse_unknown, resolved
+from turing_learning.errors import brief, integer, refusing_as, reject
+from turing_learning.errors import check as check_setting
 from turing_learning.identifiability import Check, Effort, PinnedDown, Profile, Recovery, profile, two_sample_test
 from turing_learning.identifiability import _evidence as evidences
 from turing_learning.identifiability._check import check_from_json

@@ -9,7 +9,7 @@ import numpy as np
 
 from turing_learning import report
 from turing_learning.config import Configuration
-from turing_learning.config._sections import check, reject
+from turing_learning.errors import check, reject
 from turing_learning.figures._one_run import fitness_figure, parameters_figure, quantities_figure
 from turing_learning.figures._style import Panels, panel_grid, titled
 from turing_learning.figures._swarms import draw_paths

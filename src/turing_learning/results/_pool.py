@@ -10,9 +10,8 @@ import numpy as np
 
 from turing_learning.analysis import UNKNOWN, Verdict, absolute_error, is_known, pooled_estimate, pooled_interval, r_hat
 from turing_learning.analysis._estimate import known_or, mixed, ordered
-from turing_learning.config import flat_settings
-from turing_learning.config._sections import PROSE, check
-from turing_learning.errors import brief, require, said
+from turing_learning.config import PROSE, flat_settings
+from turing_learning.errors import brief, check, require, said
 from turing_learning.report import Tabular, counted, shown
 from turing_learning.report._tabular import describe_unknown, judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError, RunStorageError

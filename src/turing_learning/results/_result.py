@@ -14,15 +14,15 @@ from turing_learning.analysis._estimate import known_or, ordered
 from turing_learning.analysis._matching import LEAST_P
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError
-from turing_learning.config._sections import check as check_setting
-from turing_learning.config._targets import refuse_target, writing
 from turing_learning.errors import brief, integer
+from turing_learning.errors import check as check_setting
 from turing_learning.identifiability import Check
 from turing_learning.report import Tabular, counted, shown
 from turing_learning.report._page import is_page
 from turing_learning.report._tabular import describe_unknown, judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError
 from turing_learning.systems import Given, Laboratory, System
+from turing_learning.targets import refuse_target, writing
 
 from ._folder import CALIBRATION, RunFolder
 from ._history import SELECTION_CODES, Traces

@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from turing_learning._files import unused
-from turing_learning.config import Configuration, ConfigurationError
-from turing_learning.config._configuration import require_seen
-from turing_learning.config._parts import part_named
-from turing_learning.config._sections import check
-from turing_learning.config._study import refuse_unknown, resolved, single_settings
-from turing_learning.errors import brief, refusing_as
+from turing_learning.config import Configuration, ConfigurationError, require_visible_objects
+from turing_learning.config.parts import part_named
+from turing_learning.config.settings import refuse_unknown, resolved, single_settings
+from turing_learning.errors import brief, check, refusing_as
 from turing_learning.interaction import describe_stimulated
 from turing_learning.results._folder import RunFolder, resume_command
 from turing_learning.results._result import Result
@@ -151,7 +149,7 @@ def infer(
         configuration = resolve(scenario)
         with refusing_as(ConfigurationError):
             configuration.system.accept(Given(more=options))
-        require_seen(configuration)
+        require_visible_objects(configuration)
         with watched(observer, should_stop, progress) as observer:
             return conduct(Run.begin(configuration, out, force=force), observer, should_stop)
     provenance = options.pop("provenance", None) or {}

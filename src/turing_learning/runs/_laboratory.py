@@ -10,8 +10,8 @@ import numpy as np
 
 from turing_learning import robots
 from turing_learning.config import Configuration, ConfigurationError
-from turing_learning.config._parts import give_again, part_named
-from turing_learning.config._sections import reject
+from turing_learning.config.parts import give_again, part_named
+from turing_learning.errors import reject
 from turing_learning.results._folder import CAMERA, FINISHED, LABORATORY, RunFolder, resume_command, stored_generations
 from turing_learning.results._result import Result
 from turing_learning.robots.emulation._laboratory import SimulatedLaboratory

@@ -13,7 +13,7 @@ from turing_learning.analysis import Matched, match
 from turing_learning.analysis._matching import LEAST_P, combined
 from turing_learning.coevolution import THRESHOLD, Coevolution, FewTrials, Generation
 from turing_learning.config import Configuration, classifier_of
-from turing_learning.config._parts import classifiers_optimizer, models_optimizer, observers_of, optimizer_of
+from turing_learning.config.parts import classifiers_optimizer, models_optimizer, observers_of, optimizer_of
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MATCHING
 from turing_learning.systems import Source
 

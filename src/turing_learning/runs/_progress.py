@@ -12,8 +12,7 @@ import numpy as np
 
 from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
-from turing_learning.config._sections import check
-from turing_learning.errors import brief
+from turing_learning.errors import brief, check
 
 INTERVAL_S = 0.2  # between two pictures
 WAITING = "getting ready; the first run of an installation compiles for some seconds"

@@ -15,8 +15,8 @@ from turing_learning.analysis import UNKNOWN, Verdict
 from turing_learning.analysis._estimate import known_or, ordered
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
-from turing_learning.config._parts import give_again, observers_of
-from turing_learning.config._study import resolved
+from turing_learning.config.parts import give_again, observers_of
+from turing_learning.config.settings import resolved
 from turing_learning.detection._simulated import keep_calibration
 from turing_learning.errors import brief, refusing_as, said
 from turing_learning.identifiability import Check

@@ -7,13 +7,12 @@ import numpy as np
 
 from turing_learning import report
 from turing_learning.config import ConfigurationError, require_whole_cycles
-from turing_learning.config._sections import check
-from turing_learning.config._targets import refuse_target, writing
-from turing_learning.errors import brief, integer, number
+from turing_learning.errors import brief, check, integer, number
 from turing_learning.models import ReactiveModel
 from turing_learning.results._plots import swarm_replay
 from turing_learning.swarm import Scenario, initial_poses
 from turing_learning.swarm._trials import Execution
+from turing_learning.targets import refuse_target, writing
 
 LONGEST_S = 3600.0
 MOST_ROBOTS = 1000

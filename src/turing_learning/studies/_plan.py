@@ -9,11 +9,18 @@ from typing import Any
 import numpy as np
 
 from turing_learning._files import digest_of, file_digest
-from turing_learning.config import Configuration, ConfigurationError, flat_settings, load_configuration, to_toml
-from turing_learning.config._configuration import require_seen
-from turing_learning.config._sections import LARGEST_SEED, PROSE, check
-from turing_learning.config._study import load_variants, with_settings
-from turing_learning.errors import brief, integer, is_integer, refusing_as, require
+from turing_learning.config import (
+    LARGEST_SEED,
+    PROSE,
+    Configuration,
+    ConfigurationError,
+    flat_settings,
+    load_configuration,
+    require_visible_objects,
+    to_toml,
+)
+from turing_learning.config.settings import load_variants, with_settings
+from turing_learning.errors import brief, check, integer, is_integer, refusing_as, require
 from turing_learning.interaction import describe_stimulated
 from turing_learning.purposes import RANDOM_BEHAVIORS
 from turing_learning.results import resume_command
@@ -124,7 +131,7 @@ def plan_study(
     variants = load_variants(config, preset, settings, scenario=known, labels=labels, grid=grid)
     names = variants[0].scenario.parameter_names
     for number, variant in enumerate(variants, start=1):
-        require_seen(variant)
+        require_visible_objects(variant)
         own, rule = variant.scenario, "be true in a study, whose agents are simulated"
         check(getattr(own, "known", True), "scenario.known", rule, False, "Leave it out.")
         sizes = f"{len(names)} in configuration 1 and {len(own.parameter_names)} in configuration {number}"

@@ -13,9 +13,8 @@ from uuid import uuid4
 
 from turing_learning._files import PARTIAL, unused
 from turing_learning.config import ConfigurationError
-from turing_learning.config._sections import check
-from turing_learning.config._study import single_settings
-from turing_learning.errors import nearest
+from turing_learning.config.settings import single_settings
+from turing_learning.errors import check, nearest
 from turing_learning.report import write_page
 from turing_learning.results import resume_command, stored_generations
 from turing_learning.results._present import save_figures

@@ -274,7 +274,7 @@ def test_parts_have_names_in_an_installed_package_or_none_at_all(laboratory, tmp
     nameless = {"open_replica": lambda address: JsonRobot(address)}
     assert start_laboratory(loaded, out, **nameless, should_stop=lambda: True).generations == 1
     assert json.loads((out / "laboratory.json").read_text())["tracker"] == "udp-poses"
-    monkeypatch.setattr("turing_learning.config._parts._objects", {})  # as in another process
+    monkeypatch.setattr("turing_learning.config.parts._objects", {})  # as in another process
     with pytest.raises(ConfigurationError, match="`open_replica` must be given again"):
         resume_laboratory(out)
     assert resume_laboratory(out, **nameless, should_stop=lambda: True).generations == 2

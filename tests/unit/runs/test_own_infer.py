@@ -11,7 +11,7 @@ from own_models import RANGES, Breaking, recorded, stumbling, walk, walk_of_one
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError, load_configuration, to_toml
-from turing_learning.config._study import load_variants
+from turing_learning.config.settings import load_variants
 from turing_learning.errors import RefusedError
 from turing_learning.families import BurstAndCoast
 from turing_learning.identifiability import Effort

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.config import ConfigurationError
-from turing_learning.config._sections import LARGEST_SEED
+from turing_learning.config import LARGEST_SEED, ConfigurationError
 from turing_learning.studies import BEHAVIORS, plan_study, study
 from turing_learning.studies._plan import random_controller
 

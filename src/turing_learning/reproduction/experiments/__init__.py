@@ -1,6 +1,6 @@
 """The experiments of the paper, in its order."""
 
-from turing_learning.config._load import merged
+from turing_learning.config import merged
 
 from .._experiment import Experiment
 from .._verdicts import prose

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from turing_learning._files import whole
-from turing_learning.config._load import toml_table
+from turing_learning.config import toml_table
 from turing_learning.errors import choice, number
 from turing_learning.robots.tracking._camera import cv2, refuse_taken
 from turing_learning.swarm import Scenario

@@ -9,8 +9,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
-from turing_learning.config import Configuration, ConfigurationError, Section, dotted, load_configuration, read_toml
-from turing_learning.config._load import Origins
+from turing_learning.config import (
+    Configuration,
+    ConfigurationError,
+    Origins,
+    Section,
+    dotted,
+    load_configuration,
+    read_toml,
+)
 from turing_learning.errors import Refusal, brief, nearest, require
 from turing_learning.systems import SystemFailedError
 

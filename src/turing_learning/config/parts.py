@@ -11,14 +11,14 @@ import numpy as np
 from turing_learning import evolution
 from turing_learning.arrays import array
 from turing_learning.coevolution import Classifier
-from turing_learning.errors import brief, refusing_as
+from turing_learning.errors import ConfigurationError, brief, check, refusing_as, reject
 from turing_learning.evolution import CMAEvolutionStrategy, EvolutionStrategy, Jumper, Optimizer, RenewedOptimizer
 from turing_learning.purposes import CLASSIFIERS, MODELS
 from turing_learning.systems import imported
 from turing_learning.systems._calls import importable_name
 
 from ._configuration import Configuration
-from ._sections import GIVEN, NETWORKS, OPTIMIZERS, ConfigurationError, PopulationSection, check, reject
+from ._sections import GIVEN, NETWORKS, OPTIMIZERS, PopulationSection
 
 if TYPE_CHECKING:
     from turing_learning.classifiers import PooledClassifier

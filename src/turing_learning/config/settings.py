@@ -8,13 +8,14 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from turing_learning.errors import Setting, Text, brief, nearest
+from turing_learning.errors import Setting, Text, brief, check, nearest, reject
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
+from . import Origins, merged
 from ._configuration import Configuration
-from ._load import STUDY_TABLES, Origins, load_configuration, merged, nested, opened, preset_named, resolve
-from ._sections import check, dotted, reject
+from ._load import STUDY_TABLES, load_configuration, nested, opened, preset_named, resolve
+from ._sections import dotted
 
 THIN: dict[str, Any] = {"run": {"history": "thin"}}
 """What a study changes where nothing else says so."""

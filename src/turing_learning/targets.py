@@ -4,10 +4,8 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from turing_learning.errors import Setting
+from turing_learning.errors import ConfigurationError, Setting, check
 from turing_learning.store import told
-
-from ._sections import ConfigurationError, check
 
 
 def refuse_target(
