@@ -13,8 +13,8 @@ from intervals import KNOWN
 from scipy.stats import binomtest
 
 from turing_learning.figures import save_figure
-from turing_learning.figures._many_runs import budget_figure
-from turing_learning.figures._style import label, new_figure, prepare_axes, series
+from turing_learning.figures.many_runs import budget_figure
+from turing_learning.figures.style import label, new_figure, prepare_axes, series
 
 HERE = Path(__file__).parent
 IMAGES = HERE.parents[1] / "docs" / "images"

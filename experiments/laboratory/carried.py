@@ -30,9 +30,11 @@ from turing_learning.robots import (
     load_laboratory,
     overhead_camera,
 )
+from turing_learning.robots.program import ObservedTrial
 from turing_learning.robots.program._equipment import fastest_turn
-from turing_learning.robots.program._source import Disturbance, ObservedTrial, PcProgram
-from turing_learning.robots.tracking._tracker import Track, impossible, signed_speeds, wrap
+from turing_learning.robots.program._source import Disturbance, PcProgram
+from turing_learning.robots.tracking import signed_speeds
+from turing_learning.robots.tracking._tracker import Track, impossible, wrap
 
 HERE = Path(__file__).parent
 KINDS = {

@@ -7,8 +7,8 @@ import pytest
 
 from turing_learning import report
 from turing_learning.figures import Picture
-from turing_learning.figures._one_run import error_figure
-from turing_learning.report._page import Listing, Report, report_page
+from turing_learning.figures.one_run import error_figure
+from turing_learning.report import Listing, Report, report_page
 
 INTERVAL_S = 0.1
 FRAMES = 301

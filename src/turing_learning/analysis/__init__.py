@@ -6,18 +6,21 @@
 `estimate`                One model from the last generations of a run, better than any of them.
 `interval`                The uncertainty of that estimate, for each parameter.
 `match`                   The parameters with which classifiers judge a model as they judge the agents; a `Matched`.
+`combined`                Several solutions of `match` as one; one below `LEAST_P` is told from the agents.
 `pooled_estimate`         One model from several runs; `pooled_interval`: its uncertainty, if runs settle in different regions.
+`mixed_interval`          The same of runs of trials, from their draws.
 `r_hat`                   Whether runs agree, for each parameter, as of Markov chains.
 `is_known`                Whether there is a number: an interval or R-hat of models that have not moved is `UNKNOWN`, which is NaN.
+`replace_unknown`         An interval with something instead of what is not known; `WHY_UNKNOWN` says why it may not be.
 `name_failure`            How a run misses a known truth: states exchanged, I = 2 as I = 1, runaway.
 `dispersion`              How far disks lie from their centroid, section 4.3.
 `least_dispersion`        The smallest dispersion that disks can have.
 `largest_cluster`         The number of disks in the largest cluster, section 5.4.
 `decision_accuracy`       How often a classifier decides rightly after several trials, section 4.4.
 `polarization`            How aligned a group moves.
-`dynamic_outputs`         What networks put out for sensor readings that change, section 4.6.2.
+`dynamic_outputs`         What networks put out for sensor readings that change (`DYNAMIC_READINGS`), section 4.6.2.
 `response_error`          How far networks are from the agents' parameters at constant readings.
-`Verdict`                 Whether to believe a run, in a word.
+`Verdict`                 Whether to believe a run, in a word; `ordered_verdicts`: all that hold, `verdict_text`: in sentences.
 `settled`, `told`         Whether the models of a run have settled, and whether its classifiers still tell them from the agents.
 `Jury`                    Classifiers with votes; `competence`: Youden's J of each.
 `area_under_curve`        How well scores separate two kinds.
@@ -26,25 +29,39 @@
 """
 
 from ._disks import dispersion, largest_cluster, least_dispersion
-from ._errors import absolute_error, dynamic_outputs, mean_absolute_error, name_failure, response_error
+from ._errors import (
+    DYNAMIC_READINGS,
+    absolute_error,
+    dynamic_outputs,
+    mean_absolute_error,
+    name_failure,
+    response_error,
+)
 from ._estimate import (
     UNKNOWN,
+    WHY_UNKNOWN,
     Verdict,
     estimate,
     interval,
     is_known,
+    mixed_interval,
+    ordered_verdicts,
     pooled_estimate,
     pooled_interval,
     r_hat,
+    replace_unknown,
     settled,
     told,
+    verdict_text,
 )
-from ._matching import Matched, match
+from ._matching import LEAST_P, Matched, combined, match
 from ._tests import Comparison, Jury, area_under_curve, compare, competence, decision_accuracy, polarization
 
 __all__ = [
-    "UNKNOWN", "Comparison", "Jury", "Matched", "Verdict", "absolute_error", "area_under_curve", "compare",
-    "competence", "decision_accuracy", "dispersion", "dynamic_outputs", "estimate", "interval", "is_known",
-    "largest_cluster", "least_dispersion", "match", "mean_absolute_error", "name_failure", "polarization",
-    "pooled_estimate", "pooled_interval", "r_hat", "response_error", "settled", "told",
+    "DYNAMIC_READINGS", "LEAST_P", "UNKNOWN", "WHY_UNKNOWN", "Comparison", "Jury", "Matched", "Verdict",
+    "absolute_error", "area_under_curve", "combined", "compare", "competence", "decision_accuracy", "dispersion",
+    "dynamic_outputs", "estimate", "interval", "is_known", "largest_cluster", "least_dispersion", "match",
+    "mean_absolute_error", "mixed_interval", "name_failure", "ordered_verdicts", "polarization",
+    "pooled_estimate", "pooled_interval", "r_hat", "replace_unknown", "response_error", "settled", "told",
+    "verdict_text",
 ]  # fmt: skip

@@ -118,9 +118,3 @@ def response_error(model: "ElmanModel", networks: np.ndarray, truth: np.typing.A
     """
     true = array("truth", truth, "P", finite=False, P=2 * model.states)
     return np.square(model.constant_responses(networks) - true).sum(axis=(-2, -1))
-
-
-def median_place(errors: np.typing.ArrayLike) -> int:
-    """Return the place of the median among errors (R,), of two middle ones the smaller."""
-    errors = array("errors", errors, "R")
-    return int(np.argsort(errors, kind="stable")[(errors.size - 1) // 2])

@@ -40,7 +40,7 @@ def is_known(*values: float | None) -> bool:
     return not any(value is None or math.isnan(value) for value in values)
 
 
-def known_or(instead: float | None, interval: Mapping[str, Sequence[float | None]]) -> dict[str, list[Any]]:
+def replace_unknown(instead: float | None, interval: Mapping[str, Sequence[float | None]]) -> dict[str, list[Any]]:
     """Return an interval, name -> two ends, with something instead of each end that is not known.
 
     That is None for a file, and `UNKNOWN` in Python: as one and the same object, so that lists of it are equal.
@@ -207,7 +207,7 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
     return np.sqrt(1 + between / within)
 
 
-def mixed(
+def mixed_interval(
     draws: Sequence[np.ndarray], intervals: Sequence[Sequence[Sequence[float]]], parameters: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Mix the draws of runs of trials: the interval (P, 2) of all together, and Birge ratios (P,); NaN where they are not known.
@@ -274,7 +274,7 @@ _MEANINGS = {
 }
 
 
-def ordered(verdicts: Iterable[str]) -> tuple[Verdict, ...]:
+def ordered_verdicts(verdicts: Iterable[str]) -> tuple[Verdict, ...]:
     """Return all verdicts that hold, the one to show first; "converged" only where no other does."""
     found = {Verdict(each) for each in verdicts} - {Verdict.CONVERGED}
     return tuple(each for each in Verdict if each in found) or (Verdict.CONVERGED,)
@@ -314,7 +314,7 @@ def told(classifier_fitness: np.ndarray, window: int, above: float = GUESSING) -
     return bool(np.mean(classifier_fitness[-window:]) > above)
 
 
-def judgment(verdicts: tuple[Verdict, ...]) -> str:
+def verdict_text(verdicts: tuple[Verdict, ...]) -> str:
     """Say the first of some verdicts, what it means, and what else holds."""
     first, *others = verdicts
     also = f" Also: {', '.join(others)}." if others else ""

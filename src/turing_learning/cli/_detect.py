@@ -139,10 +139,10 @@ def _learned_from(
     recorded: Mapping[str, Any], learned: "tl.detection.RunClassifiers", smooth: int | None, but: Path
 ) -> "list[tl.detection.RecordedMotion]":
     """Return the recordings that a run has learned from, but for one that is judged; none if one is gone or has changed."""
-    from turing_learning.families._recorded import RecordedMotion, read_recording
+    from turing_learning.families import RecordedSystem, read_recording
 
     with suppress(RefusedError):
-        options = RecordedMotion.remembered(recorded).options
+        options = RecordedSystem.remembered(recorded).options
         paths = [path for path in options["trajectories"] if path.resolve() != but.resolve()]
         recordings = [read_recording(path, "trajectories", options) for path in paths]
         return [tl.detection.recorded_motion(each, learned, smooth_frames=smooth) for each in recordings]
@@ -151,9 +151,9 @@ def _learned_from(
 
 def _is_recording(path: Path, tracks: Tracks, usual: Mapping[str, Any]) -> bool:
     """Return whether a tracker wrote a file; other files hold samples."""
-    from turing_learning.detection._motion import SUFFIXES, holds_motion
+    from turing_learning.detection import MOTION_SUFFIXES, holds_motion
 
-    return path.suffix.lower() not in SUFFIXES or (bool(tracks.given or usual) and not holds_motion(path))
+    return path.suffix.lower() not in MOTION_SUFFIXES or (bool(tracks.given or usual) and not holds_motion(path))
 
 
 def _read(
@@ -169,7 +169,7 @@ def _read(
 
 def _samples(path: Path, option: str, learned: "tl.detection.RunClassifiers") -> "tl.detection.Motion":
     """Return the samples in a file; what is rejected names the option, and what to do with a recording."""
-    from turing_learning.detection._motion import holds_motion
+    from turing_learning.detection import holds_motion
 
     try:
         return tl.detection.load_motion(path, steps=learned.steps, signals=learned.signals, names=learned.names)
@@ -192,7 +192,7 @@ class _Said:
 
 def _ranked(found: "tl.detection.Detection", motion: "Motion", steps: int) -> _Said:
     """Say how unlike normal ones individuals are, the most unlike first, and what can be promised."""
-    from turing_learning.detection._present import standings, timed_verdicts
+    from turing_learning.detection.present import standings, timed_verdicts
 
     timed, seconds = timed_verdicts(found, motion), isinstance(motion, tl.detection.RecordedMotion)
     called = sum(bool(each.abnormal) for each in found.individuals)
@@ -272,7 +272,7 @@ def _write(
 ) -> None:
     """Write table, picture and page, or, if there is no room for all of it, no new file: the same command may be repeated."""
     from turing_learning._files import write_atomically
-    from turing_learning.detection._present import detection_page, timeline_of, window_table
+    from turing_learning.detection.present import detection_page, timeline_of, window_table
     from turing_learning.store import told
 
     name = titled(Path(motion.recording.source)) if motion.recording else out.stem

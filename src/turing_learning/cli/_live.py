@@ -13,7 +13,7 @@ from rich.text import Text
 
 import turing_learning as tl
 from turing_learning.report import short_number
-from turing_learning.report._tabular import tables
+from turing_learning.report.tabular import tables
 
 from ._tables import named_numbers
 

@@ -12,7 +12,7 @@ import turing_learning as tl
 from turing_learning.errors import RefusedError, Setting, nearest, refuse, refusing_as, require
 
 if TYPE_CHECKING:
-    from turing_learning.families._recorded import RecordedMotion
+    from turing_learning.families import RecordedSystem
 
 MOST_PROBLEMS = 12  # lines about what is found in a recording
 RECORDED = Group("Recorded motion", sort_key=10)
@@ -69,7 +69,7 @@ class Tracks:
 
     def read(self, path: Path, name: str, usual: Mapping[str, Any] | None = None) -> "tl.Trajectories":
         """Open a recording; `name` is that of the argument for its file. What neither options nor the file state is as `usual`."""
-        from turing_learning.families._recorded import read_recording
+        from turing_learning.families import read_recording
 
         return read_recording(path, name, self.given, usual or {})
 
@@ -96,9 +96,9 @@ class Recording(Tracks):
     hold_out_recordings: str | None = None
     """Numbers, from 1 and separated by commas, of the recordings that are for testing alone."""
 
-    def motion(self) -> "RecordedMotion":
+    def motion(self) -> "RecordedSystem":
         """Return what the options name; reject them where they do not name recordings and a family."""
-        from turing_learning.families._recorded import RecordedMotion
+        from turing_learning.families import RecordedSystem
 
         known = tl.families.FAMILIES
         example = "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin"
@@ -115,7 +115,7 @@ class Recording(Tracks):
             refuse("--model", "be given for recorded motion", "none", (example, *also))
         rule = f"be one of {', '.join(known)}"
         require(self.model in known, "--model", rule, repr(self.model), nearest(self.model, known))
-        return RecordedMotion(self.given)
+        return RecordedSystem(self.given)
 
     def system(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
@@ -142,13 +142,13 @@ class Recording(Tracks):
 
     def remembered(self, run: Path) -> "Recording":
         """Return these options over those that a run began with; reject a recording that is gone or has changed."""
-        from turing_learning.families._recorded import RecordedMotion
+        from turing_learning.families import RecordedSystem
 
         stored = tl.results.RunFolder(run).manifest().get("recording")
         if not isinstance(stored, Mapping):
             return self
         remedy, elsewhere = "Give its path with --trajectories.", bool(self.trajectories)
-        return Recording(**RecordedMotion.remembered(stored, remedy, elsewhere=elsewhere).options | self.given)
+        return Recording(**RecordedSystem.remembered(stored, remedy, elsewhere=elsewhere).options | self.given)
 
 
 def titled(path: Path) -> str:
@@ -194,7 +194,7 @@ def require_scenario(scenario: str | None, config: Path | None, names: Iterable[
 
 def watched(scenario: str | None, passive: str) -> "tl.interaction.StimulatedSystem":
     """Return a system with stimuli that classifiers only watch: "random", "constant", or under those of a file."""
-    from turing_learning.interaction._system import read_stimuli
+    from turing_learning.interaction import read_stimuli
 
     known = tl.interaction.STIMULATED
     remedy = f"Choose from: {', '.join(known)}."

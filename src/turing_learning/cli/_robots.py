@@ -118,9 +118,8 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
     :param out: The table; the video's name with .csv by default.
     :param force: Replace a file that exists.
     """
-    from turing_learning.robots.program._equipment import laboratory_tracker
-    from turing_learning.robots.tracking._camera import refuse_taken
-    from turing_learning.robots.tracking._tracker import write_table
+    from turing_learning.robots.program import laboratory_tracker
+    from turing_learning.robots.tracking import refuse_taken, write_table
     from turing_learning.store import told
 
     laboratory = tl.robots.load_laboratory(config)
@@ -174,7 +173,7 @@ def arena(
     :param seed: Seed of everything; 0 by default.
     :param force: Replace files in the folder.
     """
-    from turing_learning.robots.emulation._laboratory import obey, usage
+    from turing_learning.robots.emulation import obey, usage
     from turing_learning.store import told
 
     require(seed >= 0, "seed", "be 0 or more", str(seed), place="--seed")

@@ -114,7 +114,7 @@ def resume(
     :param workers: Of a study: number of worker processes; one for each processor by default.
     :param cluster: Of a study: a Dask scheduler, as tcp://10.0.0.1:8786.
     """
-    from turing_learning.results._folder import FINISHED
+    from turing_learning.results.folder import FINISHED
 
     of_study = tl.studies.is_study(run)
     what = "study, whose runs have one thread each" if of_study else "single run"
@@ -186,7 +186,7 @@ def simulate(
     :param settings: Any setting, for example scenario.noise.wheel_speed_sd=0.1. Repeatable.
     """
     from turing_learning.config import load_configuration
-    from turing_learning.runs._trial import SUFFIXES
+    from turing_learning.runs import REPLAY_SUFFIXES
     from turing_learning.targets import refuse_target
 
     require_scenario(scenario, config, tl.swarm.SCENARIOS)
@@ -197,7 +197,7 @@ def simulate(
     if chosen is None:
         refuse("SCENARIO", "be a swarm of robots", system.name)
     path = out or Path(f"{chosen.name}.html")
-    refuse_target(path, name="out", suffixes=SUFFIXES, force=force)
+    refuse_target(path, name="out", suffixes=REPLAY_SUFFIXES, force=force)
     try:
         speeds = None if controller is None else [float(part) for part in controller.split(",")]
     except ValueError:
@@ -268,7 +268,7 @@ def study(
     :param force: Replace a study that is in the folder already.
     """
     from turing_learning.config import SCENARIOS
-    from turing_learning.studies._backends import refuse_script
+    from turing_learning.studies import refuse_script
 
     require_scenario(scenario, config, [*SCENARIOS, tl.studies.BEHAVIORS.name])
     hands = tl.studies.Hands(workers, cluster=cluster)
@@ -366,7 +366,7 @@ def check(
     :param seed: Seed of the check; 0 by default.
     :param force: Check again, and replace the check that is there.
     """
-    from turing_learning.report._tabular import judged
+    from turing_learning.report.tabular import judged
 
     result = opened(run)
     system = _system_of(run, recording, "load_run({run}).check(genuine=..., simulate=...)")

@@ -19,7 +19,7 @@ def plain_console(*, stderr: bool = False) -> "Console":
 
 def print_table(console: "Console", headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table, in parts where the terminal is narrow."""
-    from turing_learning.report._tabular import tables
+    from turing_learning.report.tabular import tables
 
     for table in tables(headings, rows, console.width):
         console.print(table)

@@ -15,6 +15,7 @@ In the order of the data:
 `Coevolution`                                  The loop: one `step` is one generation.
 `Generation`                                   What a step leaves: both populations, scored.
 `FewTrials`, `Batch`                           The loop for few trials: samples are kept and judged again.
+`batch_schedule`                               The trials that it has spent after each batch.
 `SampleBuffer`                                 All samples of a run.
 `Observers`                                    Protocol: random classifiers beside the evolved ones.
 =============================================  ================================================================
@@ -23,7 +24,7 @@ Other rewards (`Reward`) are functions of `Judgments` that return an array with 
 classifier.
 """
 
-from ._few_trials import Batch, FewTrials, Observers
+from ._few_trials import Batch, FewTrials, Observers, batch_schedule
 from ._interrogation import InteractiveInterrogation, PassiveInterrogation
 from ._loop import Coevolution, Generation
 from ._memory import ClassifierArchive, SampleBuffer
@@ -42,6 +43,6 @@ from ._rewards import (
 __all__ = [
     "THRESHOLD", "Batch", "Classifier", "ClassifierArchive", "Coevolution", "FewTrials", "Generation",
     "InteractiveInterrogation", "InteractiveSource", "Interrogation", "Judgments", "Observers",
-    "PassiveInterrogation", "Reward", "SampleBuffer", "SampleSource", "Samples", "classifier_reward", "jury_reward",
-    "model_reward", "sensitivity", "specificity",
+    "PassiveInterrogation", "Reward", "SampleBuffer", "SampleSource", "Samples", "batch_schedule",
+    "classifier_reward", "jury_reward", "model_reward", "sensitivity", "specificity",
 ]  # fmt: skip

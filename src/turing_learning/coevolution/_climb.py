@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..evolution._checks import state_arrays
+from turing_learning.evolution import state_arrays
 
 BEGIN, LATE, END = 0.5, 0.75, 0.8
 """Shares of the trials: between the first and the last a lost run searches; after the second nowhere new."""

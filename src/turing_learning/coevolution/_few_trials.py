@@ -8,11 +8,11 @@ from typing import Any, Protocol
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from turing_learning.evolution import INDUCING, join_states, state_part
+
 from ..arrays import array
 from ..errors import integer, require
 from ..evolution import MomentField, Optimizer, TrialDesign, generation_rng
-from ..evolution._checks import joined, state_part
-from ..evolution._field import INDUCING
 from ..purposes import ARCHIVE, BUFFER, CLASSIFIERS, CLIMBING, DESIGN, INTERROGATION, MATCHING
 from ._climb import END, FEWEST, Climb
 from ._memory import ClassifierArchive, SampleBuffer
@@ -378,7 +378,7 @@ class FewTrials:
             "present": self.present.copy(),
             "pooled": self._pooled.copy(),
             **batch,
-            **joined(parts),
+            **join_states(parts),
         }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
@@ -440,7 +440,7 @@ class _Density:
 
     def state(self) -> dict[str, np.ndarray]:
         fields = {"near": self.near, "wide": self.wide}
-        parts = joined({name: field.state() for name, field in fields.items() if field})
+        parts = join_states({name: field.state() for name, field in fields.items() if field})
         return {"reference": np.array(self._reference), **parts}
 
     @classmethod

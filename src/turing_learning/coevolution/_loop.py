@@ -6,8 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from turing_learning.errors import require
-from turing_learning.evolution import Optimizer, Seed, check_seed, generation_rng
-from turing_learning.evolution._checks import check_generation, joined, state_part
+from turing_learning.evolution import (
+    Optimizer,
+    Seed,
+    check_generation,
+    check_seed,
+    generation_rng,
+    join_states,
+    state_part,
+)
 
 from ._memory import ClassifierArchive
 from ._protocols import Interrogation
@@ -143,7 +150,7 @@ class Coevolution:
         """
         parts = {"models": self._models.state(), "classifiers": self._classifiers.state()}
         parts |= {} if self._archive is None else {"archive": self._archive.state()}
-        return {"generation": np.array(self.generation, dtype=np.int64), **joined(parts)}
+        return {"generation": np.array(self.generation, dtype=np.int64), **join_states(parts)}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over what `state` returned, from a coevolution with the same settings; allowed at any time.

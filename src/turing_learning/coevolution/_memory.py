@@ -4,10 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from turing_learning.evolution import state_arrays
+
 from ..arrays import array
 from ..errors import integer, require
 from ..evolution import Seed, check_seed, generation_rng
-from ..evolution._checks import state_arrays
 
 
 class ClassifierArchive:

@@ -8,13 +8,12 @@ from typing import Annotated, Any, cast
 import numpy as np
 from pydantic import Discriminator, Tag, model_validator
 
-from turing_learning.coevolution._few_trials import batch_schedule
+from turing_learning.coevolution import batch_schedule
 from turing_learning.errors import ConfigurationError, Setting, refusing_as, reject, require
 from turing_learning.interaction import StimulatedSystem
 from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
-from turing_learning.systems import CustomSystem, System, physics_steps
-from turing_learning.systems._swarm import system_of
+from turing_learning.systems import CustomSystem, System, physics_steps, system_of
 
 from . import _sections as sections
 from ._sections import ClassifiersSection, CoevolutionSection, ModelsSection, RunSection, Section, dotted

@@ -14,8 +14,7 @@ from turing_learning.coevolution import Classifier
 from turing_learning.errors import ConfigurationError, brief, check, refusing_as, reject
 from turing_learning.evolution import CMAEvolutionStrategy, EvolutionStrategy, Jumper, Optimizer, RenewedOptimizer
 from turing_learning.purposes import CLASSIFIERS, MODELS
-from turing_learning.systems import imported
-from turing_learning.systems._calls import importable_name
+from turing_learning.systems import importable_name, imported
 
 from ._configuration import Configuration
 from ._sections import GIVEN, NETWORKS, OPTIMIZERS, PopulationSection

@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from turing_learning.trajectories import Trajectories
-from turing_learning.trajectories._signals import filled, smooth, wrap
+from turing_learning.trajectories import Trajectories, filled, smooth, wrap
 
 LAGS_S = (0.3, 6.0)
 STRETCH_S = 30.0

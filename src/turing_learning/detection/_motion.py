@@ -16,7 +16,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import check, reject
 from turing_learning.trajectories import Trajectories
 
-SUFFIXES = (".npy", ".npz", ".csv")
+MOTION_SUFFIXES = (".npy", ".npz", ".csv")
 _KEYS = ("individual", "sample", "step")
 
 
@@ -79,7 +79,9 @@ def load_motion(path: str | Path, *, steps: int, signals: int, names: Sequence[s
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    check(suffix in SUFFIXES, "motion", f"be a file that ends with one of {', '.join(SUFFIXES)}", str(path))
+    check(
+        suffix in MOTION_SUFFIXES, "motion", f"be a file that ends with one of {', '.join(MOTION_SUFFIXES)}", str(path)
+    )
     regular = path.is_file() or not path.exists() or path.is_dir()
     check(regular, "motion", "be a file", f"{path}, a pipe or device", "Write what comes out of it to a file.")
     try:

@@ -11,8 +11,7 @@ from turing_learning.coevolution import Classifier
 from turing_learning.config import ConfigurationError, classifier_of, load_configuration
 from turing_learning.errors import check, reject
 from turing_learning.swarm import Scenario
-from turing_learning.systems import System
-from turing_learning.systems._custom import same_time_step
+from turing_learning.systems import System, same_time_step
 from turing_learning.trajectories import SIGNALS, Trajectories
 
 from ._company import Usual, company, paths_of

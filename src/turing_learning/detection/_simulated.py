@@ -12,8 +12,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import integer, number
 from turing_learning.models import Behavior, Parameter
 from turing_learning.purposes import DETECTION
-from turing_learning.swarm import Scenario, Trials, mixed
-from turing_learning.swarm._trials import AGENT
+from turing_learning.swarm import AGENT, Scenario, Trials, mixed
 from turing_learning.systems import Source, SystemFailedError
 
 from ._motion import Motion
@@ -113,7 +112,7 @@ MODELS = 200
 _LOGGER = logging.getLogger("turing_learning")
 
 
-def keep_observed(
+def observed_calibration(
     *, learned: np.ndarray, held_out: np.ndarray, replicas: np.ndarray, models: np.ndarray, estimate: np.ndarray
 ) -> dict[str, np.ndarray] | None:
     """Return what ``calibration.npz`` shall hold of samples (any, T, D) that a run has observed in a laboratory.
@@ -134,10 +133,10 @@ def spread(samples: np.ndarray, count: int) -> np.ndarray:
     return samples[np.linspace(0, len(samples) - 1, count).round().astype(int)]
 
 
-def keep_calibration(
+def simulated_calibration(
     source: Source, parameters: Mapping[str, Parameter], estimate: np.ndarray, seed: int
 ) -> dict[str, np.ndarray] | None:
-    """Return what ``calibration.npz`` shall hold, as in `keep_observed`: samples of a system, and of random models of it.
+    """Return what ``calibration.npz`` shall hold, as in `observed_calibration`: samples of a system, and of random models of it.
 
     Models are drawn from the initial ranges without those near the estimate (P,), in the parameters' units.
     None if fewer than two samples were held out, or the simulations fail.

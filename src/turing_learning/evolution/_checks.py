@@ -82,7 +82,7 @@ def state_arrays(state: Mapping[str, np.ndarray], shapes: Mapping[str, str], **s
     return found
 
 
-def joined(parts: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
+def join_states(parts: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Return the states of parts as one, each array by the names of its part and its own."""
     return {f"{part}/{name}": value for part, state in parts.items() for name, value in state.items()}
 

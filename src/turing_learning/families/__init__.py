@@ -10,6 +10,7 @@
 `Robots`            The paper's robots, whose controller is a table from sensor state to wheel speeds.
 `FAMILIES`          The families by name.
 `as_recorded`       A family with groups, steps and signals as recorded; `Replicates` where recordings differ in group or tank.
+`RecordedSystem`    Recordings, how they are cut into samples, and the family that imitates them; `read_recording` opens one.
 ==================  ===========================================================================================
 
 A family of one's own derives from `Particles`, names its parameters and yields positions step by step.
@@ -19,9 +20,9 @@ is a product then.
 
 from ._family import Family, Particles
 from ._kinds import FAMILIES, Boids, BurstAndCoast, Couzin, Robots, Vicsek
-from ._recorded import Replicates, as_recorded
+from ._recorded import RecordedSystem, Replicates, as_recorded, read_recording
 
 __all__ = [
-    "FAMILIES", "Boids", "BurstAndCoast", "Couzin", "Family", "Particles", "Replicates", "Robots", "Vicsek",
-    "as_recorded",
+    "FAMILIES", "Boids", "BurstAndCoast", "Couzin", "Family", "Particles", "RecordedSystem", "Replicates",
+    "Robots", "Vicsek", "as_recorded", "read_recording",
 ]  # fmt: skip

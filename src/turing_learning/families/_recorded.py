@@ -13,10 +13,9 @@ import numpy as np
 
 from turing_learning._files import digest_of, file_digest
 from turing_learning.errors import RefusedError, Setting, refuse, refusing_as, require
+from turing_learning.trajectories import Options, load_file
 
 from ..trajectories import SIGNALS, Trajectories, Windows, pooled_windows
-from ..trajectories._load import load_file
-from ..trajectories._recording import Options
 from ._family import NEIGHBOR, Family, Particles
 from ._kinds import FAMILIES
 
@@ -131,7 +130,7 @@ def read_recording(
 
 
 @dataclass(frozen=True)
-class RecordedMotion:
+class RecordedSystem:
     """Recordings, how they are cut into samples, and the family of models that imitates them.
 
     `options` are those of commands that are given, by their names in Python: `trajectories`, a list of paths,

@@ -12,13 +12,13 @@
     A figure with its name and words, for files and pages.
 
 Figures are `matplotlib.figure.Figure` objects without pyplot and without global state; matplotlib is imported
-when the first one is made. The figures that only the package itself draws are in the modules of this room;
-their callers give arrays of the right shape.
+when the first one is made. The figures that only the package itself draws are in the modules `one_run`,
+`many_runs` and `swarms`, their look is in `style`; their callers give arrays of the right shape.
 """
 
-from ._many_runs import box_figure
-from ._one_run import timeline_figure
 from ._picture import Picture, save_figure
-from ._swarms import swarm_frame
+from .many_runs import box_figure
+from .one_run import timeline_figure
+from .swarms import swarm_frame
 
 __all__ = ["Picture", "box_figure", "save_figure", "swarm_frame", "timeline_figure"]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from turing_learning._files import whole
 from turing_learning.errors import require
 
-from ._style import PAGE_COLORS
+from .style import PAGE_COLORS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,9 +12,13 @@
     What a run finds whose truth is the estimate; what is said of each parameter; all of it together.
 `sides_rejected`, `fault`
     What may be claimed: that values on both sides of an estimate fit worse; that the model, or the search, is
-    at fault.
+    at fault. `LEVEL` is that of all tests.
+`read_check`
+    A `Check` as it was stored.
 `Quantity`
     Distributions of speed, turning, neighbor distance and polarization, genuine beside simulated.
+
+The module `evidence` makes the `Evidence` of a run.
 
 docs/identifiability.md says how to read them.
 """

@@ -8,14 +8,13 @@ import numpy as np
 from pydantic import TypeAdapter
 from scipy.special import stdtr
 
-from turing_learning.analysis import UNKNOWN, Verdict
-from turing_learning.analysis._estimate import known_or, ordered
+from turing_learning.analysis import UNKNOWN, Verdict, ordered_verdicts, replace_unknown
 from turing_learning.arrays import array
 from turing_learning.errors import require
 from turing_learning.report import Tabular, shown
 
-from ._evidence import PROFILING, Effort, Evidence, Quantity, Stored, stream
 from ._two_sample import LEVEL, TwoSampleTest, paired_test
+from .evidence import PROFILING, Effort, Evidence, Quantity, Stored, stream
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -231,7 +230,7 @@ class Recovery(Stored):
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields by name, as in `check.json`."""
-        return super().to_json() | {"interval": known_or(None, self.interval)}
+        return super().to_json() | {"interval": replace_unknown(None, self.interval)}
 
 
 @dataclass(frozen=True)
@@ -304,7 +303,7 @@ class Check(Tabular):
             found.append(Verdict.REJECTED)
         elif self.fault == FAILED_SEARCH or (self.fault is None and self.test.told_apart):
             found.append(Verdict.TOLD)
-        return ordered(found) if found else ()
+        return ordered_verdicts(found) if found else ()
 
     @property
     def fault(self) -> str | None:
@@ -359,8 +358,8 @@ class Check(Tabular):
         return self.verdict, headings, rows, [remark]
 
 
-def check_from_json(content: Mapping[str, Any]) -> Check:
+def read_check(content: Mapping[str, Any]) -> Check:
     """Make a check of what `check.json` holds."""
-    recovered = [{**each, "interval": known_or(UNKNOWN, each["interval"])} for each in content["recoveries"]]
+    recovered = [{**each, "interval": replace_unknown(UNKNOWN, each["interval"])} for each in content["recoveries"]]
     parts = {"profiles": list(content["profiles"].values()), "recoveries": recovered}
     return TypeAdapter(Check).validate_python({**content, **parts})

@@ -11,7 +11,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import integer, refuse, require
 from turing_learning.evolution import EvolutionStrategy
 
-from ._evidence import TESTING, Effort, Evidence, Stored, stream
+from .evidence import TESTING, Effort, Evidence, Stored, stream
 
 PERMUTATIONS = 999
 LEVEL = 0.05

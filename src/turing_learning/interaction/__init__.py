@@ -5,8 +5,8 @@
     nobody.
 `STIMULATED`
     Those that are built in, by name: an agent that responds to light, a robot that does not know its sensors.
-`describe_stimulated`, `Step`
-    A system from what a caller hands over; how a model of it answers, as a function.
+`describe_stimulated`, `Step`, `read_stimuli`
+    A system from what a caller hands over; how a model of it answers, as a function; ranges of stimuli.
 """
 
 import lazy_loader

@@ -3,3 +3,4 @@ from ._system import STIMULATED as STIMULATED
 from ._system import Step as Step
 from ._system import StimulatedSystem as StimulatedSystem
 from ._system import describe_stimulated as describe_stimulated
+from ._system import read_stimuli as read_stimuli

@@ -6,10 +6,11 @@ from typing import Literal
 
 import numpy as np
 
+from turing_learning.models import Settings
+
 from ..arrays import array
 from ..classifiers import ElmanClassifier
 from ..errors import choice, integer, refuse, require
-from ..models._parameters import Settings
 
 PASSIVE = ("random", "constant", "recorded")
 

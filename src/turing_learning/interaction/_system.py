@@ -7,6 +7,8 @@ from typing import Any, cast
 
 import numpy as np
 
+from turing_learning.systems import FallibleSource, read_parameters, scales_of
+
 from ..arrays import array
 from ..classifiers import ElmanClassifier
 from ..coevolution import THRESHOLD, Classifier, InteractiveInterrogation, Interrogation, Samples
@@ -14,9 +16,6 @@ from ..errors import Setting, Text, brief, integer, refuse, require
 from ..models import Parameter
 from ..purposes import GENUINE
 from ..systems import CustomOptions, CustomSystem, CustomSystemError, Given, Range, System
-from ..systems._describe import read_parameters
-from ..systems._genuine import scales_of
-from ..systems._system import FallibleSource
 from . import _examples
 from ._stimulus import PASSIVE, Dialogue, Interrogator, Stimulus
 

@@ -12,14 +12,18 @@
 `Tabular`
     A result with a short `repr` and a table in notebooks.
 
-The pages of runs, studies and detections are in `_page`: a `Report` has what they show.
+`report_page`
+    The page of a run, a study or a detection: a `Report` has what it shows, with a `Listing` for each table;
+    `describe_selection` says what happened in a selection, `is_page` whether a file is such a page.
+
+The module `tabular` has tables of parameters, for terminals and data frames.
 """
 
-from ._page import replay_page, write_page
+from ._page import Listing, Report, describe_selection, is_page, replay_page, report_page, write_page
 from ._replay import Replay, Swarm, write_gif, write_mp4
-from ._tabular import Tabular, counted, short_number, shown
+from .tabular import Tabular, counted, short_number, shown
 
 __all__ = [
-    "Replay", "Swarm", "Tabular", "counted", "replay_page", "short_number", "shown", "write_gif",
-    "write_mp4", "write_page",
+    "Listing", "Replay", "Report", "Swarm", "Tabular", "counted", "describe_selection", "is_page", "replay_page",
+    "report_page", "short_number", "shown", "write_gif", "write_mp4", "write_page",
 ]  # fmt: skip

@@ -20,7 +20,7 @@ from turing_learning.analysis import Verdict
 from turing_learning.figures import Picture
 
 from ._replay import Replay
-from ._tabular import aligned, counted
+from .tabular import aligned, counted
 
 GENERATOR = "Turing Learning for Python"
 """By which a page is known."""

@@ -12,7 +12,7 @@ import numpy as np
 from turing_learning._files import whole
 from turing_learning.arrays import array
 from turing_learning.errors import integer, number, optional, require
-from turing_learning.figures._style import BLUE, INK, ORANGE, RULE
+from turing_learning.figures.style import BLUE, INK, ORANGE, RULE
 
 if TYPE_CHECKING:
     from PIL.Image import Image

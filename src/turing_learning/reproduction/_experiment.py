@@ -307,3 +307,8 @@ def moved(
     start = swarm.initial_poses(scenario, trials, np.random.default_rng(starts), robots=robots)
     controllers = np.broadcast_to(controller, (trials, robots, len(scenario.controller)))
     return swarm.simulate(scenario, controllers, start, control_steps=steps, seed=noise)
+
+
+def index_of_median(errors: np.ndarray) -> int:
+    """Return the index of the median among errors (R,), of two middle ones that of the smaller."""
+    return int(np.argsort(errors, kind="stable")[(len(errors) - 1) // 2])

@@ -180,7 +180,7 @@ def _filmed(
     should_stop: Stop, sizes: Sizes, controller: np.ndarray, trial: int, kind: int
 ) -> dict[str, np.ndarray] | None:
     """Run a trial before the emulated camera; find the robots' round markers in its images."""
-    from turing_learning.robots.emulation._arena import move_alone
+    from turing_learning.robots.emulation import move_alone
 
     def drawn(purpose: int) -> int:
         return int(np.random.SeedSequence((purpose, sizes["seed"], trial, kind)).generate_state(1)[0])

@@ -18,20 +18,26 @@ from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config.settings import refuse_unknown, resolved
 from turing_learning.errors import brief, integer, refusing_as, reject
 from turing_learning.errors import check as check_setting
-from turing_learning.identifiability import Check, Effort, PinnedDown, Profile, Recovery, profile, two_sample_test
-from turing_learning.identifiability import _evidence as evidences
-from turing_learning.identifiability._check import check_from_json
-from turing_learning.identifiability._evidence import RECOVERING, Evidence, Quantity, evidence_of, stream
-from turing_learning.identifiability._two_sample import LEVEL
+from turing_learning.identifiability import (
+    LEVEL,
+    Check,
+    Effort,
+    PinnedDown,
+    Profile,
+    Recovery,
+    profile,
+    read_check,
+    two_sample_test,
+)
+from turing_learning.identifiability import evidence as evidences
+from turing_learning.identifiability.evidence import RECOVERING, Evidence, Quantity, evidence_of, stream
 from turing_learning.store import RunFolderError, RunStorageError, check_folder, storage, writable
-from turing_learning.systems import CustomSystem, CustomSystemError, Given, Source
-from turing_learning.systems._custom import same_time_step
-from turing_learning.systems._describe import describe_simulated
+from turing_learning.systems import CustomSystem, CustomSystemError, Given, Source, describe_simulated, same_time_step
 from turing_learning.trajectories import Trajectories
 
-from ._folder import RunFolder
 from ._present import draw_check, save_figures
-from ._result import Result, simulated_model
+from .folder import RunFolder
+from .result import Result, simulated_model
 
 FOLDER, CHECK = "check", "check/check.json"
 RECOVERIES = 5
@@ -93,7 +99,7 @@ class _Checker:
             content["recoveries"].append(self._recovery(k))
             self._write(content)
         content["parameters"] = self._pinned_down(content, profiled)
-        check = check_from_json(content)
+        check = read_check(content)
         self._write(content | {"verdicts": check.verdicts})
         return check
 

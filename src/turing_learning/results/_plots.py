@@ -10,17 +10,16 @@ import numpy as np
 from turing_learning import report
 from turing_learning.config import Configuration
 from turing_learning.errors import check, reject
-from turing_learning.figures._one_run import fitness_figure, parameters_figure, quantities_figure
-from turing_learning.figures._style import Panels, panel_grid, titled
-from turing_learning.figures._swarms import draw_paths
-from turing_learning.identifiability import _evidence as evidence
+from turing_learning.figures.one_run import fitness_figure, parameters_figure, quantities_figure
+from turing_learning.figures.style import Panels, panel_grid, titled
+from turing_learning.figures.swarms import draw_paths
+from turing_learning.identifiability import evidence as evidence
 from turing_learning.purposes import REPLAY
-from turing_learning.swarm import Scenario, execution_of, initial_poses, simulate
-from turing_learning.swarm._trials import Execution
+from turing_learning.swarm import Execution, Scenario, execution_of, initial_poses, simulate
 from turing_learning.systems import Source
-from turing_learning.trajectories._signals import filled
+from turing_learning.trajectories import filled
 
-from ._history import SELECTION_CODES
+from .history import SELECTION_CODES
 
 if TYPE_CHECKING:
     import xarray

@@ -8,16 +8,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turing_learning.analysis import UNKNOWN, Verdict, absolute_error, is_known, pooled_estimate, pooled_interval, r_hat
-from turing_learning.analysis._estimate import known_or, mixed, ordered
+from turing_learning.analysis import (
+    UNKNOWN,
+    Verdict,
+    absolute_error,
+    is_known,
+    mixed_interval,
+    ordered_verdicts,
+    pooled_estimate,
+    pooled_interval,
+    r_hat,
+    replace_unknown,
+)
 from turing_learning.config import PROSE, flat_settings
 from turing_learning.errors import brief, check, require, said
 from turing_learning.report import Tabular, counted, shown
-from turing_learning.report._tabular import describe_unknown, judged, parameter_rows, parameter_table
+from turing_learning.report.tabular import describe_unknown, judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError, RunStorageError
 
-from ._folder import RunFolder, how_to_resume
-from ._result import Result, named, units_of, with_unit
+from .folder import RunFolder, how_to_resume
+from .result import Result, named, units_of, with_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -119,7 +129,7 @@ class Pooled(Tabular):
     def verdicts(self) -> tuple[Verdict, ...]:
         """Whether to believe the runs: whether they disagree, and what most of them say."""
         apart = "disagree" in self.runs_agree.values()
-        return ordered([*self.found, *([Verdict.DISAGREE] if apart else [])])
+        return ordered_verdicts([*self.found, *([Verdict.DISAGREE] if apart else [])])
 
     @property
     def verdict(self) -> Verdict:
@@ -180,7 +190,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
     The interval of one run speaks of the wandering of that run. Where runs settle in different regions it is
     far too narrow; that of the pool counts their scatter too.
 
-    Of runs of trials the draws are mixed (a linear opinion pool): where runs agree, the interval of the pool is
+    Of runs of trials the draws are mixed_interval (a linear opinion pool): where runs agree, the interval of the pool is
     that of one run, as the samples may be the same for all; where they do not, it spans them. Runs that have
     not settled are left out of estimate and interval, unless none has settled; then the interval is not known.
 
@@ -219,7 +229,9 @@ def pool(runs: Sequence[Result]) -> Pooled:
         chains = {run.seed: draws for run in settled if (draws := run.draws()) is not None}
         found = np.array([list(run.estimate.values()) for run in settled or runs])[:, None]
         estimate = configuration.system.on_scales(found, lambda values: np.median(values[:, 0], axis=0))
-        ends, agreement = mixed(list(chains.values()), [list(run.interval.values()) for run in settled], len(names))
+        ends, agreement = mixed_interval(
+            list(chains.values()), [list(run.interval.values()) for run in settled], len(names)
+        )
     else:
         models = {run.seed: run.history["typical_model"].to_numpy() for run in runs}
         window = configuration.run.estimated_from(len(models[runs[0].seed]))
@@ -234,7 +246,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
         generations=max(run.generations for run in runs),
         seeds=tuple(run.seed for run in runs),
         estimate=named(names, estimate),
-        interval=known_or(UNKNOWN, dict(zip(names, ends.tolist(), strict=True))),
+        interval=replace_unknown(UNKNOWN, dict(zip(names, ends.tolist(), strict=True))),
         agreement={name: value if is_known(value) else UNKNOWN for name, value in named(names, agreement).items()},
         estimates={name: [run.estimate[name] for run in runs] for name in names},
         truth=runs[0].truth,
@@ -245,7 +257,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
         chains=chains,
         found=tuple(each for each in Verdict if 2 * sum(each in run.found for run in runs) > len(runs)),
     )
-    said = {"seeds": pooled.seeds, "agreement": known_or(None, {n: [v] for n, v in pooled.agreement.items()})}
+    said = {"seeds": pooled.seeds, "agreement": replace_unknown(None, {n: [v] for n, v in pooled.agreement.items()})}
     said["verdicts"] = [each for each in pooled.verdicts if each is Verdict.DISAGREE]
     for run in runs:
         if run.path is not None:

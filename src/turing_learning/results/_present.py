@@ -11,15 +11,15 @@ from turing_learning import report
 from turing_learning.analysis import is_known, mean_absolute_error
 from turing_learning.config import Configuration, to_toml
 from turing_learning.figures import Picture
-from turing_learning.figures import _one_run as one_run
+from turing_learning.figures import one_run as one_run
 from turing_learning.identifiability import Check
-from turing_learning.report._page import Listing, Report, describe_selection, report_page
-from turing_learning.report._tabular import aligned
+from turing_learning.report import Listing, Report, describe_selection, report_page
+from turing_learning.report.tabular import aligned
 
-from ._history import SELECTION_CODES
 from ._paper import SOURCE
 from ._plots import distributions_of, draw_fitness, draw_parameters, recorded_replay, replay
-from ._result import Result, simulated_model
+from .history import SELECTION_CODES
+from .result import Result, simulated_model
 
 if TYPE_CHECKING:
     import xarray

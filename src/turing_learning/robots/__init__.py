@@ -21,6 +21,8 @@ Emulation
     `overhead_camera`), an operator and faults on demand, by a `Clock` in virtual time, under `Conditions`;
     `ArenaService` serves it in real time. `LABORATORY` is the paper's.
 
+The rooms inside, `tracking`, `program` and `emulation`, export what runs and commands need besides.
+
 OpenCV (`pip install 'turing-learning[vision]'`) and pyserial (`[robot]`) are imported on use. Names are listed
 in ``__init__.pyi`` and imported on first use.
 """

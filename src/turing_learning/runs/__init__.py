@@ -12,8 +12,10 @@
     Its trials as they were observed; what its last models are worth when they are observed again.
 `simulate_laboratory`, `SimulatedRun`
     The same setup in plain simulation.
-`trial_replay`, `write_trial`
-    One trial of a scenario, as page or film.
+`trial_replay`, `write_trial`, `REPLAY_SUFFIXES`
+    One trial of a scenario, as page or film; how such files end.
+`is_custom`
+    Whether a custom system is given.
 """
 
 from typing import Any

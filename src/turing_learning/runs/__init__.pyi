@@ -1,4 +1,5 @@
 from ._infer import infer as infer
+from ._infer import is_custom as is_custom
 from ._infer import new_run_path as new_run_path
 from ._infer import resume as resume
 from ._infer import start as start
@@ -12,6 +13,7 @@ from ._laboratory import stored_laboratory as stored_laboratory
 from ._progress import Progress as Progress
 from ._run import Run as Run
 from ._run import load_run as load_run
+from ._trial import REPLAY_SUFFIXES as REPLAY_SUFFIXES
 from ._trial import trial_replay as trial_replay
 from ._trial import write_trial as write_trial
 from ._trials import ModelEvaluation as ModelEvaluation

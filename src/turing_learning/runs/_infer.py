@@ -14,12 +14,21 @@ from turing_learning.config.parts import part_named
 from turing_learning.config.settings import refuse_unknown, resolved, single_settings
 from turing_learning.errors import brief, check, refusing_as
 from turing_learning.interaction import describe_stimulated
-from turing_learning.results._folder import RunFolder, resume_command
-from turing_learning.results._result import Result
+from turing_learning.results.folder import RunFolder, resume_command
+from turing_learning.results.result import Result
 from turing_learning.store import RunFolderError, check_folder
 from turing_learning.swarm import Scenario
-from turing_learning.systems import CustomOptions, CustomSystem, Given, Range, Simulator, Source, describe, imported
-from turing_learning.systems._calls import importable_name
+from turing_learning.systems import (
+    CustomOptions,
+    CustomSystem,
+    Given,
+    Range,
+    Simulator,
+    Source,
+    describe,
+    importable_name,
+    imported,
+)
 
 from ._progress import Observer, watched
 from ._run import Origin, Run, conduct, give_parts, refuse_given_source

@@ -12,11 +12,10 @@ from turing_learning import robots
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config.parts import give_again, part_named
 from turing_learning.errors import reject
-from turing_learning.results._folder import CAMERA, FINISHED, LABORATORY, RunFolder, resume_command, stored_generations
-from turing_learning.results._result import Result
-from turing_learning.robots.emulation._laboratory import SimulatedLaboratory
-from turing_learning.robots.program._equipment import laboratory_calibration
-from turing_learning.robots.program._setup import read_setup, refuse_without_history
+from turing_learning.results.folder import CAMERA, FINISHED, LABORATORY, RunFolder, resume_command, stored_generations
+from turing_learning.results.result import Result
+from turing_learning.robots.emulation import SimulatedLaboratory
+from turing_learning.robots.program import laboratory_calibration, read_setup, refuse_without_history
 from turing_learning.store import RunFolderError, reject_folder, told
 
 from ._infer import start

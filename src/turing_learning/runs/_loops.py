@@ -9,8 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from turing_learning import coevolution, evolution
-from turing_learning.analysis import Matched, match
-from turing_learning.analysis._matching import LEAST_P, combined
+from turing_learning.analysis import LEAST_P, Matched, combined, match
 from turing_learning.coevolution import THRESHOLD, Coevolution, FewTrials, Generation
 from turing_learning.config import Configuration, classifier_of
 from turing_learning.config.parts import classifiers_optimizer, models_optimizer, observers_of, optimizer_of

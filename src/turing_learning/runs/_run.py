@@ -11,27 +11,23 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from turing_learning._files import remove_partial
-from turing_learning.analysis import UNKNOWN, Verdict
-from turing_learning.analysis._estimate import known_or, ordered
+from turing_learning.analysis import UNKNOWN, Verdict, ordered_verdicts, replace_unknown
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
 from turing_learning.config.parts import give_again, observers_of
 from turing_learning.config.settings import resolved
-from turing_learning.detection._simulated import keep_calibration
+from turing_learning.detection import simulated_calibration
 from turing_learning.errors import brief, refusing_as, said
-from turing_learning.identifiability import Check
-from turing_learning.identifiability._check import check_from_json
+from turing_learning.identifiability import Check, read_check
 from turing_learning.provenance import now
 from turing_learning.purposes import DIALOGUE, REPLAY
-from turing_learning.results import _folder as folders
-from turing_learning.results import _history as histories
-from turing_learning.results._check import check_run, refuse_unknown_part, stored_check
-from turing_learning.results._folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, piece
-from turing_learning.results._present import write_report
-from turing_learning.results._result import Jury, Result, simulated_model, summarize, units_of
+from turing_learning.results import check_run, refuse_unknown_part, stored_check, write_report
+from turing_learning.results import folder as folders
+from turing_learning.results import history as histories
+from turing_learning.results.folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, piece
+from turing_learning.results.result import Jury, Result, simulated_model, summarize, units_of
 from turing_learning.store import RunFolderError, check_folder, reject_folder, storage, writable
-from turing_learning.systems import Given, Source, SystemFailedError
-from turing_learning.systems._system import FailureLog
+from turing_learning.systems import FailureLog, Given, Source, SystemFailedError
 
 from ._loops import Loop, loop_of
 from ._progress import Observer, Progress
@@ -418,7 +414,7 @@ class Run:
             return {}
         parameters, seed = self.configuration.system.parameters, self.configuration.run.seed
         estimate = np.array(list(result.estimate.values()))
-        if kept := keep_calibration(self._source, parameters, estimate, seed):
+        if kept := simulated_calibration(self._source, parameters, estimate, seed):
             folder.write(folders.CALIBRATION, kept)
         if seen := self._source.positions(estimate, np.random.default_rng((REPLAY, seed))):
             folder.write(folders.MOTION, seen)
@@ -599,7 +595,7 @@ class Origin:
             manifest, dialogues = folder.manifest(), folder.find(folders.DIALOGUES) or {}
         known = {} if result.path is None else stored_check(result.path) or {}
         motion = self.motion(simulated_model(result))
-        check = check_from_json(known) if "parameters" in known else None
+        check = read_check(known) if "parameters" in known else None
         return write_report(result, target, manifest, check=check, motion=motion, dialogues=dialogues)
 
     def motion(self, model: np.ndarray) -> Mapping[str, np.ndarray]:
@@ -684,9 +680,11 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
                 again = _result_of(_stored_checkpoint(folder, configuration), folder, configuration).to_json()
                 content |= {name: again[name] for name in ("interval", "verdicts")}
         found = {name: value for name, value in content.items() if name not in ("verdict", "verdicts")}
-        found |= {name: known_or(UNKNOWN, ends) for name in ("interval", "wandering") if (ends := content.get(name))}
+        found |= {
+            name: replace_unknown(UNKNOWN, ends) for name in ("interval", "wandering") if (ends := content.get(name))
+        }
         origin = Origin.of(folder, configuration, content["generations"])
-        return Result(**found, found=ordered(content["verdicts"]), path=origin.path, origin=origin)
+        return Result(**found, found=ordered_verdicts(content["verdicts"]), path=origin.path, origin=origin)
     except (RunFolderError, ValueError, KeyError, TypeError, AttributeError):
         return None
 

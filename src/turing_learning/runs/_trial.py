@@ -9,16 +9,15 @@ from turing_learning import report
 from turing_learning.config import ConfigurationError, require_whole_cycles
 from turing_learning.errors import brief, check, integer, number
 from turing_learning.models import ReactiveModel
-from turing_learning.results._plots import swarm_replay
-from turing_learning.swarm import Scenario, initial_poses
-from turing_learning.swarm._trials import Execution
+from turing_learning.results import swarm_replay
+from turing_learning.swarm import Execution, Scenario, initial_poses
 from turing_learning.targets import refuse_target, writing
 
 LONGEST_S = 3600.0
 MOST_ROBOTS = 1000
 LARGEST_SPEED = 1e6  # of a controller, in maximum speeds
 FILM_SPEED = 10.0  # seconds of the swarm's time in one second of film
-SUFFIXES = (".html", ".gif", ".mp4")
+REPLAY_SUFFIXES = (".html", ".gif", ".mp4")
 
 
 def trial_replay(
@@ -83,7 +82,7 @@ def write_trial(replay: report.Replay, path: Path, *, force: bool = False) -> Pa
         If the suffix is unknown, the file exists, it cannot be written, or a film needs an extra that is not
         installed.
     """
-    refuse_target(path, name="out", suffixes=SUFFIXES, force=force)
+    refuse_target(path, name="out", suffixes=REPLAY_SUFFIXES, force=force)
     try:
         with writing(path, "out"):
             if (suffix := path.suffix.lower()) == ".html":

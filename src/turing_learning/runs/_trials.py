@@ -15,15 +15,15 @@ import numpy as np
 from turing_learning.analysis import absolute_error
 from turing_learning.coevolution import Judgments, Samples, model_reward
 from turing_learning.config import Configuration, classifier_of
-from turing_learning.detection._simulated import keep_observed
+from turing_learning.detection import observed_calibration
 from turing_learning.provenance import now
-from turing_learning.results._folder import CALIBRATION, RunFolder
-from turing_learning.results._result import Result, named
+from turing_learning.results.folder import CALIBRATION, RunFolder
+from turing_learning.results.result import Result, named
 from turing_learning.store import RunFolderError, check_folder
 
 if TYPE_CHECKING:
     from turing_learning.robots import Event, LaboratorySource
-    from turing_learning.robots.program._source import ObservedTrial
+    from turing_learning.robots.program import ObservedTrial
 
 
 _LOGGER = logging.getLogger("turing_learning")
@@ -45,7 +45,7 @@ def _keep_trial(folder: RunFolder, stage: str, attempt: int, trial: "ObservedTri
 
 def stored_trials(folder: RunFolder, stage: str) -> tuple[int, list["ObservedTrial"]]:
     """Return the number of the last attempt at a stage with a trial, or 0, and its trials without faults."""
-    from turing_learning.robots.program._source import ObservedTrial
+    from turing_learning.robots.program import ObservedTrial
 
     last, names = _last_attempt(folder, stage)
     trials: list[ObservedTrial] = []
@@ -86,13 +86,13 @@ class ObservedTrials:
 
     def speeds(self) -> np.ndarray:
         """Return the samples (R, A, T, 2): linear speed (cm/s), angular speed (rad/s)."""
-        from turing_learning.robots.tracking._tracker import signed_speeds
+        from turing_learning.robots.tracking import signed_speeds
 
         return np.array([signed_speeds(poses, self.interval_s) for poses in self.poses])
 
     def samples(self) -> Samples:
         """Return the samples of agents (R x agents, T, 2), and one of each model (R x n, 1, T, 2)."""
-        from turing_learning.robots.program._source import trial_samples
+        from turing_learning.robots.program import trial_samples
 
         return trial_samples(self.speeds(), self.models.shape[1])
 
@@ -284,7 +284,7 @@ def _keep_observed_motion(result: Result, folder: RunFolder, repeats: int) -> No
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
         return
     estimate = np.array(list(result.estimate.values()))
-    kept = keep_observed(learned=learned, held_out=held_out, replicas=replicas, models=models, estimate=estimate)
+    kept = observed_calibration(learned=learned, held_out=held_out, replicas=replicas, models=models, estimate=estimate)
     if kept is None:
         why = "too few samples, or all models are near the estimate."
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", why)

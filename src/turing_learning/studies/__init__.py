@@ -17,6 +17,8 @@
     The steps of a study on a Slurm cluster: one run by its number, the table at the end, the job script.
 `StudyFolder`, `is_study`, `new_study_path`
     The files of a study; whether a folder is one; where a new one may be.
+`convergences`, `refuse_script`
+    Medians over the runs of a configuration, generation by generation; paths where no job script may be written.
 `ExecutorError`
     Workers that cannot go on; the study can be resumed.
 """

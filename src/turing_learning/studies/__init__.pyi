@@ -1,4 +1,5 @@
 from ._backends import Hands as Hands
+from ._backends import refuse_script as refuse_script
 from ._backends import write_slurm as write_slurm
 from ._plan import BEHAVIORS as BEHAVIORS
 from ._plan import StudyFolder as StudyFolder
@@ -17,3 +18,4 @@ from ._study import study as study
 from ._table import ParameterSummary as ParameterSummary
 from ._table import StudyResult as StudyResult
 from ._table import StudyRun as StudyRun
+from ._table import convergences as convergences

@@ -24,11 +24,10 @@ from turing_learning.errors import brief, check, integer, is_integer, refusing_a
 from turing_learning.interaction import describe_stimulated
 from turing_learning.purposes import RANDOM_BEHAVIORS
 from turing_learning.results import resume_command
-from turing_learning.runs._infer import is_custom
+from turing_learning.runs import is_custom
 from turing_learning.store import SEALS, Kind, Place, RunFolderError, Store, check_folder, reject_folder
 from turing_learning.swarm import AGGREGATION, Scenario
-from turing_learning.systems import CustomOptions, CustomSystem, Range, describe, imported
-from turing_learning.systems._calls import name_of
+from turing_learning.systems import CustomOptions, CustomSystem, Range, describe, imported, name_of
 
 BEHAVIORS = replace(
     AGGREGATION,

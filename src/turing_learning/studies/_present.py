@@ -8,8 +8,8 @@ import numpy as np
 from turing_learning import report
 from turing_learning.config import to_toml
 from turing_learning.figures import Picture, box_figure
-from turing_learning.figures._many_runs import convergence_figure, error_box_figure, error_histogram_figure
-from turing_learning.report._page import Listing, Report, report_page
+from turing_learning.figures.many_runs import convergence_figure, error_box_figure, error_histogram_figure
+from turing_learning.report import Listing, Report, report_page
 
 from ._plan import Plan
 from ._table import FAIR, GOOD, Convergence, StudyResult, describe, error_rows, errors_of, members

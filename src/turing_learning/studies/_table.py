@@ -16,7 +16,7 @@ from turing_learning.analysis import absolute_error, name_failure
 from turing_learning.config import to_toml
 from turing_learning.report import Tabular, shown
 from turing_learning.results import TIMINGS, RunFolder
-from turing_learning.results._folder import FINISHED, RUNNING
+from turing_learning.results.folder import FINISHED, RUNNING
 from turing_learning.store import RunFolderError, check_folder, digest_of
 
 from ._backends import COMPLETE, FAILED, STOPPED, WAITING

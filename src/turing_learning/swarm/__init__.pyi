@@ -10,7 +10,9 @@ from ._scenario import Scenario as Scenario
 from ._scenario import Sensor as Sensor
 from ._scenario import Start as Start
 from ._scenario import Trial as Trial
+from ._trials import AGENT as AGENT
 from ._trials import Drivers as Drivers
+from ._trials import Execution as Execution
 from ._trials import MixedSwarm as MixedSwarm
 from ._trials import ObservedSwarm as ObservedSwarm
 from ._trials import SeparatedSwarm as SeparatedSwarm

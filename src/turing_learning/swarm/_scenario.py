@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from turing_learning.models import REPRESENTATIONS, Settings
+
 from ..errors import brief, choice, integer, number, refuse, require
 from ..models import FULL_VIEW, ReactiveModel
-from ..models._parameters import Settings
-from ..models._representation import REPRESENTATIONS
 
 ITEM_KINDS = ("background", "robot", "object")
 

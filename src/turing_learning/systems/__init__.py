@@ -7,15 +7,22 @@
     Samples of a system while they are needed, from `System.open`; `CustomSource` is that of a custom system,
     `Given` what its caller hands over. `SystemFailedError` ends a run that can be resumed, `CustomSystemError`
     where a simulator failed.
-`describe`
+`describe`, `describe_simulated`, `read_parameters`
     A custom system from what a caller hands over: samples, simulator, `Range` of each parameter,
-    `CustomOptions`.
+    `CustomOptions`. The same with simulated samples; the parameters alone.
+`system_of`
+    The system of a scenario.
 `Genuine`, `observed`
     Samples of a system, checked and split into those for learning and those held out for testing.
 `GuardedInterrogation`
     Reject models whose simulation failed.
-`Simulator`, `imported`
-    A simulator as a type; a function by the name that another process imports it by.
+`FallibleSource`, `FailureLog`
+    A source whose simulations may fail; what has failed.
+`Simulator`, `imported`, `importable_name`, `name_of`
+    A simulator as a type; a function by the name that another process imports it by; that name, if there is
+    one; that name, or a refusal.
+`scales_of`, `same_time_step`
+    What samples are divided by; whether two time steps count as the same.
 `physics_steps`
     Physics steps of single robots in a generation, which the configuration limits.
 """

@@ -10,10 +10,11 @@ from typing import Any, Literal, NoReturn
 
 import numpy as np
 
+from turing_learning.models import LARGEST_DECADE, Settings
+
 from ..coevolution import Classifier, Samples
 from ..errors import Setting, Text, brief, integer, number, refuse, require
 from ..models import Behavior, Jumps, Parameter
-from ..models._parameters import LARGEST_DECADE, Settings
 from ..trajectories import SIGNALS
 from ..workers import NotImportable, WorkerDied, Workers, packed
 from ._calls import Answer, Failed, Simulator, answer

@@ -19,7 +19,6 @@ from turing_learning.analysis import (
     r_hat,
     response_error,
 )
-from turing_learning.analysis._errors import median_place
 from turing_learning.models import ElmanModel
 
 SOME, NAN, TRUTH = [1.0, 2.0, 3.0], [[0.0, np.nan]], np.zeros(4)
@@ -57,8 +56,6 @@ FITS = r"`estimate` must be of shape \(..., P\) and `truth` of shape \(P,\); got
         *((lambda f=f: f(np.full((2, 5, 1), np.nan)), "`typical_models` must be finite; got nan")
           for f in (pooled_estimate, pooled_interval, r_hat)),
         (lambda: response_error(ElmanModel(hidden=1), np.zeros(7), np.zeros(6)), r"`truth` must be of shape .*\(4,\); got \(6,\)"),
-        (lambda: median_place([]), r"`errors` must be of shape \(R,\) and not empty; got \(0,\)"),
-        (lambda: median_place([1.0, np.nan]), "`errors` must be finite; got nan"),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_is_rejected(call, message):

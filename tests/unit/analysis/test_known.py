@@ -3,8 +3,7 @@ import math
 
 import pytest
 
-from turing_learning.analysis import UNKNOWN, is_known
-from turing_learning.analysis._estimate import known_or
+from turing_learning.analysis import UNKNOWN, is_known, replace_unknown
 
 
 @pytest.mark.parametrize(
@@ -17,9 +16,9 @@ def test_none_and_nan_are_not_known(values, known):
 
 def test_what_is_not_known_is_none_in_a_file_and_one_nan_in_python():
     interval = {"a": [0.5, 0.75], "b": [float("nan"), float("nan")]}
-    file = known_or(None, interval)
+    file = replace_unknown(None, interval)
     assert file == {"a": [0.5, 0.75], "b": [None, None]}
-    python = known_or(UNKNOWN, file)
+    python = replace_unknown(UNKNOWN, file)
     assert python["a"] == [0.5, 0.75]
     assert all(map(math.isnan, python["b"]))
-    assert python == known_or(UNKNOWN, interval) == copy.deepcopy(python)
+    assert python == replace_unknown(UNKNOWN, interval) == copy.deepcopy(python)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from turing_learning.analysis import dynamic_outputs, response_error
-from turing_learning.analysis._errors import median_place
 from turing_learning.models import ElmanModel
 
 MODEL = ElmanModel(hidden=1)
@@ -35,8 +34,3 @@ def test_the_metric_counts_the_steps_before_the_outputs_are_steady():
     slow = [0.0, 8.0, -2.0, 6.0, 0.0, -3.0, 0.0]  # the hidden neuron rises over some steps
     steady = MODEL.described(np.array(slow))
     assert response_error(MODEL, np.array(slow), steady) > 0.01
-
-
-@pytest.mark.parametrize(("errors", "place"), [([3.0, 1.0, 2.0], 2), ([4.0, 1.0, 3.0, 2.0], 3), ([5.0], 0)])
-def test_the_median_is_the_middle_error_or_the_smaller_of_two(errors, place):
-    assert median_place(errors) == place

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.coevolution import FewTrials, Samples, _climb, _few_trials
-from turing_learning.coevolution._few_trials import batch_schedule
+from turing_learning.coevolution import FewTrials, Samples, _climb, _few_trials, batch_schedule
 from turing_learning.evolution import EvolutionStrategy
 
 TRUTH = np.array([1.5, 0.5])

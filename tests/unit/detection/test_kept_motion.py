@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.detection._simulated import keep_observed
+from turing_learning.detection import observed_calibration
 
 ESTIMATE = np.array([0.5, -0.5])
 
@@ -15,7 +15,7 @@ def samples(count, first=0):
 
 def keep(learned=40, held_out=10, models=None):
     models = np.array([[0.5, -0.4], [0.0, 0.0], [0.9, -0.9]]) if models is None else models
-    return keep_observed(
+    return observed_calibration(
         learned=samples(learned),
         held_out=samples(held_out, first=100),
         replicas=samples(len(models), first=200),

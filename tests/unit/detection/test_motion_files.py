@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.detection import load_motion
-from turing_learning.detection._motion import holds_motion
+from turing_learning.detection import holds_motion, load_motion
 
 SAMPLES = np.arange(2 * 3 * 4 * 2, dtype=float).reshape(2, 3, 4, 2)
 

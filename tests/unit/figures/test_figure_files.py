@@ -6,8 +6,8 @@ import pytest
 from PIL import Image
 
 from turing_learning.figures import Picture, save_figure
-from turing_learning.figures._one_run import error_figure, fitness_figure
 from turing_learning.figures._picture import svg_markup
+from turing_learning.figures.one_run import error_figure, fitness_figure
 
 SVG = "{http://www.w3.org/2000/svg}"
 

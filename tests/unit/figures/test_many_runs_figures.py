@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from turing_learning.figures import box_figure
-from turing_learning.figures._many_runs import (
+from turing_learning.figures._picture import svg_markup
+from turing_learning.figures.many_runs import (
     box_panels_figure,
     budget_figure,
     convergence_figure,
@@ -13,7 +14,6 @@ from turing_learning.figures._many_runs import (
     error_panels_figure,
     prediction_figure,
 )
-from turing_learning.figures._picture import svg_markup
 
 NAMES = ("vl0", "vr0", "vl1")
 FOUR, TRUTH = ("vl0", "vr0", "vl1", "vr1"), np.array([-0.7, -1.0, 1.0, -1.0])

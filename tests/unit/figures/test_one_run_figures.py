@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from turing_learning.figures import timeline_figure
-from turing_learning.figures._one_run import (
+from turing_learning.figures._picture import svg_markup
+from turing_learning.figures.one_run import (
     MOST_POINTS,
     ParameterProfile,
     accuracy_figure,
@@ -17,7 +18,6 @@ from turing_learning.figures._one_run import (
     quantities_figure,
     step_sizes_figure,
 )
-from turing_learning.figures._picture import svg_markup
 
 NAMES = ("vl0", "vr0", "vl1", "vr1")
 G = 40
@@ -54,7 +54,7 @@ def draw(figure):
         ("import turing_learning.figures, turing_learning.report", "matplotlib"),
         ("import turing_learning.figures, turing_learning.report", "PIL"),
         (
-            "import numpy as np; from turing_learning.figures._one_run import error_figure as f; f(np.ones(1), np.ones(1))",
+            "import numpy as np; from turing_learning.figures.one_run import error_figure as f; f(np.ones(1), np.ones(1))",
             "matplotlib.pyplot",
         ),
     ],

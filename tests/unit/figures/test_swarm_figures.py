@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from turing_learning.figures import swarm_frame
 from turing_learning.figures._picture import svg_markup
-from turing_learning.figures._swarms import gathering_figure, snapshots_figure
+from turing_learning.figures.swarms import gathering_figure, snapshots_figure
 
 POSES = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, np.pi / 2], [0.0, 30.0, 1.0]])
 

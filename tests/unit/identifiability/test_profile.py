@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 
 from turing_learning.analysis import UNKNOWN
-from turing_learning.identifiability import Check, PinnedDown, Profile, Recovery, TwoSampleTest, profile
-from turing_learning.identifiability._check import check_from_json
-from turing_learning.identifiability._evidence import LEAST_POINTS
+from turing_learning.identifiability import Check, PinnedDown, Profile, Recovery, TwoSampleTest, profile, read_check
+from turing_learning.identifiability.evidence import LEAST_POINTS
 from turing_learning.models import Parameter
 
 FLAT = Profile(
@@ -102,14 +101,14 @@ def test_a_recovery_is_kept_with_null_where_its_interval_is_not_known():
         "recoveries": [kept],
         "quantities": [],
     }
-    assert check_from_json(stored) == replace(content, recoveries=(given,))
+    assert read_check(stored) == replace(content, recoveries=(given,))
 
 
 def test_a_check_from_before_is_read_as_it_is():
     test = TwoSampleTest(0.61, 0.012, 0.55, 40, 40, 200, 200, "samples")
     point = {"parameter": "a", "interval_share": 0.0, "open_share": None, "recovery_error": None}
     stored = {"test": test.to_json(), "parameters": [point], "profiles": {}, "recoveries": [], "quantities": []}
-    assert check_from_json(stored).parameters == (PinnedDown("a", 0.0, None, None),)
+    assert read_check(stored).parameters == (PinnedDown("a", 0.0, None, None),)
 
 
 def test_nothing_is_pinned_down_at_a_bound_or_of_a_model_that_is_rejected():

@@ -5,7 +5,7 @@ import pytest
 
 from turing_learning.config import load_configuration
 from turing_learning.families import Vicsek
-from turing_learning.identifiability._evidence import compare_quantities, recorded_quantities, swarm_quantities
+from turing_learning.identifiability.evidence import compare_quantities, recorded_quantities, swarm_quantities
 from turing_learning.trajectories import Trajectories
 
 

@@ -11,7 +11,7 @@ from stimulated import PARAMETERS, STIMULATED, TRUTH, eye, living_eye
 import turing_learning as tl
 from turing_learning.config import ConfigurationError, load_configuration, to_toml
 from turing_learning.errors import RefusedError
-from turing_learning.figures._one_run import dialogues_figure
+from turing_learning.figures.one_run import dialogues_figure
 from turing_learning.identifiability import Effort
 from turing_learning.interaction import STIMULATED as BUILT_IN
 from turing_learning.interaction import describe_stimulated

@@ -4,8 +4,7 @@ import warnings
 import numpy as np
 import pytest
 
-from turing_learning.models import MorphologyModel, ReactiveModel
-from turing_learning.models._representation import REPRESENTATIONS
+from turing_learning.models import REPRESENTATIONS, MorphologyModel, ReactiveModel
 
 
 def test_a_reactive_model_is_its_genome():

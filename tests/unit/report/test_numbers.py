@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from turing_learning.analysis._estimate import WHY_UNKNOWN
+from turing_learning.analysis import WHY_UNKNOWN
 from turing_learning.report import short_number, shown
-from turing_learning.report._tabular import describe_unknown
+from turing_learning.report.tabular import describe_unknown
 
 
 @pytest.mark.parametrize(

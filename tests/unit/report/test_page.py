@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from turing_learning import report
 from turing_learning.analysis import Verdict
 from turing_learning.figures import Picture
-from turing_learning.report._page import Listing, Report, describe_selection, report_page
+from turing_learning.report import Listing, Report, describe_selection, report_page
 
 NASTY = """</script><script>alert("x")</script><!-- & ' ${title}"""
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turing_learning.reproduction import Stopped
-from turing_learning.reproduction._experiment import Work
+from turing_learning.reproduction._experiment import Work, index_of_median
 from turing_learning.studies import ExecutorError
 
 SMALL = {
@@ -136,3 +136,8 @@ def test_a_damaged_piece_is_set_aside_and_done_again(tmp_path, caplog):
         assert list(Work(tmp_path, None).piece("one", lambda: {"value": [7]}, suffix)["value"]) == [7]
         assert (tmp_path / f"one.{suffix}.damaged").exists()
         assert f"one.{suffix} is damaged (it has been changed); it is made again" in caplog.messages[-1]
+
+
+@pytest.mark.parametrize(("errors", "place"), [([3.0, 1.0, 2.0], 2), ([4.0, 1.0, 3.0, 2.0], 3), ([5.0], 0)])
+def test_the_median_is_the_middle_error_or_the_smaller_of_two(errors, place):
+    assert index_of_median(errors) == place

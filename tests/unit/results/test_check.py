@@ -144,7 +144,7 @@ def no_room(*arguments, **options):
     [
         "store.write_atomically",
         "results._check.save_figures",
-        "results._folder.write_atomically",
+        "results.folder.write_atomically",
     ],
 )
 def test_a_check_without_room_says_so_and_goes_on_with_the_same_result(stored, tmp_path, monkeypatch, writer):
@@ -283,7 +283,7 @@ def test_labels_group_the_held_out_samples():
 
 
 def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few():
-    from turing_learning.identifiability._evidence import held_out_groups
+    from turing_learning.identifiability.evidence import held_out_groups
     from turing_learning.systems import Genuine
     from turing_learning.trajectories import Trajectories
 
@@ -300,7 +300,7 @@ def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few()
 
 
 def test_held_out_individuals_are_groups_however_few_they_are():
-    from turing_learning.identifiability._evidence import held_out_groups
+    from turing_learning.identifiability.evidence import held_out_groups
     from turing_learning.systems import Genuine
     from turing_learning.trajectories import Trajectories
 

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from turing_learning.results._folder import (
+from turing_learning.results.folder import (
     CONFIGURATION,
     Checkpoint,
     discard_checkpoints,

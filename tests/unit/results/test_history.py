@@ -3,7 +3,7 @@ import pytest
 import xarray as xr
 import zarr
 
-from turing_learning.results._history import (
+from turing_learning.results.history import (
     FULL,
     HistoryRecorder,
     Layout,

@@ -6,8 +6,7 @@ import pytest
 from own_models import RANGES, recorded, walk
 
 import turing_learning as tl
-from turing_learning.analysis import UNKNOWN, pooled_estimate, pooled_interval, r_hat
-from turing_learning.analysis._estimate import WHY_UNKNOWN
+from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN, pooled_estimate, pooled_interval, r_hat
 from turing_learning.config import ConfigurationError, with_settings
 from turing_learning.report import short_number
 from turing_learning.results import RunFolderError

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import turing_learning as tl
-from turing_learning.analysis import UNKNOWN, Verdict
-from turing_learning.analysis._estimate import WHY_UNKNOWN
+from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN, Verdict
+from turing_learning.results import write_report
 from turing_learning.results._plots import replay
-from turing_learning.results._present import run_table, summary, write_report
+from turing_learning.results._present import run_table, summary
 
 
 @pytest.fixture(scope="module")

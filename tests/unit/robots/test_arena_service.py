@@ -19,7 +19,7 @@ from turing_learning.robots import (
     load_laboratory,
     open_link,
 )
-from turing_learning.robots.emulation._laboratory import obey, usage
+from turing_learning.robots.emulation import obey, usage
 from turing_learning.robots.emulation._service import CameraStream, encode
 
 FAST = 10.0

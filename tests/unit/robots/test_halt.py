@@ -11,8 +11,8 @@ from robot_bodies import Body, Clock
 
 from turing_learning.robots import ArenaService, EPuck, Model, open_link
 from turing_learning.robots._link import sealed
+from turing_learning.robots.emulation import obey
 from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
-from turing_learning.robots.emulation._laboratory import obey
 from turing_learning.robots.emulation._lines import TcpServer
 
 ALIVE = (sealed("X,A") + "\r").encode()

@@ -9,7 +9,7 @@ from program_laboratory import CALIBRATION, FILE, ScriptedLaboratory
 from turing_learning.config import ConfigurationError
 from turing_learning.results import RunFolderError
 from turing_learning.robots import LaboratoryError, LaboratorySource, load_laboratory
-from turing_learning.robots.emulation._laboratory import SimulatedLaboratory
+from turing_learning.robots.emulation import SimulatedLaboratory
 from turing_learning.runs import (
     awaits_robots,
     load_run,

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from turing_learning import swarm
-from turing_learning.robots.tracking._tracker import signed_speeds
+from turing_learning.robots.tracking import signed_speeds
 
 
 def test_speeds_of_simulated_poses_are_those_of_the_simulation():

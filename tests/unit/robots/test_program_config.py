@@ -7,7 +7,7 @@ from program_laboratory import FILE
 
 from turing_learning.config import ConfigurationError
 from turing_learning.robots import load_laboratory
-from turing_learning.robots.program._setup import read_setup
+from turing_learning.robots.program import read_setup
 
 
 @pytest.fixture

@@ -126,7 +126,7 @@ def test_a_run_killed_while_its_folder_is_made_is_none_yet_and_begins_there(fold
 
     path = folder / "unborn"
     with monkeypatch.context() as patch:
-        patch.setattr("turing_learning.results._folder.new_manifest", kill)
+        patch.setattr("turing_learning.results.folder.new_manifest", kill)
         with pytest.raises(KeyboardInterrupt):
             begin(folder, path)
     assert (path / "laboratory.json").exists()

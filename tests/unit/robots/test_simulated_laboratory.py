@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from turing_learning.robots import LABORATORY
-from turing_learning.robots.emulation._arena import move_alone
-from turing_learning.robots.emulation._laboratory import SimulatedLaboratory
+from turing_learning.robots.emulation import SimulatedLaboratory, move_alone
 
 TRUTH = np.array(LABORATORY.controller)
 SHORT = replace(LABORATORY, trial=replace(LABORATORY.trial, duration_s=1.0))

@@ -11,9 +11,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import turing_learning as tl
-from turing_learning.analysis import Matched
-from turing_learning.analysis._estimate import mixed
-from turing_learning.analysis._matching import combined
+from turing_learning.analysis import Matched, combined, mixed_interval
 from turing_learning.coevolution import _climb, _few_trials
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
@@ -57,7 +55,7 @@ def test_a_run_spends_its_trials_and_states_them(whole):
 
 
 def test_where_classifiers_tell_the_models_at_the_end_no_interval_is_stated(monkeypatch):
-    monkeypatch.setattr("turing_learning.results._result.LEAST_P", 0.0)  # matching has nothing against the model
+    monkeypatch.setattr("turing_learning.results.result.LEAST_P", 0.0)  # matching has nothing against the model
     still = 8 + 0.01 * np.random.default_rng(1).standard_normal((60, 12, 1))  # the model's speed is never so steady
     result = tl.infer(
         genuine=still,
@@ -353,7 +351,7 @@ def test_a_pool_mixes_the_draws_of_the_runs_that_have_settled():
 def test_a_pool_spans_the_draws_of_runs_that_disagree():
     draws = [np.random.default_rng(seed).normal((0, 5 * seed), 1, (500, 2)) for seed in (0, 1)]
     intervals = [np.quantile(each, (0.05, 0.95), axis=0).T.tolist() for each in draws]
-    ends, birge = mixed(draws, intervals, 2)
+    ends, birge = mixed_interval(draws, intervals, 2)
     np.testing.assert_allclose(ends, np.quantile(np.concatenate(draws), (0.05, 0.95), axis=0).T)
     assert birge[0] < 0.2
     assert birge[1] == pytest.approx(5 / np.sqrt(2), rel=0.1)

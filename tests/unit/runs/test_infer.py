@@ -23,9 +23,9 @@ from turing_learning.results import (
     resume_command,
     stored_generations,
 )
-from turing_learning.results._history import Traces
 from turing_learning.results._paper import paper_absolute_errors
-from turing_learning.results._result import summarize
+from turing_learning.results.history import Traces
+from turing_learning.results.result import summarize
 from turing_learning.robots import LABORATORY
 from turing_learning.runs import Run, new_run_path, resume, start
 from turing_learning.runs._run import Origin
@@ -541,9 +541,9 @@ def test_a_folder_in_use_is_refused_and_names_who_uses_it(stopped, small):
 
 
 def test_a_full_disk_ends_with_a_message_and_a_run_that_can_be_resumed(small, whole, tmp_path, monkeypatch):
-    from turing_learning.results import _folder
+    from turing_learning.results import folder as folders
 
-    written = _folder.write_atomically
+    written = folders.write_atomically
     calls = []
 
     def filling_up(path, content):
@@ -552,7 +552,7 @@ def test_a_full_disk_ends_with_a_message_and_a_run_that_can_be_resumed(small, wh
             raise OSError(28, "No space left on device")
         written(path, content)
 
-    monkeypatch.setattr(_folder, "write_atomically", filling_up)
+    monkeypatch.setattr(folders, "write_atomically", filling_up)
     with pytest.raises(
         RunStorageError, match=r"\(No space left on device\). Make room, then resume with `turing-learning resume"
     ):

@@ -6,8 +6,9 @@ import logging
 import numpy as np
 import pytest
 
-from turing_learning.results import RunFolder, _folder
-from turing_learning.results._history import Layout, create_store
+from turing_learning.results import RunFolder
+from turing_learning.results import folder as folders
+from turing_learning.results.history import Layout, create_store
 from turing_learning.runs import load_run, resume, start
 
 
@@ -30,7 +31,7 @@ def test_the_history_of_a_usual_run_has_the_files_that_it_always_had(tmp_path):
 @pytest.fixture
 def blocks(monkeypatch):
     """Blocks of four generations."""
-    monkeypatch.setattr(_folder, "BLOCK", 4)
+    monkeypatch.setattr(folders, "BLOCK", 4)
 
 
 def stored(path):

@@ -59,7 +59,7 @@ def test_a_disk_that_is_full_says_how_python_goes_on(tmp_path, monkeypatch):
 
     path = tmp_path / "run"
     with monkeypatch.context() as patch:
-        patch.setattr("turing_learning.results._folder.save_checkpoint", full)
+        patch.setattr("turing_learning.results.folder.save_checkpoint", full)
         with pytest.raises(RunStorageError) as refused:
             infer(out=path)
     call = f"turing_learning.resume({str(path)!r}, genuine=...)"

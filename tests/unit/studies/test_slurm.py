@@ -3,8 +3,7 @@ import subprocess
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.studies import write_slurm
-from turing_learning.studies._backends import refuse_script
+from turing_learning.studies import refuse_script, write_slurm
 
 
 def test_the_script_is_a_valid_one_that_names_study_and_runs(tmp_path):

@@ -17,9 +17,15 @@ from simulators import (
 
 from turing_learning import Parameter
 from turing_learning.coevolution import Judgments, SampleSource
-from turing_learning.systems import CustomSource, CustomSystem, CustomSystemError, Genuine, GuardedInterrogation
+from turing_learning.systems import (
+    CustomSource,
+    CustomSystem,
+    CustomSystemError,
+    FailureLog,
+    Genuine,
+    GuardedInterrogation,
+)
 from turing_learning.systems._genuine import read_genuine
-from turing_learning.systems._system import FailureLog
 
 DATA = np.random.default_rng(5).normal(3, 1, size=(12, STEPS, SIGNALS))
 MODELS = np.linspace(-1, 1, 8)[:, None] * np.ones((1, 2))  # three of them above 0.5 in the first parameter's units

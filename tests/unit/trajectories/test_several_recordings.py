@@ -7,7 +7,7 @@ import pytest
 
 import turing_learning as tl
 from turing_learning.families import BurstAndCoast, Couzin, Replicates, Vicsek, as_recorded
-from turing_learning.identifiability._evidence import held_out_groups
+from turing_learning.identifiability.evidence import held_out_groups
 from turing_learning.systems import observed
 from turing_learning.trajectories import Trajectories, join_windows, pooled_windows
 

@@ -10,15 +10,14 @@ import numpy as np
 import pandas as pd
 
 from turing_learning.analysis import compare, dispersion, interval, largest_cluster, least_dispersion
-from turing_learning.analysis._errors import median_place
 from turing_learning.figures import box_figure
-from turing_learning.figures._many_runs import convergence_figure, dispersion_figure
-from turing_learning.figures._swarms import snapshots_figure
+from turing_learning.figures.many_runs import convergence_figure, dispersion_figure
+from turing_learning.figures.swarms import snapshots_figure
 from turing_learning.purposes import EMERGENCE_STARTS
 from turing_learning.results import RunFolder
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
-from .._experiment import KINDS, PRESETS, Findings, Runs, Sizes, Work, moved, sensor_shares, stacked
+from .._experiment import KINDS, PRESETS, Findings, Runs, Sizes, Work, index_of_median, moved, sensor_shares, stacked
 from .._verdicts import ClaimVerdict, Spreads, errors_verdict, held, load_claims, shares_not_worse
 
 GATHERED = "3.2-snapshots"
@@ -69,7 +68,7 @@ def _simulated(scenario: Scenario, robots: int, times_s: list[int], later_s: lis
     poses = moved(scenario, scenario.controller, trials, robots, steps[-1], starts=seed, noise=seed).poses[:, steps]
     positions, radius = gathering_disks(scenario, poses, robots)
     spread = dispersion(positions, radius)
-    shown = median_place(spread[:, last])
+    shown = index_of_median(spread[:, last])
     return {
         "dispersion": spread.tolist(),
         "largest_cluster": largest_cluster(positions, radius).tolist(),
@@ -150,8 +149,7 @@ def conduct_case_studies(work: Work, findings: Findings) -> None:
 
 
 def _outcome(work: Work, case: Case, preset: str) -> Outcome:
-    from turing_learning.studies import StudyFolder
-    from turing_learning.studies._table import convergences
+    from turing_learning.studies import StudyFolder, convergences
 
     scenario = case.scenario
     runs = work.runs(f"study-{scenario.name}-{preset}", scenario.name, preset, scenario.parameter_names)

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from turing_learning.config import Configuration, classifier_of, load_configuration
-from turing_learning.figures._many_runs import error_groups_figure
-from turing_learning.figures._one_run import accuracy_figure
+from turing_learning.figures.many_runs import error_groups_figure
+from turing_learning.figures.one_run import accuracy_figure
 from turing_learning.interaction import STIMULATED
 from turing_learning.swarm import AGGREGATION
 

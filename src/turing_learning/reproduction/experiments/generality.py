@@ -8,14 +8,24 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from turing_learning.analysis import DYNAMIC_READINGS as READINGS
 from turing_learning.analysis import compare, dynamic_outputs, response_error
-from turing_learning.analysis._errors import DYNAMIC_READINGS as READINGS
-from turing_learning.analysis._errors import median_place
-from turing_learning.figures import _many_runs as figures
+from turing_learning.figures import many_runs as figures
 from turing_learning.models import ElmanModel
 from turing_learning.swarm import AGGREGATION, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60
 
-from .._experiment import KINDS, PRESETS, Findings, Runs, Work, compare_columns, seeded, sensor_shares, stacked
+from .._experiment import (
+    KINDS,
+    PRESETS,
+    Findings,
+    Runs,
+    Work,
+    compare_columns,
+    index_of_median,
+    seeded,
+    sensor_shares,
+    stacked,
+)
 from .._verdicts import REASONS, ClaimVerdict, Spreads, errors_verdict, held, load_claims, shares_not_worse, valued
 
 FIELDS_OF_VIEW = {"4.6.1-morphology-0": AGGREGATION_VIEW_0, "4.6.1-morphology-60": AGGREGATION_VIEW_60}
@@ -92,7 +102,7 @@ class NetworkRuns:
     @property
     def dynamics(self) -> np.ndarray:
         """Outputs (T, 2) of the network of median performance."""
-        return dynamic_outputs(self.model, self.networks[median_place(self.performance)])
+        return dynamic_outputs(self.model, self.networks[index_of_median(self.performance)])
 
 
 def conduct_black_box(work: Work, findings: Findings) -> None:
@@ -112,7 +122,7 @@ def conduct_black_box(work: Work, findings: Findings) -> None:
             errors[preset, hidden, len(model.parameter_names)] = frame
             steady[preset, hidden] = frame = seeded(runs.seeds, runs.models["best_model"], NAMES)
             frame.insert(1, "metric", one.performance)
-            frame.insert(2, "is_median", np.arange(len(runs)) == median_place(one.performance))
+            frame.insert(2, "is_median", np.arange(len(runs)) == index_of_median(one.performance))
             moments = pd.DataFrame({"step": np.arange(1, len(READINGS) + 1), "reading": READINGS})
             dynamic[preset, hidden] = moments.join(pd.DataFrame(one.dynamics, columns=["left", "right"]))
         findings.verdicts.append(black_box_verdict(outcomes))

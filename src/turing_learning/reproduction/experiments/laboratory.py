@@ -9,16 +9,25 @@ import pandas as pd
 
 from turing_learning import analysis, robots
 from turing_learning.analysis import absolute_error, mean_absolute_error
-from turing_learning.analysis._errors import median_place
 from turing_learning.coevolution import THRESHOLD
 from turing_learning.config import classifier_of
 from turing_learning.figures import box_figure
-from turing_learning.figures._many_runs import convergence_figure, error_panels_figure
-from turing_learning.figures._one_run import accuracy_figure
-from turing_learning.figures._swarms import gathering_figure, snapshots_figure
+from turing_learning.figures.many_runs import convergence_figure, error_panels_figure
+from turing_learning.figures.one_run import accuracy_figure
+from turing_learning.figures.swarms import gathering_figure, snapshots_figure
 
 from .. import _laboratory_trials as trials
-from .._experiment import Findings, Sizes, Work, compare_columns, errors_frame, seeded, seeds_of, stacked
+from .._experiment import (
+    Findings,
+    Sizes,
+    Work,
+    compare_columns,
+    errors_frame,
+    index_of_median,
+    seeded,
+    seeds_of,
+    stacked,
+)
 from .._laboratory_trials import Gathering, LaboratoryRuns
 from .._verdicts import ClaimVerdict, Spreads, errors_verdict, held, load_claims, valued
 from .classifiers import BestAccuracies
@@ -185,7 +194,7 @@ def _show_validation(
     }
     limits = dict(zip(curves, (1.0, analysis.least_dispersion(sizes["robots"])), strict=True))
     moments = [int(np.argmin(np.abs(times_s - time))) for time in sizes["shown_s"]]
-    trial = median_place(replicas.dispersion[:, -1])
+    trial = index_of_median(replicas.dispersion[:, -1])
     look: dict[str, Any] = {"robots": sizes["robots"], "robot_radius_cm": replicas.radius_cm, "columns": 4}
     snapshots = snapshots_figure(replicas.poses[trial, moments], times_s=sizes["shown_s"], **look)
     gathering, words = gathering_figure(times_s, curves, limits=limits), {"robots": sizes["robots"]}

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from turing_learning.analysis import absolute_error, is_known
-from turing_learning.analysis._estimate import WHY_UNKNOWN
+from turing_learning.analysis import WHY_UNKNOWN, absolute_error, is_known
 from turing_learning.errors import require
 from turing_learning.figures import box_figure
-from turing_learning.figures._many_runs import budget_figure, prediction_figure
+from turing_learning.figures.many_runs import budget_figure, prediction_figure
 from turing_learning.purposes import COMPARISON_OBSERVATION
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 

@@ -27,7 +27,7 @@ from turing_learning.robots.tracking._camera import Calibration
 from turing_learning.robots.tracking._markers import Markers, TriangleMarkers
 from turing_learning.swarm import Scenario, Trials, alone, initial_poses
 from turing_learning.systems import Source
-from turing_learning.trajectories._signals import wrap
+from turing_learning.trajectories import wrap
 
 from ._arena import (
     LABORATORY,

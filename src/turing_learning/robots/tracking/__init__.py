@@ -1,1 +1,5 @@
 """The overhead camera: where it is, what robots wear, and who is where."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

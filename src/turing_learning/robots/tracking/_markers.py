@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from turing_learning.errors import choice, require
-from turing_learning.trajectories._signals import wrap
+from turing_learning.trajectories import wrap
 
 from ._camera import aruco_detector, cv2, find_squares
 

@@ -14,8 +14,7 @@ from turing_learning._files import whole
 from turing_learning.arrays import array
 from turing_learning.errors import integer, number, refuse, require
 from turing_learning.swarm import Arena, Robot
-from turing_learning.trajectories import compute_signals
-from turing_learning.trajectories._signals import wrap
+from turing_learning.trajectories import compute_signals, wrap
 
 from ._camera import Calibration, refuse_taken, require_image
 from ._markers import Detections, Markers

@@ -16,7 +16,7 @@ import numpy as np
 from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
 from turing_learning.config import Configuration, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, brief, refusing_as
-from turing_learning.families._recorded import RecordedMotion
+from turing_learning.families import RecordedSystem
 from turing_learning.provenance import now, provenance, this_process, versions
 from turing_learning.store import Kind, Place, RunFolderError, Store, check_folder, digest_of, reject_folder, storage
 from turing_learning.systems import Given, imported
@@ -207,7 +207,7 @@ class RunFolder(Store):
         manifest, found = self.manifest(), dict[str, Any]()
         if given.genuine is None and given.simulate is None and RECORDING in manifest:
             system = self.configuration().system
-            motion = RecordedMotion.remembered(manifest[RECORDING], "Put it back, or give `genuine` and `simulate`.")
+            motion = RecordedSystem.remembered(manifest[RECORDING], "Put it back, or give `genuine` and `simulate`.")
             found["genuine"], found["simulate"], _ = motion.opened(system.steps, system.signals)
         for name in ("genuine", "simulate"):
             stored = manifest.get(name)

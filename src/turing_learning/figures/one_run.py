@@ -13,7 +13,7 @@ import numpy as np
 from turing_learning.arrays import array
 from turing_learning.errors import require
 
-from ._style import (
+from .style import (
     BLUE,
     DASHED,
     GREEN,

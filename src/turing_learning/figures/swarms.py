@@ -8,7 +8,7 @@ import numpy as np
 from turing_learning.arrays import array
 from turing_learning.errors import integer
 
-from ._style import BLUE, DASHED, GREEN, INK, MUTED, ORANGE, Panels, label, new_figure, panel_row
+from .style import BLUE, DASHED, GREEN, INK, MUTED, ORANGE, Panels, label, new_figure, panel_row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,25 +9,33 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from turing_learning.analysis import UNKNOWN, Verdict, absolute_error, estimate, interval, settled, told
-from turing_learning.analysis._estimate import known_or, ordered
-from turing_learning.analysis._matching import LEAST_P
+from turing_learning.analysis import (
+    LEAST_P,
+    UNKNOWN,
+    Verdict,
+    absolute_error,
+    estimate,
+    interval,
+    ordered_verdicts,
+    replace_unknown,
+    settled,
+    told,
+)
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import brief, integer
 from turing_learning.errors import check as check_setting
 from turing_learning.identifiability import Check
-from turing_learning.report import Tabular, counted, shown
-from turing_learning.report._page import is_page
-from turing_learning.report._tabular import describe_unknown, judged, parameter_rows, parameter_table
+from turing_learning.report import Tabular, counted, is_page, shown
+from turing_learning.report.tabular import describe_unknown, judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError
 from turing_learning.systems import Given, Laboratory, System
 from turing_learning.targets import refuse_target, writing
 
-from ._folder import CALIBRATION, RunFolder
-from ._history import SELECTION_CODES, Traces
 from ._paper import paper_absolute_errors
 from ._plots import Plots, Shown
+from .folder import CALIBRATION, RunFolder
+from .history import SELECTION_CODES, Traces
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,13 +62,26 @@ class Owner(Shown, Protocol):
     """The run that a result belongs to, in its folder, or in memory, where it has none; `recover` runs another one for a check."""
 
     @property
-    def folder(self) -> RunFolder | None: ...
-    def require_there(self) -> None: ...
-    def draws(self) -> np.ndarray | None: ...
-    def jury(self) -> Jury: ...
-    def report(self, result: "Result", target: Path) -> Path: ...
-    def check(self, result: "Result", /, **options: Any) -> Check: ...
-    def recover(self, configuration: Configuration, path: Path | None, given: Given) -> "Result": ...
+    def folder(self) -> RunFolder | None:
+        """The files of the run."""
+
+    def require_there(self) -> None:
+        """Reject a folder that is gone, or holds another run now."""
+
+    def draws(self) -> np.ndarray | None:
+        """Return models that the trials leave open, of a run of trials."""
+
+    def jury(self) -> Jury:
+        """Return the classifiers that judge at its end."""
+
+    def report(self, result: "Result", target: Path) -> Path:
+        """Write the page of the run."""
+
+    def check(self, result: "Result", /, **options: Any) -> Check:
+        """Check whether its estimate can be believed."""
+
+    def recover(self, configuration: Configuration, path: Path | None, given: Given) -> "Result":
+        """Run a configuration whose truth is the estimate."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -171,7 +192,7 @@ class Result(Tabular):
                 content = RunFolder(str(self.path)).read(name)
                 if content.get("settings", content)["estimate"] == self.estimate:  # the run has not gone on since
                     said += map(Verdict, content["verdicts"])
-        return ordered(said)
+        return ordered_verdicts(said)
 
     @property
     def verdict(self) -> Verdict:
@@ -366,7 +387,7 @@ class Result(Tabular):
     def to_json(self) -> dict[str, Any]:
         """Return what `result.json` holds."""
         content = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("path", "origin")}
-        content |= {name: known_or(None, ends) for name in ("interval", "wandering") if (ends := content[name])}
+        content |= {name: replace_unknown(None, ends) for name in ("interval", "wandering") if (ends := content[name])}
         content |= {"verdict": self.found[0], "verdicts": list(content.pop("found"))}
         return {name: each for name, each in content.items() if each is not None or name not in _WHERE_THERE_ARE_SOME}
 
@@ -433,7 +454,7 @@ def summarize(
         said = [] if "interval" in readout else [Verdict.TOLD if tells else Verdict.MOVING]
     else:
         pairs = configuration.system.on_scales(typical, partial(interval, window=window))
-        wandering = known_or(UNKNOWN, dict(zip(names, pairs.tolist(), strict=True)))
+        wandering = replace_unknown(UNKNOWN, dict(zip(names, pairs.tolist(), strict=True)))
         said = _said(configuration, traces, window)
         between = dict.fromkeys(names, [UNKNOWN] * 2) if said else wandering
     if hidden:  # the best network, and that typical one whose outputs (W, P) are nearest to those inferred
@@ -454,7 +475,7 @@ def summarize(
         complete=complete,
         best_model=named(names, best),
         estimate=named(names, inferred),
-        interval=known_or(UNKNOWN, between),
+        interval=replace_unknown(UNKNOWN, between),
         covariance=covariance,
         **_compared(configuration, best, inferred),
         selection_stopped=int(np.count_nonzero(traces["selection"] != SELECTION_CODES["active"])),
@@ -464,7 +485,7 @@ def summarize(
         origin=origin,
         failed_simulations=failed_simulations,
         networks=networks,
-        found=ordered(said),
+        found=ordered_verdicts(said),
         wandering=wandering,
     )
 

@@ -7,8 +7,7 @@ from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.analysis import Verdict, is_known
-from turing_learning.analysis._estimate import WHY_UNKNOWN, judgment
+from turing_learning.analysis import WHY_UNKNOWN, Verdict, is_known, verdict_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -169,7 +168,7 @@ def judged(verdicts: tuple[Verdict, ...]) -> "Text":
     from rich.text import Text
 
     color = "green" if verdicts == ("converged",) else "red" if "model rejected" in verdicts else "yellow"
-    return Text(judgment(verdicts), style=f"bold {color}")
+    return Text(verdict_text(verdicts), style=f"bold {color}")
 
 
 def parameter_rows(

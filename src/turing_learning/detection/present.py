@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from turing_learning.figures import Picture, timeline_figure
-from turing_learning.figures._one_run import paths_figure
-from turing_learning.report import shown
-from turing_learning.report._page import Listing, Report, report_page
+from turing_learning.figures.one_run import paths_figure
+from turing_learning.report import Listing, Report, report_page, shown
 
 from ._alike import Detection
 from ._chance import TimedVerdict

@@ -8,7 +8,7 @@ import numpy as np
 from turing_learning.arrays import array
 from turing_learning.errors import require
 
-from ._style import BLUE, DASHED, GREEN, INK, MUTED, ORANGE, RULE, SKY, draw_line, note, one_panel, panel_row, series
+from .style import BLUE, DASHED, GREEN, INK, MUTED, ORANGE, RULE, SKY, draw_line, note, one_panel, panel_row, series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
