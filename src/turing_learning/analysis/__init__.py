@@ -9,6 +9,9 @@
 `pooled_estimate`         One model from several runs; `pooled_interval`: its uncertainty, if runs settle in different regions.
 `r_hat`                   Whether runs agree, for each parameter, as of Markov chains.
 `is_known`                Whether there is a number: an interval or R-hat of models that have not moved is `UNKNOWN`, which is NaN.
+`modes`                   Solutions apart from each other, among draws of the right model.
+`predictive_check`        Whether samples simulated at an estimate resemble the genuine ones; a `PredictiveCheck`.
+`resemblance`             How often two sets of samples of one system would differ as much by chance.
 `name_failure`            How a run misses a known truth: states exchanged, I = 2 as I = 1, runaway.
 `dispersion`              How far disks lie from their centroid, section 4.3.
 `least_dispersion`        The smallest dispersion that disks can have.
@@ -40,11 +43,13 @@ from ._estimate import (
     told,
 )
 from ._matching import Matched, match
+from ._modes import modes
+from ._predictive import PredictiveCheck, predictive_check, resemblance
 from ._tests import Comparison, Jury, area_under_curve, compare, competence, decision_accuracy, polarization
 
 __all__ = [
-    "UNKNOWN", "Comparison", "Jury", "Matched", "Verdict", "absolute_error", "area_under_curve", "compare",
-    "competence", "decision_accuracy", "dispersion", "dynamic_outputs", "estimate", "interval", "is_known",
-    "largest_cluster", "least_dispersion", "match", "mean_absolute_error", "name_failure", "polarization",
-    "pooled_estimate", "pooled_interval", "r_hat", "response_error", "settled", "told",
+    "UNKNOWN", "Comparison", "Jury", "Matched", "PredictiveCheck", "Verdict", "absolute_error", "area_under_curve",
+    "compare", "competence", "decision_accuracy", "dispersion", "dynamic_outputs", "estimate", "interval", "is_known",
+    "largest_cluster", "least_dispersion", "match", "mean_absolute_error", "modes", "name_failure", "polarization",
+    "pooled_estimate", "pooled_interval", "predictive_check", "r_hat", "resemblance", "response_error", "settled", "told",
 ]  # fmt: skip

@@ -28,7 +28,7 @@ from turing_learning.results import _history as histories
 from turing_learning.results._check import check_run, refuse_unknown_part, stored_check
 from turing_learning.results._folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, piece
 from turing_learning.results._present import write_report
-from turing_learning.results._result import Jury, Result, simulated_model, summarize, units_of
+from turing_learning.results._result import Jury, Mode, Result, simulated_model, summarize, units_of
 from turing_learning.store import RunFolderError, check_folder, reject_folder, storage, writable
 from turing_learning.systems import Given, Source, SystemFailedError
 from turing_learning.systems._system import FailureLog
@@ -685,6 +685,7 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
                 content |= {name: again[name] for name in ("interval", "verdicts")}
         found = {name: value for name, value in content.items() if name not in ("verdict", "verdicts")}
         found |= {name: known_or(UNKNOWN, ends) for name in ("interval", "wandering") if (ends := content.get(name))}
+        found["modes"] = tuple(Mode(**mode) for mode in content.get("modes", ()))
         origin = Origin.of(folder, configuration, content["generations"])
         return Result(**found, found=ordered(content["verdicts"]), path=origin.path, origin=origin)
     except (RunFolderError, ValueError, KeyError, TypeError, AttributeError):
