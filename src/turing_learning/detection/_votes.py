@@ -306,7 +306,10 @@ def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
     if rule == "fittest" and len(genuine):
         return np.full(len(genuine), 1 / len(genuine))
     by_individual = rule == "unanimous"
-    found = competence(genuine.any(axis=-1), abnormal.any(axis=-1)) if by_individual else competence(genuine, abnormal)
+    if by_individual:
+        found = competence(np.asarray(genuine.any(axis=-1)), np.asarray(abnormal.any(axis=-1)))
+    else:
+        found = competence(genuine, abnormal)
     tells, told = found.max(initial=0.0) > 0, "hold a classifier that tells genuine from abnormal motion"
     check(tells, "genomes", told, f"{len(genuine)} that cannot", "Run more generations.")
     if by_individual:
