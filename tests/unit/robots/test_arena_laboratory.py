@@ -245,8 +245,8 @@ def test_images_of_an_emulated_laboratory_have_the_noise_and_the_delay_of_its_tr
     def shown(**settings):
         laboratory = small_laboratory(scenario=replace(SMALL, tracker=swarm.Tracking(**settings)))
         laboratory._eye.render = lambda poses, _: poses
-        laboratory.operator.press_remote()
-        laboratory.clock.sleep(0.8)  # all walk at random
+        laboratory.link("agent-1").send(b"D,800,300\r")
+        laboratory.clock.sleep(0.8)
         images = np.array([laboratory.camera.snapshot(0.8) for _ in range(200)])
         return images, laboratory.poses(0.8), laboratory.poses(0.5)
 
