@@ -40,7 +40,8 @@ PRESETS: dict[str, dict[str, Any]] = {
 }
 """What each preset changes: "paper" keeps to the text of the paper, which has no floor under the step sizes, no archive of
 past classifiers and no renewal of the present ones, children that recombine in one way only, no jumps and no memory of fitness;
-"authors" adds what the authors' published settings have: a floor under the step sizes, and a start from 0."""
+"authors" adds the settings of the group's public code (repository wawachen/Turing_learning, TL_source): a floor under the step
+sizes, and a start from 0."""
 
 SCENARIOS: dict[str, Scenario | StimulatedSystem] = {**SWARMS, **STIMULATED}
 """Every system that has a name: swarms, and systems with stimuli."""
