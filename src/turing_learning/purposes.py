@@ -34,3 +34,5 @@ MATCHING = 22  # draws and bootstrap of the read-out
 """Purposes of an estimate from few trials."""
 DIALOGUE = 23  # what the best interrogators do, in a report
 CLIMBING = 24  # what a lost run tries
+TRACKING = 25  # noise of a tracker: (25, key of the trial), in an emulated laboratory (25, seed)
+WHEELS = 26  # scales of the wheels of emulated robots

@@ -51,7 +51,7 @@ def infer(
 
     :param scenario: Name of a scenario, see `scenarios`; or in the file.
     :param config: TOML file with any setting, see `turing-learning docs scenarios`.
-    :param preset: "default"; "paper" keeps to the text of the paper, "authors" to their published settings.
+    :param preset: "default"; "paper" keeps to the text of the paper, "authors" to the group's public code.
     :param generations: Number of generations instead of a budget in trials.
     :param trials: Budget in simulated trials; 3000 where nothing says how long the run is,
         see `turing-learning docs few-trials`.
@@ -257,7 +257,7 @@ def study(
     :param runs: Number of runs of each configuration, one seed after the other; 30 by default.
     :param first_seed: Seed of the first run; by default that of the file, or 1.
     :param config: TOML file with any setting, and a [grid] or [[list]] of settings.
-    :param preset: "default"; "paper" keeps to the text of the paper, "authors" to their published settings.
+    :param preset: "default"; "paper" keeps to the text of the paper, "authors" to the group's public code.
     :param generations: Number of generations of each run, as in `infer`.
     :param trials: Budget of each run in trials; 3000 where nothing says how long the runs are.
     :param settings: Any setting, for example models.parents=20. Repeatable.
