@@ -27,7 +27,7 @@ ARRAYS = ("idtracker.ai-h5", "idtracker.ai-npy", "sleap", "trex", "deeplabcut-h5
 DATA = Path(__file__).parent / "data"
 REAL = {name: DATA / name for name in ("deeplabcut_table.h5", "deeplabcut_fixed.h5", "movement.nc")}
 """Files that pandas, PyTables and h5netcdf wrote."""
-NUMBERED = {"toxtrac": 0, "tracktor": 1, "tidy": 1, "deeplabcut": 4}
+NUMBERED = {"toxtrac": 0, "tracktor": 1, "trackmate": 4, "tidy": 1, "deeplabcut": 4}
 """Formats whose rows carry a frame number, with their header lines."""
 TESTS = 2 * len(TEXT) + len(ARRAYS) + len(NUMBERED) + 9
 
