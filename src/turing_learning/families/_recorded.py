@@ -185,16 +185,14 @@ class RecordedMotion:
         fits = all(each.isdecimal() and 1 <= int(each) <= count for each in numbers) and len(set(numbers)) < count
         rule = f"be numbers of some of the {count} recordings, from 1, but not of all"
         require(fits, "hold_out_recordings", rule, repr(given("hold_out_recordings")))
-        read = [read_recording(path, "trajectories", self.options) for path in paths]
-        with refusing_as(RefusedError):
-            rest = given("longest_rest", LONGEST_REST_S)
-            motion = tuple(each.cleared(longest_rest_s=rest) for each in read)
+        motion = tuple(read_recording(path, "trajectories", self.options) for path in paths)
         if not chosen.headings:
             motion = tuple(replace(each, headings=None) for each in motion)
         known = "window" not in self.options and steps is not None
         length: Any = {"steps": steps} if known else {"length_s": self.options.get("window", WINDOW_S)}
         # signals of neighbors say most of groups whose models take notice of each other
         together = chosen.social and all(len(each.individuals) > 1 for each in motion)
+        rest = given("longest_rest", LONGEST_REST_S)
         with refusing_as(RefusedError):
             windows = pooled_windows(
                 motion,
@@ -208,8 +206,9 @@ class RecordedMotion:
             near = any(name.startswith("neighbor") for name in windows.names) and issubclass(chosen, Particles)
             asked = given("tank") or (["recorded"] if near else [])
             asked = asked * count if asked in (["recorded"], ["none"]) else asked
-            tanks = [_tank(text, motion[min(k, count - 1)]) for k, text in enumerate(asked)]
-            family = as_recorded(chosen, motion, windows, tanks=tanks)
+            clear = [each.cleared(longest_rest_s=rest) for each in motion]
+            tanks = [_tank(text, clear[min(k, count - 1)]) for k, text in enumerate(asked)]
+            family = as_recorded(chosen, clear, windows, tanks=tanks)
         return windows, family, motion
 
 

@@ -33,7 +33,8 @@ BROKEN = 0.2
 FEWEST, FEWEST_STEPS = 10, 50
 """Rows, and steps, from which on they are evidence."""
 CHANCE = 0.7
-"""Steps of individuals by those to others from which on nobody follows a path."""
+NEARER = 3.0
+"""Steps of individuals, by those to others and to whoever is nearest next, from which on nobody follows a path."""
 
 
 def named(names: Sequence[str], columns: Mapping[str, str] | None, place: object, **others: str) -> list[str]:
@@ -162,18 +163,28 @@ def refuse_detections(recording: Recording, name: str, place: object) -> None:
     count = present.shape[1]
     if count >= FEWEST and len(present) > 1 and present.sum(axis=0).max() == 1:
         found = f"{count} individuals, each in one frame only"
-    there = present[1:] & present[:-1] & np.roll(present[1:], 1, axis=1)
-    if there.sum() >= FEWEST_STEPS and count > 1:
-        own, other = (
-            float(np.median(np.hypot(*(later - positions[:-1])[there].T)))
-            for later in (positions[1:], np.roll(positions[1:], 1, axis=1))
-        )
-        if own > CHANCE * other:
+    own, other = _median_step(positions, 0), _median_step(positions, 1)
+    if own > CHANCE * other:
+        some = positions[: 2 * FEWEST_STEPS]
+        nearest = np.fmin.reduce([_steps_to(some, shift) for shift in range(count)])
+        nearest = nearest[~np.isnan(nearest)]
+        if len(nearest) and own > NEARER * np.median(nearest):
             found = f"steps of {own:.3g}, where the next position of another is {other:.3g} away"
     if found:
-        ahead = "If it names them all the same, give "
-        remedy: Text = (ahead, Setting("columns", {"id": name}), ".")
+        remedy: Text = ("If it names them all the same, give ", Setting("columns", {"id": name}), ".")
         raise refusal(f"name the individuals in the column {name}, not what was detected", found, place, remedy)
+
+
+def _steps_to(positions: np.ndarray, shift: int) -> np.ndarray:
+    """Return distances (F - 1, A) to where the individual so many columns before is in the next frame."""
+    return np.hypot(*np.moveaxis(np.roll(positions[1:], shift, axis=1) - positions[:-1], -1, 0))
+
+
+def _median_step(positions: np.ndarray, shift: int) -> float:
+    """Return the median of these distances, not a number if they are few."""
+    known = _steps_to(positions, shift)
+    known = known[~np.isnan(known)]
+    return float(np.median(known)) if len(known) >= FEWEST_STEPS else np.nan
 
 
 def refuse_several(apart: Mapping[str, Sequence[str]], frames: np.ndarray, who: Sequence[str], place: object) -> None:
