@@ -222,18 +222,42 @@ def _finish(recording: Recording, format: str, source: str, options: Options, us
 
 
 def _doubts(recording: Recording, per_cm: float) -> list[str]:
-    """Return in words what the coordinates of a file may be instead of positions in pixels or cm."""
+    """Return in words what a file may hold instead of positions in pixels or cm, frames and individuals."""
     places, found = recording.positions[recording.present], []
     if len(places) >= _FEWEST and per_cm > 1 and places.min() >= 0 and places.max() <= 1:
         found.append("all coordinates are from 0 to 1: if they are shares of an image, multiply them by its width and height")
+    extent = float(np.ptp(places, axis=0).max() / per_cm)
+    if extent > _FARTHEST_CM and per_cm < 1:
+        found.append(f"positions are up to {extent:.3g} cm apart: see whether the scale is in pixels per cm, or in cm per pixel")
     for name, values in zip("xy", np.moveaxis(recording.positions, -1, 0), strict=True):
         steps = np.diff(values, axis=0)
         steps = steps[~np.isnan(steps)]
-        if len(steps) >= _FEWEST and (steps == 1).all():
-            found.append(f"{name} grows by 1 in every frame, as frame numbers do")
+        if len(steps) >= _FEWEST and steps[0] > 0 and np.allclose(steps, steps[0], rtol=1e-6, atol=0):
+            found.append(f"{name} grows by {steps[0]:.6g} in every frame, as frame numbers or times do")
+    between = np.diff(np.flatnonzero(recording.present.any(axis=1)))
+    if len(between) and between.min() > 1 and np.gcd.reduce(between) == 1:
+        found.append(f"no two frames follow each other, {np.median(between):g} are between most: their numbers may be times")
+    alike: dict[object, str] = {}
+    for name in recording.individuals:
+        other = alike.setdefault(_number_of(name), name)
+        if other != name:
+            found.append(f"individuals {other} and {name} may be one")
+    nobody = [name for name in recording.individuals if name.lower() in _NOBODY]
+    if nobody and len(recording.individuals) > len(nobody):
+        found.append(f"individuals are called {', '.join(nobody)}, which may stand for detections of nobody")
     return found
 
 
+def _number_of(name: str) -> object:
+    """Return the number that a name is, or the name in small letters."""
+    try:
+        return float(name)
+    except ValueError:
+        return name.lower()
+
+
+_FARTHEST_CM = 1e4
+_NOBODY = ("-1", "-1.0", "nan", "none", "null", "unknown", "unassigned", "noise")
 _GAP, _NUMBER = r'[,;\t "]', r"[-+]?([0-9.]+(e[-+]?[0-9]+)?|nan)"
 _NUMBERS = re.compile(f"{_GAP}*{_NUMBER}({_GAP}+{_NUMBER})+{_GAP}*", re.IGNORECASE)
 
@@ -249,7 +273,8 @@ def _find(path: Path, named: bool) -> Format:
         return found[0]
     if not found and glance.lines and _NUMBERS.fullmatch(glance.lines[0]):
         got = f"numbers alone, {glance.lines[0][:60]!r}"
-        remedy = "Name its columns there, for example frame,id,x,y."
+        boxes = "frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z for those of MOT"
+        remedy = f"Name its columns there, for example frame,id,x,y, or {boxes}."
         raise refusal("begin with a header line", got, f"{path}:1", remedy)
     received = "what fits " + " and ".join(one.name for one in found) if found else "none of them"
     own = "Name the columns of a table of your own frame or time (s), x, y, and id where there are several; or give "

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 FREQUENT_JUMPS, FEWEST_JUMPS = 0.01, 9
 """Share of jumps among all steps, and number, above which they are hardly a tracker's single errors."""
+FREQUENT_REPEATS = 0.1
+"""Share of frames that repeat the one before, but never for long, from which on they are no rests."""
 UNSURE = 0.5
 """Confidence below which a tracker is not sure of a position."""
 _ARRAYS = ("positions", "present", "headings", "confidence", "interpolated")
@@ -117,6 +119,8 @@ class Trajectories:
         if len(jumps) > max(FEWEST_JUMPS, FREQUENT_JUMPS * both.sum()):
             share = len(jumps) / both.sum()
             doubts.append(f"{share:.1%} of all steps are jumps: see whether the file tells individuals apart as they are")
+        if same.mean() > FREQUENT_REPEATS and same.sum() > FEWEST_JUMPS and not (same[1:] & same[:-1]).any():
+            doubts.append(f"{same.mean():.0%} of all frames repeat the one before: they may be of a video at a lower rate")
         if len(names) > self.at_once:
             count = int(np.median(present.sum(axis=0)))
             doubts.append(
@@ -293,7 +297,9 @@ class Trajectories:
         if self.every > 1:
             got = f"{self.fps:g} per second, of which only one in {self.every} is there: {self.fps / self.every:g} per second"
             ahead = "If that is the rate of what was tracked, keep those by thinning: "
-            refuse("fps", "be the rate of the frames that are there", got, (ahead, Setting("every", self.every), "."))
+            times = Setting("columns", {"time": "frame"})
+            remedy = (ahead, Setting("every", self.every), ". If frame numbers are times, give ", times, ".")
+            refuse("fps", "be the rate of the frames that are there", got, remedy)
         names = self.individuals if individuals is None else individuals
         if len(set(names)) < len(names):
             refuse("individuals", "be different names", str(list(names)), "Name each once.")

@@ -559,7 +559,7 @@ def test_a_recording_in_which_nobody_moves_is_refused(tmp_path):
         ConfigurationError,
         match=r"must be windows of motion that varies; got the same at every step of all of them: speed is 0, turn is 0. See",
     ):
-        infer(frames.windows(12), WALK, WALK.parameters, out=tmp_path / "run")
+        infer(frames.windows(12, longest_rest_s=None), WALK, WALK.parameters, out=tmp_path / "run")
     assert not (tmp_path / "run").exists()
 
 

@@ -100,7 +100,8 @@ def test_longer_paths_are_taken_where_others_are_pieces_of_them(tmp_path):
     rows = table(walk())
     rows = rows.rename(columns={"id": "fish"}).assign(track=rows.id * 100 + rows.frame // 90)
     assert load(tmp_path, rows).individuals == ("0", "1", "2", "3", "4")
-    assert load(tmp_path, rows.assign(id=rows.fish)).choices[0].startswith("the column id names")
+    read = load(tmp_path, rows.assign(id=rows.fish, species="zebrafish", animal="zebrafish"))
+    assert (read.individuals, read.choices) == (("0", "1", "2", "3", "4"), ())
 
 
 def test_columns_that_name_the_same_individuals_are_one(tmp_path):
@@ -201,6 +202,15 @@ def test_times_that_may_count_frames_are_asked_for(shape, tmp_path):
     assert load(tmp_path, rows, fps=1).fps == 1
     read = load(tmp_path, rows, columns={"frame": "time"})
     assert (read.fps, read.every, len(read.positions)) == (25, 1, 400)
+
+
+def test_frame_numbers_that_are_times_can_be_said_to_be(tmp_path):
+    rows = table(walk())
+    read = load(tmp_path, rows.assign(frame=rows.frame * 40))
+    with pytest.raises(ValueError, match=r"only one in 40 .* If frame numbers are times, give columns=\{'time': 'frame'\}\."):
+        read.windows(10)
+    read = load(tmp_path, rows.assign(frame=rows.frame * 40), columns={"time": "frame"})
+    np.testing.assert_allclose(read.positions, walk() / 10)
 
 
 def test_times_beside_frame_numbers_state_the_frame_rate(tmp_path):
@@ -442,7 +452,34 @@ def test_shares_of_an_image_and_frame_numbers_are_told(tmp_path, caplog):
     assert "all coordinates are from 0 to 1: if they are shares of an image, multiply" in caplog.text
     rows = table(walk())
     load(tmp_path, rows.assign(x=rows.frame))
-    assert "x grows by 1 in every frame, as frame numbers do" in caplog.text
+    assert "x grows by 1 in every frame, as frame numbers or times do" in caplog.text
+    load(tmp_path, rows.assign(y=rows.frame / FPS))
+    assert "y grows by 0.04 in every frame, as frame numbers or times do" in caplog.text
+
+
+def test_what_else_a_file_may_hold_is_told(tmp_path, caplog):
+    rows = table(walk())
+    late = np.round(np.arange(400) * 41.7).astype(int)
+    lines = {
+        "no two frames follow each other, 42 are between most: their numbers may be times": (rows.assign(frame=late[rows.frame]), {}),
+        "individuals are called -1, which may stand for detections of nobody": (rows.assign(id=rows.id - 1), {}),
+        "individuals 0 and 0.0 may be one": (
+            pd.concat([rows.astype({"id": str}), rows[:1].assign(id="0.0", frame=400)]), {}
+        ),
+        "positions are those in x and y alone, as if all z were the same": (rows.assign(z=rows.frame), {}),
+        "50% of all frames repeat the one before: they may be of a video at a lower rate": (table(np.repeat(walk(), 2, axis=0)), {}),
+        "positions are up to 1.05e+04 cm apart: see whether the scale is in pixels per cm, or in cm per pixel": (rows, {"pixels_per_cm": 0.05}),
+    }
+    for line, (content, said) in lines.items():
+        caplog.clear()
+        load(tmp_path, content, **said)
+        assert caplog.text.count(line) == 1, caplog.text
+    caplog.clear()
+    load(tmp_path, rows.assign(z=0.0))
+    assert caplog.text == ""
+    degrees = rows.rename(columns={"x": "longitude", "y": "latitude"})
+    message = r"have positions in a plane; got angles in 'longitude' \[.*\]\. Project them onto a plane\."
+    refused(tmp_path, degrees, message, columns={"x": "longitude", "y": "latitude"})
 
 
 def test_positions_of_low_confidence_are_told(tmp_path, caplog):

@@ -14,7 +14,10 @@ WHO = (
     "object_id", "animal_id", "particle",
 )  # fmt: skip
 """Names of columns of individuals; without one all rows are of one individual."""
-APART = ("trial", "video", "recording", "session", "experiment", "replicate", "arena", "clip", "file")
+APART = (
+    "trial", "video", "recording", "session", "experiment", "replicate", "arena", "tank", "cage", "dish", "well",
+    "clip", "file",
+)  # fmt: skip
 """Names of columns of recordings, which have nothing to do with each other."""
 _BOX = {
     "left": ("left", "xmin", "x_min", "x1"), "top": ("top", "ymin", "y_min", "y1"),
@@ -47,6 +50,10 @@ def named(names: Sequence[str], columns: Mapping[str, str] | None, place: object
         where = [k for k, name in enumerate(names) if name == column] or [k for k, name in enumerate(lower) if name == column.lower()]
         if len(where) != 1:
             raise refusal(f"have the column {column!r} once", ", ".join(names), place)
+        angle = role in others.values() and re.match("lat|lon|lng", column.lower())
+        if angle:
+            remedy = "Project them onto a plane."
+            raise refusal("have positions in a plane", f"angles in {column!r}", place, remedy)
         found[where[0]] = role
     return found
 
@@ -122,6 +129,8 @@ def choose_individuals(
     for name in likely:
         if all(_within(codes[other], codes[name]) for other in likely):
             others = " and ".join(f"{shares[other]:.0%} by {other}" for other in candidates if other != name)
+            if name == "id":
+                return name, ""
             return name, f"the column {name} names the individuals: {shares[name]:.0%} of the steps are jumps by it, {others}"
     remedy = ("Say which, for example ", Setting("columns", {"id": list(candidates)[-1]}), ".")
     got = f"{' and '.join(candidates)}, by {'several' if likely else 'none'} of which paths are continuous"

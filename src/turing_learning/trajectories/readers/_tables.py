@@ -246,12 +246,13 @@ def read_long(sheet: Sheet, options: Options, x: str = "x", y: str = "y", who: S
     who = [name for name in (("id",) if "id" in said else who) if name in names]
     apart = [name for name in APART if name in names and name not in who]
     clock = [name for name in TIME if name in names and when == "frame"][:1]
+    depth = [name for name in (x.replace("x", "z"),) if name in names]
     extra = [name for name in EXTRAS if name in names and x != "pos_x"]
     wanted = [when, *plain, *box.values(), *extra]
     twice = [name for name in (*wanted, *who) if names.count(name) > 1]
     if twice:
         raise refusal("name each column once", f"{twice[0]!r} twice", sheet.place)
-    asked = [*who, *apart, *clock]
+    asked = [*who, *apart, *clock, *depth]
     numbers, texts = sheet.read([names.index(name) for name in wanted], [names.index(name) for name in asked])
     columns, words = dict(zip(wanted, numbers.T, strict=True)), dict(zip(asked, texts, strict=True))
     frames, fps = columns[when], None
@@ -260,6 +261,9 @@ def read_long(sheet: Sheet, options: Options, x: str = "x", y: str = "y", who: S
     elif clock:
         fps = _rate_beside(words[clock[0]], frames, options.fps, sheet.place, clock[0])
     positions, choices = _positions(columns, plain, box, "left" in said)
+    for name in depth:
+        if len({*words[name]} - {""}) > 1:
+            choices.append(f"positions are those in {x} and {y} alone, as if all {name} were the same")
     if len(who) > 1:
         name, why = choose_individuals({name: words[name] for name in who}, frames, positions, sheet.place)
         who, choices = [name], [*choices, *filter(None, [why])]
