@@ -355,7 +355,7 @@ def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) 
             return str(complaint)
         name, _, rest = complaint.refusal.name.partition(" ")
         choices = (name, f"scenario.{name}", f"{key}.{name.rpartition('.')[2]}")
-        full = next((each for each in choices if each in known), key)
+        full = next((each for each in choices if each in known), key or name)
         return replace(complaint.refusal, name=f"{full} {rest}".rstrip(), place=origins.where(full))
     if first["type"] == "missing":
         name = str(data["scenario"].get("name"))
