@@ -53,9 +53,6 @@ from . import (
     search as search,
 )
 from . import (
-    sources as sources,
-)
-from . import (
     studies as studies,
 )
 from . import (

@@ -6,8 +6,8 @@
     python tests/frozen/check.py --write    # a new reference: only where the numbers are meant to change
 
 Every setting of 0.2.0 is written out below, so that later defaults do not matter. A change of the code that is not meant to
-change numbers leaves the reference alone. Runs by trials are not among the cases: their method still changes. Times, dates, versions and paths are left out. What is called is public: if a name
-changes, change the doors below and nothing else.
+change numbers leaves the reference alone. Times, dates, versions and paths are left out. What is called is public: if a name
+changes, change the doors below and nothing else. Runs by trials are not among the cases: their method still changes.
 
 Another kind of processor, other kernels of BLAS, or another version of numpy round differently (decisions 0005 and 0006):
 there numbers are compared but for their last digits, of arrays the means, and the last line says so. Runs are chaotic, and

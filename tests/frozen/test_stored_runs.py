@@ -147,7 +147,9 @@ def test_a_stopped_study_is_resumed_to_the_bits_of_one_that_never_was(stored, ca
 def test_a_stopped_rehearsal_is_resumed_as_by_the_version_that_stopped_it(stored, call):
     path = stored("laboratory-stopped")
     assert tl.load_run(path).generations == 1
-    call("resume", path)
+    with pytest.raises(ValueError, match=r"laboratory\.json \(seals\.txt does not know it\).* --trust"):
+        tl.runs.resume_laboratory(path)
+    call("resume", path, "--trust")
     require_same(outcome(tl.load_run(path)), EXPECTED["laboratory-stopped"])
 
 

@@ -27,7 +27,7 @@ MOST_CONTROLLERS = 1_000_000  # on the whole grid; their costs are kept in memor
 LONGEST_S = 3600.0
 LARGEST_TRIALS = 100_000
 SEMIFINALISTS = 20  # controllers of the second round, for each of the last one
-SEARCH = Kind("search", "search.json", identity=("scenario", "settings"), pieces=("round*/*.npy",))
+SEARCH = Kind("search", "search.json", identity=("scenario", "settings"))
 
 
 def mirrored(controllers: np.ndarray) -> np.ndarray:

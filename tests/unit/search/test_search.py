@@ -137,19 +137,6 @@ def test_a_search_that_is_described_otherwise_is_the_same(found):
     assert (again.controllers == found.controllers).all()
 
 
-def test_a_search_of_before_a_setting_came_is_the_same(found):
-    file = found.path / "search.json"
-    (found.path / "seals.txt").unlink()  # as old as that
-    content = json.loads(file.read_text())
-    for later in ("known", "grouping"):
-        del content["scenario"][later]
-    file.write_text(json.dumps(content))
-    again = search_controller(SWARM, SMALL, out=found.path)
-    assert (again.controllers == found.controllers).all()
-    with pytest.raises(RunFolderError, match="got one of other settings"):
-        search_controller(replace(SWARM, known=False), SMALL, out=found.path)
-
-
 def test_a_folder_of_another_search_is_refused(found):
     with pytest.raises(RunFolderError, match="`out` must be the folder of the same search; got one of other settings"):
         search_controller(SWARM, replace(SMALL, seed=4), out=found.path)
