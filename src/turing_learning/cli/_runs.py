@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 import turing_learning as tl
-from turing_learning.errors import choice, integer, refuse
+from turing_learning.errors import choice, integer, refuse, require
 
 from . import _robots
 from ._options import Integer, Real, Recording, Settings, require_scenario, settings_of, watched
@@ -96,6 +96,7 @@ def resume(
     tolerance: Real | None = None,
     workers: Integer | None = None,
     cluster: str | None = None,
+    trust: bool = False,
     recording: Recording = Recording(),  # noqa: B008 - frozen
 ) -> int | None:
     """Resume a run or study that was stopped or killed; the result is that of one that never stopped.
@@ -113,12 +114,13 @@ def resume(
     :param tolerance: Beside --trials: as in `infer`; that of the run by default.
     :param workers: Of a study: number of worker processes; one for each processor by default.
     :param cluster: Of a study: a Dask scheduler, as tcp://10.0.0.1:8786.
+    :param trust: Of a run in a laboratory whose laboratory.json you have edited: it names functions that are executed.
     """
     from turing_learning.results.folder import FINISHED
 
     of_study = tl.studies.is_study(run)
     what = "study, whose runs have one thread each" if of_study else "single run"
-    of_runs = {"threads": threads, "trials": trials, "tolerance": tolerance}
+    of_runs = {"threads": threads, "trials": trials, "tolerance": tolerance, "trust": trust or None}
     for name, value in (of_runs if of_study else {"workers": workers, "cluster": cluster}).items():
         if value is not None:
             refuse(name, f"be left out for a {what}", str(value), place=f"--{name}")
@@ -129,7 +131,8 @@ def resume(
         integer("threads", threads, 1, place="--threads")
     if tl.runs.is_laboratory_run(run):
         recording.refuse_beside("be left out for a run in a laboratory, which needs nothing but its folder")
-        return _robots.resume_run(run, trials=trials, tolerance=tolerance)
+        return _robots.resume_run(run, trust=trust, trials=trials, tolerance=tolerance)
+    require(not trust, "--trust", "be left out for a run that takes place in no laboratory", "it", place=str(run))
     system: dict[str, Any] = {}
     if recording.given or trials is not None or tl.results.RunFolder(run).manifest()["state"] != FINISHED:
         system = _system_of(run, recording, "resume({run}, genuine=..., simulate=...)")

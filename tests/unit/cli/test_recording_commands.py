@@ -181,7 +181,9 @@ def test_what_is_found_in_a_recording_is_told_before_it_is_learned_from(call):
     code, out, _ = call("infer", *options, "--window", "2", *SMALL, "--generations", "1", "--out", "run")
     assert code == 0
     first, second, _ = out.split("\n", maxsplit=2)
-    assert first.startswith("still.csv: 6800 positions seem to stand for missing ones, as they are at exactly one point")
+    assert first.startswith(
+        "still.csv: 6800 positions seem to stand for missing ones, as they are at exactly one point"
+    )
     assert second == "still.csv: 3: never moves, in 400 frames"
     assert "still.csv: and 6 more; all by `recording.check()` in Python\n" in out
 

@@ -134,7 +134,9 @@ def test_recordings_of_other_trials_are_not_together(same_names, tmp_path):
     one, two = table(walk()), table(walk(seed=2))
     two["id"] += 0 if same_names else 5
     rows = pd.concat([one.assign(trial="a"), two.assign(trial="b")])
-    refused(tmp_path, rows, "hold one recording; got 2 by the column trial, with the same frames .* Write a file for each")
+    refused(
+        tmp_path, rows, "hold one recording; got 2 by the column trial, with the same frames .* Write a file for each"
+    )
     rows = pd.concat([one.assign(trial="a"), two.assign(trial="b", frame=two.frame + 400)])
     assert len(load(tmp_path, rows).positions) == 800
     rows = one.assign(arena=np.where(one.x > 300, "right", "left"))
@@ -161,7 +163,13 @@ def timed(unit, frames=400):
 
 @pytest.mark.parametrize(
     ("unit", "name", "rate"),
-    [(1e-3, "ms", "0.025"), (1e-6, "us", "2.5e-05"), (60, "min", "1500"), (3600, "h", "90000"), (86400, "days", r"2.*")],
+    [
+        (1e-3, "ms", "0.025"),
+        (1e-6, "us", "2.5e-05"),
+        (60, "min", "1500"),
+        (3600, "h", "90000"),
+        (86400, "days", r"2.*"),
+    ],
 )
 @pytest.mark.parametrize("shape", ["long", "wide", "beside frames"])
 def test_times_in_another_unit_than_seconds_are_asked_for(shape, unit, name, rate, tmp_path):
@@ -207,7 +215,9 @@ def test_times_that_may_count_frames_are_asked_for(shape, tmp_path):
 def test_frame_numbers_that_are_times_can_be_said_to_be(tmp_path):
     rows = table(walk())
     read = load(tmp_path, rows.assign(frame=rows.frame * 40))
-    with pytest.raises(ValueError, match=r"only one in 40 .* If frame numbers are times, give columns=\{'time': 'frame'\}\."):
+    with pytest.raises(
+        ValueError, match=r"only one in 40 .* If frame numbers are times, give columns=\{'time': 'frame'\}\."
+    ):
         read.windows(10)
     read = load(tmp_path, rows.assign(frame=rows.frame * 40), columns={"time": "frame"})
     np.testing.assert_allclose(read.positions, walk() / 10)
@@ -291,11 +301,15 @@ def test_positions_beside_the_size_of_a_box_have_to_be_explained(size, tmp_path)
     np.testing.assert_allclose(load(tmp_path, rows, columns={"x": "x", "y": "y"}).positions, corner / 10)
 
 
-@pytest.mark.parametrize("points", [("head", "tail"), ("nose", "body_center", "tail_base"), ("min", "max"), ("left_eye", "right_eye")])
+@pytest.mark.parametrize(
+    "points", [("head", "tail"), ("nose", "body_center", "tail_base"), ("min", "max"), ("left_eye", "right_eye")]
+)
 def test_points_of_one_body_are_not_individuals(points, tmp_path):
     rows = pd.DataFrame(np.hstack([walk(individuals=1)[:, 0]] * len(points)))
     rows.columns = [f"{point}_{axis}" for point in points for axis in "xy"]
-    message = rf"got {', '.join(sorted(points))}, which may be points .* for example columns=\{{'x': '{sorted(points)[0]}_x'"
+    message = (
+        rf"got {', '.join(sorted(points))}, which may be points .* for example columns=\{{'x': '{sorted(points)[0]}_x'"
+    )
     refused(tmp_path, rows.assign(frame=range(400)), message)
     said = {"x": f"{points[1]}_x", "y": f"{points[1]}_y"}
     assert load(tmp_path, rows.assign(frame=range(400)), columns=said).individuals == ("1",)
@@ -308,7 +322,9 @@ def test_any_names_of_columns_can_be_said(tmp_path):
     said = {"frame": "frame_idx", "id": "instance", "x": "body.x", "y": "BODY.Y"}
     np.testing.assert_allclose(load(tmp_path, rows, columns=said).positions, walk() / 10)
     np.testing.assert_allclose(load_trajectories(rows, fps=25, columns=said, **SAID).positions, walk() / 10)
-    refused(tmp_path, rows, r"have the column 'nothing' once; got frame_idx, instance, ", columns=said | {"x": "nothing"})
+    refused(
+        tmp_path, rows, r"have the column 'nothing' once; got frame_idx, instance, ", columns=said | {"x": "nothing"}
+    )
     refused(tmp_path, rows, "`columns` must be one of frame, time, id, .*; got 'name'", columns={"name": "instance"})
 
 
@@ -332,7 +348,10 @@ def lost(how, positions, frames, who=1):
 @pytest.mark.parametrize(
     ("how", "frames"),
     [
-        *product([(0.0, 0.0), (-1.0, -1.0), (-999.0, -999.0), (9999.0, 9999.0)], [range(60), range(150, 230), range(340, 400)]),
+        *product(
+            [(0.0, 0.0), (-1.0, -1.0), (-999.0, -999.0), (9999.0, 9999.0)],
+            [range(60), range(150, 230), range(340, 400)],
+        ),
         ("last", range(150, 230)),
     ],
 )
@@ -417,7 +436,9 @@ def test_who_goes_far_away_without_a_jump_is_learned_from(tmp_path):
 def test_everybody_at_one_point_is_refused(tmp_path):
     read = load(tmp_path, table(np.full((400, 5, 2), 7.0)))
     assert read.problems.still == ("0", "1", "2", "3", "4")
-    with pytest.raises(ValueError, match=r"`positions` must be of somebody who moves; got 2000 positions seem .*longest_rest_s"):
+    with pytest.raises(
+        ValueError, match=r"`positions` must be of somebody who moves; got 2000 positions seem .*longest_rest_s"
+    ):
         read.windows(10)
 
 
@@ -427,7 +448,14 @@ def test_one_bad_position_makes_no_large_tank(tmp_path):
     positions = walk()
     positions[100, 3] = 1e7
     table(positions).to_csv(tmp_path / "fish.csv", index=False)
-    options = {"trajectories": [tmp_path / "fish.csv"], "fps": 25.0, "scale": 10.0, "y_axis": "up", "model": "couzin", "window": 1.0}
+    options = {
+        "trajectories": [tmp_path / "fish.csv"],
+        "fps": 25.0,
+        "scale": 10.0,
+        "y_axis": "up",
+        "model": "couzin",
+        "window": 1.0,
+    }
     _, family, (motion,) = RecordedMotion(options).opened()
     assert max(family.tank_cm) < 61
     assert "1 position lie far outside all others" in str(motion.problems)
@@ -461,14 +489,24 @@ def test_what_else_a_file_may_hold_is_told(tmp_path, caplog):
     rows = table(walk())
     late = np.round(np.arange(400) * 41.7).astype(int)
     lines = {
-        "no two frames follow each other, 42 are between most: their numbers may be times": (rows.assign(frame=late[rows.frame]), {}),
+        "no two frames follow each other, 42 are between most: their numbers may be times": (
+            rows.assign(frame=late[rows.frame]),
+            {},
+        ),
         "individuals are called -1, which may stand for detections of nobody": (rows.assign(id=rows.id - 1), {}),
         "individuals 0 and 0.0 may be one": (
-            pd.concat([rows.astype({"id": str}), rows[:1].assign(id="0.0", frame=400)]), {}
+            pd.concat([rows.astype({"id": str}), rows[:1].assign(id="0.0", frame=400)]),
+            {},
         ),
         "positions are those in x and y alone, as if all z were the same": (rows.assign(z=rows.frame), {}),
-        "50% of all frames repeat the one before: they may be of a video at a lower rate": (table(np.repeat(walk(), 2, axis=0)), {}),
-        "positions are up to 1.05e+04 cm apart: see whether the scale is in pixels per cm, or in cm per pixel": (rows, {"pixels_per_cm": 0.05}),
+        "50% of all frames repeat the one before: they may be of a video at a lower rate": (
+            table(np.repeat(walk(), 2, axis=0)),
+            {},
+        ),
+        "positions are up to 1.05e+04 cm apart: see whether the scale is in pixels per cm, or in cm per pixel": (
+            rows,
+            {"pixels_per_cm": 0.05},
+        ),
     }
     for line, (content, said) in lines.items():
         caplog.clear()
