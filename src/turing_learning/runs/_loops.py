@@ -28,13 +28,13 @@ _SHARES = (0.3, 2.5), (0.2, 2.0), (0.1, 3.0), (0.1, 3.0)  # likewise, of the sol
 _REFINED = 3  # batches after which a lost run that has settled is matched anew
 _AT_LEAST = 500  # trials that such a share has
 EXAMINED_SHARE, EXAMINED = 20, (30, 150)  # one trial in so many, within bounds, examines the estimate at the end
-APART = 0.6  # standard deviations of an image, for each root of the number of genuine samples, within which it may be the solution
+# standard deviations between solutions, for each root of the number of genuine samples: nearer ones may be one
+MIRRORED_APART, EXCHANGED_APART = 0.6, 0.3
+FEW_EXCHANGES = 12  # of parameters, up to which each is also tried together with each mirrored parameter
 LEAST_IMAGE = 0.05  # p-value of new samples from which the image of a solution is a solution, too
 IMAGES = 8  # that are examined, at most
-NEIGHBORS, NEAR_IMAGE = (
-    20,
-    0.05,
-)  # trials that are looked at beside an image; least distance that counts, in halves of a range
+NEIGHBORS = 20  # trials that are looked at beside an image
+NEAR_IMAGE = 0.05  # least distance from an image that counts, in halves of a range
 _LOOKED_AT = 4  # batches after which a run with a tolerance looks at its intervals, from the second time on
 
 
@@ -80,8 +80,8 @@ class TrialsLoop:
         self._fixed: np.ndarray | None = None
         if learning is not None and source.genuine is not None:
             self._fixed = system.centered(source.genuine.samples)  # type: ignore[attr-defined]
-        recorded = learning is not None and getattr(system, "interval_s", 0) > 0
-        self._examinable = source.ends is None and not recorded
+        # windows of a recording are not independent, and swarms are observed anew
+        self._examinable = learning is not None and getattr(system, "interval_s", 0) == 0
         optimizer = optimizer_of(section, self.classifier.parameters, (CLASSIFIERS, seed), "classifiers")
         self.trials = FewTrials(
             source,
@@ -251,7 +251,8 @@ class TrialsLoop:
         scaled["estimate"] = scaled["estimate"][0]
         if not found.settled:
             return {"p_value": np.array(found.p_value)}
-        examined, numbers = self._examined(found), found.mode
+        examined = self._examined(found) if self._examinable else {}
+        numbers = found.mode if self._examinable else np.zeros_like(found.mode)
         if "draws" in examined:
             draws, numbers = examined.pop("draws"), examined.pop("mode")
             scaled["draws"] = self._source.to_units(self._middle + self._reach * draws)
@@ -261,10 +262,9 @@ class TrialsLoop:
         """Return what new samples of the draws say of them, see `predictive_check`: "examined" (2,), "statistic".
 
         Also "draws" and "mode", where the images of a solution by a symmetry of its parameters are solutions, too: as good
-        by new samples. Nothing in a laboratory, whose trials cost, and of recordings, whose windows are not independent.
+        by new samples.
         """
-        if not self._examinable:
-            return {}
+        assert self._fixed is not None
         rng = self._rng(2)
         names = self._source.system.signals
         buffer = self.trials.buffer
@@ -273,8 +273,8 @@ class TrialsLoop:
         solutions = [found.draws[found.mode == number] for number in range(int(found.mode.max()) + 1)]
         checks, fresh = [], []
         for draws in solutions:
-            models, samples, genuine = self._sampled(draws, count // len(solutions), rng)
-            checks.append(predictive_check(genuine, samples, models, draws, names=names, rng=rng, others=others))
+            models, samples = self._sampled(draws, count // len(solutions), rng)
+            checks.append(predictive_check(self._fixed, samples, models, draws, names=names, rng=rng, others=others))
             fresh.append(samples)
         best = max(checks, key=lambda check: check.p_value)
         report = {"examined": np.array([best.p_value, best.difference]), "statistic": np.array(best.statistic)}
@@ -282,7 +282,7 @@ class TrialsLoop:
             return report
         images = []
         for draws, number in self._images(solutions)[:IMAGES]:
-            _, samples, _ = self._sampled(draws, count // 2, rng)
+            _, samples = self._sampled(draws, count // 2, rng)
             if resemblance(samples, fresh[number], names, rng) >= LEAST_IMAGE:
                 images.append(draws)
         if not images:
@@ -292,16 +292,12 @@ class TrialsLoop:
         numbers = np.repeat(np.arange(len(together)), [len(part) for part in together])
         return report | {"draws": draws, "mode": numbers}
 
-    def _sampled(
-        self, draws: np.ndarray, count: int, rng: np.random.Generator
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Simulate so many of the draws (D, P); return them, their samples (count, T, D), and genuine ones (K, T, D)."""
+    def _sampled(self, draws: np.ndarray, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """Simulate so many of the draws (D, P), and return those that have not failed with their samples (count, T, D)."""
         models = draws[rng.permutation(len(draws))[:count]]
         samples = self._source.collect(self._middle + self._reach * models, rng)
         failed = getattr(self._source, "failed", np.zeros(len(models), dtype=bool))
-        # of a swarm that is observed anew, one agent of each trial: those of one trial depend on each other
-        genuine = samples.genuine[:: max(len(samples.genuine) // count, 1)] if self._fixed is None else self._fixed
-        return models[~failed], samples.counterfeit[~failed, 0], genuine
+        return models[~failed], samples.counterfeit[~failed, 0]
 
     def _images(self, solutions: Sequence[np.ndarray]) -> list[tuple[np.ndarray, int]]:
         """Return images of solutions by symmetries, and whose they are: those first whose trials look most genuine.
@@ -309,10 +305,12 @@ class TrialsLoop:
         They lie apart from all solutions: so far that samples of models halfway would be told.
         """
         images: list[tuple[np.ndarray, int]] = []
-        far = APART if self._fixed is None else APART * np.sqrt(len(self._fixed))
+        assert self._fixed is not None
         for number, draws in enumerate(solutions):
             for order, signs in self._symmetries:
                 image = np.asarray(signs) * draws[:, order]
+                mirrored = min(signs) < 0
+                far = (MIRRORED_APART if mirrored else EXCHANGED_APART) * np.sqrt(len(self._fixed))
                 before = [*solutions, *(other for other, _ in images)]
                 if all(_apart(image, other, far) for other in before):
                     images.append((image, number))
@@ -373,12 +371,15 @@ def symmetries_of(system: System) -> list[tuple[list[int], list[float]]]:
                     whole[first], whole[second] = second, first
                 exchanges.add(tuple(whole))
     plain = [1.0] * count
-    found = [(list(order), plain) for order in sorted(exchanges)]
+    symmetries = [(list(order), plain) for order in sorted(exchanges)]
     for place in range(count):
         signs = plain.copy()
         signs[place] = -1.0
-        found.append((list(range(count)), signs))
-    return found
+        symmetries.append((list(range(count)), signs))
+        # the share of the first of two parts becomes that of the second where they are exchanged
+        if len(exchanges) <= FEW_EXCHANGES:
+            symmetries += [(list(order), signs) for order in sorted(exchanges) if order[place] == place]
+    return symmetries
 
 
 def _apart(some: np.ndarray, others: np.ndarray, far: float) -> bool:
