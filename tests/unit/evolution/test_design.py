@@ -49,7 +49,9 @@ def test_densities_too_low_to_count_need_not_be_computed():
 def test_two_centers_stay_alive():
     first, second = normal(np.array([-0.6, 0.2]), 0.04), normal(np.array([0.6, 0.2]), 0.04)
     walkers = follow(
-        TrialDesign(2, seed=1), lambda models, hopeful=False, least=None: np.logaddexp(first(models), second(models)), moves=30
+        TrialDesign(2, seed=1),
+        lambda models, hopeful=False, least=None: np.logaddexp(first(models), second(models)),
+        moves=30,
     )
     assert 0.2 < (walkers[:, 0] > 0).mean() < 0.8
 
