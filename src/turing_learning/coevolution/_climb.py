@@ -10,7 +10,6 @@ from dataclasses import dataclass, fields
 from itertools import pairwise
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from turing_learning.evolution import state_arrays
 
@@ -161,6 +160,9 @@ class Climb:
         """Return places (P,) where all trials nearby look genuine: single trials of any model may by chance."""
         if count <= 0:
             return []
+        # few runs are lost: the others start faster without it
+        from scipy.spatial import cKDTree
+
         few = np.argsort(score, kind="stable")[:_PLACES]
         near = cKDTree(parameters).query(parameters[few], min(_NEAR, len(parameters)))[1]
         middles, order = parameters[near].mean(axis=1), np.argsort(score[near].mean(axis=1), kind="stable")

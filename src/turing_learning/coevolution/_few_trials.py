@@ -431,7 +431,8 @@ class FewTrials:
         self._classifiers.restore(state_part(state, "classifiers/"))
         self._archive.restore(state_part(state, "archive/"))
         self._design.restore(state_part(state, "design/"))
-        self._density = _Density.restored(state_part(state, "density/"))
+        with threadpool_limits(1, "blas"):  # maps are built to the same bits as in `step`
+            self._density = _Density.restored(state_part(state, "density/"))
         self.climb = Climb(self._design.furthest)
         if climb := state_part(state, "climb/"):  # runs of before have none
             self.climb.restore(climb)

@@ -154,8 +154,8 @@ class TrialDesign:
         walkers[lost] = walkers[companions]
         height[lost] = height[companions]
         count = self._moves if self._step else 3 * self._moves
-        for move in range(count):
-            moved = self._moved(walkers, move, rng)
+        for round_number in range(count):
+            moved = self._moved(walkers, round_number, rng)
             # drawn before the density is computed, which need not be where it is too low to count
             least = height + np.log(rng.random(len(walkers)))
             new = self._height(moved, density, least)

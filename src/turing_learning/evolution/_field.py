@@ -59,8 +59,12 @@ class _Bends(NamedTuple):
 
     def features(self, models: np.ndarray) -> np.ndarray:
         """Return 1, the parameters, and the features of the bends (N, 1 + P + R) of models (N, P)."""
-        bends = _kernel(models, self.points, self.length) @ self.whitening
-        return np.concatenate((np.ones((len(models), 1)), models, bends), axis=1)
+        first = 1 + models.shape[1]
+        features = np.empty((len(models), first + len(self.points)))
+        features[:, 0] = 1
+        features[:, 1:first] = models
+        np.matmul(_kernel(models, self.points, self.length), self.whitening, out=features[:, first:])
+        return features
 
     def missed(self, features: np.ndarray) -> np.ndarray:
         """Return the share (N,) of the bends' variance that features (N, 1 + P + R) leave open."""

@@ -65,3 +65,32 @@ def test_an_incomplete_state_is_rejected():
     state = {name: value for name, value in field().state().items() if name != "misfit"}
     with pytest.raises(ValueError, match=r"`state` must hold an array 'misfit'; got"):
         MomentField.restored(state)
+
+
+def exact(state, places):
+    """Return mean and variance (N, Q) of the process of a field's state at places (N, 2), from all trials."""
+    tried, places = state["parameters"] - state["center"], places - state["center"]
+    mean, variance = np.empty((2, len(places), len(state["shapes"])))
+    for q, (length, amplitude) in enumerate(state["shapes"]):
+
+        def kernel(first, second, length=length, amplitude=amplitude):
+            squares = ((first[:, None] - second) ** 2).sum(axis=2)
+            return amplitude * np.exp(-0.5 * squares / length**2) + 100 * (1 + first @ second.T)
+
+        covariance, cross = kernel(tried, tried) + np.eye(len(tried)), kernel(places, tried)
+        mean[:, q] = cross @ np.linalg.solve(covariance, state["moments"][:, q])
+        explained = (cross * np.linalg.solve(covariance, cross.T).T).sum(axis=1)
+        variance[:, q] = np.diag(kernel(places, places)) - explained
+    return mean, variance
+
+
+def test_a_map_that_rests_on_few_trials_says_what_the_exact_process_says_near_the_truth():
+    rng = np.random.default_rng(3)
+    models = np.concatenate((TRUTH + 0.02 * rng.standard_normal((700, 2)), rng.uniform(-1, 1, (100, 2))))
+    away = models - TRUTH
+    means = np.column_stack((40 * away[:, 0], 40 * away[:, 1] + 30 * away[:, 0] ** 2, 9 * np.sin(4 * away.sum(axis=1))))
+    few = MomentField(models, means + rng.standard_normal(means.shape), 0.001, np.random.default_rng(1), inducing=60)
+    places = TRUTH + 0.02 * rng.standard_normal((40, 2))
+    (mean, variance), (mean_of_all, variance_of_all) = few.predict(places), exact(few.state(), places)
+    assert np.sqrt(((mean - mean_of_all) ** 2 / variance_of_all).mean()) < 1
+    assert 0.8 < np.median(variance / variance_of_all) < 1.25
