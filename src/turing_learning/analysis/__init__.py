@@ -12,6 +12,9 @@
 `r_hat`                   Whether runs agree, for each parameter, as of Markov chains.
 `is_known`                Whether there is a number: an interval or R-hat of models that have not moved is `UNKNOWN`, which is NaN.
 `replace_unknown`         An interval with something instead of what is not known; `WHY_UNKNOWN` says why it may not be.
+`modes`                   Solutions apart from each other, among draws of the right model.
+`predictive_check`        Whether samples simulated at an estimate resemble the genuine ones; a `PredictiveCheck`.
+`resemblance`             How often two sets of samples of one system would differ as much by chance.
 `name_failure`            How a run misses a known truth: states exchanged, I = 2 as I = 1, runaway.
 `dispersion`              How far disks lie from their centroid, section 4.3.
 `least_dispersion`        The smallest dispersion that disks can have.
@@ -55,13 +58,15 @@ from ._estimate import (
     verdict_text,
 )
 from ._matching import LEAST_P, Matched, combined, match
+from ._modes import modes
+from ._predictive import PredictiveCheck, predictive_check, resemblance
 from ._tests import Comparison, Jury, area_under_curve, compare, competence, decision_accuracy, polarization
 
 __all__ = [
-    "DYNAMIC_READINGS", "LEAST_P", "UNKNOWN", "WHY_UNKNOWN", "Comparison", "Jury", "Matched", "Verdict",
+    "DYNAMIC_READINGS", "LEAST_P", "UNKNOWN", "WHY_UNKNOWN", "Comparison", "Jury", "Matched", "PredictiveCheck", "Verdict",
     "absolute_error", "area_under_curve", "combined", "compare", "competence", "decision_accuracy", "dispersion",
     "dynamic_outputs", "estimate", "interval", "is_known", "largest_cluster", "least_dispersion", "match",
-    "mean_absolute_error", "mixed_interval", "name_failure", "ordered_verdicts", "polarization",
-    "pooled_estimate", "pooled_interval", "r_hat", "replace_unknown", "response_error", "settled", "told",
-    "verdict_text",
+    "mean_absolute_error", "mixed_interval", "modes", "name_failure", "ordered_verdicts", "polarization",
+    "pooled_estimate", "pooled_interval", "predictive_check", "r_hat", "replace_unknown", "resemblance",
+    "response_error", "settled", "told", "verdict_text",
 ]  # fmt: skip

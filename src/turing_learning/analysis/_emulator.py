@@ -1,5 +1,6 @@
 """Mean judgments as functions of the parameters: a Gaussian process with one kernel for all of them."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,7 +64,7 @@ def conditioned(points: np.ndarray, outputs: np.ndarray, logs: np.ndarray) -> Em
     """Return the emulator with these length scales and variances; for the arguments see `learned_kernel`."""
     z = points / np.exp(logs[:-2])
     pivots = z[_pivots(z, logs)]
-    factor = np.linalg.cholesky(_covariance(pivots, pivots, logs) + 1e-10 * CONSTANT * np.eye(len(pivots)))
+    factor = _factor(_covariance(pivots, pivots, logs), 1e-10 * CONSTANT)
     basis = solve_triangular(factor, np.eye(len(pivots)), lower=True).T
     features = _covariance(z, pivots, logs) @ basis
     values, vectors = np.linalg.eigh(features.T @ features)
@@ -74,6 +75,16 @@ def conditioned(points: np.ndarray, outputs: np.ndarray, logs: np.ndarray) -> Em
     sizes = SIZES[np.argmin(shrunk, axis=0)]
     spreads = sizes / (1 + sizes * values)
     return Emulator(logs, pivots, basis @ vectors, sizes, spreads, spreads * projected)
+
+
+def _factor(covariance: np.ndarray, noise: float) -> np.ndarray:
+    """Return the Cholesky factor of a covariance (N, N) with a noise on its diagonal; with more, as far as rounding needs it."""
+    least = np.finfo(float).eps * float(np.diag(covariance).max())
+    while True:
+        with suppress(np.linalg.LinAlgError):
+            return np.linalg.cholesky(covariance + noise * np.eye(len(covariance)))
+        # outputs without noise make covariances so large that rounding exceeds the noise
+        noise = 10 * max(noise, least)
 
 
 def _covariance(a: np.ndarray, b: np.ndarray, logs: np.ndarray) -> np.ndarray:
@@ -125,7 +136,7 @@ def _loss(logs: np.ndarray, points: np.ndarray, outputs: np.ndarray) -> tuple[fl
     lengths, (slopes, bends) = np.exp(logs[:-2]), np.exp(logs[-2:])
     z = points / lengths
     linear, bell = _parts(z, z)
-    factor = np.linalg.cholesky(slopes * linear + bends * bell + CONSTANT + np.eye(len(z)))
+    factor = _factor(slopes * linear + bends * bell + CONSTANT, 1.0)
     inverse = cho_solve((factor, True), np.eye(len(z)), check_finite=False)
     weights, count = inverse @ outputs, outputs.shape[1]
     short = np.minimum(logs[:-2] - np.log(TYPICAL), 0)

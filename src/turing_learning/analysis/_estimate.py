@@ -254,8 +254,10 @@ class Verdict(StrEnum):
     REJECTED = "model rejected"
     TOLD = "classifiers can still tell"
     DISAGREE = "runs disagree"
+    DIFFERENT = "samples differ"
     MOVING = "still moving"
     BOUND = "at a bound"
+    SEVERAL = "several solutions"
     CONVERGED = "converged"
 
     @property
@@ -268,8 +270,10 @@ _MEANINGS = {
     Verdict.REJECTED: "Fresh classifiers tell the model from the system, however well it is fitted: try another model.",
     Verdict.TOLD: "Classifiers tell the models of this run from the system: run longer; if that does not help, try another model.",
     Verdict.DISAGREE: "Runs with other seeds settle elsewhere: believe no single one; run longer.",
+    Verdict.DIFFERENT: "New samples of the estimate differ from the genuine ones: run longer, or try another model.",
     Verdict.MOVING: "The models had not settled when the run ended: run longer. Such a run states no interval.",
     Verdict.BOUND: "An estimate sits at an end of its range: the truth may lie beyond; widen the range.",
+    Verdict.SEVERAL: "Separate regions of the parameters explain the motion equally well: `result.modes` states each.",
     Verdict.CONVERGED: "Nothing speaks against the estimate so far; `check` and further seeds can.",
 }
 

@@ -12,6 +12,7 @@ from turing_learning.errors import require
 
 from ._draws import draw
 from ._emulator import Emulator, conditioned, learned_kernel
+from ._modes import modes
 
 FOLDS = 5
 """Parts of the counterfeit samples; what is learned from four is applied to the fifth."""
@@ -98,6 +99,8 @@ class Matched:
     moved
         How far the solutions of two halves of the samples are apart, in standard deviations of the draws: the
         most of all.
+    mode : (D,) int
+        To which solution each of the draws belongs, 0 that of most: see `modes`.
     """
 
     estimate: np.ndarray
@@ -113,6 +116,7 @@ class Matched:
     leverage: float
     canary: float
     moved: float
+    mode: np.ndarray
 
     @property
     def order(self) -> tuple[bool, float]:
@@ -137,6 +141,7 @@ def combined(found: Sequence[Matched], wide: np.ndarray) -> Matched:
         draws=draws,
         identified=known,
         settled=settled,
+        mode=np.zeros(len(draws), dtype=np.int64),
     )
 
 
@@ -268,6 +273,7 @@ def match(
         leverage=leverage,
         canary=best.canary,
         moved=best.moved,
+        mode=modes(best.points, best.local.without_canary),
     )
 
 

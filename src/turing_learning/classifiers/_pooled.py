@@ -15,6 +15,8 @@ from ..kernels.pooled import judge_range
 _TAPS = (1, 2, 4, 8, 16)
 _GAPS = (1, 3)
 _GAINS = (2.0, 20.0)
+_FLAT_GAINS = (0.3, 6.0)
+_FEW_WINDOWS = 16
 _LARGEST = 1e4
 
 
@@ -77,7 +79,10 @@ class PooledClassifier:
         genomes = np.zeros((count, self.parameters))
         for k, genome in enumerate(genomes):
             taps, gap = kinds[k % len(kinds)]
-            gain = math.exp(rng.uniform(*np.log(_GAINS)))
+            windows = steps - (taps - 1) * gap
+            # the mean of few steep neurons is nearly a step: flat ones keep how far a value is from the threshold
+            gains = _GAINS if windows > _FEW_WINDOWS else _FLAT_GAINS
+            gain = math.exp(rng.uniform(*np.log(gains)))
             weights = rng.standard_normal((taps, signals)) * (gain / math.sqrt(taps * signals))
             first = rng.integers(steps - (taps - 1) * gap)
             window = inputs[rng.integers(len(inputs)), first : first + (taps - 1) * gap + 1 : gap]

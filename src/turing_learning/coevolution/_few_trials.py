@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -26,6 +26,15 @@ _GENERATIONS = 3  # of classifiers, in each batch
 _ARCHIVE, _PRESENT = 60, 20  # jurors
 _RECENT, _OLD, _GENUINE = 60, 40, 200  # samples that a generation of classifiers judges
 _OBSERVERS = 200
+_RENEWED_EVERY, _RENEWED_UNTIL = (
+    6,
+    0.7,
+)  # batches between renewals of observers; share of the trials up to which they are renewed
+_RENEWED_BY, _STILL = (
+    200,
+    0.03,
+)  # trials near the solution; standard deviation of an output, of 0 to 1, that says nothing
+_RENEWAL = 7  # part of the random numbers of a batch
 _NEAR_SHARE, _NEAR_LEAST, _NEAR_MOST = 0.5, 250, 3000  # trials that the moments are trained on
 _FAR = 100  # and others among them
 _WIDE_EVERY, _WIDE_TRIALS = 3, 500
@@ -97,8 +106,8 @@ class FewTrials:
     genuine : (K, T, D)
         All genuine samples there are, for a system that is not observed anew in each trial. None takes those
         that come with each batch.
-    groups, dependent, limits, saturated
-        As for `TrialDesign`: what may be exchanged; which parameters end at `low` and `high`.
+    groups, dependent, limits, saturated, symmetries
+        As for `TrialDesign`: what may be exchanged or mirrored; which parameters end at `low` and `high`.
     together
         Number of models that a trial executes.
     searches
@@ -127,6 +136,7 @@ class FewTrials:
         observers: Observers | None = None, genuine: np.ndarray | None = None,
         groups: Sequence[Sequence[int]] = (), dependent: Sequence[int] = (), limits: np.typing.ArrayLike = False,
         saturated: np.typing.ArrayLike = False, together: int = 1, searches: bool = False,
+        symmetries: Sequence[tuple[Sequence[int], Sequence[float]]] = (),
     ) -> None:  # fmt: skip
         low, high = array("low", low, "P"), array("high", high, "P")
         require(low.shape == high.shape and (low < high).all(), "high", "be above `low`, for each parameter", f"{high}")
@@ -137,9 +147,16 @@ class FewTrials:
         self._observers, self._fixed = observers, genuine
         self._searches = searches and observers is not None
         self._archive = ClassifierArchive(_ARCHIVE, seed=(ARCHIVE, self._seed))
-        known: dict[str, Any] = {"groups": groups, "dependent": dependent, "limits": limits, "saturated": saturated}
-        explorers = 0.0 if genuine is None else _EXPLORERS
-        self._design = TrialDesign(len(low), seed=(DESIGN, self._seed), explorers=explorers, **known)
+        self._design = TrialDesign(
+            len(low),
+            seed=(DESIGN, self._seed),
+            explorers=0.0 if genuine is None else _EXPLORERS,
+            groups=groups,
+            dependent=dependent,
+            limits=limits,
+            saturated=saturated,
+            symmetries=symmetries,
+        )
         self._together = integer("together", together, 1)
         self._stages = (*extended, (trials, trials))
         self._schedule = batch_schedule(trials, len(low), extended)
@@ -221,6 +238,8 @@ class FewTrials:
                 self._try(self._design.propose(count, spent / budget) if spent else self._design.start(count))
             self._evolve()
             explained, self._pooled = self._match(0), self._design.walkers
+            if self._observers is not None and self._number % _RENEWED_EVERY == 2 and spent <= _RENEWED_UNTIL * budget:
+                self._renew_observers()
         self._number += 1
         self.batch = self._known(explained)
         if self._searches and budget >= FEWEST:
@@ -293,6 +312,30 @@ class FewTrials:
         first = trials == len(self.buffer)
         self._seen = new if first else np.concatenate((self._seen, new))
         self._seen_genuine = system if first else np.concatenate((self._seen_genuine, system))[-len(pool) :]
+
+    def _renew_observers(self) -> None:
+        """Draw anew the observers to which the trials near the solution look alike, and the genuine samples, too.
+
+        The first observers look at models from the whole range. Where that is wide, most of them say the same of all models
+        that are left.
+        """
+        usable = np.flatnonzero(self.buffer.usable)
+        density = self._density(self.buffer.parameters[usable])
+        near = usable[np.argsort(-density, kind="stable")[:_RENEWED_BY]]
+        variation = np.maximum(self._seen[near].std(axis=0), self._seen_genuine.std(axis=0))
+        still = np.flatnonzero(variation < _STILL)
+        if len(still) == 0:
+            return
+        assert self._observers is not None
+        rng = self._rng(BUFFER, _RENEWAL)
+        genuine = self.buffer.genuine
+        samples = self.buffer.samples[near].reshape(-1, *genuine.shape[1:])
+        count = min(len(samples), len(genuine))
+        samples = samples[rng.permutation(len(samples))[:count]]
+        shown = np.concatenate((samples, genuine[rng.permutation(len(genuine))[:count]]))
+        self._drawn[still] = self._observers.draw(len(still), shown, rng)
+        self._seen[:, still] = _judged(self._observers, self._drawn[still], self.buffer.samples)
+        self._seen_genuine[:, still] = self._observers.judge(self._drawn[still], genuine).T
 
     def _evolve(self) -> None:
         """Let classifiers evolve on the buffer; keep the best."""

@@ -63,6 +63,9 @@ class TrialDesign:
         Share of proposals that jump at the beginning; it falls to 0 at 0.6 of the run.
     margin
         See `limits`.
+    symmetries
+        What may turn one solution into another: the order in which parameters are taken, and their signs. They take the
+        place of `groups`.
     explorers
         Share of explorers in the last batch of a run; it grows from 0 in proportion to the trials spent.
     """
@@ -71,12 +74,13 @@ class TrialDesign:
         self, dimension: int, *, seed: Seed, groups: Sequence[Sequence[int]] = (), dependent: Sequence[int] = (),
         limits: np.typing.ArrayLike = False, saturated: np.typing.ArrayLike = False, walkers: int = WALKERS,
         moves: int = 12, widening: float = 2.5, exploration: float = 0.15, margin: float = 0.05,
-        explorers: float = 0.0,
+        explorers: float = 0.0, symmetries: Sequence[tuple[Sequence[int], Sequence[float]]] = (),
     ) -> None:  # fmt: skip
         self.dimension = integer("dimension", dimension, 1)
         self._seed = check_seed(seed)
         self._groups = [list(group) for group in groups]
         self._dependent = list(dependent)
+        self._symmetries = [(np.asarray(order), np.asarray(signs, dtype=float)) for order, signs in symmetries]
         self._limits, self._saturated = (
             np.broadcast_to(np.asarray(one, dtype=bool), (dimension,)) for one in (limits, saturated)
         )
@@ -166,6 +170,11 @@ class TrialDesign:
 
     def _jump(self, models: np.ndarray, rng: np.random.Generator, *, exchange: bool) -> None:
         """Exchange two groups of each model (N, P) in place, or draw one of its parameters anew."""
+        if exchange and self._symmetries:
+            for model in models:
+                order, signs = self._symmetries[rng.integers(len(self._symmetries))]
+                model[:] = signs * model[order]
+            return
         if not exchange or len(self._groups) < 2:
             parameter = rng.integers(self.dimension, size=len(models))
             models[np.arange(len(models)), parameter] = rng.uniform(-1, 1, len(models))

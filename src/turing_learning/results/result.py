@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -43,7 +43,8 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
-_WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "trials", "covariance", "wandering")
+_WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "trials", "covariance", "modes", "wandering")
+LEAST_EXAMINED = 0.01  # p-value of new samples of the estimate below which they differ from the genuine ones
 _LAST_BATCHES, _TELLING = 10, 0.75  # of classifiers, whose median fitness in runs of right models is at most 0.62
 _COMPARABLE = 20  # fewest generations of networks whose halves can be compared
 
@@ -82,6 +83,25 @@ class Owner(Shown, Protocol):
 
     def recover(self, configuration: Configuration, path: Path | None, given: Given) -> "Result":
         """Run a configuration whose truth is the estimate."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One of the solutions of a run of trials.
+
+    Attributes
+    ----------
+    weight
+        Share of the draws that belong to it, 0 to 1.
+    estimate
+        Name -> median of these draws, in the parameter's unit.
+    interval
+        Name -> lower and upper end of their central 90 %.
+    """
+
+    weight: float
+    estimate: dict[str, float]
+    interval: dict[str, list[float]]
 
 
 @dataclass(frozen=True, repr=False)
@@ -173,6 +193,7 @@ class Result(Tabular):
     networks: dict[str, dict[str, float]] | None = None
     trials: int | None = None
     covariance: dict[str, dict[str, float]] | None = None
+    modes: tuple[Mode, ...] = ()
     found: tuple[Verdict, ...] = (Verdict.MOVING,)
     wandering: dict[str, list[float]] | None = None
 
@@ -389,6 +410,7 @@ class Result(Tabular):
         content = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("path", "origin")}
         content |= {name: replace_unknown(None, ends) for name in ("interval", "wandering") if (ends := content[name])}
         content |= {"verdict": self.found[0], "verdicts": list(content.pop("found"))}
+        content["modes"] = [asdict(mode) for mode in self.modes] or None
         return {name: each for name, each in content.items() if each is not None or name not in _WHERE_THERE_ARE_SOME}
 
     def to_dataframe(self) -> "pd.DataFrame":
@@ -447,11 +469,23 @@ def summarize(
     if configuration.run.trials:
         certain = told(traces["classifier_fitness_quantiles"][:, 2], _LAST_BATCHES, above=_TELLING)
         tells = certain or float(readout.get("p_value", 1.0)) < LEAST_P
-        readout = {} if tells else readout
+        examined = float(readout["examined"][0]) if "examined" in readout else 1.0
+        differs = not tells and examined < LEAST_EXAMINED
+        readout = {} if tells or differs else readout
         inferred = readout.get("estimate", typical[-1])
         low, high = readout.get("interval", np.full((2, len(names)), np.nan))
         between = {name: [float(a), float(b)] for name, a, b in zip(names, low, high, strict=True)}
-        said = [] if "interval" in readout else [Verdict.TOLD if tells else Verdict.MOVING]
+        said = []
+        if "interval" not in readout:
+            said = [Verdict.TOLD if tells else Verdict.DIFFERENT if differs else Verdict.MOVING]
+        elif len(solutions := modes_of(names, readout)) > 1:
+            said = [Verdict.SEVERAL]
+            inferred = np.array(list(solutions[0].estimate.values()))
+            ends = np.array([list(solution.interval.values()) for solution in solutions])
+            between = {
+                name: [min(low, float(ends[:, k, 0].min())), max(high, float(ends[:, k, 1].max()))]
+                for k, (name, (low, high)) in enumerate(between.items())
+            }
     else:
         pairs = configuration.system.on_scales(typical, partial(interval, window=window))
         wandering = replace_unknown(UNKNOWN, dict(zip(names, pairs.tolist(), strict=True)))
@@ -477,6 +511,7 @@ def summarize(
         estimate=named(names, inferred),
         interval=replace_unknown(UNKNOWN, between),
         covariance=covariance,
+        modes=modes_of(names, readout),
         **_compared(configuration, best, inferred),
         selection_stopped=int(np.count_nonzero(traces["selection"] != SELECTION_CODES["active"])),
         seconds_total=seconds,
@@ -488,6 +523,22 @@ def summarize(
         found=ordered_verdicts(said),
         wandering=wandering,
     )
+
+
+def modes_of(names: tuple[str, ...], readout: Mapping[str, np.ndarray]) -> tuple[Mode, ...]:
+    """Return the solutions of a run of trials, that of most draws first; none where the run has not settled."""
+    if "mode" not in readout:
+        return ()
+    draws, numbers = readout["draws"], readout["mode"]
+    solutions = []
+    for number in range(int(numbers.max()) + 1):
+        own = draws[numbers == number]
+        ends = np.quantile(own, (0.05, 0.95), axis=0).T
+        weight = float(len(own) / len(draws))
+        solutions.append(
+            Mode(weight, named(names, np.median(own, axis=0)), dict(zip(names, ends.tolist(), strict=True)))
+        )
+    return tuple(solutions)
 
 
 def _said(configuration: Configuration, traces: Traces, window: int) -> list[Verdict]:

@@ -4,17 +4,18 @@ Both step by generations, and have a `state`, to be restored; `rows`, samples th
 a `readout`, what is read off at the end. In an estimate from few trials one step is one batch of trials.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import combinations
 
 import numpy as np
 
 from turing_learning import coevolution, evolution
-from turing_learning.analysis import LEAST_P, Matched, combined, match
+from turing_learning.analysis import LEAST_P, Matched, combined, match, predictive_check, resemblance
 from turing_learning.coevolution import THRESHOLD, Coevolution, FewTrials, Generation
 from turing_learning.config import Configuration, classifier_of
 from turing_learning.config.parts import classifiers_optimizer, models_optimizer, observers_of, optimizer_of
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MATCHING
-from turing_learning.systems import Source
+from turing_learning.systems import Source, System
 
 _READ_OUT = 1_000_000  # batch whose random numbers the intervals are drawn with
 _JUDGED = 200  # genuine samples by which the fitness of a batch is stated
@@ -26,6 +27,14 @@ _AROUND = 0.2, 3.0  # share of the trials that an end is matched by; of these, o
 _SHARES = (0.3, 2.5), (0.2, 2.0), (0.1, 3.0), (0.1, 3.0)  # likewise, of the solutions of a lost run, which are mixed
 _REFINED = 3  # batches after which a lost run that has settled is matched anew
 _AT_LEAST = 500  # trials that such a share has
+EXAMINED_SHARE, EXAMINED = 20, (30, 150)  # one trial in so many, within bounds, examines the estimate at the end
+APART = 0.6  # standard deviations of an image, for each root of the number of genuine samples, within which it may be the solution
+LEAST_IMAGE = 0.05  # p-value of new samples from which the image of a solution is a solution, too
+IMAGES = 8  # that are examined, at most
+NEIGHBORS, NEAR_IMAGE = (
+    20,
+    0.05,
+)  # trials that are looked at beside an image; least distance that counts, in halves of a range
 _LOOKED_AT = 4  # batches after which a run with a tolerance looks at its intervals, from the second time on
 
 
@@ -56,6 +65,7 @@ class TrialsLoop:
         system, section, seed = configuration.system, configuration.classifiers, configuration.run.seed
         jumps, saturation = configuration.representation.jumps, dict(configuration.representation.saturation)
         self._source = source
+        self._symmetries = symmetries_of(system) if source.genuine is not None else []
         self.classifier = classifier_of(configuration)
         dimension, models = len(configuration.parameter_names), configuration.models
         low, high = (models.initial_low, models.initial_high) if source.ends is None else source.ends
@@ -67,6 +77,11 @@ class TrialsLoop:
         self._limits = np.array(ends) if source.genuine is not None else self._saturated
         learning = source.genuine.learning if source.genuine is not None and not source.genuine.live else None
         self._observed_anew = learning is None
+        self._fixed: np.ndarray | None = None
+        if learning is not None and source.genuine is not None:
+            self._fixed = system.centered(source.genuine.samples)  # type: ignore[attr-defined]
+        recorded = learning is not None and getattr(system, "interval_s", 0) > 0
+        self._examinable = source.ends is None and not recorded
         optimizer = optimizer_of(section, self.classifier.parameters, (CLASSIFIERS, seed), "classifiers")
         self.trials = FewTrials(
             source,
@@ -84,6 +99,7 @@ class TrialsLoop:
             limits=self._limits & ~self._saturated,
             saturated=self._saturated,
             together=source.together,
+            symmetries=self._symmetries,
             searches=learning is None and source.ends is None,  # not in a laboratory, which stores whole batches
         )
         self._seed, self._middle, self._reach = seed, np.full(dimension, middle), reach
@@ -233,7 +249,82 @@ class TrialsLoop:
         values = {"estimate": inferred[None], "interval": np.stack((low, high)), "draws": found.draws}
         scaled = {name: self._source.to_units(self._middle + self._reach * value) for name, value in values.items()}
         scaled["estimate"] = scaled["estimate"][0]
-        return {"p_value": np.array(found.p_value)} | (scaled if found.settled else {})
+        if not found.settled:
+            return {"p_value": np.array(found.p_value)}
+        examined, numbers = self._examined(found), found.mode
+        if "draws" in examined:
+            draws, numbers = examined.pop("draws"), examined.pop("mode")
+            scaled["draws"] = self._source.to_units(self._middle + self._reach * draws)
+        return {"p_value": np.array(found.p_value), "mode": numbers} | scaled | examined
+
+    def _examined(self, found: Matched) -> dict[str, np.ndarray]:
+        """Return what new samples of the draws say of them, see `predictive_check`: "examined" (2,), "statistic".
+
+        Also "draws" and "mode", where the images of a solution by a symmetry of its parameters are solutions, too: as good
+        by new samples. Nothing in a laboratory, whose trials cost, and of recordings, whose windows are not independent.
+        """
+        if not self._examinable:
+            return {}
+        rng = self._rng(2)
+        names = self._source.system.signals
+        buffer = self.trials.buffer
+        others = buffer.samples[buffer.usable, 0], buffer.parameters[buffer.usable]
+        count = int(np.clip(self.trials.trials // EXAMINED_SHARE, *EXAMINED))
+        solutions = [found.draws[found.mode == number] for number in range(int(found.mode.max()) + 1)]
+        checks, fresh = [], []
+        for draws in solutions:
+            models, samples, genuine = self._sampled(draws, count // len(solutions), rng)
+            checks.append(predictive_check(genuine, samples, models, draws, names=names, rng=rng, others=others))
+            fresh.append(samples)
+        best = max(checks, key=lambda check: check.p_value)
+        report = {"examined": np.array([best.p_value, best.difference]), "statistic": np.array(best.statistic)}
+        if best.p_value < LEAST_IMAGE:
+            return report
+        images = []
+        for draws, number in self._images(solutions)[:IMAGES]:
+            _, samples, _ = self._sampled(draws, count // 2, rng)
+            if resemblance(samples, fresh[number], names, rng) >= LEAST_IMAGE:
+                images.append(draws)
+        if not images:
+            return report
+        together = [*solutions, *images]
+        draws = np.concatenate(together)
+        numbers = np.repeat(np.arange(len(together)), [len(part) for part in together])
+        return report | {"draws": draws, "mode": numbers}
+
+    def _sampled(
+        self, draws: np.ndarray, count: int, rng: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Simulate so many of the draws (D, P); return them, their samples (count, T, D), and genuine ones (K, T, D)."""
+        models = draws[rng.permutation(len(draws))[:count]]
+        samples = self._source.collect(self._middle + self._reach * models, rng)
+        failed = getattr(self._source, "failed", np.zeros(len(models), dtype=bool))
+        # of a swarm that is observed anew, one agent of each trial: those of one trial depend on each other
+        genuine = samples.genuine[:: max(len(samples.genuine) // count, 1)] if self._fixed is None else self._fixed
+        return models[~failed], samples.counterfeit[~failed, 0], genuine
+
+    def _images(self, solutions: Sequence[np.ndarray]) -> list[tuple[np.ndarray, int]]:
+        """Return images of solutions by symmetries, and whose they are: those first whose trials look most genuine.
+
+        They lie apart from all solutions: so far that samples of models halfway would be told.
+        """
+        images: list[tuple[np.ndarray, int]] = []
+        far = APART if self._fixed is None else APART * np.sqrt(len(self._fixed))
+        for number, draws in enumerate(solutions):
+            for order, signs in self._symmetries:
+                image = np.asarray(signs) * draws[:, order]
+                before = [*solutions, *(other for other, _ in images)]
+                if all(_apart(image, other, far) for other in before):
+                    images.append((image, number))
+        outputs, genuine, usable = self.trials.observed
+        parameters = self.trials.buffer.parameters[usable]
+        unlike = []
+        for image, _ in images:
+            scale = np.maximum(image.std(axis=0), NEAR_IMAGE)
+            near = np.argsort((((parameters - np.median(image, axis=0)) / scale) ** 2).sum(axis=1))[:NEIGHBORS]
+            spread = np.sqrt(outputs[near].var(axis=0) + genuine.var(axis=0)) + 1e-3
+            unlike.append((((outputs[near].mean(axis=0) - genuine.mean(axis=0)) / spread) ** 2).mean())
+        return [images[k] for k in np.argsort(unlike, kind="stable")]
 
     def state(self) -> dict[str, np.ndarray]:
         """Return all that is needed to resume but the buffer, whose rows are stored as they come."""
@@ -247,6 +338,56 @@ class TrialsLoop:
         self._counts = self.trials.buffer.counts
         extended = self.trials.spent in self._earlier
         self.tolerated = bool(state.get("tolerated", False)) and not extended
+
+
+def symmetries_of(system: System) -> list[tuple[list[int], list[float]]]:
+    """Return what may turn one solution of a custom system into another: orders and signs of its parameters.
+
+    Parameters of the same range may be exchanged: two of them, or those of two parts of a model, such as the mean and the
+    spread of each of two states. Any parameter may be mirrored at the middle of its range.
+    """
+    parameters = list(system.parameters.values())
+    count = len(parameters)
+    alike: dict[tuple[float | None, float | None, str], list[int]] = {}
+    for place, parameter in enumerate(parameters):
+        low, high = parameter.initial or (parameter.low, parameter.high)
+        alike.setdefault((low, high, parameter.scale), []).append(place)
+    exchanges: set[tuple[int, ...]] = set()
+    groups = [places for places in alike.values() if len(places) > 1]
+    for size in {len(places) for places in groups}:
+        same = [places for places in groups if len(places) == size]
+        for first, second in combinations(range(size), 2):
+            whole = list(range(count))
+            for places in same:
+                whole[places[first]], whole[places[second]] = places[second], places[first]
+                single = list(range(count))
+                single[places[first]], single[places[second]] = places[second], places[first]
+                exchanges.add(tuple(single))
+            exchanges.add(tuple(whole))
+    for places in groups:  # parts whose parameters all have one range: every second, or the halves
+        half = len(places) // 2
+        if len(places) % 2 == 0 and half > 1:
+            for pairs in (zip(places[::2], places[1::2], strict=True), zip(places[:half], places[half:], strict=True)):
+                whole = list(range(count))
+                for first, second in pairs:
+                    whole[first], whole[second] = second, first
+                exchanges.add(tuple(whole))
+    plain = [1.0] * count
+    found = [(list(order), plain) for order in sorted(exchanges)]
+    for place in range(count):
+        signs = plain.copy()
+        signs[place] = -1.0
+        found.append((list(range(count)), signs))
+    return found
+
+
+def _apart(some: np.ndarray, others: np.ndarray, far: float) -> bool:
+    """Say whether draws (D, P) lie beside others in a parameter: their central 90 %, and so many standard deviations away."""
+    low, high = np.quantile(some, [0.05, 0.95], axis=0)
+    other_low, other_high = np.quantile(others, [0.05, 0.95], axis=0)
+    distance = np.abs(np.median(some, axis=0) - np.median(others, axis=0))
+    beside = (high < other_low) | (low > other_high)
+    return bool((beside & (distance > far * np.maximum(some.std(axis=0), others.std(axis=0)))).any())
 
 
 Loop = Generations | TrialsLoop

@@ -25,7 +25,7 @@ from turing_learning.results import check_run, refuse_unknown_part, stored_check
 from turing_learning.results import folder as folders
 from turing_learning.results import history as histories
 from turing_learning.results.folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, piece
-from turing_learning.results.result import Jury, Result, simulated_model, summarize, units_of
+from turing_learning.results.result import Jury, Mode, Result, simulated_model, summarize, units_of
 from turing_learning.store import RunFolderError, check_folder, reject_folder, storage, writable
 from turing_learning.systems import FailureLog, Given, Source, SystemFailedError
 
@@ -683,6 +683,7 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
         found |= {
             name: replace_unknown(UNKNOWN, ends) for name in ("interval", "wandering") if (ends := content.get(name))
         }
+        found["modes"] = tuple(Mode(**mode) for mode in content.get("modes", ()))
         origin = Origin.of(folder, configuration, content["generations"])
         return Result(**found, found=ordered_verdicts(content["verdicts"]), path=origin.path, origin=origin)
     except (RunFolderError, ValueError, KeyError, TypeError, AttributeError):

@@ -1,0 +1,101 @@
+"""Samples of an estimate are held against genuine ones by statistics that no run uses."""
+
+import numpy as np
+import pytest
+
+from turing_learning.analysis import predictive_check
+
+NAMES = ("x", "y")
+
+
+def walk(parameters, rng):
+    """Return samples (M, 30, 2) of a mean and a spread: x is noise, y follows the last x."""
+    mean, spread = parameters.T[:, :, None]
+    x = mean + spread * rng.standard_normal((len(parameters), 30))
+    y = 0.5 * np.roll(x, 1, axis=1) + rng.standard_normal(x.shape)
+    return np.stack((x, y), axis=-1)
+
+
+def check(genuine, draws, simulate=walk, rng=None):
+    rng = np.random.default_rng(7) if rng is None else rng
+    others = draws.mean(axis=0) + 3 * (draws[:200] - draws.mean(axis=0))
+    return predictive_check(
+        genuine,
+        simulate(draws[:100], rng),
+        draws[:100],
+        draws,
+        names=NAMES[: genuine.shape[2]],
+        rng=rng,
+        others=(simulate(others, rng), others),
+    )
+
+
+def draws_around(center, width, rng):
+    return np.asarray(center) + width * rng.standard_normal((400, len(center)))
+
+
+def test_samples_of_the_right_model_resemble_the_genuine_ones():
+    rng = np.random.default_rng(1)
+    p_values = []
+    for _ in range(40):
+        genuine = walk(np.tile([2.0, 1.0], (60, 1)), rng)
+        p_values.append(check(genuine, draws_around([2.0, 1.0], 0.02, rng), rng=rng).p_value)
+    # 40 runs of a level of at most 5 %: 7 or more below it happen once in 300
+    assert (np.array(p_values) < 0.05).sum() <= 6
+    assert min(p_values) > 0.001
+
+
+@pytest.mark.parametrize(("center", "statistic"), [([2.6, 1.0], "x"), ([2.0, 1.5], "x")])
+def test_a_narrow_estimate_far_off_is_told(center, statistic):
+    rng = np.random.default_rng(2)
+    genuine = walk(np.tile([2.0, 1.0], (60, 1)), rng)
+    told = check(genuine, draws_around(center, 0.02, rng))
+    assert told.p_value < 0.005
+    assert statistic in told.statistic or "direction" in told.statistic
+
+
+def test_a_mechanism_that_the_model_lacks_is_told():
+    rng = np.random.default_rng(3)
+    genuine = walk(np.tile([2.0, 1.0], (60, 1)), rng)
+
+    def without(parameters, rng):
+        samples = walk(parameters, rng)
+        samples[:, :, 1] = rng.permuted(samples[:, :, 1], axis=1)
+        return samples
+
+    told = check(genuine, draws_around([2.0, 1.0], 0.02, rng), without)
+    assert told.p_value < 0.005
+    assert told.statistic == "correlation of x with the next y"
+
+
+def test_an_estimate_that_leaves_much_open_may_be_right():
+    rng = np.random.default_rng(4)
+    genuine = walk(np.tile([2.0, 1.0], (60, 1)), rng)
+    wide = np.column_stack((rng.uniform(1.6, 2.6, 400), rng.uniform(0.85, 1.3, 400)))
+    assert check(genuine, wide).p_value > 0.005
+
+
+@pytest.mark.parametrize(("center", "right"), [([2.0, 1.0], True), ([2.1, 1.0], False)])
+def test_a_simulator_without_noise_has_to_surround_the_genuine_samples(center, right):
+    rng = np.random.default_rng(5)
+
+    def swing(parameters, rng):
+        return (parameters[:, :1] * np.sin(parameters[:, 1:] * np.arange(20) / 5))[:, :, None]
+
+    genuine = swing(np.tile([2.0, 1.0], (20, 1)), rng)
+    assert (check(genuine, draws_around(center, 1e-3, rng), swing).p_value > 0.005) == right
+
+
+def test_samples_of_one_step_are_told_by_their_directions():
+    rng = np.random.default_rng(6)
+
+    def line(parameters, rng):
+        # two signals that go together: their difference is what the second parameter changes
+        common = parameters[:, :1] + 5 * rng.standard_normal((len(parameters), 1))
+        return np.column_stack((common, common + parameters[:, 1:] + 0.2 * rng.standard_normal((len(parameters), 1))))[
+            :, None
+        ]
+
+    genuine = line(np.tile([0.0, 0.0], (80, 1)), rng)
+    assert check(genuine, draws_around([0.0, 0.3], 0.01, rng), line).p_value < 0.005
+    assert check(genuine, draws_around([0.0, 0.0], 0.02, rng), line).p_value > 0.005
