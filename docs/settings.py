@@ -29,7 +29,7 @@ tl.infer("aggregation", settings={"models.population": 60, "classifiers.hidden":
 ```
 
 `--preset paper` keeps to the text of the paper; where nothing stands below, it is as the default. `--preset
-authors` adds `start = "middle"` and `minimum_step_size = 0.01`, as in the authors' published settings. What the settings are for:
+authors` adds `start = "middle"` and `minimum_step_size = 0.01`, as in the group's code TL_source. What the settings are for:
 [How it works](method.md). What moves, and where: [A scenario of your own](scenarios.md). This page is written by
 `python docs/settings.py`.
 """

@@ -90,7 +90,7 @@ Measured = Iterator[tuple[tuple[str, str], Callable[[], list[list[object]]]]]
 BUDGET: dict[str, int] = {}  # of runs by trials
 
 
-def run_on(path: Path, generations: int, **system: object) -> tl.runs.Result:
+def run_on(path: Path, generations: int, **system: object) -> tl.Result:
     """Return the run in a folder, made if it is not there."""
     if BUDGET:
         path = path.with_name(f"{path.name}-{BUDGET['trials']}-trials")
@@ -215,7 +215,7 @@ def learned(
     seed: int,
     label: str,
     tank: tuple[float, float] | None = None,
-) -> tl.runs.Result:
+) -> tl.Result:
     """Return a run on one recording."""
     windows = recording.windows(length_s=4, signals=SIGNALS[signals])
     family = FAMILIES[model](
@@ -227,7 +227,7 @@ def learned(
 
 
 def planted(
-    result: tl.runs.Result,
+    result: tl.Result,
     normal: list[tl.Trajectories],
     cases: list[tuple[str, tl.Trajectories, tl.Trajectories, int]],
 ) -> list[list[object]]:

@@ -50,9 +50,6 @@ from . import (
     runs as runs,
 )
 from . import (
-    sources as sources,
-)
-from . import (
     studies as studies,
 )
 from . import (

@@ -15,7 +15,6 @@ PARTIAL = ".partial"
 SEALS = "seals.txt"
 _TITLE = "# SHA-256 of the files in this folder; do not edit.\n"
 _GONE = "-"
-_ADOPTED = "~"
 _ROOM = 256  # superseded lines that may stand in the index, at least
 
 
@@ -73,9 +72,8 @@ def json_bytes(content: Any) -> bytes:
 
 def remove_partial(folder: Path) -> None:
     """Remove what a killed process left under temporary names, anywhere below a folder that nobody else writes to."""
-    for pattern in (f"*{PARTIAL}", ".*.part"):  # those of today and of the history, those of older versions
-        for path in list(folder.rglob(pattern)):
-            path.unlink(missing_ok=True)
+    for path in list(folder.rglob(f"*{PARTIAL}")):
+        path.unlink(missing_ok=True)
 
 
 class Seals:
@@ -122,19 +120,15 @@ class Seals:
 
     def fits(self, name: str, digest: str) -> bool:
         """Return whether a file of that name was written with that digest."""
-        return any(known.removeprefix(_ADOPTED) == digest for known in self._digests.get(name, ()))
-
-    def adopted(self, name: str) -> bool:
-        """Return whether a file was there before the folder had an index."""
-        return any(known.startswith(_ADOPTED) for known in self._digests.get(name, ())[-1:])
+        return digest in self._digests.get(name, ())
 
     def ambiguous(self, name: str) -> bool:
         """Return whether two lines of a name count: what its file is has to be looked up before a third one is added."""
         return len(self._digests.get(name, ())) > 1
 
-    def append(self, lines: Sequence[tuple[str, str | None]], *, adopted: bool = False) -> None:
+    def append(self, lines: Sequence[tuple[str, str | None]]) -> None:
         """Add names and digests, flushed to the disk; None stands for a file that is removed."""
-        marked = [(name, _GONE if digest is None else (_ADOPTED if adopted else "") + digest) for name, digest in lines]
+        marked = [(name, _GONE if digest is None else digest) for name, digest in lines]
         for name, digest in marked:
             self._take(name, digest)
         self._lines += len(marked)

@@ -1,7 +1,7 @@
 """What random numbers are for: every generator of the package is a function of (purpose, seed, use), so nobody keeps one.
 
-The numbers are those of version 0.1.0, because results are repeated to the bit. Where one stands twice, the streams differ by what
-follows the seed, or by the command that draws them. A new purpose takes a number from 20 on.
+The numbers stay, because results are repeated to the bit. Where one stands twice, the streams differ by what follows the seed,
+or by the command that draws them. A new purpose takes a number from 20 on.
 """
 
 # A run: (purpose, seed), and the generation as spawn key.
@@ -27,10 +27,12 @@ VALIDATION_NOISE = 12
 VALIDATION_CAMERA = 13
 ACCURACY_MODELS = 15
 
-# From version 0.2.0 on.
+# A number of its own each.
 BUFFER = 20  # which genuine samples a bounded pool keeps
 DESIGN = 21  # where the next trials are spent
 MATCHING = 22  # draws and bootstrap of the read-out
 """Purposes of an estimate from few trials."""
 DIALOGUE = 23  # what the best interrogators do, in a report
 CLIMBING = 24  # what a lost run tries
+TRACKING = 25  # noise of a tracker: (25, key of the trial), in an emulated laboratory (25, seed)
+WHEELS = 26  # scales of the wheels of emulated robots

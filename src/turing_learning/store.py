@@ -84,14 +84,12 @@ def refuse_format(version: Any, newest: int, path: Path, noun: str) -> None:
 class Kind:
     """What a store holds.
 
-    Pieces are sealed when a store that has no seals is resumed. What is removed of the head and of the files beside it while the
-    folder is locked is written again.
+    What is removed of the head and of the files beside it while the folder is locked is written again.
     """
 
     noun: str  # what it is called, and the name of the argument in messages: "study"
     head: str  # the JSON file that says what the folder is; it has a ``format_version``
     identity: tuple[str, ...] = ()  # keys of the head whose values stay the same for its life
-    pieces: tuple[str, ...] = ()  # patterns of other files that are read again
     newest: int = 1  # newest format version that can be read
     beside: tuple[str, ...] = ()  # files that belong to the head
 
@@ -99,9 +97,8 @@ class Kind:
 class Store:
     """A folder of files that are written atomically, and verified when they are read.
 
-    Each file has a seal, its SHA-256, in one index (``seals.txt``). A folder without an index comes from
-    version 0.1.0: its files are read as they are, and the log says once that they are not verified. Nothing is
-    made before something is written.
+    Each file has a seal, its SHA-256, in one index (``seals.txt``). What has no seal, or another one, is
+    rejected. Nothing is made before something is written.
     """
 
     def __init__(self, path: str | Path, kind: Kind) -> None:
@@ -114,7 +111,6 @@ class Store:
         self._seals: Seals | None = None
         self._place: tuple[int, int] | None = None  # device and inode of the folder that is locked
         self._written: set[str] = set()  # files that have been written since the index was read, and have their names
-        self._unverified = False
         self._lasting: dict[Path, bytes] = {}  # the head and what is beside it, while the folder is locked
 
     # What the folder is
@@ -190,7 +186,6 @@ class Store:
             self._written.clear()
             if self.exists():
                 self._remember()
-                self._adopt()
             yield
         finally:
             self._place, self._lasting = None, {}
@@ -226,7 +221,6 @@ class Store:
         self.require_here()
         content, path = encoded(name, content), self.path / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        self._adopt(name)
         lines = []
         if name not in self._written and self.seals.ambiguous(name) and path.is_file():
             digest = file_digest(path)  # which of two: writing it may have been cut short more than once
@@ -273,7 +267,7 @@ class Store:
     ) -> Any | None:
         """Return a piece of work: from its file, see `find`, or computed now and stored; None if that was stopped.
 
-        `fits` says whether a stored result has the form that it must have; it is decisive for files without a seal.
+        `fits` says whether a stored result has the form that it must have.
         """
         found = self.find(name, fits=fits)
         if found is None and (found := compute()) is not None:
@@ -327,36 +321,15 @@ class Store:
         return error
 
     def _flaw(self, name: str, digest: str) -> str:
-        """Return why a file of that digest is not the one that was sealed; nothing if it is, or no seals are there."""
+        """Return why a file of that digest is not the one that was sealed; nothing if it is."""
         seals = self.seals
         if not seals.exists:
-            self._say_unverified()
-            return ""
+            return f"{SEALS} is missing"
         if not seals.usable:
             return f"{SEALS} is damaged, or that of another {self.kind.noun}"
-        if name not in seals:  # a lost line; that others count proves the identity, which is what a head is for
-            return "" if name == self.kind.head else f"{SEALS} does not know it"
-        if not seals.fits(name, digest):
-            return "it has been changed"
-        if seals.adopted(name):
-            self._say_unverified()
-        return ""
-
-    def _say_unverified(self) -> None:
-        if not self._unverified:
-            self._unverified = True
-            _LOGGER.warning("%s: not verified, it was written without seals.", self.path)
-
-    def _adopt(self, replaced: str = "") -> None:
-        """Seal what is there and stays, if nothing is sealed; the mark that nobody verified it stays."""
-        if self.seals.exists:
-            return
-        paths = {self.head_path, *(path for pattern in self.kind.pieces for path in self.path.glob(pattern))}
-        files = sorted(path for path in paths - {self.path / replaced} if path.is_file())
-        if files:
-            lines = [(path.relative_to(self.path).as_posix(), file_digest(path)) for path in files]
-            self.seals.append(lines, adopted=True)
-            self._say_unverified()
+        if name not in seals:
+            return f"{SEALS} does not know it"
+        return "" if seals.fits(name, digest) else "it has been changed"
 
 
 def encoded(name: str, content: Any) -> bytes:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 MASK = 2**64 - 1
+SCALES, SLIPS, MISTAKES = 0x6A09E667F3BCC909, 0xBB67AE8584CAA73B, 0x3C6EF372FE94F82B
 
 
 def uniform(key, counter):
@@ -46,6 +47,18 @@ class NaiveSwarm:
                     nearest, reading = entry, self.readings[j]
         return reading
 
+    def mistaken(self, readings, cycle):
+        sensor = self.scenario.sensor
+        result = []
+        for i in range(self.robots):
+            draw = uniform(self.key ^ MISTAKES, cycle * self.robots + i)
+            reading = readings[i]
+            if draw < sensor.mistakes:
+                others = sensor.states - 1
+                reading = (reading + 1 + int(draw / sensor.mistakes * others)) % sensor.states
+            result.append(reading)
+        return result
+
     def command(self, readings, cycle):
         robot = self.scenario.robot
         commands = []
@@ -55,14 +68,16 @@ class NaiveSwarm:
                 draw = uniform(self.key, 2 * (cycle * self.robots + i) + side)
                 speed = self.controllers[i][2 * readings[i] + side] * robot.maximum_speed_cm_s
                 speed *= 1 + self.noise * (2 * draw - 1)
+                speed *= 1 + robot.wheel_scale_spread * (2 * uniform(self.key ^ SCALES, 2 * i + side) - 1)
                 if robot.clamp_wheel_speeds:
                     speed = max(-robot.maximum_speed_cm_s, min(robot.maximum_speed_cm_s, speed))
+                speed *= 1 - robot.slip * uniform(self.key ^ SLIPS, 2 * (cycle * self.robots + i) + side)
                 wheels.append(speed)
             commands.append(((wheels[0] + wheels[1]) / 2, (wheels[1] - wheels[0]) / robot.wheel_distance_cm))
         return commands
 
     def slow_down(self, speed, dt):
-        friction = self.scenario.objects.friction * 9.81
+        friction = self.scenario.objects.friction * self.scenario.objects.gravity_cm_s2
         norm = math.hypot(*speed)
         if friction * dt > norm or norm == 0:
             return [0.0 for _ in speed]
@@ -129,9 +144,12 @@ class NaiveSwarm:
         """Return poses (T + 1, B, 3), sensors (T + 1, A) and speeds (A, T, 2)."""
         trial = self.scenario.trial
         poses, sensors, speeds = [self.poses()], [], []
+        rest = [(0.0, 0.0)] * self.robots
+        waiting = [rest for _ in range(self.scenario.robot.actuation_lag_cycles)]
         for cycle in range(cycles):
-            readings = [self.sense(i) for i in range(self.robots)]
-            commands = self.command(readings, cycle)
+            readings = self.mistaken([self.sense(i) for i in range(self.robots)], cycle)
+            waiting.append(self.command(readings, cycle))
+            commands = waiting.pop(0)
             for _ in range(trial.physics_steps):
                 self.step(commands, trial.control_interval_s / trial.physics_steps)
             poses.append(self.poses())
@@ -140,5 +158,5 @@ class NaiveSwarm:
             ahead = moved[:, 0] * np.cos(poses[-2][:, 2]) + moved[:, 1] * np.sin(poses[-2][:, 2])
             speed = np.where(ahead < 0, -1, 1) * np.hypot(moved[:, 0], moved[:, 1]) / trial.control_interval_s
             speeds.append([(speed[i], commands[i][1]) for i in range(self.robots)])
-        sensors.append([self.sense(i) for i in range(self.robots)])
+        sensors.append(self.mistaken([self.sense(i) for i in range(self.robots)], cycles))
         return np.array(poses), np.array(sensors), np.array(speeds).transpose(1, 0, 2)

@@ -26,6 +26,7 @@ def difference(poses, reference):
 @pytest.mark.parametrize("name", RECORDINGS)
 def test_motion_agrees_with_every_recorded_trial(name):
     scenario, robots = RECORDINGS[name]
+    scenario = scenario.in_world("enki")
     with np.load(DATA / f"{name}.npz") as file:
         reference, sensors = file["pose"], file["sensor"]
     controllers = np.broadcast_to(scenario.controller, (len(reference), robots, len(scenario.controller)))
@@ -44,6 +45,23 @@ WORLDS = {
     "walled": (replace(tl.swarm.OBJECT_CLUSTERING, arena=tl.swarm.Arena(90.0, 110.0)), 5, None),
     "two physics steps": (replace(tl.swarm.AGGREGATION, trial=tl.swarm.Trial(physics_steps=2)), 6, 60.0),
     "one physics step": (replace(tl.swarm.AGGREGATION, trial=tl.swarm.Trial(physics_steps=1)), 6, 60.0),
+    "gravity of the earth": (replace(tl.swarm.OBJECT_CLUSTERING, objects=tl.swarm.Objects(gravity_cm_s2=981)), 5, 50.0),
+    "a lag": (replace(tl.swarm.AGGREGATION, robot=tl.swarm.Robot(actuation_lag_cycles=1)), 11, 60.0),
+    "a long lag": (replace(tl.swarm.OBJECT_CLUSTERING, robot=tl.swarm.Robot(actuation_lag_cycles=3)), 5, 50.0),
+    "wheels of many scales": (replace(tl.swarm.AGGREGATION, robot=tl.swarm.Robot(wheel_scale_spread=0.3)), 11, 60.0),
+    "slip": (replace(tl.swarm.AGGREGATION, robot=tl.swarm.Robot(slip=0.4)), 11, 60.0),
+    "scales and slip of clamped wheels": (
+        replace(tl.swarm.AGGREGATION, robot=tl.swarm.Robot(clamp_wheel_speeds=True, wheel_scale_spread=0.2, slip=0.2)),
+        6,
+        50.0,
+    ),
+    "mistaken sensors": (
+        replace(tl.swarm.OBJECT_CLUSTERING, sensor=replace(tl.swarm.OBJECT_CLUSTERING.sensor, mistakes=0.3)),
+        5,
+        50.0,
+    ),
+    "the paper's world": (tl.swarm.OBJECT_CLUSTERING.in_world("paper"), 5, 50.0),
+    "many bodies in the paper's world": (tl.swarm.AGGREGATION.in_world("paper"), 45, 300.0),
 }
 
 

@@ -14,7 +14,7 @@ import pytest
 from turing_learning import store as module
 from turing_learning.store import DamagedError, Kind, RunFolderError, RunStorageError, Store, digest_of, storage
 
-KIND = Kind("search", "search.json", identity=("settings",), pieces=("*.npy", "rounds/*.json"), newest=2)
+KIND = Kind("search", "search.json", identity=("settings",), newest=2)
 CONTENTS = {"rounds/one.json": {"a": [1, 2.5]}, "two.npy": np.arange(6.0).reshape(2, 3), "three.txt": b"three"}
 
 
@@ -160,10 +160,26 @@ def test_the_files_and_seals_of_another_store_are_foreign(store, tmp_path):
             fresh(store).read(name)
 
 
-def test_what_identifies_a_store_cannot_be_changed_even_where_the_seal_of_its_head_is_lost(store):
-    lines = (store.path / "seals.txt").read_text().splitlines(keepends=True)
-    (store.path / "seals.txt").write_text("".join(line for line in lines if "search.json" not in line))
-    assert fresh(store).head()["settings"] == {"seed": 1}
+def test_a_store_whose_seals_are_removed_is_refused_and_stays_unsealed(store):
+    (store.path / "seals.txt").unlink()
+    for call in (fresh(store).head, lambda: fresh(store).read("rounds/one.json")):
+        with pytest.raises(DamagedError, match=r"\(seals\.txt is missing\)"):
+            call()
+    with fresh(store).locked():
+        pass
+    assert not (store.path / "seals.txt").exists()
+
+
+def test_a_head_whose_seal_is_removed_is_refused(store):
+    path = store.path / "seals.txt"
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(line for line in lines if "search.json" not in line))
+    with pytest.raises(DamagedError, match=r"search\.json \(seals\.txt does not know it\)"):
+        fresh(store).head()
+    assert fresh(store).read("rounds/one.json") == CONTENTS["rounds/one.json"]
+
+
+def test_what_identifies_a_store_cannot_be_changed(store):
     content = (store.path / "search.json").read_text()
     (store.path / "search.json").write_text(content.replace('"seed": 1', '"seed": 2'))
     with pytest.raises(DamagedError, match=r"search\.json"):
@@ -193,35 +209,6 @@ def test_an_index_that_was_cut_goes_on(store):
     again = fresh(store)
     again.write("new.json", {"a": 1})
     assert damaged(fresh(store), [*CONTENTS, "new.json"]) == {"three.txt"}
-
-
-def test_a_store_without_seals_says_so_once_and_is_sealed_when_it_is_resumed(store, caplog):
-    (store.path / "seals.txt").unlink()
-    again = fresh(store)
-    again.head()
-    assert again.read("rounds/one.json") == CONTENTS["rounds/one.json"]
-    assert warnings(caplog) == [f"{store.path}: not verified, it was written without seals."]
-    caplog.clear()
-    with fresh(store).locked():
-        assert warnings(caplog) == [f"{store.path}: not verified, it was written without seals."]
-    flip(store.path / "two.npy")
-    caplog.clear()
-    again = fresh(store)
-    assert again.read("rounds/one.json") == CONTENTS["rounds/one.json"]
-    assert warnings(caplog) == [f"{store.path}: not verified, it was written without seals."]
-    with pytest.raises(DamagedError):
-        again.read("two.npy")
-
-
-def test_pieces_without_seals_must_be_of_their_kind(store):
-    (store.path / "seals.txt").unlink()
-    for content in (
-        b"",
-        b"\x93NUMPY\x01\x00v\x00{'descr': '<f8', 'fortran_order': False, 'shape': (-1,), }" + b" " * 50 + b"\n",
-    ):
-        (store.path / "two.npy").write_bytes(content)
-        with pytest.raises(DamagedError, match=r"^`search` must hold two\.npy"):
-            fresh(store).read("two.npy")
 
 
 @pytest.mark.parametrize("fails", ["seal", "file"])

@@ -4,8 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-LogLikelihood = Callable[[np.ndarray], np.ndarray]
-"""From points (S, P) to the logarithm (S,) of their likelihood, minus infinity where there is none."""
+LogLikelihood = Callable[..., np.ndarray]
+"""From points (S, P) to the logarithm (S,) of their likelihood, minus infinity where there is none.
+
+With `least` (S,), anything below may be minus infinity: then the point is not taken, whatever the exact value.
+"""
 
 
 def draw(
@@ -56,10 +59,12 @@ class _Ensemble:
 
     def _accept(self, some: slice, proposal: np.ndarray, bonus: np.ndarray, power: float) -> None:
         """Put what is proposed in place of some points, or not, by the rule of Metropolis and Hastings."""
-        proposed, values = self.log_likelihood(proposal), self.values[some]
-        inside, gain = np.isfinite(proposed), np.full(len(proposal), -np.inf)
-        gain[inside] = bonus[inside] + power * (proposed - values)[inside]
-        accepted = np.log(self.rng.random(len(proposal))) < gain
+        values = self.values[some]
+        chance = np.log(self.rng.random(len(proposal))) - bonus
+        # from which likelihood on a point is taken
+        least = values + chance / power if power > 0 else np.where(chance < 0, -np.inf, np.inf)
+        proposed = self.log_likelihood(proposal, least=least)
+        accepted = proposed > least
         self.points[some] = np.where(accepted[:, None], proposal, self.points[some])
         self.values[some] = np.where(accepted, proposed, values)
 

@@ -22,6 +22,9 @@ CONSTANT = 1e4
 PIVOTS = 120
 """Points whose kernels stand for those of all others."""
 
+LEAST_TOLD = 1e-3
+"""Largest share of its variance that the outputs may take from a feature that is left out."""
+
 SIZES = 10.0 ** np.arange(-3, 1.5, 0.5)
 """Factors of the kernel that an output can have."""
 
@@ -41,18 +44,20 @@ class Emulator:
 
     logs: np.ndarray  # (P + 2,): of length scales, of the variance of slopes and of bends
     pivots: np.ndarray  # (Q, P), in length scales
-    basis: np.ndarray  # (Q, Q), from kernels with the pivots to features with independent coefficients
+    basis: np.ndarray  # (Q, F), from kernels with the pivots to features with independent coefficients
     sizes: np.ndarray  # (M,), factors of the kernel, one for each output
-    spreads: np.ndarray  # (Q, M), variances of the features' coefficients
-    weights: np.ndarray  # (Q, M), the coefficients
+    spreads: np.ndarray  # (F, M), variances of the features' coefficients
+    weights: np.ndarray  # (F, M), the coefficients
 
     def predict(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the mean (S, M) and the variance (S, M) of each output."""
         z = z / np.exp(self.logs[:-2])
         features = _covariance(z, self.pivots, self.logs) @ self.basis
+        mean = features @ self.weights
+        squares = np.multiply(features, features, out=features)
         slopes, bends = np.exp(self.logs[-2:])
-        missed = slopes * (z**2).sum(axis=1) + bends + CONSTANT - (features**2).sum(axis=1)
-        return features @ self.weights, features**2 @ self.spreads + np.maximum(missed, 0)[:, None] * self.sizes
+        missed = slopes * (z**2).sum(axis=1) + bends + CONSTANT - squares.sum(axis=1)
+        return mean, squares @ self.spreads + np.maximum(missed, 0)[:, None] * self.sizes
 
     def mean(self, z: np.ndarray) -> np.ndarray:
         """Return the mean (S, M) alone."""
@@ -73,6 +78,9 @@ def conditioned(points: np.ndarray, outputs: np.ndarray, logs: np.ndarray) -> Em
         np.log1p(size * values).sum(axis=0) - (projected**2 * size / (1 + size * values)).sum(axis=0) for size in SIZES
     ]
     sizes = SIZES[np.argmin(shrunk, axis=0)]
+    # features of which the outputs tell next to nothing count as missed
+    told = sizes.max() * values[:, 0] > LEAST_TOLD
+    values, projected, vectors = values[told], projected[told], vectors[:, told]
     spreads = sizes / (1 + sizes * values)
     return Emulator(logs, pivots, basis @ vectors, sizes, spreads, spreads * projected)
 
@@ -87,9 +95,36 @@ def _factor(covariance: np.ndarray, noise: float) -> np.ndarray:
         noise = 10 * max(noise, least)
 
 
+def surprise(misses: np.ndarray, variance: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the squared misses (S, M) in units of their covariance (S,), and half the logarithm of its determinant (S,).
+
+    The covariance is `covariance` (M, M) with the variances (S, M) of each row added. All rows are factorized at
+    once, one column after the other (Cholesky): M is small, and S large.
+    """
+    count, outputs = misses.shape
+    factors = np.zeros((outputs, outputs, count))
+    squares = np.zeros(count)
+    half_logs = np.zeros(count)
+    solved = np.empty((outputs, count))
+    for k in range(outputs):
+        # column k of the factor, from the diagonal on
+        column = covariance[k:, k, None] - (factors[k:, :k] * factors[k, :k]).sum(axis=1)
+        column[0] += variance[:, k]
+        root = np.sqrt(column[0])
+        factors[k:, k] = column / root
+        # forward substitution
+        solved[k] = (misses[:, k] - (factors[k, :k] * solved[:k]).sum(axis=0)) / root
+        squares += solved[k] ** 2
+        half_logs += np.log(root)
+    return squares, half_logs
+
+
 def _covariance(a: np.ndarray, b: np.ndarray, logs: np.ndarray) -> np.ndarray:
-    linear, bell = _parts(a, b)
-    covariance: np.ndarray = np.exp(logs[-2]) * linear + np.exp(logs[-1]) * bell + CONSTANT
+    covariance, bell = _parts(a, b)
+    covariance *= np.exp(logs[-2])
+    bell *= np.exp(logs[-1])
+    covariance += bell
+    covariance += CONSTANT
     return covariance
 
 
@@ -127,8 +162,9 @@ def learned_kernel(
 
 def _parts(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     inner = a @ b.T
-    squares = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2 * inner
-    return inner, np.exp(-0.5 * np.maximum(squares, 0))
+    exponents = inner - 0.5 * (a**2).sum(axis=1)[:, None]
+    exponents -= 0.5 * (b**2).sum(axis=1)
+    return inner, np.exp(exponents, out=exponents)
 
 
 def _loss(logs: np.ndarray, points: np.ndarray, outputs: np.ndarray) -> tuple[float, np.ndarray]:

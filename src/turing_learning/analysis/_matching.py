@@ -11,7 +11,7 @@ from turing_learning.arrays import array
 from turing_learning.errors import require
 
 from ._draws import draw
-from ._emulator import Emulator, conditioned, learned_kernel
+from ._emulator import Emulator, conditioned, learned_kernel, surprise
 from ._modes import modes
 
 FOLDS = 5
@@ -294,28 +294,29 @@ class _Local:
         distances: np.ndarray = ((self.emulator.mean(z) - self.target) ** 2).sum(axis=1)
         return distances
 
-    def log_likelihood(self, z: np.ndarray, hopeful: bool = False) -> np.ndarray:
+    def log_likelihood(self, z: np.ndarray, hopeful: bool = False, least: np.ndarray | None = None) -> np.ndarray:
         """Return the logarithm (S,) of the likelihood of the target; minus infinity outside the range.
 
-        If hopeful, models of which little is known are not held to be unlikely.
+        If hopeful, models of which little is known are not held to be unlikely. What is below `least` (S,) need
+        not be exact.
         """
         inside = (np.abs(z) <= 1).all(axis=1)
-        if self.region is not None:
-            inside[inside] = self.region.log_likelihood(z[inside], hopeful=True) > -RULED_OUT
-        result = np.full(len(z), -np.inf)
         mean, extra = self.emulator.predict(z[inside])
-        total = self.covariance + extra[:, :, None] * np.eye(len(self.target))
-        factors = np.linalg.cholesky(total)
-        misses = np.linalg.solve(factors, (mean - self.target)[:, :, None])[:, :, 0]
-        values = -0.5 * (misses**2).sum(axis=1)
+        squares, half_logs = surprise(mean - self.target, extra, self.covariance)
+        values = -0.5 * squares
         if not hopeful:
-            values -= np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
+            values -= half_logs
+        result = np.full(len(z), -np.inf)
         result[inside] = np.where(extra.mean(axis=1) <= self.trust, values, -np.inf)
+        if self.region is not None:
+            counts = result > (-np.inf if least is None else least)
+            ruled_out = self.region.log_likelihood(z[counts], hopeful=True) <= -RULED_OUT
+            result[np.flatnonzero(counts)[ruled_out]] = -np.inf
         return result
 
-    def without_canary(self, z: np.ndarray) -> np.ndarray:
+    def without_canary(self, z: np.ndarray, least: np.ndarray | None = None) -> np.ndarray:
         """Return the likelihood of models (S, P - 1) without the last parameter, which is known to have no effect."""
-        return self.log_likelihood(np.c_[z, np.zeros(len(z))])
+        return self.log_likelihood(np.c_[z, np.zeros(len(z))], least=least)
 
 
 @dataclass(frozen=True)
@@ -457,13 +458,17 @@ class _Samples:
         scale = np.maximum(misses.std(axis=0), g.std(axis=0) / np.sqrt(self.averaged)) + 1e-9
         basis = np.linalg.qr((coefficients[1 : 1 + d.shape[1]] / scale).T)[0]
 
-        def statistic(mean: np.ndarray) -> float:
-            mean = mean / scale
-            return float(((mean - basis @ (basis.T @ mean)) ** 2).mean() * count)
+        def statistic(means: np.ndarray) -> np.ndarray:
+            means = means / scale
+            rest = means - (means @ basis) @ basis.T
+            squares: np.ndarray = (rest**2).mean(axis=1) * count
+            return squares
 
-        simulated = np.array([statistic(misses[rng.integers(len(x), size=count)].mean(axis=0)) for _ in range(CHANCES)])
-        simulated *= 1 + count * (inverse[0, 0] + leverage)
-        observed = statistic(g.mean(axis=0) - coefficients[0])
+        # how often each sample is drawn, in each of the simulated means
+        drawn = rng.integers(len(x), size=(CHANCES, count)) + len(x) * np.arange(CHANCES)[:, None]
+        shares = np.bincount(drawn.ravel(), minlength=CHANCES * len(x)).reshape(CHANCES, len(x)) / count
+        simulated = statistic(shares @ misses) * (1 + count * (inverse[0, 0] + leverage))
+        observed = float(statistic((g.mean(axis=0) - coefficients[0])[None])[0])
         return observed, float((1 + (simulated >= observed).sum()) / (1 + len(simulated)))
 
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from ..arrays import array
 from ..errors import integer, require
-from ..kernels.elman_source import LANES
 from ..kernels.parallel import run_range
-from ..kernels.pooled import judge_range
+from ..kernels.pooled import LANES, judge_range
 
 _TAPS = (1, 2, 4, 8, 16)
 _GAPS = (1, 3)

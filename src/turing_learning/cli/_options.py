@@ -30,6 +30,7 @@ def number_of(kind: type, token: Any) -> Any:
 Integer = Annotated[int, Parameter(converter=number_of, n_tokens=1)]
 Real = Annotated[float, Parameter(converter=number_of, n_tokens=1)]
 Files = Annotated[list[Path] | None, Parameter(negative="")]
+Columns = Annotated[list[str] | None, Parameter(negative="")]
 Settings = Annotated[list[str] | None, Parameter("--set", negative="")]
 
 
@@ -48,6 +49,10 @@ class Tracks:
     """Of a file that could be of several, see `turing-learning docs trajectories`."""
     keypoint: str | None = None
     """Point of the body that stands for the animal, in a file with several."""
+    column: Columns = None
+    """Which column of a table is what, as id=track; several times for several."""
+    min_confidence: Real | None = None
+    """Positions of which the tracker is less sure are missing."""
     every: Integer | None = None
     """Keep one frame in K, of a file that has only those, or is faster than the motion."""
     bridge: Integer | None = None
@@ -91,6 +96,8 @@ class Recording(Tracks):
     tank: Annotated[list[str] | None, Parameter(negative="")] = None
     """Walls of the models' tank, once or for each recording: as 40x30 (cm), recorded for as far as positions reach, or none. By
     default recorded where signals of neighbors are there, else none."""
+    longest_rest: Real | None = None
+    """Time at exactly one point (s), 10 by default, from which on that stands for missing positions."""
     hold_out_individuals: str | None = None
     """Individuals, separated by commas, that are for testing alone."""
     hold_out_recordings: str | None = None

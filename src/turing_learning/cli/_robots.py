@@ -52,6 +52,7 @@ def run(
     out: Path | None = None,
     force: bool = False,
     resume: Path | None = None,
+    trust: bool = False,
     emulated: bool = False,
     settings: Settings = None,
 ) -> int | None:
@@ -72,6 +73,7 @@ def run(
     :param out: Folder of the run; a new one under runs/ by default.
     :param force: Replace a run that is in the folder already.
     :param resume: Resume this run instead.
+    :param trust: Beside --resume, with a laboratory.json that you have edited: it names functions that are executed.
     :param emulated: Rehearse with emulated robots, as fast as the computer can.
     :param settings: Any setting, for example models.parents=20. Repeatable.
     """
@@ -81,9 +83,12 @@ def run(
         others = {"a file": config is not None, "settings": overrides, "a folder": out is not None, "--force": force}
         if got := [name for name, given in others.items() if given]:
             rule = "be given without a file, settings or a folder, which the run has, and without --force"
-            remedy = f"Its laboratory may be edited in {tl.results.RunFolder(resume).laboratory_path}."
+            remedy = (
+                f"Its laboratory may be edited in {tl.results.RunFolder(resume).laboratory_path}; then add --trust."
+            )
             refuse("resume", rule, " and ".join(got), remedy)
-        return resume_run(resume, emulated=emulated)
+        return resume_run(resume, emulated=emulated, trust=trust)
+    require(not trust, "--trust", "be given beside --resume", "it alone")
     loaded = tl.robots.load_laboratory(config or LABORATORY_FILE, overrides, labels)
     path = out or tl.runs.new_run_path(loaded.configuration.scenario.name, loaded.configuration.run.seed)
     with _opened(loaded, emulated) as (laboratory, equipment):
@@ -92,9 +97,16 @@ def run(
 
 
 def resume_run(
-    path: Path, *, emulated: bool = False, trials: int | None = None, tolerance: float | None = None
+    path: Path,
+    *,
+    emulated: bool = False,
+    trust: bool = False,
+    trials: int | None = None,
+    tolerance: float | None = None,
 ) -> int | None:
     """Resume a run in a laboratory, or give it more trials; a rehearsal is resumed with emulated robots."""
+    if trust:
+        tl.runs.trust_laboratory(path)
     stored = tl.runs.stored_laboratory(path)
     real = not stored.setup.emulated
     if emulated and real:
@@ -242,7 +254,9 @@ def _execute(
     """
     if needed and not _inspected(laboratory, equipment):
         if stored is not None:
-            text = f"The addresses of replicas and camera are those in {stored}, where they may be edited."
+            text = (
+                f"The addresses of replicas and camera are those in {stored}. Edit them there, and resume with --trust."
+            )
             print(text, file=sys.stderr)
         return REFUSED
     ahead, of_trials = f"resume with: {tl.results.resume_command(path)}", laboratory.configuration.run.trials > 0

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 import turing_learning as tl
-from turing_learning.errors import choice, integer, refuse
+from turing_learning.errors import choice, integer, refuse, require
 
 from . import _robots
 from ._options import Integer, Real, Recording, Settings, require_scenario, settings_of, watched
@@ -51,7 +51,7 @@ def infer(
 
     :param scenario: Name of a scenario, see `scenarios`; or in the file.
     :param config: TOML file with any setting, see `turing-learning docs scenarios`.
-    :param preset: "default"; "paper" keeps to the text of the paper, "authors" to their published settings.
+    :param preset: "default"; "paper" keeps to the text of the paper, "authors" to the group's public code.
     :param generations: Number of generations instead of a budget in trials.
     :param trials: Budget in simulated trials; 3000 where nothing says how long the run is,
         see `turing-learning docs few-trials`.
@@ -96,6 +96,7 @@ def resume(
     tolerance: Real | None = None,
     workers: Integer | None = None,
     cluster: str | None = None,
+    trust: bool = False,
     recording: Recording = Recording(),  # noqa: B008 - frozen
 ) -> int | None:
     """Resume a run or study that was stopped or killed; the result is that of one that never stopped.
@@ -113,12 +114,13 @@ def resume(
     :param tolerance: Beside --trials: as in `infer`; that of the run by default.
     :param workers: Of a study: number of worker processes; one for each processor by default.
     :param cluster: Of a study: a Dask scheduler, as tcp://10.0.0.1:8786.
+    :param trust: Of a run in a laboratory whose laboratory.json you have edited: it names functions that are executed.
     """
     from turing_learning.results.folder import FINISHED
 
     of_study = tl.studies.is_study(run)
     what = "study, whose runs have one thread each" if of_study else "single run"
-    of_runs = {"threads": threads, "trials": trials, "tolerance": tolerance}
+    of_runs = {"threads": threads, "trials": trials, "tolerance": tolerance, "trust": trust or None}
     for name, value in (of_runs if of_study else {"workers": workers, "cluster": cluster}).items():
         if value is not None:
             refuse(name, f"be left out for a {what}", str(value), place=f"--{name}")
@@ -129,7 +131,8 @@ def resume(
         integer("threads", threads, 1, place="--threads")
     if tl.runs.is_laboratory_run(run):
         recording.refuse_beside("be left out for a run in a laboratory, which needs nothing but its folder")
-        return _robots.resume_run(run, trials=trials, tolerance=tolerance)
+        return _robots.resume_run(run, trust=trust, trials=trials, tolerance=tolerance)
+    require(not trust, "--trust", "be left out for a run that takes place in no laboratory", "it", place=str(run))
     system: dict[str, Any] = {}
     if recording.given or trials is not None or tl.results.RunFolder(run).manifest()["state"] != FINISHED:
         system = _system_of(run, recording, "resume({run}, genuine=..., simulate=...)")
@@ -257,7 +260,7 @@ def study(
     :param runs: Number of runs of each configuration, one seed after the other; 30 by default.
     :param first_seed: Seed of the first run; by default that of the file, or 1.
     :param config: TOML file with any setting, and a [grid] or [[list]] of settings.
-    :param preset: "default"; "paper" keeps to the text of the paper, "authors" to their published settings.
+    :param preset: "default"; "paper" keeps to the text of the paper, "authors" to the group's public code.
     :param generations: Number of generations of each run, as in `infer`.
     :param trials: Budget of each run in trials; 3000 where nothing says how long the runs are.
     :param settings: Any setting, for example models.parents=20. Repeatable.

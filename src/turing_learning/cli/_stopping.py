@@ -2,7 +2,7 @@
 
 import shlex
 import signal
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from types import FrameType
 
@@ -14,12 +14,13 @@ DONE, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 _ALIKE = (
-    *("fps", "y_axis", "format", "keypoint", "every", "trajectories", "signals", "tank"),
+    *("fps", "y_axis", "format", "keypoint", "every", "trajectories", "signals", "tank", "min_confidence"),
     *("hold_out_individuals", "hold_out_recordings"),
 )
 _OPTIONS = {name: f"--{name.replace('_', '-')}" for name in _ALIKE} | {
     "pixels_per_cm": "--scale", "length_s": "--window", "steps": "--window", "max_gap": "--bridge",
-    "smooth_frames": "--smooth", "names": "--signals", "tank_cm": "--tank", "tanks": "--tank",
+    "smooth_frames": "--smooth", "names": "--signals", "tank_cm": "--tank", "tanks": "--tank", "columns": "--column",
+    "longest_rest_s": "--longest-rest",
 }  # fmt: skip
 """Arguments of Python whose options have other names, or stand in messages with their dashes."""
 
@@ -85,6 +86,8 @@ class OptionWords(Words):
         if "." in setting.name:
             return f"--set {setting.name}={'...' if setting.value is None else setting.value}"
         option = self._options.get(setting.name, f"--{setting.name.replace('_', '-')}")
+        if isinstance(setting.value, Mapping):
+            return " ".join(f"{option} {shlex.quote(f'{name}={value}')}" for name, value in setting.value.items())
         return option if setting.value in (None, True) else f"{option} {shlex.quote(str(setting.value))}"
 
     def call(self, call: Call) -> str:

@@ -15,7 +15,7 @@ from ..errors import integer, require
 from ..evolution import MomentField, Optimizer, TrialDesign, generation_rng
 from ..purposes import ARCHIVE, BUFFER, CLASSIFIERS, CLIMBING, DESIGN, INTERROGATION, MATCHING
 from ._climb import END, FEWEST, Climb
-from ._memory import ClassifierArchive, SampleBuffer
+from ._memory import ClassifierArchive, JudgmentRecord, SampleBuffer
 from ._moments import train_moments
 from ._protocols import Classifier, SampleSource
 from ._rewards import THRESHOLD
@@ -165,8 +165,8 @@ class FewTrials:
         self.batch: Batch | None = None
         self._number = 0
         self._drawn = np.empty((0, 0 if observers is None else observers.parameters))
-        self._seen = np.empty((0, 0), np.float32)  # outputs (S, F) of the observers for all trials
-        self._seen_genuine = np.empty((0, 0), np.float32)
+        self._observed = None if observers is None else JudgmentRecord(observers)
+        self._jury = JudgmentRecord(classifier)
         self.present = np.empty((0, classifier.parameters))
         self._density = _Density(None)
         self._pooled = np.empty((0, len(low)))
@@ -214,7 +214,10 @@ class FewTrials:
     def observed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Outputs of the observers for usable trials (S, F) and genuine samples (K, F), and which trials these are (S,)."""
         usable = np.flatnonzero(self.buffer.usable)
-        return self._seen[usable], self._seen_genuine, usable
+        if self._observed is None:
+            nothing = np.empty((0, 0), np.float32)
+            return nothing.reshape(len(usable), 0), nothing.reshape(len(self.buffer.genuine), 0), usable
+        return self._observed.counterfeit[usable], self._observed.genuine, usable
 
     def __iter__(self) -> Iterator[Batch]:
         while not self.complete:
@@ -226,7 +229,7 @@ class FewTrials:
         with threadpool_limits(1, "blas"):  # sums in one order, for any number of processors
             if self.buffer.pool != self._pool:  # the run has got more trials: more genuine samples are judged
                 self.buffer.pool = self._pool
-                self._observe(len(self.buffer), len(self.buffer.genuine))
+                self._observe()
             spent, budget = self.spent, self._budget
             count = (self._schedule[self._number] - spent) * self._together
             self.climb.begin(spent / budget)
@@ -298,20 +301,12 @@ class FewTrials:
             shown = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
             some = kept[rng.permutation(len(kept))[: len(shown)]]
             self._drawn = self._observers.draw(_OBSERVERS, np.concatenate((shown, some)), rng)
-        self._observe(len(models), len(kept))
+        self._observe()
 
-    def _observe(self, trials: int, genuine: int) -> None:
-        """Let the observers judge the latest trials and genuine samples."""
-        samples, pool = self.buffer.samples[len(self.buffer) - trials :], self.buffer.genuine
-        fresh = pool[len(pool) - genuine :]
-        if self._observers is None:
-            new, system = (np.empty((len(some), 0), np.float32) for some in (samples, fresh))
-        else:
-            new = _judged(self._observers, self._drawn, samples)
-            system = self._observers.judge(self._drawn, fresh).T
-        first = trials == len(self.buffer)
-        self._seen = new if first else np.concatenate((self._seen, new))
-        self._seen_genuine = system if first else np.concatenate((self._seen_genuine, system))[-len(pool) :]
+    def _observe(self) -> None:
+        """Let the observers judge new trials and genuine samples."""
+        if self._observed is not None:
+            self._observed.update(self._drawn, self.buffer)
 
     def _renew_observers(self) -> None:
         """Draw anew the observers to which the trials near the solution look alike, and the genuine samples, too.
@@ -322,11 +317,12 @@ class FewTrials:
         usable = np.flatnonzero(self.buffer.usable)
         density = self._density(self.buffer.parameters[usable])
         near = usable[np.argsort(-density, kind="stable")[:_RENEWED_BY]]
-        variation = np.maximum(self._seen[near].std(axis=0), self._seen_genuine.std(axis=0))
+        assert self._observers is not None
+        assert self._observed is not None
+        variation = np.maximum(self._observed.counterfeit[near].std(axis=0), self._observed.genuine.std(axis=0))
         still = np.flatnonzero(variation < _STILL)
         if len(still) == 0:
             return
-        assert self._observers is not None
         rng = self._rng(BUFFER, _RENEWAL)
         genuine = self.buffer.genuine
         samples = self.buffer.samples[near].reshape(-1, *genuine.shape[1:])
@@ -334,8 +330,7 @@ class FewTrials:
         samples = samples[rng.permutation(len(samples))[:count]]
         shown = np.concatenate((samples, genuine[rng.permutation(len(genuine))[:count]]))
         self._drawn[still] = self._observers.draw(len(still), shown, rng)
-        self._seen[:, still] = _judged(self._observers, self._drawn[still], self.buffer.samples)
-        self._seen_genuine[:, still] = self._observers.judge(self._drawn[still], genuine).T
+        self._observe()
 
     def _evolve(self) -> None:
         """Let classifiers evolve on the buffer; keep the best."""
@@ -354,6 +349,7 @@ class FewTrials:
             best = int(np.argmax(fitness))
             self._archive.admit(genomes[best], float(accepted[best]))
         self.present = genomes[np.argsort(-fitness, kind="stable")[:_PRESENT]]
+        self._jury.update(np.concatenate((self._archive.genomes, self.present)), self.buffer)
 
     def _match(self, repeat: int) -> np.ndarray:
         """Map the moments and let the walkers follow; return how much of each parameter a trial tells (P,)."""
@@ -386,13 +382,13 @@ class FewTrials:
         self, trials: np.ndarray, rng: np.random.Generator, points: int = INDUCING
     ) -> tuple[MomentField, np.ndarray]:
         """Return a field of the moments of some trials, and how much of each parameter a trial tells (P,)."""
-        jury = np.concatenate((self._archive.genomes, self.present))
-        samples, genuine = self.buffer.samples[trials], self.buffer.genuine
-        outputs = np.concatenate((self._seen[trials], _judged(self._classifier, jury, samples)), axis=1)
-        system = np.concatenate((self._seen_genuine, self._classifier.judge(jury, genuine).T), axis=1)
+        records = [self._jury] if self._observed is None else [self._observed, self._jury]
+        outputs = np.concatenate([record.counterfeit[trials] for record in records], axis=1)
+        system = np.concatenate([record.genuine for record in records], axis=1)
         parameters = self.buffer.parameters[trials]
-        moments = train_moments(parameters, outputs.astype(np.float64), system.astype(np.float64), rng)
-        noise = samples.shape[1] / len(genuine)  # of the genuine mean: as many samples of a trial may be alike
+        moments = train_moments(parameters, outputs, system, rng)
+        # of the genuine mean: as many samples of a trial may be alike
+        noise = self.buffer.samples.shape[1] / len(system)
         field = MomentField(parameters, moments.values, noise, rng, inducing=points)
         field.calibrate(self._design.walkers)
         return field, moments.explained
@@ -439,9 +435,11 @@ class FewTrials:
         self.climb = Climb(self._design.furthest)
         if climb := state_part(state, "climb/"):  # runs of before have none
             self.climb.restore(climb)
-        self._seen = self._seen_genuine = np.empty((0, len(self._drawn)), np.float32)
+        self._observed = None if self._observers is None else JudgmentRecord(self._observers)
+        self._jury = JudgmentRecord(self._classifier)
         if self._number:
-            self._observe(len(self.buffer), len(self.buffer.genuine))
+            self._observe()
+            self._jury.update(np.concatenate((self._archive.genomes, self.present)), self.buffer)
             self.batch = self._known(np.array(state["explained"], dtype=np.float64))
         else:
             self.batch = None
@@ -471,15 +469,24 @@ class _Density:
     def __init__(self, near: MomentField | None, wide: MomentField | None = None, reference: float = 0.0) -> None:
         self.near, self.wide, self._reference = near, wide, reference
 
-    def __call__(self, models: np.ndarray, hopeful: bool = False, power: float = 1.0) -> np.ndarray:
+    def __call__(
+        self, models: np.ndarray, hopeful: bool = False, power: float = 1.0, least: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the logarithm (N,) of the density of models (N, P); see `TrialDesign` for the arguments."""
         assert self.near is not None
         density = self.near.log_density(models, hopeful)
-        if self.wide is not None and power < 1:
-            density = density + self.wide.log_density(models, hopeful)
-        elif self.wide is not None:
-            open_ = density > density.max() - _HOPELESS
-            density[open_] += np.minimum(self.wide.log_density(models[open_]) - self._reference + _SLACK, 0)
-        return power * density
+        if self.wide is None:
+            return power * density
+        if power < 1:
+            return power * (density + self.wide.log_density(models, hopeful))
+        if least is None:
+            least = np.full(len(density), density.max(initial=-np.inf) - _HOPELESS)
+        # the wide map only makes models less likely
+        counts = density > least
+        if counts.any():
+            excluded = self.wide.log_density(models[counts]) - self._reference + _SLACK
+            density[counts] += np.minimum(excluded, 0)
+        return density
 
     def state(self) -> dict[str, np.ndarray]:
         fields = {"near": self.near, "wide": self.wide}
@@ -491,10 +498,3 @@ class _Density:
         parts = [state_part(state, f"{name}/") for name in ("near", "wide")]
         near, wide = (MomentField.restored(part) if part else None for part in parts)
         return cls(near, wide, float(state["reference"]))
-
-
-def _judged(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
-    """Return the outputs (S, N) float32 of classifiers for trials (S, C, T, D), each the mean over its samples."""
-    trials, count, *series = samples.shape
-    outputs = classifier.judge(genomes, samples.reshape(trials * count, *series))
-    return outputs.reshape(len(genomes), trials, count).mean(axis=2, dtype=np.float32).T

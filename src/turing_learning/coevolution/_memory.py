@@ -1,4 +1,4 @@
-"""What is kept of a run: past classifiers and all samples."""
+"""What is kept of a run: past classifiers, all samples, and what classifiers say of these."""
 
 from collections.abc import Mapping
 
@@ -9,6 +9,7 @@ from turing_learning.evolution import state_arrays
 from ..arrays import array
 from ..errors import integer, require
 from ..evolution import Seed, check_seed, generation_rng
+from ._protocols import Classifier
 
 
 class ClassifierArchive:
@@ -180,3 +181,67 @@ class SampleBuffer:
         require(rows.shape[1:] == shape, name, f"have rows of shape {shape}", str(rows.shape[1:]))
         self._arrays[name][held:needed] = rows
         self._counts[name] = needed
+
+
+class JudgmentRecord:
+    """Outputs of classifiers for all samples of a buffer: what has been judged is not judged again.
+
+    Parameters
+    ----------
+    classifier
+        Judges the samples, as genomes say.
+
+    Attributes
+    ----------
+    counterfeit : (S, N) float32
+        Outputs of N classifiers for S trials, each the mean over the samples of the trial.
+    genuine : (K, N) float32
+        Outputs for the genuine samples that are judged.
+    """
+
+    def __init__(self, classifier: Classifier) -> None:
+        self.classifier = classifier
+        self._genomes = np.empty((0, classifier.parameters))
+        # the genuine samples that are judged, among all that are kept
+        self._pool = range(0)
+        self.counterfeit = np.empty((0, 0), np.float32)
+        self.genuine = np.empty((0, 0), np.float32)
+
+    def update(self, genomes: np.ndarray, buffer: SampleBuffer) -> None:
+        """Let classifiers (N, Q) judge what is new to them: new samples, and all if a classifier is new in its row."""
+        compared = min(len(genomes), len(self._genomes))
+        changed = np.ones(len(genomes), bool)
+        changed[:compared] = (genomes[:compared] != self._genomes[:compared]).any(axis=1)
+        last = buffer.counts[1]
+        pool = range(last - len(buffer.genuine), last)
+        trials = range(len(buffer))
+        before = range(len(self.counterfeit))
+        self.counterfeit = self._updated(self.counterfeit, before, trials, genomes, changed, buffer.samples)
+        self.genuine = self._updated(self.genuine, self._pool, pool, genomes, changed, buffer.genuine[:, None])
+        self._genomes = genomes.copy()
+        self._pool = pool
+
+    def _updated(
+        self, outputs: np.ndarray, before: range, now: range, genomes: np.ndarray, changed: np.ndarray,
+        samples: np.ndarray,
+    ) -> np.ndarray:  # fmt: skip
+        """Return the outputs for the rows `now`, of which those in `before` are there but for changed classifiers."""
+        updated = np.empty((len(now), len(genomes)), np.float32)
+        # rows only come at the end, unless the pool has become larger
+        first = max(now.start, before.start)
+        last = max(min(now.stop, before.stop), first)
+        kept = slice(first - now.start, last - now.start)
+        same = np.flatnonzero(~changed)
+        updated[kept, same] = outputs[first - before.start : last - before.start, same]
+        updated[kept, changed] = self._judged(genomes[changed], samples[kept])
+        for new in (slice(0, kept.start), slice(kept.stop, len(now))):
+            updated[new] = self._judged(genomes, samples[new])
+        return updated
+
+    def _judged(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
+        """Return the outputs (S, N) for trials (S, C, T, D)."""
+        trials, count, *series = samples.shape
+        if trials == 0 or len(genomes) == 0:
+            return np.empty((trials, len(genomes)), np.float32)
+        outputs = self.classifier.judge(genomes, samples.reshape(trials * count, *series))
+        return outputs.reshape(len(genomes), trials, count).mean(axis=2, dtype=np.float32).T

@@ -1,5 +1,6 @@
 """From judgments to moments: numbers whose expectation is 0 for a model that is right, with noise of variance 1."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -36,39 +37,57 @@ def train_moments(
     count, dimension = parameters.shape
     targets = _terms((parameters - np.median(parameters, axis=0)) / (parameters.std(axis=0) + 1e-9))
     targets = (targets - targets.mean(axis=0)) / (targets.std(axis=0) + 1e-9)
-    scale = np.sqrt(0.5 * (outputs.var(axis=0) + genuine.var(axis=0))) + 1e-3
-    middle = outputs.mean(axis=0)
-    judged, system = (outputs - middle) / scale, ((genuine - middle) / scale).mean(axis=0)
+    # trials of one fold stand together, so that a fold is a slice
     fold = rng.permutation(count) % FOLDS
-    read, expected = _cross_fit(judged, system, targets, fold)
-    errors = ((read - targets) ** 2).mean(axis=1)
-    best, terms = errors.argmin(axis=0), np.arange(targets.shape[1])
+    order = np.argsort(fold, kind="stable")
+    ends = np.searchsorted(fold[order], np.arange(FOLDS + 1))
+    judged = outputs[order]
+    middle = judged.mean(axis=0)
+    judged -= middle
+    variance = np.einsum("sj,sj->j", judged, judged) / count
+    scale = np.sqrt(0.5 * (variance + genuine.var(axis=0))) + 1e-3
+    judged /= scale
+    system = (genuine.mean(axis=0) - middle) / scale
+    read, expected = _cross_fit(judged, system, targets[order], ends)
+    errors = ((read - targets[order]) ** 2).mean(axis=1)
+    best = errors.argmin(axis=0)
+    terms = np.arange(targets.shape[1])
     explained = 1 - errors.min(axis=0)
-    values = read[best, :, terms].T - expected[best][terms, :, terms].T[fold]
+    values = np.empty_like(targets)
+    values[order] = read[best, :, terms].T
+    values -= expected[best, :, terms].T[fold]
     kept = explained > _WORTH
     kept[:dimension] = True
     return Moments(_whitened(parameters, values[:, kept]), explained[:dimension])
 
 
 def _cross_fit(
-    judged: np.ndarray, system: np.ndarray, targets: np.ndarray, fold: np.ndarray
+    judged: np.ndarray, system: np.ndarray, targets: np.ndarray, ends: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the outputs (ridges, S, terms) for trials out of their fold, and those (ridges, folds, terms) for the system."""
-    parts = [(judged[fold == k], targets[fold == k]) for k in range(FOLDS)]
-    squares, products = [a.T @ a for a, _ in parts], [a.T @ t for a, t in parts]
+    """Return the outputs of jurors (ridges, S, terms) for trials out of their fold, and (ridges, folds, terms) for the system.
+
+    Fold k is the trials from `ends[k]` to `ends[k + 1]`. Outputs of classifiers are single precision, and so are
+    products of as many numbers as there are trials; equations are solved in double precision.
+    """
+    folds = [slice(first, last) for first, last in pairwise(ends)]
+    goals = targets.astype(judged.dtype)
+    squares = [(judged[fold].T @ judged[fold]).astype(float) for fold in folds]
+    products = [(judged[fold].T @ goals[fold]).astype(float) for fold in folds]
+    sums = [judged[fold].sum(axis=0, dtype=float) for fold in folds]
+    goal_sums = [targets[fold].sum(axis=0) for fold in folds]
     read = np.empty((len(_RIDGES), *targets.shape))
     expected = np.empty((len(_RIDGES), FOLDS, targets.shape[1]))
-    for k, (left_out, _) in enumerate(parts):
-        others = [j for j in range(FOLDS) if j != k]
-        size = sum(len(parts[j][0]) for j in others)
-        mean = sum(parts[j][0].sum(axis=0) for j in others) / size
-        goal = sum(parts[j][1].sum(axis=0) for j in others) / size
-        square = sum(squares[j] for j in others) - size * np.outer(mean, mean)
-        product = sum(products[j] for j in others) - size * np.outer(mean, goal)
+    for k, fold in enumerate(folds):
+        size = len(judged) - (ends[k + 1] - ends[k])
+        mean = (sum(sums) - sums[k]) / size
+        goal = (sum(goal_sums) - goal_sums[k]) / size
+        square = sum(squares) - squares[k] - size * np.outer(mean, mean)
+        product = sum(products) - products[k] - size * np.outer(mean, goal)
+        left_out = judged[fold] - mean.astype(judged.dtype)
         for r, ridge in enumerate(_RIDGES):
             penalized = square + ridge * size * np.eye(len(square))
-            weights = cho_solve(cho_factor(penalized), product)
-            read[r, fold == k] = (left_out - mean) @ weights + goal
+            weights = cho_solve(cho_factor(penalized, check_finite=False), product, check_finite=False)
+            read[r, fold] = left_out @ weights.astype(judged.dtype) + goal
             expected[r, k] = (system - mean) @ weights + goal
     return read, expected
 

@@ -25,7 +25,7 @@ from turing_learning.errors import (
 )
 from turing_learning.interaction import STIMULATED, StimulatedSystem
 from turing_learning.swarm import SCENARIOS as SWARMS
-from turing_learning.swarm import Scenario
+from turing_learning.swarm import WORLDS, Scenario
 from turing_learning.systems import CustomSystem
 
 from ._configuration import TAGS, Configuration, scenario_type
@@ -50,7 +50,8 @@ PRESETS: dict[str, dict[str, Any]] = {
 }
 """What each preset changes: "paper" keeps to the text of the paper, which has no floor under the step sizes, no archive of
 past classifiers and no renewal of the present ones, children that recombine in one way only, no jumps and no memory of fitness;
-"authors" adds what the authors' published settings have: a floor under the step sizes, and a start from 0."""
+"authors" adds the settings of the group's public code (repository wawachen/Turing_learning, TL_source): a floor under the step
+sizes, and a start from 0."""
 
 SCENARIOS: dict[str, Scenario | StimulatedSystem] = {**SWARMS, **STIMULATED}
 """Every system that has a name: swarms, and systems with stimuli."""
@@ -257,6 +258,10 @@ def _scenario_data(given: Any, asked: str | Scenario | CustomSystem | None, orig
                 reject("scenario", "be the same everywhere", got, "Leave one of them out.")
         meant = next((each for each in (named, asked, name) if each is not None), DEFAULT_SCENARIO)
         base = asdict(SCENARIOS[meant]) if isinstance(meant, str) and meant in SCENARIOS else {}
+    if "world" in table and scenario_type(base) is Scenario:
+        place, world = origins.where("scenario.world"), table.pop("world")
+        choice("scenario.world", world, WORLDS, noun="world", place=place, error=ConfigurationError)
+        base = merged(base, WORLDS[world])
     scenario = merged(base, table)
     return scenario | {key: _sides(scenario[key]) for key in ("arena", "parameters") if key in scenario}
 
@@ -310,6 +315,7 @@ def _require_known(data: Mapping[str, Any], origins: Origins, kind: Any = Config
         if name not in known:
             elsewhere = [each for each in _all_keys(Configuration) if each.rpartition(".")[2] == name]
             choices = [prefix + each for each in known] + (["scenario.preset"] if prefix == "scenario." else [])
+            choices += ["scenario.world"] if kind is Scenario else []
             advice = f"Did you mean `{elsewhere[0]}`?" if elsewhere else nearest(key, choices)
             origins.refuse(key, "be a known setting", _shown(value), advice)
         below = scenario_type(value) if key == "scenario" else known[name]
@@ -349,7 +355,7 @@ def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) 
             return str(complaint)
         name, _, rest = complaint.refusal.name.partition(" ")
         choices = (name, f"scenario.{name}", f"{key}.{name.rpartition('.')[2]}")
-        full = next((each for each in choices if each in known), key)
+        full = next((each for each in choices if each in known), key or name)
         return replace(complaint.refusal, name=f"{full} {rest}".rstrip(), place=origins.where(full))
     if first["type"] == "missing":
         name = str(data["scenario"].get("name"))

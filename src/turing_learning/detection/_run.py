@@ -179,6 +179,7 @@ def recorded_motion(
     if run.headings == "without":
         recording = replace(recording, headings=None)
     smooth = run.smooth_frames if smooth_frames is None else smooth_frames
+    recording = recording.cleared(longest_rest_s=None)  # one who stands still may be the abnormal one
     try:
         return motion_of(recording, run, smooth)
     except ValueError as error:
@@ -200,8 +201,9 @@ def motion_of(
     whose = range(len(recording.individuals)) if whose is None else whose
     names = tuple(recording.individuals[k] for k in whose)
     windows = recording.windows(
-        run.steps, signals=run.names, individuals=names, hold_out=0.0, smooth_frames=smooth_frames, **options
-    )
+        run.steps, signals=run.names, individuals=names, hold_out=0.0, smooth_frames=smooth_frames,
+        longest_rest_s=None, **options,
+    )  # fmt: skip
     who, first = windows.learning_index.T
     places = [np.flatnonzero(who == k) for k in whose]
     paths, steps = paths_of(recording, smooth_frames), np.arange(run.steps)

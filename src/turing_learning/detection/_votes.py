@@ -20,8 +20,6 @@ from ._run import StoredRun, motion_to_calibrate, run_classifiers
 RULES = ("fittest", "unanimous", "discriminant")
 """Names of the rules; see `Detector`."""
 DEFAULT_RULE = "discriminant"
-GONE = {"single": "unanimous"} | dict.fromkeys(("majority", "group", "archive", "jury"), "discriminant")
-"""Rules of version 0.1.0, and the nearest one that remains."""
 SHRINKAGE = 0.5  # of covariances towards none between classifiers: many votes are nearly the same
 FLOOR = 1e-3  # of variances: a classifier that never erred may err yet
 _ANY = 10.0**-DIGITS
@@ -291,10 +289,8 @@ class Detector:
 
 
 def check_rule(rule: str) -> None:
-    """Reject what is no rule; one that is gone names the nearest that remains."""
-    word = rule if isinstance(rule, str) else ""
-    remedy = f"Version 0.1.0 had it; the nearest is `{GONE[word]}`." if word in GONE else nearest(word, RULES)
-    check(word in RULES, "rule", "be one of the rules", repr(rule), remedy)
+    """Reject what is no rule."""
+    check(rule in RULES, "rule", "be one of the rules", repr(rule), nearest(rule, RULES))
 
 
 def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
@@ -306,7 +302,10 @@ def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
     if rule == "fittest" and len(genuine):
         return np.full(len(genuine), 1 / len(genuine))
     by_individual = rule == "unanimous"
-    found = competence(genuine.any(axis=-1), abnormal.any(axis=-1)) if by_individual else competence(genuine, abnormal)
+    if by_individual:
+        found = competence(np.asarray(genuine.any(axis=-1)), np.asarray(abnormal.any(axis=-1)))
+    else:
+        found = competence(genuine, abnormal)
     tells, told = found.max(initial=0.0) > 0, "hold a classifier that tells genuine from abnormal motion"
     check(tells, "genomes", told, f"{len(genuine)} that cannot", "Run more generations.")
     if by_individual:

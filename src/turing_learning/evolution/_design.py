@@ -11,7 +11,8 @@ from ._checks import Seed, check_seed, generation_rng, state_arrays
 Density = Callable[..., np.ndarray]
 """Logarithm (N,) of the density with which models (N, P) are the right one; if `hopeful`, of little-known ones, too.
 
-Explorers ask for a `power` of it, from 0 to 1.
+Explorers ask for a `power` of it, from 0 to 1. Walkers say with `least` (N,) from which value on a move counts:
+anything below may be minus infinity, which saves computing it.
 """
 
 WALKERS = 150
@@ -78,7 +79,7 @@ class TrialDesign:
     ) -> None:  # fmt: skip
         self.dimension = integer("dimension", dimension, 1)
         self._seed = check_seed(seed)
-        self._groups = [list(group) for group in groups]
+        self._groups = np.array([list(group) for group in groups], dtype=np.int64)
         self._dependent = list(dependent)
         self._symmetries = [(np.asarray(order), np.asarray(signs, dtype=float)) for order, signs in symmetries]
         self._limits, self._saturated = (
@@ -143,18 +144,25 @@ class TrialDesign:
             self._explorers = self._followed(self._explorers, partial(density, hopeful=True, power=_EXPLORED), rng)
         self._step += 1
 
-    def _followed(self, place: np.ndarray, density: Density, rng: np.random.Generator) -> np.ndarray:
-        place, height = place.copy(), self._height(place, density)
-        lost = np.flatnonzero(height < height.max() - _LOST)
-        found = np.setdiff1d(np.arange(len(place)), lost)[rng.integers(len(place) - len(lost), size=len(lost))]
-        place[lost], height[lost] = place[found], height[found]
+    def _followed(self, walkers: np.ndarray, density: Density, rng: np.random.Generator) -> np.ndarray:
+        """Return where walkers (W, P) are after their moves by the Metropolis rule."""
+        walkers = walkers.copy()
+        height = self._height(walkers, density)
+        lost = height < height.max() - _LOST
+        alive = np.flatnonzero(~lost)
+        companions = alive[rng.integers(len(alive), size=int(lost.sum()))]
+        walkers[lost] = walkers[companions]
+        height[lost] = height[companions]
         count = self._moves if self._step else 3 * self._moves
-        for k in range(count):
-            moved = self._moved(place, k, rng)
-            new = self._height(moved, density)
-            taken = np.log(rng.random(len(place))) < new - height
-            place[taken], height[taken] = moved[taken], new[taken]
-        return place
+        for move in range(count):
+            moved = self._moved(walkers, move, rng)
+            # drawn before the density is computed, which need not be where it is too low to count
+            least = height + np.log(rng.random(len(walkers)))
+            new = self._height(moved, density, least)
+            accepted = new > least
+            walkers[accepted] = moved[accepted]
+            height[accepted] = new[accepted]
+        return walkers
 
     def _moved(self, place: np.ndarray, number: int, rng: np.random.Generator) -> np.ndarray:
         moved, count = place.copy(), len(place)
@@ -175,19 +183,31 @@ class TrialDesign:
                 order, signs = self._symmetries[rng.integers(len(self._symmetries))]
                 model[:] = signs * model[order]
             return
+        rows = np.arange(len(models))
         if not exchange or len(self._groups) < 2:
             parameter = rng.integers(self.dimension, size=len(models))
-            models[np.arange(len(models)), parameter] = rng.uniform(-1, 1, len(models))
+            models[rows, parameter] = rng.uniform(-1, 1, len(models))
             return
-        for model in models:
-            first, second = (self._groups[k] for k in rng.permutation(len(self._groups))[:2])
-            model[first + second] = model[second + first]
-            model[self._dependent] = rng.uniform(-1, 1, len(self._dependent))
+        order = rng.permuted(np.tile(np.arange(len(self._groups)), (len(models), 1)), axis=1)
+        first = self._groups[order[:, 0]]
+        second = self._groups[order[:, 1]]
+        before = models.copy()
+        models[rows[:, None], first] = before[rows[:, None], second]
+        models[rows[:, None], second] = before[rows[:, None], first]
+        models[:, self._dependent] = rng.uniform(-1, 1, (len(models), len(self._dependent)))
 
-    def _height(self, models: np.ndarray, density: Density) -> np.ndarray:
+    def _height(self, models: np.ndarray, density: Density, least: np.ndarray | None = None) -> np.ndarray:
+        """Return the density (N,) of models (N, P), less what it costs to leave the range; see `Density` for `least`."""
         outside = np.maximum(np.abs(models) - 1, 0)
-        height = density(self._stated(models)) - 0.5 * ((outside / self._margin) ** 2).sum(axis=1)
-        return np.where((outside[:, self._limits] > 0).any(axis=1), -np.inf, height)
+        cost = 0.5 * ((outside / self._margin) ** 2).sum(axis=1)
+        height = np.full(len(models), -np.inf)
+        allowed = ~(outside[:, self._limits] > 0).any(axis=1)
+        stated = self._stated(models[allowed])
+        if least is None:
+            height[allowed] = density(stated) - cost[allowed]
+        else:
+            height[allowed] = density(stated, least=least[allowed] + cost[allowed]) - cost[allowed]
+        return height
 
     def _stated(self, models: np.ndarray) -> np.ndarray:
         return np.where(self._saturated, np.clip(models, -1, 1), models) if self._saturated.any() else models

@@ -39,7 +39,7 @@ class EvolutionStrategy(Turns):
     drift.
 
     Source: paper, section 3.2.4. The paper leaves recombination, learning rates and initial values open; those
-    used here are the ones published in follow-up work.
+    used here are those of the group's public code (repository wawachen/Turing_learning, TL_source).
 
     Parameters
     ----------

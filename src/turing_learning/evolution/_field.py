@@ -1,20 +1,89 @@
-"""A map of the moments over the parameters: Gaussian processes, and the density of the truth that follows from them."""
+"""A map of the moments over the parameters: Gaussian processes, and the density of the right model."""
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_solve, cholesky, solve_triangular
+from scipy.linalg import cho_solve, cholesky, lapack, solve_triangular
 
 from ._checks import state_arrays
 
-LENGTHS = (0.15, 0.3, 0.6, 1.2)
+LENGTHS = (1.2, 0.6, 0.3, 0.15)
+"""Length scales that a moment can have, on a range of 2; the longest first (decision 0028)."""
+
 AMPLITUDES = (0.03, 0.3, 3.0, 30.0)
-_WIDE = 100.0  # variance of constant and slope
-_TRIED_ON = 250  # samples that choose length and amplitude
+"""Variances of the bends that a moment can have, in units of the noise of one trial (decision 0028)."""
+
+LINEAR_VARIANCE = 100.0
+"""Variance of constant and slopes, in the same units: so large that data alone determine them."""
+
+SHAPE_TRIALS = 250
+"""Trials by which length and amplitude are chosen."""
+
 INDUCING = 200
-"""Points that a map rests on."""
-_JITTER = 1e-6
+"""Trials that a map rests on, at most."""
+
+MISSED = 0.5
+"""Variance of a moment that a map may miss between those trials, in units of the noise of the system's mean."""
+
+LEAST_NOISE = 1e-5
+"""Smallest such noise that counts, in units of the noise of one trial: less would cost points in vain."""
+
+MISSED_BY_EVIDENCE = 0.03
+"""Variance that may be missed where only length and amplitude are chosen, in units of the noise of one trial."""
+
 MOST_TEMPER = 2.0
+"""Largest number that the logarithm of the density is divided by."""
+
+
+class _Bends(NamedTuple):
+    """The squared-exponential kernel of one length scale, as a product of features.
+
+    The kernels of a few points stand for all others. These points are chosen one after the other, that of the
+    largest remaining variance first (pivoted Cholesky factorization).
+    """
+
+    length: float
+    points: np.ndarray
+    #: (R, R): features are the kernels of the R points times this
+    whitening: np.ndarray
+
+    @classmethod
+    def of(cls, points: np.ndarray, length: float, missed: float) -> "_Bends":
+        """Choose points until a share `missed` of the variance, or less, remains anywhere."""
+        factor, order, rank, _ = lapack.dpstrf(_kernel(points, points, length), tol=missed, lower=1)
+        # LAPACK counts from 1 and leaves the other triangle as it was
+        chosen = points[order[:rank] - 1]
+        triangle = np.tril(factor[:rank, :rank])
+        return cls(length, chosen, solve_triangular(triangle, np.eye(rank), lower=True, check_finite=False).T)
+
+    def features(self, models: np.ndarray) -> np.ndarray:
+        """Return 1, the parameters, and the features of the bends (N, 1 + P + R) of models (N, P)."""
+        bends = _kernel(models, self.points, self.length) @ self.whitening
+        return np.concatenate((np.ones((len(models), 1)), models, bends), axis=1)
+
+    def missed(self, features: np.ndarray) -> np.ndarray:
+        """Return the share (N,) of the bends' variance that features (N, 1 + P + R) leave open."""
+        bends = features[:, 1 + self.points.shape[1] :]
+        return np.maximum(1 - np.einsum("nr,nr->n", bends, bends), 0)
+
+    def scales(self, amplitude: float) -> np.ndarray:
+        """Return the standard deviation expected of the weight of each feature."""
+        scales = np.full(1 + self.points.shape[1] + len(self.points), np.sqrt(amplitude))
+        scales[: 1 + self.points.shape[1]] = np.sqrt(LINEAR_VARIANCE)
+        return scales
+
+
+class _Process(NamedTuple):
+    """The Gaussian processes of moments that share one length scale."""
+
+    bends: _Bends
+    #: indices of the moments
+    columns: np.ndarray
+    #: (1 + P + R, moments): expectation of the weights of the features
+    weights: np.ndarray
+    #: for each amplitude: its value, which of all moments have it, and a square root of the weights' covariance
+    spreads: list[tuple[float, np.ndarray, np.ndarray]]
 
 
 class MomentField:
@@ -23,10 +92,12 @@ class MomentField:
     A moment is a number per trial, with noise of variance 1, whose expectation is 0 for models that are
     right. Each moment is a Gaussian process over the parameters with constant, slope and a
     squared-exponential part, whose length and amplitude are those of the highest evidence in a small grid.
-    With many trials the processes are projected on some of them.
+    The process is computed as a linear regression on features. So its cost per trial does not grow with the
+    number of trials, and moments that share a length share their features.
 
     Source: Rasmussen and Williams, Gaussian processes for machine learning (2006), sections 2.7 and 8.3;
-    Gutmann and Corander, BOLFI (2016).
+    Gutmann and Corander, BOLFI (2016); Fine and Scheinberg, Efficient SVM training using low-rank kernel
+    representations (2001), for the points.
 
     Parameters
     ----------
@@ -39,7 +110,7 @@ class MomentField:
     rng
         Draws the subsets.
     inducing
-        Number of trials on which the processes are projected.
+        Number of trials from which points of the processes are chosen.
 
     Attributes
     ----------
@@ -52,45 +123,48 @@ class MomentField:
         self, parameters: np.ndarray, moments: np.ndarray, noise: float, rng: np.random.Generator, *,
         inducing: int = INDUCING,
     ) -> None:  # fmt: skip
-        tried = rng.permutation(len(parameters))[:_TRIED_ON]
+        tried = rng.permutation(len(parameters))[:SHAPE_TRIALS]
         center = np.median(parameters, axis=0)
-        points = np.sort(rng.permutation(len(parameters))[:inducing])
-        shapes = _chosen(parameters[tried] - center, moments[tried])
-        known = {"parameters": parameters, "moments": moments, "center": center, "inducing": points, "shapes": shapes}
-        self._build({**known, "noise": np.array(noise), "misfit": np.array(1.0)})
+        state = {
+            "parameters": parameters,
+            "moments": moments,
+            "center": center,
+            "inducing": np.sort(rng.permutation(len(parameters))[:inducing]),
+            "shapes": _likeliest_shapes(parameters[tried] - center, moments[tried]),
+            "noise": np.array(noise),
+            "misfit": np.array(1.0),
+        }
+        self._build(state)
 
     def _build(self, state: dict[str, np.ndarray]) -> None:
-        self._state, self._noise, self.misfit = state, float(state["noise"]), float(state["misfit"])
-        parameters, moments, self._center, shapes = (
-            state[name] for name in ("parameters", "moments", "center", "shapes")
-        )
-        self._points = parameters[state["inducing"]] - self._center
-        self._parts = []
-        places, identity = parameters - self._center, np.eye(len(self._points))
-        for shape in np.unique(shapes, axis=0):
-            columns = np.flatnonzero((shapes == shape).all(axis=1))
-            own = _kernel(self._points, self._points, *shape)
-            own[np.diag_indices(len(own))] *= 1 + _JITTER
-            inverse = solve_triangular(cholesky(own, lower=True), identity, lower=True).T
-            features = _kernel(places, self._points, *shape) @ inverse
-            factor = cholesky(features.T @ features + identity, lower=True)
-            weights = inverse @ cho_solve((factor, True), features.T @ moments[:, columns])
-            spread = inverse @ solve_triangular(factor, identity, lower=True).T
-            self._parts.append((shape, columns, weights, inverse, spread))
+        self._state = state
+        self._noise = float(state["noise"])
+        self.misfit = float(state["misfit"])
+        self._center = state["center"]
+        models = state["parameters"] - self._center
+        points = models[state["inducing"]]
+        lengths = state["shapes"][:, 0]
+        missed = MISSED * max(self._noise, LEAST_NOISE)
+        self._processes = []
+        for length in np.unique(lengths):
+            columns = np.flatnonzero(lengths == length)
+            amplitudes = state["shapes"][columns, 1]
+            bends = _Bends.of(points, length, missed / amplitudes.max())
+            self._processes.append(_fitted(bends, models, state["moments"], columns, amplitudes))
 
     def predict(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and variance (N, Q) of the expectations of the moments of N models (N, P)."""
-        places = parameters - self._center
-        mean = np.empty((len(places), len(self._state["shapes"])))
+        models = parameters - self._center
+        mean = np.empty((len(models), len(self._state["shapes"])))
         variance = np.empty_like(mean)
-        distance = _squared(places, self._points)
-        product = places @ self._points.T
-        for (length, amplitude), columns, weights, inverse, spread in self._parts:
-            kernel = _combined(distance, product, length, amplitude)
-            mean[:, columns] = kernel @ weights
-            prior = amplitude + _WIDE * (1 + (places**2).sum(axis=1))
-            left = np.maximum(prior - ((kernel @ inverse) ** 2).sum(axis=1), 0)
-            variance[:, columns] = (left + ((kernel @ spread) ** 2).sum(axis=1))[:, None]
+        for bends, columns, weights, spreads in self._processes:
+            features = bends.features(models)
+            mean[:, columns] = features @ weights
+            missed = bends.missed(features)
+            for amplitude, sharing, spread in spreads:
+                deviations = features @ spread
+                known = np.einsum("nr,nr->n", deviations, deviations)
+                variance[:, sharing] = (amplitude * missed + known)[:, None]
         return mean, variance
 
     def log_density(self, parameters: np.ndarray, hopeful: bool = False) -> np.ndarray:
@@ -101,12 +175,17 @@ class MomentField:
         """
         mean, variance = self.predict(parameters)
         variance += self._noise
-        surprise = mean**2 / variance if hopeful else mean**2 / variance + np.log(variance)
+        surprise = mean**2 / variance
+        if not hopeful:
+            surprise += np.log(variance)
         return -0.5 * surprise.sum(axis=1) / self.temper
 
     @property
     def temper(self) -> float:
-        """What the logarithm of the density is divided by: the misfit, at most 2; else the next trials would lie too far apart."""
+        """What the logarithm of the density is divided by: the misfit, at most 2.
+
+        With more the next trials would lie too far apart.
+        """
         return min(self.misfit, MOST_TEMPER)
 
     def calibrate(self, parameters: np.ndarray) -> None:
@@ -125,33 +204,74 @@ class MomentField:
     def restored(cls, state: Mapping[str, np.ndarray]) -> "MomentField":
         """Return the field of a state."""
         shapes = {"parameters": "S P", "moments": "S Q", "center": "P", "inducing": "B", "shapes": "Q 2"}
-        held = state_arrays(state, shapes | {"noise": "", "misfit": ""})
+        arrays = state_arrays(state, shapes | {"noise": "", "misfit": ""})
         field = cls.__new__(cls)
-        field._build(held | {"inducing": held["inducing"].astype(np.int64)})
+        field._build(arrays | {"inducing": arrays["inducing"].astype(np.int64)})
         return field
 
 
-def _chosen(places: np.ndarray, moments: np.ndarray) -> np.ndarray:
-    """Return length and amplitude (Q, 2) of each moment by evidence."""
-    grid = np.array([(length, amplitude) for length in LENGTHS for amplitude in AMPLITUDES])
-    evidence = np.empty((len(grid), moments.shape[1]))
-    distance, product = _squared(places, places), places @ places.T
-    for k, shape in enumerate(grid):
-        factor = cholesky(_combined(distance, product, *shape) + np.eye(len(places)), lower=True)
-        white = solve_triangular(factor, moments, lower=True)
-        evidence[k] = -0.5 * (white**2).sum(axis=0) - np.log(np.diag(factor)).sum()
-    return grid[evidence.argmax(axis=0)]
+def _fitted(
+    bends: _Bends, models: np.ndarray, moments: np.ndarray, columns: np.ndarray, amplitudes: np.ndarray
+) -> _Process:
+    """Fit some columns of the moments (S, Q), which have these amplitudes, on features of models (S, P)."""
+    features = bends.features(models)
+    missed = bends.missed(features)
+    weights = np.empty((features.shape[1], len(columns)))
+    spreads = []
+    for amplitude in np.unique(amplitudes):
+        sharing = amplitudes == amplitude
+        # a trial far from all points says less of the weights
+        weighted = features / (1 + amplitude * missed)[:, None]
+        scales = bends.scales(amplitude)
+        factor = _precision_factor(weighted.T @ features, scales)
+        products = weighted.T @ moments[:, columns[sharing]]
+        weights[:, sharing] = scales[:, None] * cho_solve(
+            (factor, True), scales[:, None] * products, check_finite=False
+        )
+        spread = scales[:, None] * solve_triangular(factor, np.eye(len(factor)), lower=True, check_finite=False).T
+        spreads.append((float(amplitude), columns[sharing], spread))
+    return _Process(bends, columns, weights, spreads)
 
 
-def _squared(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the squared distances (N, B) of points (N, P) and (B, P)."""
-    sums = (first**2).sum(axis=1)[:, None] + (second**2).sum(axis=1)
-    return np.maximum(sums - 2 * first @ second.T, 0)
+def _precision_factor(squares: np.ndarray, scales: np.ndarray) -> np.ndarray:
+    """Return the Cholesky factor of the weights' precision, in units of the scales: noise has variance 1."""
+    precision = squares * np.outer(scales, scales)
+    precision[np.diag_indices(len(precision))] += 1
+    return cholesky(precision, lower=True, overwrite_a=True, check_finite=False)
 
 
-def _kernel(first: np.ndarray, second: np.ndarray, length: float, amplitude: float) -> np.ndarray:
-    return _combined(_squared(first, second), first @ second.T, length, amplitude)
+def _likeliest_shapes(models: np.ndarray, moments: np.ndarray) -> np.ndarray:
+    """Return length and amplitude (Q, 2) of each moment by evidence.
+
+    Shorter lengths are tried as long as the last one is the best so far for some moment: the shorter, the more
+    features there are.
+    """
+    shapes = np.empty((moments.shape[1], 2))
+    highest = np.full(moments.shape[1], -np.inf)
+    for length in LENGTHS:
+        bends = _Bends.of(models, length, MISSED_BY_EVIDENCE / AMPLITUDES[-1])
+        features = bends.features(models)
+        squares = features.T @ features
+        products = features.T @ moments
+        best_so_far = highest
+        for amplitude in AMPLITUDES:
+            scales = bends.scales(amplitude)
+            factor = _precision_factor(squares, scales)
+            explained = solve_triangular(factor, scales[:, None] * products, lower=True, check_finite=False)
+            # but for a constant, by the matrix inversion lemma
+            evidence = 0.5 * (explained**2).sum(axis=0) - np.log(np.diag(factor)).sum()
+            shapes[evidence > highest] = length, amplitude
+            highest = np.maximum(highest, evidence)
+        if (highest == best_so_far).all():
+            break
+    return shapes
 
 
-def _combined(distance: np.ndarray, product: np.ndarray, length: float, amplitude: float) -> np.ndarray:
-    return amplitude * np.exp(distance * (-0.5 / length**2)) + _WIDE * (1 + product)
+def _kernel(first: np.ndarray, second: np.ndarray, length: float) -> np.ndarray:
+    """Return exp(-d^2 / 2) (N, B) of points (N, P) and (B, P), whose distance is d lengths."""
+    first = first / length
+    second = second / length
+    exponents = first @ second.T
+    exponents -= 0.5 * (first**2).sum(axis=1)[:, None]
+    exponents -= 0.5 * (second**2).sum(axis=1)
+    return np.exp(exponents, out=exponents)

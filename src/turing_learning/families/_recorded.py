@@ -13,7 +13,7 @@ import numpy as np
 
 from turing_learning._files import digest_of, file_digest
 from turing_learning.errors import RefusedError, Setting, refuse, refusing_as, require
-from turing_learning.trajectories import Options, load_file
+from turing_learning.trajectories import LONGEST_REST_S, Options, load_file
 
 from ..trajectories import SIGNALS, Trajectories, Windows, pooled_windows
 from ._family import NEIGHBOR, Family, Particles
@@ -85,7 +85,7 @@ def as_recorded(
     require(not walls or issubclass(family, Particles), "tanks", rule, family.__name__)
     if hasattr(family, "period_cm") and (walls or NEIGHBOR & set(windows.names)):
         settings = {"period_cm": None} | settings
-    kinds = [(len(each.individuals), tank) for each, tank in zip(recordings, given or repeat(None), strict=False)]
+    kinds = [(each.at_once, tank) for each, tank in zip(recordings, given or repeat(None), strict=False)]
     alike = Counter(kinds[k] for k in windows.learning_recording)
     own = {"steps": windows.learning.shape[1], "interval_s": windows.interval_s, "signals": windows.names}
     groups = {
@@ -106,11 +106,13 @@ def read_recording(
     the usual frame rate, `every` is the usual one, too.
     """
     every, bridge = options.get("every"), options.get("bridge")
-    fps, scale, y_axis, keypoint = map(options.get, ("fps", "scale", "y_axis", "keypoint"))
+    fps, scale, y_axis = map(options.get, ("fps", "scale", "y_axis"))
+    others = {name: options.get(name) for name in ("keypoint", "min_confidence")}
     otherwise = {"fps": usual.get("fps"), "pixels_per_cm": usual.get("scale"), "y_axis": usual.get("y_axis")}
     try:
         with refusing_as(RefusedError):
-            how = Options(fps=fps, pixels_per_cm=scale, y_axis=y_axis, keypoint=keypoint)
+            columns = _columns(options.get("column") or ())
+            how = Options(fps=fps, pixels_per_cm=scale, y_axis=y_axis, columns=columns, **others)
             recording = load_file(path, how, options.get("format"), otherwise)
             if every is None and fps is None and recording.fps == usual.get("fps"):
                 every = usual.get("every")
@@ -118,7 +120,7 @@ def read_recording(
                 rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
                 require(every < 1 or every % recording.every == 0, "every", rule, str(every), place=str(path))
                 recording = recording.thinned(every)
-            return recording if bridge is None else recording.bridged(bridge)
+            return recording if bridge is None else recording.cleared(longest_rest_s=None).bridged(bridge)
     except RefusedError as error:
         if error.refusal is None or error.refusal.name != "path":
             raise
@@ -127,6 +129,16 @@ def read_recording(
         refuse(name, "be a readable file", f"{path} ({error.strerror or error})")
     except ImportError as error:
         raise RefusedError(str(error)) from error
+
+
+def _columns(texts: Sequence[str]) -> dict[str, str]:
+    """Return which columns of a table are what, by texts as id=track."""
+    found: dict[str, str] = {}
+    for text in texts:
+        role, equals, name = text.partition("=")
+        require(equals and name and role not in found, "columns", "be WHAT=NAME, for each once", repr(text))
+        found[role] = name
+    return found
 
 
 @dataclass(frozen=True)
@@ -178,20 +190,23 @@ class RecordedSystem:
         length: Any = {"steps": steps} if known else {"length_s": self.options.get("window", WINDOW_S)}
         # signals of neighbors say most of groups whose models take notice of each other
         together = chosen.social and all(len(each.individuals) > 1 for each in motion)
+        rest = given("longest_rest", LONGEST_REST_S)
         with refusing_as(RefusedError):
             windows = pooled_windows(
                 motion,
                 **length,
                 signals=names or signals or (tuple(SIGNALS) if together else ("speed", "turn")),
                 smooth_frames=self.options.get("smooth", 1),
+                longest_rest_s=rest,
                 hold_out_individuals=apart,
                 hold_out_recordings=[int(number) - 1 for number in numbers],
             )
             near = any(name.startswith("neighbor") for name in windows.names) and issubclass(chosen, Particles)
             asked = given("tank") or (["recorded"] if near else [])
             asked = asked * count if asked in (["recorded"], ["none"]) else asked
-            tanks = [_tank(text, motion[min(k, count - 1)]) for k, text in enumerate(asked)]
-            family = as_recorded(chosen, motion, windows, tanks=tanks)
+            clear = [each.cleared(longest_rest_s=rest) for each in motion]
+            tanks = [_tank(text, clear[min(k, count - 1)]) for k, text in enumerate(asked)]
+            family = as_recorded(chosen, clear, windows, tanks=tanks)
         return windows, family, motion
 
 

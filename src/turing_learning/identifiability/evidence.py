@@ -222,7 +222,7 @@ def recorded_quantities(
     """
     rng, groups = stream(seed, COMPARING, 1), getattr(group, "groups", (group,))
     found: list[list[Values]] = [[], []]
-    for recording in recordings:
+    for recording in (each.cleared() for each in recordings):
         if len(recording.individuals) > 1:
             near = recording.signals(("neighbor_distance",))
             both = recording.present[1:] & recording.present[:-1]

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from .compile import contracted, inlined
-from .world import Networks, State, World
+from .world import Imperfections, Networks, State, World
 
 TWO_PI = 2 * math.pi
 _BELOW_PI = math.nextafter(math.pi, 0)
@@ -158,8 +158,15 @@ SKIN = 0.5
 """Travel beyond its own motion that a body may be pushed in a cycle before the near pairs are given up (cm)."""
 
 
+# Each imperfection draws from a stream of its own, so that one changes no number of another. Random 64-bit constants.
+_SCALES, _SLIPS, _MISTAKES = np.uint64(0x6A09E667F3BCC909), np.uint64(0xBB67AE8584CAA73B), np.uint64(0x3C6EF372FE94F82B)
+
+
 @inlined
-def command_wheels(controllers: np.ndarray, key: np.uint64, cycle: int, w: int, world: World, state: State) -> None:
+def command_wheels(
+    controllers: np.ndarray, key: np.uint64, cycle: int, w: int, world: World, state: State,
+    imperfections: Imperfections | None,
+) -> None:  # fmt: skip
     """Set the robots' forward speeds and turn rates from the wheel speeds (robots, 2 n) of their readings, with noise."""
     for i in range(world.robots):
         counter = np.uint64(2 * (cycle * world.robots + i))
@@ -168,11 +175,40 @@ def command_wheels(controllers: np.ndarray, key: np.uint64, cycle: int, w: int, 
         right = controllers[i, 2 * reading + 1] * world.maximum_speed
         left *= noise_factor(key, counter, world.wheel_noise)
         right *= noise_factor(key, counter + np.uint64(1), world.wheel_noise)
+        if imperfections is not None:
+            left *= noise_factor(key ^ _SCALES, np.uint64(2 * i), world.wheel_scale_spread)
+            right *= noise_factor(key ^ _SCALES, np.uint64(2 * i + 1), world.wheel_scale_spread)
         if world.clamp:
             left = min(max(left, -world.maximum_speed), world.maximum_speed)
             right = min(max(right, -world.maximum_speed), world.maximum_speed)
+        if imperfections is not None:
+            left *= 1.0 - imperfections.slip * uniform(key ^ _SLIPS, counter)
+            right *= 1.0 - imperfections.slip * uniform(key ^ _SLIPS, counter + np.uint64(1))
         state.forward[i, w] = 0.5 * (left + right)
         state.command[i, w] = (right - left) / world.wheel_distance
+
+
+@inlined
+def mistake(key: np.uint64, cycle: int, w: int, world: World, state: State, imperfections: Imperfections) -> None:
+    """Replace the readings of robots whose sensor is mistaken in this cycle, each by any other state."""
+    if imperfections.mistakes > 0.0:
+        for i in range(world.robots):
+            draw = uniform(key ^ _MISTAKES, np.uint64(cycle * world.robots + i)) / imperfections.mistakes
+            if draw < 1.0:
+                shift = 1 + int(draw * (imperfections.states - 1))
+                state.reading[i, w] = (state.reading[i, w] + shift) % imperfections.states
+
+
+@inlined
+def delay_commands(cycle: int, world: World, state: State, imperfections: Imperfections) -> None:
+    """Let the present commands wait, and those act that were given as many cycles ago as the lag; before, robots rest."""
+    lag = imperfections.waiting.shape[0]
+    if lag > 0:
+        due = imperfections.waiting[cycle % lag]
+        for i in range(world.robots):
+            for w in range(state.crowd.shape[0]):
+                due[0, i, w], state.forward[i, w] = state.forward[i, w], due[0, i, w]
+                due[1, i, w], state.command[i, w] = state.command[i, w], due[1, i, w]
 
 
 @inlined
@@ -181,7 +217,7 @@ def reach_of_robot(wheel_speeds: np.ndarray, world: World) -> float:
     fastest = 0.0
     for k in range(wheel_speeds.shape[0] // 2):
         fastest = max(fastest, abs(wheel_speeds[2 * k]) + abs(wheel_speeds[2 * k + 1]))
-    speed = 0.5 * fastest * world.maximum_speed * (1.0 + world.wheel_noise)
+    speed = 0.5 * fastest * world.maximum_speed * (1.0 + world.wheel_noise) * (1.0 + world.wheel_scale_spread)
     return world.radius[0] + speed * world.interval + SKIN
 
 

@@ -5,11 +5,33 @@ import math
 import numpy as np
 
 from .compile import compile_cached, inlined
-from .motion import command_wheels, drive, glide_free_robots, reach_of_robot, set_object_reach, sines_and_cosines
+from .motion import (
+    command_wheels,
+    delay_commands,
+    drive,
+    glide_free_robots,
+    mistake,
+    reach_of_robot,
+    set_object_reach,
+    sines_and_cosines,
+)
 from .sensing import open_view, sense, sense_one_trial
 from .stepping import advance_involved
 from .tiles import REORDER_CYCLES, Tiles, new_tiles, read_sensors, renew_boxes, renew_order
-from .world import LANES, Lanes, Networks, Pairs, Party, State, World, new_lanes, new_pairs, new_party, new_state
+from .world import (
+    LANES,
+    Imperfections,
+    Lanes,
+    Networks,
+    Pairs,
+    Party,
+    State,
+    World,
+    new_lanes,
+    new_pairs,
+    new_party,
+    new_state,
+)
 
 SLOTS = 64
 """Trials that one thread advances side by side at most."""
@@ -86,7 +108,7 @@ def record(poses: np.ndarray, sensors: np.ndarray, w: int, world: World, state: 
 def _advance_trials(
     block: int, initial: np.ndarray, controllers: np.ndarray, keys: np.ndarray, speeds: np.ndarray, poses: np.ndarray,
     sensors: np.ndarray, world: World, state: State, pairs: Pairs, party: Party, lanes: Lanes | None,
-    tiles: Tiles | None, networks: Networks | None,
+    tiles: Tiles | None, networks: Networks | None, imperfections: Imperfections | None,
 ) -> None:  # fmt: skip
     """Run the trials from `block` on, one in each slot of the state.
 
@@ -101,8 +123,13 @@ def _advance_trials(
         open_view(world.sectors, block + w, w, state)
     if networks is not None:
         networks.memory[:] = 0.0
+    if imperfections is not None:
+        imperfections.waiting[:] = 0.0
     for cycle in range(speeds.shape[2] + recorded):
         look(cycle, world, state, lanes, tiles)
+        if imperfections is not None:
+            for w in range(slots):
+                mistake(keys[block + w], cycle, w, world, state, imperfections)
         if recorded:
             for w in range(slots):
                 record(poses[block + w, cycle], sensors[block + w, cycle], w, world, state)
@@ -113,7 +140,9 @@ def _advance_trials(
                 for w in range(slots):
                     state.start_x[i, w], state.start_y[i, w] = state.x[i, w], state.y[i, w]
             for w in range(slots):
-                command_wheels(controllers[block + w], keys[block + w], cycle, w, world, state)
+                command_wheels(controllers[block + w], keys[block + w], cycle, w, world, state, imperfections)
+            if imperfections is not None:
+                delay_commands(cycle, world, state, imperfections)
             state.near[:] = 0
             for first in range(0, slots, LANES):
                 advance_involved(first, min(first + LANES, slots), world, state, pairs, party, lanes, tiles)
@@ -125,7 +154,10 @@ def _advance_trials(
 _advance = compile_cached(_advance_trials, notice="the simulator for {} kind of trials (10 to 20 s)")
 
 
-def record_trials(start: int, stop: int, *arrays: np.ndarray, world: World, networks: Networks | None = None) -> None:
+def record_trials(
+    start: int, stop: int, *arrays: np.ndarray, world: World, networks: Networks | None = None,
+    imperfections: Imperfections | None = None,
+) -> None:  # fmt: skip
     """Fill speeds, poses (R, T + 1, B, 3) and sensor readings (R, T + 1, A) of trials start ... stop - 1.
 
     The other arrays are initial poses, controllers, to which networks write, and keys.
@@ -138,13 +170,19 @@ def record_trials(start: int, stop: int, *arrays: np.ndarray, world: World, netw
     tiles = new_tiles(world.bodies, pairs.near.shape[1]) if world.bodies > MANY else None
     if networks is not None:
         networks = networks._replace(memory=np.zeros((len(state.crowd), *networks.memory.shape[1:])))
+    if imperfections is not None:
+        room = (*imperfections.waiting.shape[:-1], len(state.crowd))
+        imperfections = imperfections._replace(waiting=np.zeros(room))
     for block in range(start, stop, side_by_side):
         if stop - block < len(state.crowd):
             state = new_state(stop - block, world.bodies)
-        _advance(block, *arrays, world, state, pairs, party, lanes, tiles, networks)
+        _advance(block, *arrays, world, state, pairs, party, lanes, tiles, networks, imperfections)
 
 
-def observe_trials(start: int, stop: int, *arrays: np.ndarray, world: World, networks: Networks | None = None) -> None:
+def observe_trials(
+    start: int, stop: int, *arrays: np.ndarray, world: World, networks: Networks | None = None,
+    imperfections: Imperfections | None = None,
+) -> None:  # fmt: skip
     """Fill the speeds (R, A, T, 2) alone."""
     nothing = np.empty((0, 0, 0, 0)), np.empty((0, 0, 0), np.int8)
-    record_trials(start, stop, *arrays, *nothing, world=world, networks=networks)
+    record_trials(start, stop, *arrays, *nothing, world=world, networks=networks, imperfections=imperfections)

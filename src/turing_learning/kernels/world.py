@@ -30,6 +30,7 @@ class World(NamedTuple):
     wheel_distance: float  # cm
     maximum_speed: float  # cm/s
     wheel_noise: float
+    wheel_scale_spread: float
     clamp: bool
     interval: float  # of control, s
     substeps: int  # physics steps in a control interval
@@ -79,6 +80,20 @@ class Networks(NamedTuple):
 def new_networks(weights: np.ndarray, driver: np.ndarray, hidden: int) -> Networks:
     """Return networks without memory, which each thread has for itself."""
     return Networks(weights, driver, np.zeros((0, driver.shape[1], 2 * hidden)))
+
+
+class Imperfections(NamedTuple):
+    """What a robot does otherwise than its controller says, beside the noise and scales of its wheels, and commands that wait."""
+
+    slip: float
+    mistakes: float
+    states: int  # of the sensor
+    waiting: np.ndarray  # (lag, 2, robots, slots) forward speeds (cm/s) and turn rates (rad/s) that act later
+
+
+def new_imperfections(slip: float, mistakes: float, states: int, lag: int, robots: int) -> Imperfections:
+    """Return imperfections without commands that wait, which each thread has for itself."""
+    return Imperfections(float(slip), float(mistakes), states, np.zeros((lag, 2, robots, 0)))
 
 
 SAFE = 1.0 - 1e-12

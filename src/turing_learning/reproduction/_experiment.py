@@ -34,7 +34,7 @@ Sizes = dict[str, Any]
 """How many runs, trials, robots: plain values, by the names that experiments.toml gives them."""
 Compute = Callable[..., Found | None]
 """A function of a module: `should_stop`, then what it is given -> arrays by name, None if it was stopped."""
-PIECES = Kind("experiment", "store.json", identity=("experiment", "form", "sizes"), pieces=("*.json", "*.npz"))
+PIECES = Kind("experiment", "store.json", identity=("experiment", "form", "sizes"))
 PRESETS = ("default", "paper")  # the first one decides; the other stands beside it
 KINDS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
 """What a run infers, and its errors in the result of the run; the first is the paper's rule, and decides."""

@@ -216,7 +216,7 @@ class _Checker:
         widths = np.minimum(np.abs(ends[1] - ends[0]) / 2, 1.0)
         errors, found = [each["error_share"] for each in content["recoveries"]], []
         for (name, value), width in zip(self.result.estimate.items(), widths, strict=True):
-            low, high = content["profiles"].get(name, {}).get("rejected", (False, False))  # 0.1.0 had none
+            low, high = content["profiles"].get(name, {}).get("rejected", (False, False))
             each = PinnedDown(
                 parameter=name,
                 interval_share=float(width) if is_known(width) else None,

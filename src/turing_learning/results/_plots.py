@@ -69,15 +69,17 @@ class Plots:
     def motion(self, ax: Any = None) -> np.ndarray:
         """Draw paths (cm) of genuine individuals, where they are known, and beside them of replicas that execute the estimate.
 
-        Of a swarm both are simulated from the same start for 180 s. Of a recording it is what the report shows;
-        other simulators need a method `simulate` that says where everybody is, as families of models have.
+        Of a swarm both are simulated from the same start for 180 s. Of a recording it is what the report shows.
+        Samples that are arrays do not say where anybody is, and are rejected: see `distributions`. The simulator
+        needs a method `simulate` that returns positions, as families of models have.
         """
         known, model = self.run.configuration, self.model
         simulated = known.system.simulated is not None
         shown = replay(known, model) if simulated else recorded_replay(self.run.motion(model))
         if shown is None:
             rule, got = "be of a system whose simulator says where everybody is", "samples alone"
-            remedy = "Give a simulator with a method `simulate` and samples with a time step; see docs/own-system.md."
+            remedy = "Its signals are in `plot.distributions()`. Positions are known of windows of a recording with a family "
+            remedy += "of models, or another simulator with a method `simulate`."
             reject("run", rule, got, remedy)
         panels = _panels(ax, [each.label for each in shown.swarms], 4.0)
         swarms = [(each.poses, each.robots, each.replica_mask) for each in shown.swarms]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
+from turing_learning._files import PARTIAL, remove_partial, write_atomically
 from turing_learning.config import Configuration, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, brief, refusing_as
 from turing_learning.families import RecordedSystem
@@ -44,19 +44,14 @@ _KIND = Kind(
     "run",
     "manifest.json",
     identity=("started", "configuration_sha256"),
-    pieces=(
-        *("result.json", "post_evaluation.json", CALIBRATION, MOTION, DIALOGUES),
-        *("check/check.json", "pool.json", "trials/**/*.npz"),
-    ),
     newest=FORMAT_VERSION,
     beside=("config.toml",),
 )
 _CHECKPOINT = re.compile(r"^generation-(\d{6,})-([0-9a-f]{16})\.npz$")
 KEPT = 2  # checkpoints
 CONFIGURATION = "configuration_sha256"
-"""Among the arrays of a checkpoint: to which configuration it belongs. Those of version 0.1.0 have none."""
+"""Among the arrays of a checkpoint: to which configuration it belongs."""
 _LOGGER = logging.getLogger("turing_learning")
-_unverified: set[Path] = set()  # folders of which it has been said
 
 
 def resume_command(path: Path) -> str:
@@ -194,8 +189,7 @@ class RunFolder(Store):
             return None
         parts = [self.read(piece("traces", number + 1)) for number in range(blocks_before(found))]
         parts.append(found.part("traces/"))
-        common = [name for name in parts[-1] if all(name in each for each in parts)]
-        return {name: np.concatenate([each[name] for each in parts]) for name in common}
+        return {name: np.concatenate([each[name] for each in parts]) for name in parts[-1]}
 
     def known_parts(self) -> set[str]:
         """Return what of a custom system can be found by what the manifest says: "genuine", "simulate"."""
@@ -225,15 +219,12 @@ class RunFolder(Store):
         """Make this the folder of a new run; the caller holds the lock. See `Run.begin`; `entries` are those of the manifest."""
         self.refuse_if_taken(force=force)
         if self.is_run():
-            (self.path / "seals.txt").unlink(missing_ok=True)
-            write_json(self.manifest_path, {"format_version": FORMAT_VERSION, "state": RUNNING, "replaced": True})
+            self.create({"state": RUNNING, "replaced": True})
             self.clear(_RESULTS)
         remove_partial(self.path)
-        for name, content in (files or {}).items():
-            write_atomically(self.path / name, content)
         text = to_toml(configuration)
         write_atomically(self.configuration_path, text.encode())
-        self.create(new_manifest(text, configuration.run.seed) | entries)
+        self.create(new_manifest(text, configuration.run.seed) | entries, files)
 
     def refuse_if_taken(self, *, force: bool) -> None:
         """Reject a folder into which a new run may not be written."""
@@ -260,11 +251,6 @@ class RunFolder(Store):
         """Say of a folder that cannot be written any further how to resume its run, which needs nothing else."""
         return storage(self.path, f"resume with `{resume_command(self.path)}`.")
 
-    def _say_unverified(self) -> None:
-        if self.path.absolute() not in _unverified:  # once, however many look into the folder
-            _unverified.add(self.path.absolute())
-            super()._say_unverified()
-
 
 def piece(folder: str, number: int) -> str:
     """Return the name of one of many files in a folder."""
@@ -272,7 +258,7 @@ def piece(folder: str, number: int) -> str:
 
 
 def blocks_before(checkpoint: Checkpoint) -> int:
-    """Return the number of blocks of traces that have files of their own; older versions hold all traces in the checkpoint."""
+    """Return the number of blocks of traces that have files of their own."""
     return (checkpoint.generation - len(checkpoint.arrays["traces/seconds"])) // BLOCK
 
 
@@ -323,7 +309,7 @@ def stored_checkpoints(folder: Path, configuration: str | None = None) -> Iterat
             if digest_of(content)[:16] == path.stem.rpartition("-")[2]:
                 with np.load(io.BytesIO(content), allow_pickle=False) as archive:
                     arrays = {name: archive[name] for name in archive.files}
-                if not configuration or str(arrays.get(CONFIGURATION, configuration)) == configuration:
+                if not configuration or str(arrays.get(CONFIGURATION)) == configuration:
                     found = Checkpoint(generation, arrays)
         yield path, found
 

@@ -151,6 +151,14 @@ def open_store(path: Path) -> Mapping[str, Any]:
         return {str(name): group[name] for name in group.array_keys()}
 
 
+def stored_weights(path: Path) -> int:
+    """Return the number of weights of a classifier in a history on disk; 0 if it cannot be read."""
+    try:
+        return int(open_store(path)["classifier"].shape[-1])
+    except Exception:  # whatever Zarr says of files that it did not expect
+        return 0
+
+
 def damaged_generations(
     path: Path, layout: Layout, generations: int, seals: Mapping[str, np.ndarray]
 ) -> list[tuple[int, int]] | None:
@@ -283,4 +291,4 @@ class Traces:
         """Continue from a `state` of all generations."""
         self.completed = len(state["seconds"])
         for name, array in self._arrays.items():
-            array[: self.completed] = state.get(name, np.nan)  # 0.1.0 did not keep the spread
+            array[: self.completed] = state[name]

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
-_WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "trials", "covariance", "modes", "wandering")
+_WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "covariance", "modes", "wandering")
 LEAST_EXAMINED = 0.01  # p-value of new samples of the estimate below which they differ from the genuine ones
 _LAST_BATCHES, _TELLING = 10, 0.75  # of classifiers, whose median fitness in runs of right models is at most 0.62
 _COMPARABLE = 20  # fewest generations of networks whose halves can be compared
@@ -150,7 +150,7 @@ class Result(Tabular):
         Median over the generations (s).
     trials
         Number of trials: executions of the simulator or the laboratory, whatever the number of replicas in
-        one. None in runs of version 0.1.0.
+        one.
     covariance
         Name -> name -> covariance of two parameters, in their units, of an estimate from few trials: what
         matching leaves open (see `draws`). None, and not in `result.json`, for other runs, and where the run
@@ -167,8 +167,8 @@ class Result(Tabular):
     found
         What the run itself says of whether to believe it; `verdicts` also has what `check` and `pool` say.
     wandering
-        What the typical models of the end wandered over, as the interval was in version 0.1.0: also where the
-        run is still moving, so that it says nothing of the truth. None for runs of trials.
+        What the typical models of the end wandered over, also where the run is still moving: it says nothing of
+        the truth. None for runs of trials.
     """
 
     scenario: str
@@ -187,11 +187,11 @@ class Result(Tabular):
     selection_stopped: int
     seconds_total: float
     seconds_per_generation: float
+    trials: int
     path: Path | None = field(default=None, compare=False)
     origin: Owner | None = field(default=None, compare=False, repr=False)
     failed_simulations: dict[str, Any] | None = None
     networks: dict[str, dict[str, float]] | None = None
-    trials: int | None = None
     covariance: dict[str, dict[str, float]] | None = None
     modes: tuple[Mode, ...] = ()
     found: tuple[Verdict, ...] = (Verdict.MOVING,)
@@ -200,7 +200,7 @@ class Result(Tabular):
     @property
     def length(self) -> str:
         """How long the run was: "1000 generations", or "300 trials" of a run with a budget of trials."""
-        if self.trials is None or self.wandering is not None:
+        if self.wandering is not None:
             return counted(self.generations, "generation")
         return counted(self.trials, "trial")
 

@@ -6,8 +6,8 @@
     A run as an iterable: begin or open it, one `Progress` for each generation; leaving the loop stops it.
 `start`, `resume`, `load_run`, `new_run_path`
     Run a resolved configuration in a folder; resume a run; open its result; where a new one may be.
-`start_laboratory`, `resume_laboratory`, `stored_laboratory`, `is_laboratory_run`, `awaits_robots`, `read_events`
-    The same with real robots; whether they are still needed; what has happened in the laboratory.
+`start_laboratory`, `resume_laboratory`, `stored_laboratory`, `trust_laboratory`, `is_laboratory_run`, `awaits_robots`, `read_events`
+    The same with real robots; an edited `laboratory.json`; whether robots are still needed; what has happened.
 `read_trials`, `ObservedTrials`, `read_post_evaluation`, `ModelEvaluation`
     Its trials as they were observed; what its last models are worth when they are observed again.
 `simulate_laboratory`, `SimulatedRun`
@@ -18,14 +18,6 @@
     Whether a custom system is given.
 """
 
-from typing import Any
-
 import lazy_loader
 
-_attached, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-
-
-def __getattr__(name: str) -> Any:
-    from turing_learning import results
-
-    return getattr(results, name) if name in results.__all__ else _attached(name)  # names that were here in 0.1.0
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -10,6 +10,7 @@ from ._laboratory import resume_laboratory as resume_laboratory
 from ._laboratory import simulate_laboratory as simulate_laboratory
 from ._laboratory import start_laboratory as start_laboratory
 from ._laboratory import stored_laboratory as stored_laboratory
+from ._laboratory import trust_laboratory as trust_laboratory
 from ._progress import Progress as Progress
 from ._run import Run as Run
 from ._run import load_run as load_run

@@ -96,7 +96,7 @@ def infer(
     seed
         Seed of all random numbers, >= 0. The same seed gives the same result for any number of threads.
     preset
-        "default"; "paper" keeps to the text of the paper, "authors" to their published settings.
+        "default"; "paper" keeps to the text of the paper, "authors" to the group's public code.
     config
         A TOML file, or a resolved configuration. The other arguments come before it.
     settings

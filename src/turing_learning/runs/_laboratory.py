@@ -16,7 +16,7 @@ from turing_learning.results.folder import CAMERA, FINISHED, LABORATORY, RunFold
 from turing_learning.results.result import Result
 from turing_learning.robots.emulation import SimulatedLaboratory
 from turing_learning.robots.program import laboratory_calibration, read_setup, refuse_without_history
-from turing_learning.store import RunFolderError, reject_folder, told
+from turing_learning.store import DamagedError, RunFolderError, reject_folder, writable
 
 from ._infer import start
 from ._progress import Observer, Progress
@@ -98,9 +98,9 @@ def resume_laboratory(
     """Go on with a run in a laboratory. See `start_laboratory`.
 
     Trials that were executed are not executed again. With `trials`, and `tolerance`, a finished run of trials
-    gets more of them, see `Run.open`. Addresses in the folder's `laboratory.json` may have been changed
-    meanwhile. A rehearsal (see `robots.as_emulated`) is refused without `equipment`. Functions that have names
-    need not be given again.
+    gets more of them, see `Run.open`. The folder's `laboratory.json` may have been edited meanwhile, for
+    example an address: then `trust_laboratory` comes first. A rehearsal (see `robots.as_emulated`) is refused
+    without `equipment`. Functions that have names need not be given again.
     """
     folder = RunFolder(path)
     setup, configuration = stored_setup(folder), folder.configuration()
@@ -188,20 +188,45 @@ def is_laboratory_run(path: str | Path) -> bool:
     return folder.is_run() and folder.laboratory_path.exists()  # which one has before it is a run
 
 
+def trust_laboratory(path: str | Path) -> None:
+    """Seal `laboratory.json` and `camera.json` of a run as they are now, after they were edited.
+
+    `laboratory.json` names functions, `open_replica` and `tracker`, that are executed when the run is resumed. So
+    read it before you trust it.
+    """
+    folder = RunFolder(path)
+    _require_laboratory(folder)
+    with writable("run", folder.path), folder.locked():
+        for name in (LABORATORY, CAMERA):
+            if (folder.path / name).exists():  # another tracker needs no camera
+                folder.write(name, (folder.path / name).read_bytes())
+
+
 def stored_setup(folder: RunFolder) -> robots.LaboratorySetup:
-    """Return the laboratory of a run; reject one that cannot be read with a RunFolderError."""
+    """Return the laboratory of a run; a RunFolderError says that it cannot be read, or was edited and not trusted."""
+    _require_laboratory(folder)
+    try:
+        text = folder.read_bytes(LABORATORY).decode()
+        setup = read_setup(text)
+        if (folder.path / CAMERA).exists():
+            folder.read_bytes(CAMERA)
+    except DamagedError as error:
+        trust = f"`{resume_command(folder.path)} --trust`"
+        call = f"`turing_learning.runs.trust_laboratory({str(folder.path)!r})`"
+        remedy = f"Or read it, as {LABORATORY} names functions that are executed, and trust it: {trust}, or {call}."
+        raise RunFolderError(f"{error} {remedy}") from error
+    except (UnicodeDecodeError, ConfigurationError) as error:
+        raise RunFolderError(f"{error} [{folder.laboratory_path}]") from error
+    calibration = setup.camera.calibration
+    return _calibrated(setup, str(folder.path / calibration)) if calibration else setup
+
+
+def _require_laboratory(folder: RunFolder) -> None:
     folder.manifest()
     if not folder.laboratory_path.exists():
         got, remedy = f"{folder.path} without {LABORATORY}", f"Go on with `{resume_command(folder.path)}`"
         remedy += " if it is a run of another kind."
         reject_folder("run", "take place in a laboratory", got, remedy)
-    try:
-        with told(RunFolderError, f"`run` must have a readable {LABORATORY}; got {folder.path}", "Restore the file."):
-            setup = read_setup(folder.laboratory_path.read_text(encoding="utf-8"))
-    except (UnicodeDecodeError, ConfigurationError) as error:
-        raise RunFolderError(f"{error} [{folder.laboratory_path}]") from error
-    calibration = setup.camera.calibration
-    return _calibrated(setup, str(folder.path / calibration)) if calibration else setup
 
 
 def _calibrated(setup: robots.LaboratorySetup, path: str) -> robots.LaboratorySetup:

@@ -3,7 +3,7 @@
 import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from turing_learning._files import remove_partial
-from turing_learning.analysis import UNKNOWN, Verdict, ordered_verdicts, replace_unknown
+from turing_learning.analysis import UNKNOWN, ordered_verdicts, replace_unknown
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
 from turing_learning.config.parts import give_again, observers_of
@@ -499,15 +499,15 @@ def give_parts(folder: RunFolder, models: Any, classifier: Any) -> None:
             give_again("classifier", configuration.classifiers.network, classifier)
 
 
-def layout_of(configuration: Configuration) -> histories.Layout:
-    """Return the sizes of a run's history."""
+def layout_of(configuration: Configuration, weights: int | None = None) -> histories.Layout:
+    """Return the sizes of a run's history; `weights` of a classifier are those of its network by default."""
     run, models, classifiers = configuration.run, configuration.models, configuration.classifiers
     return histories.Layout(
         generations=configuration.length,
         models=models.parents + models.offspring,
         parameters=configuration.parameter_names,
         classifiers=classifiers.parents + classifiers.offspring,
-        weights=classifier_of(configuration).parameters,
+        weights=classifier_of(configuration).parameters if weights is None else weights,
         chunk=min(run.checkpoint_every, run.generations),
     )
 
@@ -563,7 +563,9 @@ class Origin:
             assert folder is not None
             checkpoint, path = folder.checkpoint(), folder.history_path
             if checkpoint is not None and (seals := checkpoint.part("history/")):
-                histories.require_sound(path, layout_of(configuration), completed, seals)
+                # the network may be a function that the folder names, and reading executes nothing
+                layout = layout_of(configuration, weights=histories.stored_weights(path))
+                histories.require_sound(path, layout, completed, seals)
             else:
                 _LOGGER.warning("%s: not verified, no checkpoint is left.", path)
             found = histories.dataset_on_disk(path, completed)
@@ -674,11 +676,6 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
         return None
     try:
         content = folder.read("result.json")
-        if "verdicts" not in content:  # of version 0.1.0, whose interval was what its models wandered over
-            content |= {"verdicts": [Verdict.MOVING], "wandering": content["interval"]}
-            with suppress(RunFolderError):  # no checkpoint is left
-                again = _result_of(_stored_checkpoint(folder, configuration), folder, configuration).to_json()
-                content |= {name: again[name] for name in ("interval", "verdicts")}
         found = {name: value for name, value in content.items() if name not in ("verdict", "verdicts")}
         found |= {
             name: replace_unknown(UNKNOWN, ends) for name in ("interval", "wandering") if (ends := content.get(name))

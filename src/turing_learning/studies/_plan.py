@@ -43,7 +43,7 @@ MOST_RUNS = 1_000_000
 SAMPLES = "genuine.npy"  # of a custom system
 FAILURE = "failure.json"  # in a run's folder: why it failed
 _IDENTITY = ("scenario", "configuration_sha256", "runs", "simulate")
-STUDY = Kind("study", "study.json", identity=_IDENTITY, pieces=("config.toml", SAMPLES))
+STUDY = Kind("study", "study.json", identity=_IDENTITY)
 _TABLES = ("runs.csv", "summary.csv", "convergence.csv")
 _RESULTS = ("runs", "figures", "report.html", *_TABLES, SAMPLES, SEALS, STUDY.head)
 

@@ -3,12 +3,14 @@ from ._scenario import AGGREGATION_VIEW_0 as AGGREGATION_VIEW_0
 from ._scenario import AGGREGATION_VIEW_60 as AGGREGATION_VIEW_60
 from ._scenario import OBJECT_CLUSTERING as OBJECT_CLUSTERING
 from ._scenario import SCENARIOS as SCENARIOS
+from ._scenario import WORLDS as WORLDS
 from ._scenario import Arena as Arena
 from ._scenario import Objects as Objects
 from ._scenario import Robot as Robot
 from ._scenario import Scenario as Scenario
 from ._scenario import Sensor as Sensor
 from ._scenario import Start as Start
+from ._scenario import Tracking as Tracking
 from ._scenario import Trial as Trial
 from ._trials import AGENT as AGENT
 from ._trials import Drivers as Drivers

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal, Self
 
 from turing_learning.models import REPRESENTATIONS, Settings
 
@@ -10,6 +10,12 @@ from ..errors import brief, choice, integer, number, refuse, require
 from ..models import FULL_VIEW, ReactiveModel
 
 ITEM_KINDS = ("background", "robot", "object")
+
+LONGEST_LAG = 1000
+"""Control cycles; a longer lag would leave robots at rest."""
+
+ENKI_GRAVITY, EARTH_GRAVITY = 9.81, 981.0
+"""Acceleration of gravity (cm/s^2): what Enki writes into its world of centimetres, and the earth's."""
 
 
 @dataclass(frozen=True)
@@ -61,11 +67,20 @@ class Robot(Settings):
     wheel_noise: float = 0.05
     #: Whether wheels turn no faster than the maximum, also if a controller or the noise asks for it
     clamp_wheel_speeds: bool = False
+    #: Control cycles that pass between a reading and the wheel speeds that answer it; before the first, robots rest
+    actuation_lag_cycles: int = 0
+    #: The speed of each wheel is multiplied by a number uniform in 1 - wheel_scale_spread to 1 + wheel_scale_spread
+    #: that stays the same throughout a trial; 0 to below 1
+    wheel_scale_spread: float = 0.0
+    #: Largest share of a wheel's speed that is lost on the ground: in each control cycle a number uniform in 0 to slip
+    slip: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("radius_cm", "mass_g", "wheel_distance_cm", "maximum_speed_cm_s"):
             number(f"robot.{name}", getattr(self, name), above=0)
-        number("robot.wheel_noise", self.wheel_noise, least=0, below=1)
+        for name in ("wheel_noise", "wheel_scale_spread", "slip"):
+            number(f"robot.{name}", getattr(self, name), least=0, below=1)
+        integer("robot.actuation_lag_cycles", self.actuation_lag_cycles, 0, LONGEST_LAG)
 
 
 @dataclass(frozen=True)
@@ -77,12 +92,15 @@ class Objects(Settings):
     mass_g: float = 35.0  #: Of each (g)
     #: Coefficient of dry friction on the ground, without unit; what it does is in docs/physics.md
     friction: float = 0.58
+    #: Acceleration of gravity (cm/s^2) that presses objects on the ground: 9.81 in Enki, 981 on earth
+    gravity_cm_s2: float = ENKI_GRAVITY
 
     def __post_init__(self) -> None:
         integer("objects.count", self.count, 0)
         number("objects.radius_cm", self.radius_cm, above=0)
         number("objects.mass_g", self.mass_g, above=0)
         number("objects.friction", self.friction, least=0)
+        number("objects.gravity_cm_s2", self.gravity_cm_s2, least=0)
 
 
 @dataclass(frozen=True)
@@ -116,6 +134,8 @@ class Sensor(Settings):
     #: listed is invisible: the sensor looks through it
     readings: tuple[str, ...] = ("background", "robot")
     field_of_view: float = 0.0  #: Of the agents (rad), 0 to 2 pi, centered on the heading; 0 is a line of sight
+    #: Probability that a reading is wrong in a control cycle: any of the other states, all equally likely
+    mistakes: float = 0.0
 
     def __post_init__(self) -> None:
         known = self.readings[:1] == ("background",) and set(self.readings) <= set(ITEM_KINDS)
@@ -123,6 +143,7 @@ class Sensor(Settings):
         require(known and len(set(self.readings)) == len(self.readings), "sensor.readings", rule, brief(self.readings))
         rule = "be an angle from 0 to 2 pi = 6.283185 (rad)"
         require(0 <= self.field_of_view <= FULL_VIEW, "sensor.field_of_view", rule, self.field_of_view)
+        number("sensor.mistakes", self.mistakes, least=0, most=1)
 
     @property
     def states(self) -> int:
@@ -160,10 +181,40 @@ class Trial(Settings):
 
 
 @dataclass(frozen=True)
+class Tracking(Settings):
+    """What measures the robots' speeds: images of their poses, one in each control cycle, perfect by default.
+
+    A laboratory has a tracker of its own; what the camera of an emulated one shows has this noise and delay.
+    """
+
+    position_noise_cm: float = 0.0  #: Standard deviation (cm) of x and of y in an image
+    heading_noise_rad: float = 0.0  #: Standard deviation (rad) of the heading in an image
+    delay_s: float = 0.0  #: How old the poses are that an image shows (s); before the trial, robots rest
+
+    def __post_init__(self) -> None:
+        for name in ("position_noise_cm", "heading_noise_rad", "delay_s"):
+            number(f"tracker.{name}", getattr(self, name), least=0)
+
+    @property
+    def perfect(self) -> bool:
+        """Whether there is neither noise nor delay."""
+        return self == Tracking()
+
+
+WORLDS: dict[str, dict[str, dict[str, Any]]] = {
+    "enki": {"objects": {"gravity_cm_s2": ENKI_GRAVITY}, "robot": {"actuation_lag_cycles": 0}},
+    "paper": {"objects": {"gravity_cm_s2": EARTH_GRAVITY}, "robot": {"actuation_lag_cycles": 1}},
+}
+"""Named worlds, and what a scenario has in them: "enki" is exactly the paper's simulator as it is published, "paper" the world
+in which the printed numbers come out (docs/decisions/0036)."""
+
+
+@dataclass(frozen=True)
 class Scenario(Settings):
     """A swarm to be inferred: agents that execute `controller`, and replicas that execute models.
 
-    `robot`, `objects`, `arena`, `sensor` and `trial` say what moves, where, what it senses, and for how long.
+    `robot`, `objects`, `arena`, `sensor` and `trial` say what moves, where, what it senses, and for how long;
+    `tracker` how well that is observed.
     """
 
     name: str  #: By which it is called
@@ -181,6 +232,7 @@ class Scenario(Settings):
     arena: Arena = field(default_factory=Arena)
     sensor: Sensor = field(default_factory=Sensor)
     trial: Trial = field(default_factory=Trial)
+    tracker: Tracking = field(default_factory=Tracking)
     #: What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as well. Models
     #: of which the agents are none, networks, are up to the configuration
     representation: str = "reactive"
@@ -228,6 +280,19 @@ class Scenario(Settings):
             return Start(disks, 0.0, (side, side))
         largest = max(radius for _, radius in disks)
         return Start(disks, largest, (width - 2 * largest, height - 2 * largest))
+
+    @property
+    def world(self) -> str:
+        """Name of the world whose settings these are, "own" if it has none."""
+        for name in WORLDS:
+            if self.in_world(name) == self:
+                return name
+        return "own"
+
+    def in_world(self, name: str) -> Self:
+        """Return the scenario in one of `WORLDS`; all else stays."""
+        parts = WORLDS[choice("world", name, WORLDS, noun="world")]
+        return replace(self, **{part: replace(getattr(self, part), **values) for part, values in parts.items()})
 
     @property
     def individuals(self) -> int:

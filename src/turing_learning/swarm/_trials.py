@@ -13,12 +13,10 @@ from ..coevolution import Samples
 from ..errors import integer, number, refuse, require
 from ..kernels.parallel import run_range
 from ..kernels.trials import observe_trials, record_trials, slots_of
-from ..kernels.world import Networks, World, new_networks
+from ..kernels.world import Networks, World, new_imperfections, new_networks
 from ..models import FULL_VIEW, Behavior, Representation
+from ..purposes import TRACKING
 from ._scenario import Scenario
-
-GRAVITY = 9.81
-"""In the simulator's own unit of length, the centimetre (cm/s^2): what the paper's platform did. Source: docs/physics.md."""
 
 LONGEST = 10**12
 """Control cycles of a trial: more than any memory holds, fewer than NumPy can count."""
@@ -85,10 +83,11 @@ def build_world(
         sight_radius=bodies(robot.radius_cm if readings[0] else -1.0, item.radius_cm if readings[1] else -1.0),
         reading=bodies(*readings).astype(np.int64),
         sectors=None if fields_of_view is None else np.stack((np.cos(fields_of_view / 2), np.sin(fields_of_view / 2))),
-        deceleration=item.friction * GRAVITY,
+        deceleration=item.friction * item.gravity_cm_s2,
         wheel_distance=robot.wheel_distance_cm,
         maximum_speed=robot.maximum_speed_cm_s,
         wheel_noise=float(wheel_noise),
+        wheel_scale_spread=float(robot.wheel_scale_spread),
         clamp=robot.clamp_wheel_speeds,
         interval=scenario.trial.control_interval_s,
         substeps=scenario.trial.physics_steps,
@@ -165,10 +164,42 @@ def simulate(
     sensors, speeds = np.empty((*room, robots), np.int8), _new_speeds(trials, robots, control_steps)
     result = Simulation(np.empty((*room, poses.shape[1], 3)), sensors, speeds)
     poses = poses.copy()
-    poses[..., 2] = (poses[..., 2] + math.pi) % (2 * math.pi) - math.pi
+    poses[..., 2] = _wrapped(poses[..., 2])
     outputs = (result.speeds, result.poses, result.sensors)
     _run(record_trials, scenario, controllers, poses, keys, noise, fields_of_view, drivers, threads, *outputs)
+    if not scenario.tracker.perfect:
+        speeds[:] = tracked_speeds(scenario, result.poses[:, :, :robots], keys)
     return result
+
+
+def tracked_speeds(scenario: Scenario, poses: np.ndarray, keys: np.ndarray) -> np.ndarray:
+    """Return the speeds (R, A, T, 2) that the scenario's tracker measures of robots at poses (R, T + 1, A, 3).
+
+    Each trial has its own noise, drawn by its key. The direction of motion is told by the heading as tracked.
+    """
+    tracker, interval = scenario.tracker, scenario.trial.control_interval_s
+    last = poses.shape[1] - 1
+    times = np.maximum(np.arange(last + 1) - tracker.delay_s / interval, 0.0)
+    before = np.floor(times).astype(int)
+    share = (times - before)[:, None, None]
+    way = poses[:, np.minimum(before + 1, last)] - poses[:, before]
+    way[..., 2] = _wrapped(way[..., 2])
+    seen = poses[:, before] + share * way
+    deviations = [tracker.position_noise_cm, tracker.position_noise_cm, tracker.heading_noise_rad]
+    for trial, key in enumerate(keys.tolist()):
+        rng = np.random.default_rng([TRACKING, key])
+        seen[trial] += rng.standard_normal(seen.shape[1:]) * deviations
+    moved = np.diff(seen, axis=1)
+    heading = seen[:, :-1, :, 2]
+    ahead = moved[..., 0] * np.cos(heading) + moved[..., 1] * np.sin(heading)
+    linear = np.where(ahead < 0, -1, 1) * np.hypot(moved[..., 0], moved[..., 1])
+    speeds = np.stack([linear, _wrapped(moved[..., 2])], axis=-1) / interval
+    return speeds.transpose(0, 2, 1, 3)
+
+
+def _wrapped(angles: np.ndarray) -> np.ndarray:
+    """Return angles in [-pi, pi)."""
+    return (angles + math.pi) % (2 * math.pi) - math.pi
 
 
 def observe(
@@ -177,9 +208,15 @@ def observe(
 ) -> np.ndarray:  # fmt: skip
     """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are."""
     trials, robots = controllers.shape[:2]
-    speeds = _new_speeds(trials, robots, scenario.control_steps)
-    noise = scenario.robot.wheel_noise
-    _run(observe_trials, scenario, controllers, poses, keys, noise, fields_of_view, drivers, threads, speeds)
+    steps, noise = scenario.control_steps, scenario.robot.wheel_noise
+    speeds = _new_speeds(trials, robots, steps)
+    given = (scenario, controllers, poses, keys, noise, fields_of_view, drivers, threads, speeds)
+    if scenario.tracker.perfect:
+        _run(observe_trials, *given)
+        return speeds
+    moved = np.empty((trials, steps + 1, poses.shape[1], 3))
+    _run(record_trials, *given, moved, np.empty((trials, steps + 1, robots), np.int8))
+    speeds[:] = tracked_speeds(scenario, moved[:, :, :robots], keys)
     return speeds
 
 
@@ -201,7 +238,13 @@ def _run(
     networks = None if drivers is None else drivers.networks(trials, robots)
     if networks is not None:
         controllers = np.where(networks.driver[..., None] >= 0, LARGEST_OUTPUT, controllers)
-    advance = partial(kernel, world=world, networks=networks)
+    robot, sensor = scenario.robot, scenario.sensor
+    imperfections = None
+    if robot.wheel_scale_spread or robot.slip or robot.actuation_lag_cycles or sensor.mistakes:
+        imperfections = new_imperfections(
+            robot.slip, sensor.mistakes, sensor.states, robot.actuation_lag_cycles, robots
+        )
+    advance = partial(kernel, world=world, networks=networks, imperfections=imperfections)
     run_range(advance, trials, threads, poses, controllers, keys, *outputs, grain=slots_of(world.bodies))
 
 

@@ -126,6 +126,13 @@ class CustomSystem(System, Settings):
         """Refuse: its models are executed by the simulator, not by robots."""
         refuse("scenario", "be one of simulated robots", f"{self.name!r}, a custom system")
 
+    def require_trials(self) -> None:
+        """Refuse a run of few trials on a single sample, whose likeness to others nothing tells."""
+        count = self.samples - len(self.held_out)
+        rule, got = "be 2 samples or more to learn from, with a budget in trials", f"{count} of {self.steps} steps"
+        remedy = ("Cut it into several that are shorter, or give ", Setting("generations"), " instead of trials.")
+        require(self.live or count > 1, "genuine", rule, got, remedy)
+
     def centered(self, samples: np.ndarray) -> np.ndarray:
         """Return samples (..., T, D) as the classifiers see them before their inputs are divided by the scale."""
         return samples - np.asarray(self.center)

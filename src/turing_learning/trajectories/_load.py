@@ -1,6 +1,7 @@
 """The door: any tracker's file, or a table or dataset in memory, to `Trajectories`."""
 
 import codecs
+import logging
 import math
 import re
 from collections.abc import Mapping
@@ -12,7 +13,7 @@ import numpy as np
 
 from turing_learning.errors import RefusedError, Setting, brief, choice, refuse, refusing_as, require
 
-from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refusal
+from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refusal, share_in_degrees
 from ._trajectories import Trajectories
 from .readers import _arrays, _tables
 from .readers._arrays import names_in, read_dataset
@@ -22,11 +23,12 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+_LOGGER = logging.getLogger("turing_learning")
 Source = Union[str, Path, "pd.DataFrame", "xr.Dataset"]
 
 _ALL = (
     _tables.IDTRACKER_FORMAT, _arrays.IDTRACKER_H5_FORMAT, _tables.CSV_FORMAT, _arrays.IDTRACKER_NPY_FORMAT,
-    _arrays.TREX_FORMAT, _tables.TOXTRAC_FORMAT, _tables.TRACKTOR_FORMAT, _arrays.SLEAP_FORMAT,
+    _arrays.TREX_FORMAT, _tables.TOXTRAC_FORMAT, _tables.TRACKTOR_FORMAT, _tables.TRACKMATE_FORMAT, _arrays.SLEAP_FORMAT,
     _tables.DEEPLABCUT_FORMAT, _arrays.DEEPLABCUT_H5_FORMAT, _arrays.MOVEMENT_FORMAT, _tables.TIDY_FORMAT,
 )  # fmt: skip
 FORMATS = tuple(one.name for one in _ALL)
@@ -45,7 +47,7 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     path: Source | list[Source], *, fps: float | None = None,
     pixels_per_cm: float | Literal["unknown"] | None = None, format: str | None = None,
     y_axis: YAxis | None = None, keypoint: str | None = None, min_confidence: float | None = None,
-    allow_pickle: bool = False,
+    columns: Mapping[str, str] | None = None, allow_pickle: bool = False,
 ) -> Trajectories | list[Trajectories]:  # fmt: skip
     """Open what a tracker wrote.
 
@@ -69,18 +71,22 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
         Which point of the body stands for the animal, where a file has several.
     min_confidence
         Positions of which the tracker is less sure count as missing; None takes all.
+    columns
+        Which column is what, where names do not say it: for example ``{"id": "track"}``. It can be frame, time, id,
+        x, y, heading, confidence, or left, top, and right and bottom or width and height of a box.
     allow_pickle
         Whether idtracker.ai's npy may be opened; a pickle can run any code it holds.
 
     Returns
     -------
     Trajectories
-        The recording, y upwards, in cm unless the scale is unknown.
+        The recording, y upwards, in cm unless the scale is unknown. What may be meant otherwise than it was read
+        is logged.
 
     Raises
     ------
     ValueError
-        If the format is not recognized or ambiguous; a scale, rate or direction is not stated, absurd, or
+        If the format is not recognized or ambiguous; it is not clear what a column is; a scale, rate or direction is not stated, absurd, or
         stated twice and differently; the file is cut off, damaged, contradicts itself, or unpacks to too much
         (with file and line, or dataset).
     OSError
@@ -90,13 +96,19 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     """
     options = Options(
         fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis, keypoint=keypoint, min_confidence=min_confidence,
-        allow_pickle=allow_pickle,
+        columns=columns, allow_pickle=allow_pickle,
     )  # fmt: skip
-    return (
-        [load_file(one, options, format) for one in path]
-        if isinstance(path, list)
-        else load_file(path, options, format)
-    )
+    found = [load_file(one, options, format) for one in (path if isinstance(path, list) else [path])]
+    for recording in found:
+        announce(recording)
+    return found if isinstance(path, list) else found[0]
+
+
+def announce(recording: Trajectories) -> None:
+    """Log what in a recording may be meant otherwise than it was read."""
+    problems = recording.problems
+    for doubt in (*problems.doubts, *problems.headings):
+        _LOGGER.warning("%s: %s", recording.source or "recording", doubt)
 
 
 def load_file(
@@ -109,6 +121,7 @@ def load_file(
         require(kind, "path", "be a file, a DataFrame, a Dataset, or a list of them", type(path).__name__)
         require(format is None, "format", "be left out for data in memory", brief(format))
         if kind == "xarray":
+            require(not options.columns, "columns", "be left out for a Dataset", brief(options.columns))
             name, source = (str(path.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
             recording = read_dataset(path, options)
         else:
@@ -118,9 +131,12 @@ def load_file(
         if not (path.is_file() or path.is_dir()):
             path.stat()  # says what is missing
             raise refusal("be a file", "a pipe or device", path, "Write what comes out of it to a file.")
-        chosen = _find(path) if format is None else _ALL[FORMATS.index(choice("format", format, FORMATS))]
+        named = bool(options.columns)
+        chosen = _find(path, named) if format is None else _ALL[FORMATS.index(choice("format", format, FORMATS))]
         if keypoint is not None and not chosen.has_keypoints:
             refuse("keypoint", f"be left out for format {chosen.name}", brief(keypoint), place=source)
+        if named and not chosen.has_columns:
+            refuse("columns", f"be left out for format {chosen.name}", brief(options.columns), place=source)
         name, recording = chosen.name, chosen.read(path, options)
     _check_order(recording, source)
     if min_confidence is not None:
@@ -180,6 +196,9 @@ def _finish(recording: Recording, format: str, source: str, options: Options, us
         None if values is None else np.where(present, np.nan_to_num(values), 0.0)
         for values in (recording.headings, recording.confidence)
     )
+    if headings is not None and (seen := share_in_degrees(present, headings)):
+        rule, got = "have headings in rad", f"{seen:.0%} of them beyond 2 pi, which may be degrees"
+        raise refusal(rule, got, source, "Convert them, or call their column otherwise to leave them out.")
     remarks = recording.remarks
     if y_axis == "down":
         positions[..., 1] = 0.0 - positions[..., 1]
@@ -198,22 +217,70 @@ def _finish(recording: Recording, format: str, source: str, options: Options, us
             source=source,
             format=format,
             remarks=remarks,
+            choices=(*recording.choices, *_doubts(recording, per_cm)),
         )
 
 
+def _doubts(recording: Recording, per_cm: float) -> list[str]:
+    """Return in words what a file may hold instead of positions in pixels or cm, frames and individuals."""
+    places, found = recording.positions[recording.present], []
+    if len(places) >= _FEWEST and per_cm > 1 and places.min() >= 0 and places.max() <= 1:
+        found.append(
+            "all coordinates are from 0 to 1: if they are shares of an image, multiply them by its width and height"
+        )
+    extent = float(np.ptp(places, axis=0).max() / per_cm)
+    if extent > _FARTHEST_CM and per_cm < 1:
+        found.append(
+            f"positions are up to {extent:.3g} cm apart: see whether the scale is in pixels per cm, or in cm per pixel"
+        )
+    for name, values in zip("xy", np.moveaxis(recording.positions, -1, 0), strict=True):
+        steps = np.diff(values, axis=0)
+        steps = steps[~np.isnan(steps)]
+        if len(steps) >= _FEWEST and steps[0] > 0 and np.allclose(steps, steps[0], rtol=1e-6, atol=0):
+            found.append(f"{name} grows by {steps[0]:.6g} in every frame, as frame numbers or times do")
+    between = np.diff(np.flatnonzero(recording.present.any(axis=1)))
+    if len(between) and between.min() > 1 and np.gcd.reduce(between) == 1:
+        found.append(
+            f"no two frames follow each other, {np.median(between):g} are between most: their numbers may be times"
+        )
+    alike: dict[object, str] = {}
+    for name in recording.individuals:
+        other = alike.setdefault(_number_of(name), name)
+        if other != name:
+            found.append(f"individuals {other} and {name} may be one")
+    nobody = [name for name in recording.individuals if name.lower() in _NOBODY]
+    if nobody and len(recording.individuals) > len(nobody):
+        found.append(f"individuals are called {', '.join(nobody)}, which may stand for detections of nobody")
+    return found
+
+
+def _number_of(name: str) -> object:
+    """Return the number that a name is, or the name in small letters."""
+    try:
+        return float(name)
+    except ValueError:
+        return name.lower()
+
+
+_FARTHEST_CM = 1e4
+_NOBODY = ("-1", "-1.0", "nan", "none", "null", "unknown", "unassigned", "noise")
 _GAP, _NUMBER = r'[,;\t "]', r"[-+]?([0-9.]+(e[-+]?[0-9]+)?|nan)"
 _NUMBERS = re.compile(f"{_GAP}*{_NUMBER}({_GAP}+{_NUMBER})+{_GAP}*", re.IGNORECASE)
 
 
-def _find(path: Path) -> Format:
-    """Return the one format that the content has."""
+def _find(path: Path, named: bool) -> Format:
+    """Return the one format that the content has; a text whose columns are `named` is a table, and may have any names."""
     glance = _look(path)
     found = [one for one in _ALL if one.recognizes(glance)]
+    if named and glance.kind == "text":
+        found = [one for one in found if one.has_columns]
+        found = found if len(found) == 1 else [_tables.TIDY_FORMAT]
     if len(found) == 1:
         return found[0]
     if not found and glance.lines and _NUMBERS.fullmatch(glance.lines[0]):
         got = f"numbers alone, {glance.lines[0][:60]!r}"
-        remedy = "Name its columns there, for example frame,id,x,y."
+        boxes = "frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z for those of MOT"
+        remedy = f"Name its columns there, for example frame,id,x,y, or {boxes}."
         raise refusal("begin with a header line", got, f"{path}:1", remedy)
     received = "what fits " + " and ".join(one.name for one in found) if found else "none of them"
     own = "Name the columns of a table of your own frame or time (s), x, y, and id where there are several; or give "

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from turing_learning.errors import Refusal, RefusedError, Text, brief, number, require
+from turing_learning.errors import Refusal, RefusedError, Text, brief, choice, number, require
 
 from ._signals import wrap
 
@@ -33,11 +33,16 @@ class Recording:
     y_axis: YAxis | None = "down"  #: None if the format has no direction of y by its definition
     numbered: bool = True  #: Whether rows carry a frame number, so that their order in the file does not matter
     remarks: tuple[str, ...] = ()
+    choices: tuple[str, ...] = ()  #: What was taken of a file that could be read otherwise
 
     @property
     def present(self) -> np.ndarray:
         """Whether the file has a position (F, A)."""
         return ~np.isnan(self.positions[..., 0])
+
+
+ROLES = ("frame", "time", "id", "x", "y", "heading", "confidence", "left", "top", "right", "bottom", "width", "height")
+"""What a column of a table can be said to be; from left on of a box around an individual."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,8 +55,11 @@ class Options:
     keypoint: str | None = None
     min_confidence: float | None = None
     allow_pickle: bool = False
+    columns: Mapping[str, str] | None = None
 
     def __post_init__(self) -> None:
+        for role in self.columns or ():
+            choice("columns", role, ROLES)
         for name in ("fps", "pixels_per_cm"):
             value = getattr(self, name)
             if value is not None and (name, value) != ("pixels_per_cm", "unknown"):
@@ -68,6 +76,7 @@ class Format:
     recognizes: Callable[["Glance"], bool]
     read: Callable[[Path, Options], Recording]
     has_keypoints: bool = False
+    has_columns: bool = False  #: Whether columns are told by their names
 
 
 @dataclass(frozen=True)
@@ -129,7 +138,7 @@ def refuse_first(bad: np.ndarray, place: Place, rule: str, values: np.ndarray | 
 
 
 def assemble(
-    frames: np.ndarray, names: Sequence[str], positions: np.ndarray, place: Place, *, twice: str = "",
+    frames: np.ndarray, names: Sequence[str], positions: np.ndarray, place: Place, *, twice: Text = "",
     extras: Mapping[str, np.ndarray] = MappingProxyType({}), remarks: tuple[str, ...] = (), **stated: Any,
 ) -> Recording:  # fmt: skip
     """Sort rows, which may be in any order, into arrays by frame and individual.
@@ -214,16 +223,18 @@ class Problems:
     unit: str = "cm"  #: Of lengths, that of the recording
     #: Why headings may not be in rad or of the head: in much of the motion they point backwards, or look like degrees
     headings: tuple[str, ...] = ()
+    #: What may have been read otherwise than it is meant, in words: which column names the individuals, missing positions
+    doubts: tuple[str, ...] = ()
 
     @property
     def found(self) -> bool:
-        """Whether there is anything: a missing value, a jump, somebody who never moves, a repeated or empty frame, odd headings."""
-        found = (self.jumps, self.still, self.repeated_frames, self.empty_frames, self.headings)
+        """Whether there is anything: a missing value, a jump, somebody who never moves, a repeated or empty frame, a doubt."""
+        found = (self.jumps, self.still, self.repeated_frames, self.empty_frames, self.headings, self.doubts)
         return any(self.missing.values()) or any(found)
 
     def __str__(self) -> str:
         lines = [f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"] * (self.every > 1)
-        lines += self.headings
+        lines += self.headings + self.doubts
         lines += [
             f"{name}: {count} of {counted(self.frames)} missing, in {counted(self.gaps[name], 'gap')} of up to "
             f"{self.longest_gap[name]}"
@@ -259,18 +270,21 @@ LEAPS = 0.01
 beyond 2 pi where they are counted on from turn to turn, and then never change by so much."""
 
 
+def share_in_degrees(present: np.ndarray, headings: np.ndarray) -> float:
+    """Return the share of headings (F, A) that are beyond 2 pi where they may be in degrees, else 0."""
+    both = present[1:] & present[:-1]
+    changes = np.abs(np.diff(headings, axis=0))[both]
+    beyond = float((np.abs(headings[present]) > 2 * math.pi).mean())
+    return beyond if beyond > BEYOND and len(changes) and (changes > math.pi).mean() > LEAPS else 0.0
+
+
 def doubt_headings(positions: np.ndarray, present: np.ndarray, headings: np.ndarray) -> tuple[str, ...]:
     """Return in words why headings (F, A) of positions (F, A, 2) may not be in rad or not of the head."""
     both = present[1:] & present[:-1]
     if not both.any():
         return ()
-    changes = np.abs(np.diff(headings, axis=0))[both]
-    beyond, leaps = (np.abs(headings[present]) > 2 * math.pi).mean(), (changes > math.pi).mean()
-    if beyond > BEYOND and leaps > LEAPS:
-        return (
-            f"headings may be in degrees: {beyond:.0%} are beyond 2 pi, and {leaps:.0%} of their changes between frames are of "
-            "more than pi; they are taken as rad",
-        )
+    if beyond := share_in_degrees(present, headings):
+        return (f"headings may be in degrees, as {beyond:.0%} are beyond 2 pi; they are taken as rad",)
     step = np.diff(positions, axis=0)[both]
     length = np.hypot(step[:, 0], step[:, 1])
     if not length.any():

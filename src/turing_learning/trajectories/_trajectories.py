@@ -11,6 +11,7 @@ from turing_learning.errors import RefusedError, Setting, brief, integer, number
 
 from ._recording import JUMP_FACTOR, Jump, Problems, counted, doubt_headings
 from ._signals import Signals, compute_signals, last_true, next_true, wrap
+from ._unlikely import LONGEST_REST_S, Unlikely, find_unlikely
 from ._windows import EXCERPT_S, Windows, cut_windows, join_windows
 
 if TYPE_CHECKING:
@@ -18,6 +19,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+FREQUENT_JUMPS, FEWEST_JUMPS = 0.01, 9
+"""Share of jumps among all steps, and number, above which they are hardly a tracker's single errors."""
+FREQUENT_REPEATS = 0.1
+"""Share of frames that repeat the one before, but never for long, from which on they are no rests."""
+UNSURE = 0.5
+"""Confidence below which a tracker is not sure of a position."""
 _ARRAYS = ("positions", "present", "headings", "confidence", "interpolated")
 
 
@@ -37,6 +44,7 @@ class Trajectories:
     source: str = ""  #: Where it comes from
     format: str = ""  #: The tracker's, one of `FORMATS`
     remarks: tuple[str, ...] = ()  #: What was done on the way here, in words
+    choices: tuple[str, ...] = ()  #: What its reader took a file for that could be read otherwise, in words
 
     def __post_init__(self) -> None:
         if self.positions.ndim != 3 or self.positions.shape[2] != 2 or 0 in self.positions.shape:
@@ -70,6 +78,13 @@ class Trajectories:
         return int(np.gcd.reduce(np.diff(frames))) if len(frames) > 2 else 1
 
     @property
+    def at_once(self) -> int:
+        """Largest number of individuals at a time, each of them there from its first position to its last."""
+        begun = last_true(self.present) >= 0
+        going_on = next_true(self.present) < len(self.present)
+        return int((begun & going_on).sum(axis=1).max())
+
+    @property
     def problems(self) -> Problems:
         """What `check` finds with its defaults."""
         return self.check()
@@ -87,16 +102,39 @@ class Trajectories:
         positions, present, names, first = self.positions, self.present, self.individuals, self.first_frame
         both = present[1:] & present[:-1]
         steps = np.where(both, np.hypot(*np.moveaxis(np.diff(positions, axis=0), -1, 0)), 0.0)
-        typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+        unlikely = self._unlikely(jump_factor, LONGEST_REST_S)
+        likely = ~(unlikely.stand_ins | unlikely.outside)
+        sound = np.where(likely[1:] & likely[:-1], steps, 0.0)
+        typical = float(np.median(sound[sound > 0])) if (sound > 0).any() else 0.0
         jumps = [
             Jump(names[who], int(first + frame), float(steps[frame, who]), float(steps[frame, who] / typical))
-            for frame, who in np.argwhere(steps > jump_factor * typical)
+            for frame, who in np.argwhere(sound > jump_factor * typical)
         ]
         same = (steps == 0).all(axis=1) & (present[1:] == present[:-1]).all(axis=1) & present[1:].any(axis=1)
         ends = np.pad(present, ((1, 1), (0, 0)), constant_values=True)  # so that gaps lie between frames with somebody
         lengths = {name: np.diff(np.flatnonzero(ends[:, k])) - 1 for k, name in enumerate(names)}
         places = positions[present.argmax(axis=0), np.arange(present.shape[1])]
         moved = ((positions != places).any(axis=2) & present).any(axis=0)
+        doubts = [f"{what}; windows leave that out" for what in self._described(unlikely)]
+        if len(jumps) > max(FEWEST_JUMPS, FREQUENT_JUMPS * both.sum()):
+            share = len(jumps) / both.sum()
+            doubts.append(
+                f"{share:.1%} of all steps are jumps: see whether the file tells individuals apart as they are"
+            )
+        if same.mean() > FREQUENT_REPEATS and same.sum() > FEWEST_JUMPS and not (same[1:] & same[:-1]).any():
+            doubts.append(
+                f"{same.mean():.0%} of all frames repeat the one before: they may be of a video at a lower rate"
+            )
+        if len(names) > self.at_once:
+            count = int(np.median(present.sum(axis=0)))
+            doubts.append(
+                f"{len(names)} individuals, of whom at most {self.at_once} are there at once, and half for {counted(count)} or "
+                "fewer: they may be pieces of the paths of fewer"
+            )
+        if self.confidence is not None and (unsure := self.confidence[present] < UNSURE).any():
+            doubts.append(
+                f"{unsure.mean():.1%} of all positions have a confidence below {UNSURE}; `min_confidence` drops those"
+            )
         return Problems(
             missing={name: int(gaps.sum()) for name, gaps in lengths.items()},
             gaps={name: int((gaps > 0).sum()) for name, gaps in lengths.items()},
@@ -111,7 +149,53 @@ class Trajectories:
             every=self.every,
             unit=self.unit,
             headings=() if self.headings is None else doubt_headings(positions, present, self.headings),
+            doubts=(*self.choices, *doubts),
         )
+
+    def _unlikely(self, jump_factor: float | None, longest_rest_s: float | None) -> Unlikely:
+        return find_unlikely(self.positions, self.present, self.fps, jump_factor, longest_rest_s)
+
+    def _described(self, unlikely: Unlikely) -> list[str]:
+        """Return in words which positions can hardly be true."""
+        lines = []
+        for flags, what in (
+            (unlikely.stand_ins, "seem to stand for missing ones, as they are at exactly one point"),
+            (unlikely.outside, "lie far outside all others"),
+        ):
+            for frame, who in np.argwhere(flags)[:1].tolist():
+                x, y = self.positions[frame, who]
+                first = f"that of {self.individuals[who]} in frame {self.first_frame + frame}, ({x:.6g}, {y:.6g}), is the first"
+                lines.append(f"{counted(int(flags.sum()), 'position')} {what}: {first}")
+        return lines
+
+    def cleared(
+        self, jump_factor: float | None = JUMP_FACTOR, longest_rest_s: float | None = LONGEST_REST_S
+    ) -> "Trajectories":
+        """Return a copy in which positions that can hardly be true are missing; the recording itself if there are none.
+
+        They are those at exactly one point that a tracker writes where it has lost somebody, as (0, 0) or the
+        last position, and those far outside all others.
+
+        Parameters
+        ----------
+        jump_factor
+            Typical steps from which on a step is a jump, by which such positions are told; None keeps what only
+            jumps tell.
+        longest_rest_s
+            Time at exactly one point (s), and 50 frames, from which on nobody rests; None for no limit.
+        """
+        if longest_rest_s is not None:
+            number("longest_rest_s", longest_rest_s, above=0)
+        unlikely = self._unlikely(jump_factor, longest_rest_s)
+        present = self.present & ~(unlikely.stand_ins | unlikely.outside)
+        if (present == self.present).all():
+            return self
+        found = self._described(unlikely)
+        remedy = ("If they rest, give a longer ", Setting("longest_rest_s"), ".")
+        require(present.any(), "positions", "be of somebody who moves", found[0], remedy, place=self.source)
+        arrays = {"present": present, "positions": np.where(present[..., None], self.positions, 0.0)}
+        remarks = [f"{what}; all count as missing" for what in found]
+        return replace(self, **arrays, remarks=(*self.remarks, *remarks))
 
     def bridged(self, max_gap: int) -> "Trajectories":
         """Return a copy in which gaps of up to `max_gap` frames, >= 1, are filled by straight motion at even speed.
@@ -179,7 +263,7 @@ class Trajectories:
         self, steps: int | None = None, *, length_s: float | None = None, stride: int | None = None,
         signals: Sequence[str] = ("speed", "turn"), individuals: Sequence[str] | None = None, hold_out: float = 0.2,
         hold_out_individuals: Sequence[str] = (), gap: int = 0, smooth_frames: int = 1,
-        jump_factor: float | None = JUMP_FACTOR,
+        jump_factor: float | None = JUMP_FACTOR, longest_rest_s: float | None = LONGEST_REST_S,
     ) -> Windows:  # fmt: skip
         """Cut samples (K, T, D) for learning and for testing, with no frame in common.
 
@@ -208,6 +292,8 @@ class Trajectories:
             As in `compute_signals`; 1, the default, smooths nothing.
         jump_factor
             Steps longer than this many typical steps, 20 by default, are cut out, see `check`; None keeps them.
+        longest_rest_s
+            Positions that can hardly be true are missing, see `cleared`; None keeps rests of any length.
 
         Returns
         -------
@@ -217,7 +303,9 @@ class Trajectories:
         if self.every > 1:
             got = f"{self.fps:g} per second, of which only one in {self.every} is there: {self.fps / self.every:g} per second"
             ahead = "If that is the rate of what was tracked, keep those by thinning: "
-            refuse("fps", "be the rate of the frames that are there", got, (ahead, Setting("every", self.every), "."))
+            times = Setting("columns", {"time": "frame"})
+            remedy = (ahead, Setting("every", self.every), ". If frame numbers are times, give ", times, ".")
+            refuse("fps", "be the rate of the frames that are there", got, remedy)
         names = self.individuals if individuals is None else individuals
         if len(set(names)) < len(names):
             refuse("individuals", "be different names", str(list(names)), "Name each once.")
@@ -231,9 +319,10 @@ class Trajectories:
             require(fits, "length_s", f"be at least one frame of {1 / self.fps:.4g} s", length_s)
             steps = round(length_s * self.fps)
         steps = integer("steps", steps, 1, remedy="A length in s is given as `length_s`.")
-        usable = self.signals(signals, smooth_frames=smooth_frames)
+        likely = self.cleared(jump_factor, longest_rest_s)
+        usable = likely.signals(signals, smooth_frames=smooth_frames)
         jumps = np.zeros_like(usable.valid)
-        for jump in () if jump_factor is None else self.check(jump_factor).jumps:
+        for jump in () if jump_factor is None else likely.check(jump_factor).jumps:
             jumps[jump.frame - self.first_frame, self.individuals.index(jump.individual)] = True
         first = slice(int(EXCERPT_S * self.fps) + 1)
         return cut_windows(
@@ -241,7 +330,7 @@ class Trajectories:
             lead=int(self.headings is None and bool({"turn", "neighbor_bearing"} & set(signals))),
             apart=[self._place(name) for name in apart], interval_s=1 / self.fps, headings=self.headings is not None,
             smooth_frames=smooth_frames,
-            excerpt=np.where(self.present[first, :, None], self.positions[first], np.nan),
+            excerpt=np.where(likely.present[first, :, None], likely.positions[first], np.nan),
         )  # fmt: skip
 
     def to_pandas(self) -> "pd.DataFrame":

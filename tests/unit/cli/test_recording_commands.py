@@ -180,8 +180,12 @@ def test_what_is_found_in_a_recording_is_told_before_it_is_learned_from(call):
     options = given("still.csv", 10)
     code, out, _ = call("infer", *options, "--window", "2", *SMALL, "--generations", "1", "--out", "run")
     assert code == 0
-    assert out.startswith("still.csv: 3: never moves, in 400 frames\n")
-    assert "still.csv: and 5 more; all by `recording.check()` in Python\n" in out
+    first, second, _ = out.split("\n", maxsplit=2)
+    assert first.startswith(
+        "still.csv: 6800 positions seem to stand for missing ones, as they are at exactly one point"
+    )
+    assert second == "still.csv: 3: never moves, in 400 frames"
+    assert "still.csv: and 6 more; all by `recording.check()` in Python\n" in out
 
 
 def test_a_table_of_ones_own_says_where_y_points(call):
@@ -204,10 +208,10 @@ def test_a_recording_in_which_nobody_moves_is_refused(call):
     read = ["--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast", "--window", "2"]
     code, _, err = call("infer", "--trajectories", "still.csv", *read, "--out", "run")
     assert code == 2
-    assert (
-        "must be windows of motion that varies; got the same at every step of all of them: speed is 0, turn is 0."
-        in err
-    )
+    assert "`positions` must be of somebody who moves; got 600 positions seem to stand for missing ones" in err
+    assert "If they rest, give a longer --longest-rest." in err
+    code, _, err = call("infer", "--trajectories", "still.csv", *read, "--longest-rest", "1e6", "--out", "run")
+    assert "must be windows of motion that varies; got the same at every step of all of them: speed is 0," in err
     assert not Path("run").exists()
 
 
@@ -357,6 +361,31 @@ def test_a_recording_of_every_second_frame_is_inferred_from_at_its_own_rate(call
     assert call("infer", *options, "--every", "2", *small)[0] == 0
     assert "interval_s = 0.1\n" in Path("run/config.toml").read_text()
     assert call("resume", "run", *options, "--every", "2")[0] == 0
+
+
+def test_a_column_names_the_individuals_by_an_option(call, caplog):
+    rng = np.random.default_rng(1)
+    walk = np.cumsum(rng.normal(0.6, 0.2, (200, 3, 2)), axis=0)
+    rows = [f"{t},{who},{(who + t) % 7},{x},{y},{t % 2}" for t in range(200) for who, (x, y) in enumerate(walk[t])]
+    Path("birds.csv").write_text("\n".join(["frame,bird,bush,x,y,confidence", *rows]) + "\n")
+    small = [*SMALL, "--generations", "1", "--window", "2", "--out", "run"]
+    options = given("birds.csv", 10)
+    code, _, err = call("infer", *options, *small)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "say so: --column id=bush.\n" in err
+    code, out, _ = call("infer", *options, "--column", "id=bird", *small)
+    assert code == 0
+    assert "birds.csv: 50.0% of all positions have a confidence below 0.5" in out
+    assert call("resume", "run")[0] == 0
+    assert call("detect", "run", "birds.csv", "--column", "id=bird")[0] == 0
+    assert "birds.csv: 50.0% of all positions have a confidence below 0.5" in caplog.text
+    for text, message in (
+        ("bird", "`--column` must be WHAT=NAME, for each once; got 'bird'."),
+        ("name=bird", "`--column` must be one of frame, time, id, "),
+    ):
+        assert message in call("infer", *options, "--column", text, *small)[2]
+    surer = ["--column", "id=bird", "--min-confidence", "0.5", "--every", "2", "--force"]
+    assert "count as missing" in call("infer", *options, *surer, *small)[1]
 
 
 def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(call):

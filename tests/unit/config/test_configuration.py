@@ -121,6 +121,56 @@ def test_a_scenario_table_without_preset_changes_the_scenario_of_the_argument(wr
     assert load_configuration(path, scenario="object-clustering").scenario.name == "object-clustering"
 
 
+@pytest.mark.parametrize(
+    "text", ['[scenario]\nname = "object-clustering"\nworld = "paper"\n', "scenario.world = 'paper'"]
+)
+def test_a_scenario_can_be_put_into_a_named_world(text, written):
+    found = load_configuration(written(text), scenario="object-clustering").scenario
+    assert found == OBJECT_CLUSTERING.in_world("paper")
+    assert found.world == "paper"
+
+
+def test_a_setting_beside_a_world_comes_before_it():
+    overrides = {"scenario.world": "paper", "scenario.robot.actuation_lag_cycles": 2}
+    scenario = load_configuration(overrides=overrides).scenario
+    assert (scenario.objects.gravity_cm_s2, scenario.robot.actuation_lag_cycles) == (981.0, 2)
+    assert scenario.world == "own"
+
+
+def test_a_scenario_given_as_an_object_can_be_put_into_a_world_too():
+    found = load_configuration(scenario=replace(AGGREGATION, agents=7), overrides={"scenario.world": "paper"}).scenario
+    assert found == replace(AGGREGATION, agents=7).in_world("paper")
+
+
+def test_a_world_is_stored_as_its_settings(written):
+    text = to_toml(load_configuration(overrides={"scenario.world": "paper"}))
+    assert "world" not in text
+    assert load_configuration(written(text)).scenario == AGGREGATION.in_world("paper")
+
+
+def test_a_configuration_that_was_stored_before_worlds_came_is_in_enkis(written):
+    lines = to_toml(load_configuration()).splitlines()
+    later = (
+        "gravity",
+        "actuation_lag",
+        "wheel_scale",
+        "slip",
+        "mistakes",
+        "position_noise",
+        "heading_noise",
+        "delay_s",
+    )
+    old = [line for line in lines if not line.startswith((*later, "[scenario.tracker]"))]
+    assert len(old) == len(lines) - 9
+    assert load_configuration(written("\n".join(old))).scenario == AGGREGATION.in_world("enki")
+
+
+def test_only_swarms_are_in_worlds():
+    said = refused(scenario="light-response", overrides={"scenario.world": "paper"})
+    assert "`scenario.world` must be a known setting" in said
+    assert "Did you mean `scenario.world`" not in said
+
+
 def test_a_scenario_can_be_given_as_an_object():
     assert load_configuration(scenario=OBJECT_CLUSTERING).scenario == OBJECT_CLUSTERING
 
@@ -189,6 +239,18 @@ def test_all_threads_are_none():
         (
             "[scenario.robot]\nwheel_noise = nan",
             "`scenario.robot.wheel_noise` must be a finite number of at least 0 and below 1; got nan [{path}:2].",
+        ),
+        (
+            '[scenario]\nworld = "papr"',
+            "`scenario.world` must be a known world; got 'papr' [{path}:2]. Did you mean `paper`?",
+        ),
+        (
+            "[scenario.robot]\nactuation_lag_cycles = 1.5",
+            "`scenario.robot.actuation_lag_cycles` must be an integer; got 1.5 [{path}:2].",
+        ),
+        (
+            "[scenario.tracker]\ndelay_s = -0.1",
+            "`scenario.tracker.delay_s` must be a finite number of at least 0; got -0.1 [{path}:2].",
         ),
         ("[scenario]\nagents = 0", "`scenario.agents` must be an integer of at least 1; got 0 [{path}:2]."),
         (

@@ -143,7 +143,7 @@ def test_perfect_classifiers_raise_no_alarm(speed_limits, motion_at, rule):
     ("options", "message"),
     [
         ({"rule": "fitest"}, "^`rule` must be one of the rules; got 'fitest'. Did you mean `fittest`?"),
-        ({"rule": "archive"}, "got 'archive'. Version 0.1.0 had it; the nearest is `discriminant`."),
+        ({"rule": "archive"}, "got 'archive'. Choose from: discriminant, fittest, unanimous."),
         ({"false_alarms": 0.0}, "^`false_alarms` must be .* above 0 and below 1; got 0.0"),
         ({"false_alarms": 1.0}, "^`false_alarms` must be .* above 0 and below 1; got 1.0"),
     ],

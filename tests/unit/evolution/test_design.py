@@ -5,7 +5,7 @@ from turing_learning.evolution import TrialDesign
 
 
 def normal(center, deviation):
-    return lambda models, hopeful=False: -0.5 * (((models - center) / deviation) ** 2).sum(axis=1)
+    return lambda models, hopeful=False, least=None: -0.5 * (((models - center) / deviation) ** 2).sum(axis=1)
 
 
 def follow(design, density, moves=15):
@@ -35,10 +35,23 @@ def test_walkers_leave_exchanged_states():
     assert np.abs(np.median(walkers, axis=0) - truth).max() < 0.05
 
 
+def test_densities_too_low_to_count_need_not_be_computed():
+    exact = normal(np.array([0.3, -0.4]), 0.1)
+
+    def lazy(models, hopeful=False, least=None):
+        density = exact(models)
+        return density if least is None else np.where(density > least, density, -np.inf)
+
+    first, second = TrialDesign(2, seed=1), TrialDesign(2, seed=1)
+    np.testing.assert_array_equal(follow(first, exact), follow(second, lazy))
+
+
 def test_two_centers_stay_alive():
     first, second = normal(np.array([-0.6, 0.2]), 0.04), normal(np.array([0.6, 0.2]), 0.04)
     walkers = follow(
-        TrialDesign(2, seed=1), lambda models, hopeful=False: np.logaddexp(first(models), second(models)), moves=30
+        TrialDesign(2, seed=1),
+        lambda models, hopeful=False, least=None: np.logaddexp(first(models), second(models)),
+        moves=30,
     )
     assert 0.2 < (walkers[:, 0] > 0).mean() < 0.8
 
@@ -62,16 +75,15 @@ def test_proposals_lie_wider_than_walkers():
 def test_a_quarter_of_the_proposals_goes_where_little_is_known(deviation, least, most):
     known, hoped = normal(np.zeros(2), 0.02), normal(np.zeros(2), deviation)
     design = TrialDesign(2, seed=1)
-    walkers = follow(design, lambda models, hopeful=False: (hoped if hopeful else known)(models))
+    walkers = follow(design, lambda models, hopeful=False, least=None: (hoped if hopeful else known)(models))
     assert np.abs(walkers).max() < 0.1
     far = (np.abs(design.propose(400, progress=1.0)) > 0.3).any(axis=1).mean()
     assert least <= far <= most
 
 
 def test_explorers_spread_over_all_models_that_are_equally_good():
-    def ridge(
-        models, hopeful=False, power=1.0
-    ):  # only the product shows; what is known best lies around one point of it
+    def ridge(models, hopeful=False, power=1.0, least=None):
+        # only the product shows; what is known best lies around one point of it
         known = 0.0 if hopeful else -0.5 * ((models[:, 0] - 0.5) / 0.05) ** 2
         return power * (known - 0.5 * ((models[:, 0] * models[:, 1] - 0.25) / 0.03) ** 2)
 
@@ -103,7 +115,7 @@ def test_only_parameters_without_limits_leave_the_range(limits, furthest):
 def test_a_restored_design_goes_on_as_if_nothing_had_happened(explorers):
     whole, part = (TrialDesign(2, seed=4, explorers=explorers) for _ in range(2))
 
-    def density(models, hopeful=False, power=1.0):
+    def density(models, hopeful=False, power=1.0, least=None):
         return power * normal(np.zeros(2), 0.1)(models)
 
     follow(whole, density, moves=2)
@@ -129,7 +141,7 @@ def test_what_does_not_fit_is_rejected(make, message):
 def test_beyond_a_saturated_end_everything_is_the_end():
     seen = []
 
-    def density(models, hopeful=False):
+    def density(models, hopeful=False, least=None):
         seen.append(models)
         return -0.5 * (((models - [1.0, 0.0]) / 0.02) ** 2).sum(axis=1)
 

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 import xarray as xr
-import zarr
 
 from turing_learning.results.history import (
     FULL,
@@ -119,24 +118,6 @@ def test_a_chunk_of_zeros_is_kept_as_a_file(tmp_path):
     recorder.flush()
     assert (path / "selection" / "0").exists()
     assert intact(path, LAYOUT, LAYOUT.generations, recorder.seals())
-
-
-def test_a_history_with_selection_in_a_single_chunk_as_older_versions_wrote_it_goes_on(tmp_path):
-    path = tmp_path / "history.zarr"
-    create_store(path, LAYOUT)
-    group = zarr.open_group(str(path), mode="r+", zarr_format=2)
-    attributes = dict(group["selection"].attrs)
-    older = {"shape": (10,), "chunks": (10,), "dtype": "<i1", "fill_value": None, "compressors": None}
-    group.create_array("selection", **older, attributes=attributes, overwrite=True)[:] = -1
-    zarr.consolidate_metadata(str(path), zarr_format=2)
-    recorder = HistoryRecorder(LAYOUT, open_store(path))
-    record(recorder, 0, 6)
-    recorder.flush()
-    assert intact(path, LAYOUT, 6, recorder.seals())
-    record(recorder, 6, 10)
-    recorder.flush()
-    assert intact(path, LAYOUT, 10, recorder.seals())
-    assert_holds(dataset_on_disk(path, 10), 10)
 
 
 @pytest.fixture

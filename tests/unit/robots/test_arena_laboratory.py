@@ -7,6 +7,7 @@ from arena_laboratories import SMALL, replicas, small_laboratory
 
 from turing_learning import swarm
 from turing_learning.robots import Conditions, EmulatedLaboratory, Model, Tracker
+from turing_learning.robots.emulation._arena import Drives
 
 STATES = ("R1", "R2", "R3", "R4", "R5")
 
@@ -215,6 +216,48 @@ def test_poses_between_two_cycles_lie_between_them(laboratory):
     last = laboratory.poses()[0]
     np.testing.assert_allclose(middle, (first + last) / 2, atol=1e-6)
     assert math.dist(first[:2], last[:2]) > 0.5
+
+
+def test_emulated_robots_act_as_late_as_the_scenario_says_and_each_wheel_has_its_scale():
+    exact = replace(SMALL.robot, wheel_noise=0.0)
+    drives = {}
+    for name, changes in {
+        "plain": {},
+        "late": {"actuation_lag_cycles": 3},
+        "scaled": {"wheel_scale_spread": 0.2},
+    }.items():
+        scenario = replace(SMALL, robot=replace(exact, **changes))
+        drives[name] = Drives(scenario, 2, seed=1)
+    poses = {name: np.array([[20.0, 20.0, 0.0], [20.0, 60.0, 0.0]]) for name in drives}
+    wheels = np.full((2, 2), 0.5)
+    for cycle in range(10):
+        for name in drives:
+            poses[name], _ = drives[name].move(poses[name], wheels, cycle)
+        if cycle == 2:
+            np.testing.assert_array_equal(poses["late"][:, 0], 20.0)
+    np.testing.assert_allclose(poses["plain"][:, 0], 20.0 + 6.4, atol=1e-9)
+    np.testing.assert_allclose(poses["late"][:, 0], 20.0 + 0.7 * 6.4, atol=1e-9)
+    assert (np.abs(poses["scaled"][:, 2]) > 1e-3).all()
+    assert poses["scaled"][0, 2] != poses["scaled"][1, 2]
+
+
+def test_images_of_an_emulated_laboratory_have_the_noise_and_the_delay_of_its_tracker():
+    def shown(**settings):
+        laboratory = small_laboratory(scenario=replace(SMALL, tracker=swarm.Tracking(**settings)))
+        laboratory._eye.render = lambda poses, _: poses
+        laboratory.link("agent-1").send(b"D,800,300\r")
+        laboratory.clock.sleep(0.8)
+        images = np.array([laboratory.camera.snapshot(0.8) for _ in range(200)])
+        return images, laboratory.poses(0.8), laboratory.poses(0.5)
+
+    images, now, _ = shown()
+    np.testing.assert_array_equal(images[0], now)
+    images, now, before = shown(delay_s=0.3)
+    np.testing.assert_array_equal(images[0], before)
+    assert np.abs(now - before)[:, :2].max() > 0.5
+    images, now, _ = shown(position_noise_cm=0.5, heading_noise_rad=0.1)
+    # 1000 poses: their standard deviations are known to 2 %.
+    np.testing.assert_allclose((images - now).std(axis=(0, 1)), [0.5, 0.5, 0.1], rtol=0.1)
 
 
 def test_what_a_laboratory_cannot_be_is_refused():

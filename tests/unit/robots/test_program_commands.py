@@ -167,7 +167,7 @@ def test_what_a_run_has_is_refused_where_it_is_gone_on_with(laboratory, doors, c
     assert code == 2
     assert err == (
         "error: `resume` must be given without a file, settings or a folder, which the run has, and without --force; got "
-        f"{told}. Its laboratory may be edited in run/laboratory.json.\n"
+        f"{told}. Its laboratory may be edited in run/laboratory.json; then add --trust.\n"
     )
 
 
@@ -179,7 +179,9 @@ def test_robots_that_a_stored_run_does_not_find_are_said_to_be_in_its_folder(eva
     code, out, err = call("robots", "run", "--resume", "run")
     assert code == 2
     assert "BAD   replica r1: " in out
-    assert err == "The addresses of replicas and camera are those in run/laboratory.json, where they may be edited.\n"
+    assert err == (
+        "The addresses of replicas and camera are those in run/laboratory.json. Edit them there, and resume with --trust.\n"
+    )
     assert "laboratory.json" not in call("robots", "check")[2]
 
 
@@ -187,7 +189,7 @@ def test_a_run_with_real_robots_does_not_go_on_with_emulated_ones(laboratory, ca
     assert call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF)[0] == 0
     stored = laboratory / "run" / "laboratory.json"
     stored.write_text(stored.read_text().replace('"emulated": true', '"emulated": false'))
-    code, _, err = call("robots", "run", "--resume", "run", "--emulated")
+    code, _, err = call("robots", "run", "--resume", "run", "--emulated", "--trust")
     assert code == 2
     assert (
         err

@@ -25,7 +25,10 @@ from turing_learning.runs import (
     read_trials,
     resume,
     resume_laboratory,
+    start,
     start_laboratory,
+    stored_laboratory,
+    trust_laboratory,
 )
 from turing_learning.store import DamagedError
 
@@ -121,18 +124,58 @@ def test_the_laboratory_lies_in_the_run_folder(finished):
 
 
 def test_a_run_killed_while_its_folder_is_made_is_none_yet_and_begins_there(folder, monkeypatch):
-    def kill(*given):
-        raise KeyboardInterrupt
+    write = RunFolder.write
+
+    def kill(folder, name, content):
+        if name == "manifest.json":
+            raise KeyboardInterrupt
+        return write(folder, name, content)
 
     path = folder / "unborn"
     with monkeypatch.context() as patch:
-        patch.setattr("turing_learning.results.folder.new_manifest", kill)
+        patch.setattr(RunFolder, "write", kill)
         with pytest.raises(KeyboardInterrupt):
             begin(folder, path)
     assert (path / "laboratory.json").exists()
     assert not is_laboratory_run(path)
     begin(folder, path, should_stop=lambda: True)
     assert is_laboratory_run(path)
+
+
+@pytest.mark.parametrize("edited", ["laboratory.json", "camera.json"])
+def test_an_edited_laboratory_is_resumed_once_it_is_trusted(folder, edited):
+    path = folder / f"edited-{edited}"
+    begin(folder, path, should_stop=lambda: True)
+    with (path / edited).open("a") as file:
+        file.write("\n")
+    assert load_run(path).generations == 1
+    for door in (resume_laboratory, stored_laboratory, awaits_robots):
+        with pytest.raises(
+            RunFolderError, match=rf"{edited} \(it has been changed\).* trust it: `.* --trust`, or `turing_"
+        ):
+            door(path)
+    trust_laboratory(path)
+    assert (
+        resume_laboratory(path, equipment=ScriptedLaboratory().equipment(), should_stop=lambda: True).generations == 2
+    )
+
+
+def test_functions_that_an_edited_laboratory_names_are_not_imported(folder, tmp_path, monkeypatch):
+    path = folder / "renamed"
+    begin(folder, path, should_stop=lambda: True)
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "evil_robots.py").write_text("raise SystemExit('imported')")
+    content = json.loads((path / "laboratory.json").read_text())
+    (path / "laboratory.json").write_text(json.dumps(content | {"open_replica": "evil_robots:open"}))
+    with pytest.raises(RunFolderError, match="trust it"):
+        resume_laboratory(path)
+    assert "evil_robots" not in sys.modules
+
+
+def test_what_is_no_run_in_a_laboratory_is_not_trusted(tmp_path, small):
+    start(small(), tmp_path / "run")
+    with pytest.raises(RunFolderError, match=r"must take place in a laboratory; got .*run without laboratory\.json"):
+        trust_laboratory(tmp_path / "run")
 
 
 def test_the_computer_alone_does_not_go_on_with_it(folder):
@@ -305,6 +348,7 @@ def with_repeats(path, repeats):
     """Change how often the last models are to be observed again, as one does between sessions."""
     file = path / "laboratory.json"
     file.write_text(re.sub(r'"repeats": \d', f'"repeats": {repeats}', file.read_text()))
+    trust_laboratory(path)
 
 
 def test_repeats_may_be_changed_between_sessions(folder):

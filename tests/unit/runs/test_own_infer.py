@@ -176,6 +176,48 @@ def test_failures_are_listed_and_survive_a_resumed_run(tmp_path, stop_after):
     assert f"{failed['count']} simulations failed" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("length", [{"trials": 20}, {"generations": 1, "settings": SMALL}])
+def test_a_failure_in_the_first_batch_ends_the_run_unless_it_is_a_number(length):
+    def simulate(parameters, rng):
+        if answer is None and (parameters[:, 0] > 12).any():
+            raise ValueError("too fast")
+        return np.where(parameters[:, :1, None] > 12, answer, walk(parameters, rng))
+
+    options = {"genuine": recorded(), "simulate": simulate, "parameters": RANGES, "seed": 2}
+    answer = None
+    with pytest.raises(CustomSystemError, match=r"it raised ValueError: too fast \[.*\] \[generation 0, speed = 1\d"):
+        tl.infer(**options, **length)
+    for answer in (np.nan, np.inf):
+        assert tl.infer(**options, **length).failed_simulations["count"] > 0
+
+
+@pytest.mark.parametrize(
+    ("genuine", "options"),
+    [
+        (recorded()[:1], {}),
+        (recorded()[:2], {"held_out": [1]}),
+        (type("Windows", (), {"learning": recorded()[:1], "held_out": recorded()[1:]})(), {}),
+    ],
+)
+def test_a_single_sample_is_refused_before_any_trial_is_spent(genuine, options):
+    called = []
+
+    def simulate(parameters, rng):
+        called.append(parameters)
+        return walk(parameters, rng)
+
+    message = (
+        r"`genuine` must be 2 samples or more to learn from, with a budget in trials; got 1 of 50 steps\. Cut it into several "
+        r"that are shorter, or give `generations` instead of trials\."
+    )
+    with pytest.raises(ConfigurationError, match=message):
+        tl.infer(genuine=genuine, simulate=simulate, parameters=RANGES, **options)
+    with pytest.raises(ConfigurationError, match=message):
+        tl.study(genuine=genuine, simulate=own_models.walk, parameters=RANGES, **options)
+    assert not called
+    assert infer(genuine, generations=1, **options).generations == 1
+
+
 def test_a_model_that_fails_has_the_worst_fitness():
     history = infer(simulate=stumbling, seed=2, settings=FULL).history
     fast = history["model"].to_numpy()[..., 0] > 12
@@ -517,7 +559,7 @@ def test_a_recording_in_which_nobody_moves_is_refused(tmp_path):
         ConfigurationError,
         match=r"must be windows of motion that varies; got the same at every step of all of them: speed is 0, turn is 0. See",
     ):
-        infer(frames.windows(12), WALK, WALK.parameters, out=tmp_path / "run")
+        infer(frames.windows(12, longest_rest_s=None), WALK, WALK.parameters, out=tmp_path / "run")
     assert not (tmp_path / "run").exists()
 
 

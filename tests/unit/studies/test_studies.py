@@ -387,11 +387,10 @@ def test_changed_and_later_studies_are_refused(small, executor, tmp_path):
         (path / "study.json").write_text(json.dumps(changed))
         with pytest.raises(DamagedError, match=r"^`study` must hold study\.json as it was written; got "):
             load_study(path)
-    (path / "seals.txt").unlink()
-    (path / "study.json").write_text(json.dumps({"format_version": 1}))
+    StudyFolder(path).create({})
     with pytest.raises(RunFolderError, match=r"^`study` must be as it was when it began; got .* cannot be read"):
         load_study(path)
-    (path / "study.json").write_text(json.dumps(content))
+    StudyFolder(path).create(content)
     with (path / "config.toml").open("a") as file:
         file.write("\n")
     with pytest.raises(RunFolderError, match=r"^`config.toml` must be as it was when the study began"):
@@ -445,13 +444,11 @@ def test_a_study_that_is_moved_while_it_runs_stops_and_says_so(small, executor, 
     assert resume_study(tmp_path / "elsewhere", executor=executor).complete
 
 
-def test_a_study_of_before_seals_is_resumed_and_says_once_that_it_is_not_verified(finished, executor, tmp_path, caplog):
-    shutil.copytree(finished.path, tmp_path / "old")
-    (tmp_path / "old" / "seals.txt").unlink()
-    assert load_study(tmp_path / "old") == finished
-    assert caplog.messages == [f"{tmp_path / 'old'}: not verified, it was written without seals."]
-    assert resume_study(tmp_path / "old", executor=executor) == finished
-    assert tables(tmp_path / "old") == tables(finished.path)
+def test_a_study_whose_seals_are_removed_is_refused(finished, tmp_path):
+    shutil.copytree(finished.path, tmp_path / "study")
+    (tmp_path / "study" / "seals.txt").unlink()
+    with pytest.raises(DamagedError, match=r"\(seals\.txt is missing\)"):
+        load_study(tmp_path / "study")
 
 
 def written(content):
@@ -505,8 +502,8 @@ def test_medians_are_not_read_from_checkpoints_of_other_runs(finished, tmp_path)
 
 @pytest.mark.parametrize("runs", [[], [1, 2], [{}], [{"run.seed": "1"}], 3])
 def test_runs_that_are_none_are_refused(runs, finished, tmp_path):
-    shutil.copytree(finished.path, tmp_path / "study", ignore=shutil.ignore_patterns("runs", "seals.txt"))
-    path = tmp_path / "study" / "study.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"runs": runs}))
+    shutil.copytree(finished.path, tmp_path / "study", ignore=shutil.ignore_patterns("runs"))
+    folder = StudyFolder(tmp_path / "study")
+    folder.create(folder.head() | {"runs": runs})
     with pytest.raises(RunFolderError, match=r"^`study` must be as it was when it began; got .* cannot be read"):
         load_study(tmp_path / "study")

@@ -6,7 +6,17 @@ import pytest
 
 from turing_learning.robots import LABORATORY
 from turing_learning.studies import BEHAVIORS
-from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS, Arena, Objects, Robot, Sensor, Trial
+from turing_learning.swarm import (
+    AGGREGATION,
+    OBJECT_CLUSTERING,
+    SCENARIOS,
+    Arena,
+    Objects,
+    Robot,
+    Sensor,
+    Tracking,
+    Trial,
+)
 from turing_learning.swarm._scenario import most_disks
 
 
@@ -37,6 +47,12 @@ def test_agents_that_nobody_knows_have_no_truth():
     assert replace(AGGREGATION, known=False).truth is None
 
 
+@pytest.mark.parametrize("scenario", SCENARIOS.values(), ids=SCENARIOS)
+def test_known_scenarios_are_in_enkis_world(scenario):
+    assert scenario.world == "enki"
+    assert scenario.in_world("paper").in_world("enki") == scenario
+
+
 def test_scenarios_are_frozen():
     with pytest.raises(FrozenInstanceError):
         AGGREGATION.agents = 3
@@ -48,6 +64,14 @@ def test_scenarios_are_frozen():
         (lambda: Robot(radius_cm=-1), r"`robot.radius_cm` must be a finite number above 0; got -1"),
         (lambda: Robot(mass_g=float("nan")), r"`robot.mass_g` must be a finite number above 0; got nan"),
         (lambda: Robot(wheel_noise=1), r"`robot.wheel_noise` must be .* below 1; got 1"),
+        (lambda: Robot(wheel_scale_spread=1), r"`robot.wheel_scale_spread` must be .* below 1; got 1"),
+        (lambda: Robot(slip=-0.1), r"`robot.slip` must be .* at least 0 and below 1; got -0.1"),
+        (lambda: Robot(actuation_lag_cycles=-1), r"`robot.actuation_lag_cycles` must be .* from 0 to 1000; got -1"),
+        (lambda: Objects(gravity_cm_s2=-1), r"`objects.gravity_cm_s2` must be .* at least 0; got -1"),
+        (lambda: Sensor(mistakes=1.1), r"`sensor.mistakes` must be .* of at most 1; got 1.1"),
+        (lambda: Tracking(position_noise_cm=-1), r"`tracker.position_noise_cm` must be .* at least 0; got -1"),
+        (lambda: Tracking(heading_noise_rad=-1), r"`tracker.heading_noise_rad` must be .* at least 0; got -1"),
+        (lambda: AGGREGATION.in_world("enky"), r"`world` must be a known world; got 'enky'. Did you mean `enki`?"),
         (lambda: Objects(count=-1), r"`objects.count` must be .* at least 0; got -1"),
         (lambda: Objects(friction=-0.1), r"`objects.friction` must be .* at least 0; got -0.1"),
         (lambda: Arena(width_cm=10), r"must be both given or both left out; got \(10, None\)"),

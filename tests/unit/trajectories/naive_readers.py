@@ -41,12 +41,12 @@ def _toxtrac(rows):
         yield (float(row[0]), f"{arena}:{track}" if len(arenas) > 1 else str(track)), _xy(row[3], row[4])
 
 
-def _named(x, y):
+def _named(x, y, who="id", words=0):
     def read_rows(rows):
         names = [name.lower() for name in rows[0]]
-        for row in rows[1:]:
+        for row in rows[1 + words :]:
             cell = dict(zip(names, row, strict=False))
-            yield (float(cell["frame"]), cell.get("id", "1")), _xy(cell[x], cell[y])
+            yield (float(cell["frame"]), cell.get(who, "1")), _xy(cell[x], cell[y])
 
     return read_rows
 
@@ -74,6 +74,7 @@ READERS = {
     "idtracker.ai-csv": _idtracker_ai,
     "toxtrac": _toxtrac,
     "tracktor": _named("pos_x", "pos_y"),
+    "trackmate": _named("position_x", "position_y", "track_id", words=3),
     "tidy": _named("x", "y"),
     "deeplabcut": _deeplabcut,
 }
@@ -82,6 +83,7 @@ SEPARATORS = {
     "idtracker.ai-csv": lambda line: ",",
     "toxtrac": lambda line: "\t",
     "tracktor": _most,
+    "trackmate": _most,
     "tidy": _most,
     "deeplabcut": lambda line: ",",
 }

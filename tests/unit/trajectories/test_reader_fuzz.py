@@ -27,7 +27,7 @@ ARRAYS = ("idtracker.ai-h5", "idtracker.ai-npy", "sleap", "trex", "deeplabcut-h5
 DATA = Path(__file__).parent / "data"
 REAL = {name: DATA / name for name in ("deeplabcut_table.h5", "deeplabcut_fixed.h5", "movement.nc")}
 """Files that pandas, PyTables and h5netcdf wrote."""
-NUMBERED = {"toxtrac": 0, "tracktor": 1, "tidy": 1, "deeplabcut": 4}
+NUMBERED = {"toxtrac": 0, "tracktor": 1, "trackmate": 4, "tidy": 1, "deeplabcut": 4}
 """Formats whose rows carry a frame number, with their header lines."""
 TESTS = 2 * len(TEXT) + len(ARRAYS) + len(NUMBERED) + 9
 
@@ -212,8 +212,9 @@ def test_a_binary_file_with_wrong_bytes_never_ends_in_another_error(name, tmp_pa
 
 
 COLUMNS = st.sampled_from(
-    ["frame", "time", "Time", "id", "x", "y", "X", "x1", "y1", "x2", "a_x", "a_y", "a_confidence", "", 0, 3.5]
-)
+    ["frame", "time", "Time", "id", "track", "trial", "x", "y", "z", "X", "x1", "y1", "x2", "y2", "w", "h", "bb_left", "bb_top",
+     "bb_width", "bb_height", "a_x", "a_y", "a_confidence", "heading", "", 0, 3.5]
+)  # fmt: skip
 VALUES = st.sampled_from(
     [
         [0, 1, 2],
@@ -232,9 +233,19 @@ VALUES = st.sampled_from(
 )
 
 
-@given(columns=st.lists(st.tuples(COLUMNS, VALUES), max_size=7), labels=st.sampled_from([None, 2, 3, 4]))
+ROLES = st.sampled_from(
+    ["frame", "time", "id", "x", "y", "heading", "left", "top", "right", "bottom", "width", "nonsense"]
+)
+
+
+@given(
+    columns=st.lists(st.tuples(COLUMNS, VALUES), max_size=7),
+    labels=st.sampled_from([None, 2, 3, 4]),
+    said=st.dictionaries(ROLES, COLUMNS.map(str), max_size=3),
+    fps=st.sampled_from([2, None]),
+)
 @each
-def test_a_table_in_memory_is_read_or_refused(columns, labels):
+def test_a_table_in_memory_is_read_or_refused(columns, labels, said, fps):
     table = pd.DataFrame({k: values for k, (_, values) in enumerate(columns)})
     names = [name for name, _ in columns]
     if labels and columns:
@@ -244,7 +255,7 @@ def test_a_table_in_memory_is_read_or_refused(columns, labels):
     else:
         table.columns = pd.Index(names, dtype=object)
     with suppress(RefusedError):
-        assert len(load_trajectories(table, fps=2, pixels_per_cm=1, y_axis="up").positions)
+        assert len(load_trajectories(table, fps=fps, pixels_per_cm=1, y_axis="up", columns=said).positions)
 
 
 @given(

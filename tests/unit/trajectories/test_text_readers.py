@@ -48,16 +48,12 @@ def load(tmp_path, content, **said):
         ),
         ("frame,x,x,y\n0,1,1,1\n", r"name each column once; got 'x' twice \[.*file.txt:1\]"),
         (
-            "frame,fish,track,x,y\n0,a,b,1,1\n",
-            r"name the column of its individuals id; got fish and track \[.*:1\]. Rename",
-        ),
-        (
             "time,id,x,y\n0,a,1,1\n0.1,a,1,1\n0.35,a,1,1\n",
             r"have times \(s\) that are whole frames apart, at .*; got 0.\d+ \[.*\]\. Correct `fps`, or number the frames",
         ),
         (
             "frame,bird,x,y\n0,a,1,1\n0,b,3,3\n",
-            r"give one position .*:3\]. If a column that is not read names the individuals, call it id: bird\.$",
+            r"give one position .*:3\]. If a column that is not read names the individuals, say so: .*'bird'}\.$",
         ),
         ("frame,x,y,heading\n0,1,1,\n", r"give `heading` wherever it gives x and y; got none \[.*file.txt:2\]"),
         (
@@ -101,7 +97,8 @@ def test_a_file_that_is_wrong_is_refused_with_its_line(content, message, tmp_pat
 @pytest.mark.parametrize("step_s", [1 / 29.97, 0.04, 30.0, 600.0, 3600.0])
 def test_times_state_the_frame_rate_of_slow_recordings_too(step_s, tmp_path):
     rows = "".join(f"{k * step_s:.6f},{k},2\n" for k in range(200))
-    assert load(tmp_path, "time,x1,y1\n" + rows, fps=None).fps == pytest.approx(1 / step_s, rel=1e-4)
+    assert load(tmp_path, "seconds,x1,y1\n" + rows, fps=None).fps == pytest.approx(1 / step_s, rel=1e-4)
+    assert load(tmp_path, "time,x1,y1\n" + rows, fps=1 / step_s).fps == pytest.approx(1 / step_s, rel=1e-4)
 
 
 def test_a_zero_byte_in_the_data_is_refused_with_its_line(tmp_path):
@@ -140,12 +137,12 @@ def test_too_many_cells_are_refused_before_they_fill_the_memory(tmp_path, monkey
         load(tmp_path, TIDY + "0,a,1,2\n1,b,1,2\n")
 
 
-@pytest.mark.parametrize("name", ["toxtrac", "tracktor", "tidy", "deeplabcut"])
+@pytest.mark.parametrize("name", ["toxtrac", "tracktor", "trackmate", "tidy", "deeplabcut"])
 def test_the_order_of_numbered_rows_does_not_matter(name, tmp_path):
     positions = walk()
     path = WRITERS[name](tmp_path, positions)
     lines = path.read_bytes().splitlines(keepends=True)
-    skip = {"toxtrac": 0, "deeplabcut": 4}.get(name, 1)
+    skip = {"toxtrac": 0, "deeplabcut": 4, "trackmate": 4}.get(name, 1)
     path.write_bytes(b"".join(lines[:skip] + lines[: skip - 1 if skip else None : -1]))
     np.testing.assert_allclose(load_trajectories(path, **SAID[name]).positions, expected(name, positions))
 

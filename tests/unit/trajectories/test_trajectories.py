@@ -140,7 +140,7 @@ def circling(frames=361):
 @pytest.mark.parametrize(
     ("wrong", "told"),
     [
-        (np.degrees, "headings may be in degrees: 98% are beyond 2 pi, and 100% of their changes"),
+        (np.degrees, "headings may be in degrees, as 98% are beyond 2 pi; they are taken as rad"),
         (np.negative, "% of the longer steps go backwards by the headings: if that is not how they move, see whether"),
         (lambda headings: headings + np.pi, "100% of the longer steps go backwards by the headings"),
     ],

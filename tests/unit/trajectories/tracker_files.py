@@ -92,6 +92,16 @@ def tracktor(folder: Path, positions: np.ndarray) -> Path:
     return _text(folder / "tracked.csv", [",frame,pos_x,pos_y,id", *rows])
 
 
+def trackmate(folder: Path, positions: np.ndarray) -> Path:
+    names = "LABEL,ID,TRACK_ID,QUALITY,POSITION_X,POSITION_Y,POSITION_Z,POSITION_T,FRAME,RADIUS"
+    words = "Label,Spot ID,Track ID,Quality,X,Y,Z,T,Frame,R"
+    units = ",,,(quality),(pixel),(pixel),(pixel),(sec),,(pixel)"
+    rows = [
+        f"ID{k},{k},{who},3.2,{x},{y},0.0,{frame},{frame},4" for k, (frame, who, x, y) in enumerate(_rows(positions))
+    ]
+    return _text(folder / "spots.csv", [names, words, words, units, *rows])
+
+
 def sleap(folder: Path, positions: np.ndarray) -> Path:
     nodes = np.stack([positions, positions + 1])
     with h5py.File(folder / "analysis.h5", "w") as file:
@@ -163,6 +173,7 @@ WRITERS = {
     "trex": trex,
     "toxtrac": toxtrac,
     "tracktor": tracktor,
+    "trackmate": trackmate,
     "sleap": sleap,
     "deeplabcut": deeplabcut,
     "deeplabcut-h5": deeplabcut_h5,
@@ -178,6 +189,7 @@ SAID = {
     "trex": {},
     "toxtrac": {"fps": FPS, "pixels_per_cm": 10},
     "tracktor": {"fps": FPS, "pixels_per_cm": 10},
+    "trackmate": {"fps": FPS, "pixels_per_cm": 10},
     "sleap": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
     "deeplabcut": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
     "deeplabcut-h5": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},

@@ -1,6 +1,7 @@
 """The emulated arena: how robots move in it and what they sense, and images of it as an overhead camera would take them."""
 
 import math
+from collections import deque
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -9,6 +10,7 @@ import numpy as np
 
 from turing_learning.arrays import array
 from turing_learning.errors import number, require
+from turing_learning.purposes import WHEELS
 from turing_learning.robots._clock import VirtualClock
 from turing_learning.robots.tracking._camera import Calibration, CameraError, Lens, cv2
 from turing_learning.robots.tracking._markers import Markers, Shapes
@@ -53,13 +55,26 @@ def sides_cm(scenario: Scenario) -> tuple[float, float]:
     return float(scenario.arena.width_cm or 0), float(scenario.arena.height_cm or 0)
 
 
-def move_for_a_cycle(
-    scenario: Scenario, poses: np.ndarray, wheels: np.ndarray, seed: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return poses (A, 3) after a control cycle with wheel speeds (A, 2), and readings I (A,) at its end: a trial of one step."""
-    controllers = np.tile(wheels, (1, scenario.sensor.states))[None]
-    trial = simulate(scenario, controllers, poses[None], control_steps=1, seed=seed, threads=1)
-    return trial.poses[0, 1], trial.sensors[0, 1]
+class Drives:
+    """The wheels of robots in a laboratory: each has its own scale throughout, and acts as late as the scenario says."""
+
+    def __init__(self, scenario: Scenario, robots: int, seed: int) -> None:
+        robot = scenario.robot
+        scales = 1 - robot.wheel_scale_spread, 1 + robot.wheel_scale_spread
+        self._scales = np.random.default_rng([WHEELS, seed]).uniform(*scales, (robots, 2))
+        self._waiting = deque([np.zeros((robots, 2))] * robot.actuation_lag_cycles)
+        self._at_once = replace(scenario, robot=replace(robot, wheel_scale_spread=0.0, actuation_lag_cycles=0))
+
+    def move(self, poses: np.ndarray, wheels: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return poses (A, 3) after a control cycle in which wheel speeds (A, 2) are commanded, and readings I (A,) at its end.
+
+        The cycle is a trial of one step.
+        """
+        self._waiting.append(wheels * self._scales)
+        states = self._at_once.sensor.states
+        controllers = np.tile(self._waiting.popleft(), (1, states))[None]
+        trial = simulate(self._at_once, controllers, poses[None], control_steps=1, seed=seed, threads=1)
+        return trial.poses[0, 1], trial.sensors[0, 1]
 
 
 def move_alone(
@@ -71,12 +86,13 @@ def move_alone(
     """
     arena, rng, table = sides_cm(scenario), np.random.default_rng(seed), np.reshape(controller, (-1, 2))
     poses, sight = start, np.zeros(len(start), int)
+    drives = Drives(scenario, len(start), seed)
     yield poses
     for _ in range(cycles):
         proximity = read_infrared(poses, arena, scenario.robot.radius_cm, rng).tolist()
         pairs = zip(table[sight].tolist(), proximity, strict=True)
         wheels = [avoid_walls((left, right), readings) for (left, right), readings in pairs]
-        poses, sight = move_for_a_cycle(scenario, poses, np.array(wheels), int(rng.integers(2**63)))
+        poses, sight = drives.move(poses, np.array(wheels), int(rng.integers(2**63)))
         yield poses
 
 

@@ -1,6 +1,7 @@
 """The emulated laboratory: faults and an operator, also as typed commands; runs before it, in virtual time or plain simulation."""
 
 import inspect
+import math
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -17,7 +18,7 @@ from turing_learning.coevolution import Samples
 from turing_learning.config import ConfigurationError
 from turing_learning.errors import choice, refuse, refusing_as, require
 from turing_learning.models import Behavior
-from turing_learning.purposes import REHEARSAL
+from turing_learning.purposes import REHEARSAL, TRACKING
 from turing_learning.robots._clock import VirtualClock
 from turing_learning.robots._link import EPuck, Link
 from turing_learning.robots.program._equipment import CameraPoses, Equipment, laboratory_tracker
@@ -33,8 +34,8 @@ from ._arena import (
     LABORATORY,
     ArenaCamera,
     Conditions,
+    Drives,
     EmulatedCamera,
-    move_for_a_cycle,
     overhead_camera,
     read_infrared,
     sides_cm,
@@ -282,7 +283,10 @@ class EmulatedLaboratory:
         ]
         self.stuck: set[int] = set()
         self.covered: set[int] = set()
-        self._places = deque([initial_poses(scenario, 1, places)[0]] * 2, maxlen=_CYCLES)
+        older = math.ceil(scenario.tracker.delay_s / self.interval_s)
+        self._places = deque([initial_poses(scenario, 1, places)[0]] * 2, maxlen=_CYCLES + older)
+        self._drives = Drives(scenario, scenario.individuals, seed)
+        self._jitter = np.random.default_rng([TRACKING, seed])
         self._sight, self._cycle = np.zeros(scenario.individuals, int), 0
         self.camera = ArenaCamera(self.clock, self._render, self.interval_s, self.conditions.camera_lag_s)
         self.faults, self.operator = Faults(self), EmulatedOperator(self)
@@ -304,7 +308,11 @@ class EmulatedLaboratory:
         return EmulatedCamera(self.calibration, self.markers, self.labels, **given)
 
     def _render(self, at_s: float | None) -> np.ndarray:
-        return self._eye.render(self.poses(at_s), tuple(self.covered))
+        tracker, now = self.scenario.tracker, self.clock.now() if at_s is None else at_s
+        deviations = [tracker.position_noise_cm, tracker.position_noise_cm, tracker.heading_noise_rad]
+        seen = self.poses(now - tracker.delay_s)
+        seen += self._jitter.standard_normal(seen.shape) * deviations
+        return self._eye.render(seen, tuple(self.covered))
 
     def link(self, name: str) -> Link:
         """Return an open link to a robot, as `open_link` does; raise LinkError if the connection is lost."""
@@ -349,7 +357,7 @@ class EmulatedLaboratory:
         wheels = np.array([robot.step(self.interval_s, int(sight), readings) for robot, sight, readings in sensed])
         stuck = list(self.stuck)
         wheels[stuck] = 0.0
-        after, self._sight = move_for_a_cycle(self.scenario, before, wheels, int(self._rng.integers(2**63)))
+        after, self._sight = self._drives.move(before, wheels, int(self._rng.integers(2**63)))
         after[stuck] = before[stuck]
         self._places.append(after)
         self._cycle += 1

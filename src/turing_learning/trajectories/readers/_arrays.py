@@ -15,7 +15,8 @@ import numpy as np
 from turing_learning.errors import RefusedError, brief, optional, refuse, require
 
 from .._recording import Format, Options, Recording, assemble, from_array, natural, refusal
-from ._tables import Labels, Sheet, check_rate, choose, read_points, rounded, stated_rate
+from ._tables import Labels, Sheet, choose, read_points
+from ._times import check_rate, per_second, rounded, stated_rate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -280,6 +281,7 @@ def _track(path: Path, arrays: Mapping[str, np.ndarray], options: Options) -> tu
     rate = check_rate(arrays["frame_rate"], path) if "frame_rate" in arrays else None
     if rate is None and "time" in values:
         rate = stated_rate(values["time"], values["frame"])
+        rate = None if rate is None else rounded(rate * per_second(rate, options.fps, path))
     return rows, rate
 
 
@@ -439,6 +441,8 @@ def _timing(dataset: "xr.Dataset", fps: float | None, source: str) -> tuple[floa
         return rate, round(float(times[0]))
     if len(times) > 1:
         by_times = rounded((len(times) - 1) / float(times[-1] - times[0]))
+        if unit is None and rate is None:
+            by_times = rounded(by_times * per_second(by_times, fps, source or "dataset"))
         close = rate is not None and math.isclose(rate, by_times, rel_tol=1e-3)
         if rate is not None and not close and fps is None:
             rule = f"have the same frame rate in its times, {by_times:g}, and in its attribute fps"

@@ -4,7 +4,7 @@ import codecs
 import csv
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, islice
@@ -15,40 +15,26 @@ import numpy as np
 
 from turing_learning.errors import Setting, brief, refuse, require
 
-from .._recording import LARGEST, Format, Options, Recording, assemble, from_array, natural, refusal, refuse_first
+from .._recording import Format, Options, Recording, assemble, from_array, natural, refusal, refuse_first
+from ._columns import (
+    APART,
+    WHO,
+    box_columns,
+    centers,
+    choose_individuals,
+    named,
+    refuse_corners,
+    refuse_detections,
+    refuse_points,
+    refuse_several,
+    refuse_size,
+)  # fmt: skip
+from ._times import FARTHEST, TIME, check_rate, check_times, frames_at, per_second, rounded, stated_rate
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from .._recording import Glance
-
-
-def rounded(rate: float) -> float:
-    """Return a frame rate that times state with five digits: 29.97, or 0.0016667 with a frame every ten minutes."""
-    return float(f"{rate:.5g}")
-
-
-def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
-    """Return the frame rate that times (s) of frames state, or None if they do not to a tenth of a frame."""
-    known = np.abs(seconds) <= LARGEST
-    if known.sum() < 2:
-        return None
-    seconds, frames = seconds[known], frames[known]
-    span = seconds[-1] - seconds[0]
-    if span <= 0:
-        return None
-    fps = float((frames[-1] - frames[0]) / span)
-    late = (seconds - seconds[0]) * fps - (frames - frames[0])
-    return rounded(fps) if np.abs(late).max() < 0.1 else None
-
-
-def check_rate(value: object, path: object) -> float:
-    """Return a frame rate that a file states, if it can be one."""
-    stated = np.asarray(value)
-    fps = float(stated.ravel()[0]) if stated.size == 1 and stated.dtype.kind in "fiu" else np.nan
-    if not (np.isfinite(fps) and fps > 0):
-        raise refusal("state a frame rate above 0", repr(value), path)
-    return fps
 
 
 def choose(keypoint: str | None, names: Sequence[str], place: object) -> str:
@@ -74,11 +60,7 @@ class Sheet:
     read: Callable[..., tuple[np.ndarray, list[list[str]]]]
     place: str  #: Where the names are
     at: Callable[[int], str]  #: Where a row is
-
-
-def check_times(seconds: np.ndarray, sheet: Sheet) -> None:
-    """Refuse absurd times (rows,) of a table."""
-    refuse_first(~(np.abs(seconds) <= LARGEST), sheet.at, f"have times within +-{LARGEST:.0e} s", seconds)
+    remark: str = ""  #: What was left out
 
 
 def read_lines(path: Path) -> Iterator[tuple[int, str]]:
@@ -185,12 +167,7 @@ def _number(cell: str) -> float:
     return np.inf
 
 
-TIME = ("time", "time_s", "time (s)", "seconds", "t")
-WHO = ("id", "individual", "individuals", "animal", "fish", "identity", "track", "track_id", "trackid", "tracker_id")
-"""Names of columns of individuals; without one all rows are of one individual."""
 EXTRAS = {"heading": "headings", "confidence": "confidence"}
-LATE = 0.25
-"""Frames by which a time may be beside that of its frame."""
 
 
 def _separator(line: str) -> str:
@@ -201,88 +178,174 @@ def _names(glance: "Glance") -> set[str]:
     return {name.lower() for name in glance.cells(_separator(glance.lines[0]))} if glance.lines else set()
 
 
+def _is_trackmate(glance: "Glance") -> bool:
+    return {"frame", "track_id", "position_x", "position_y"} <= _names(glance)
+
+
 def _is_tidy(glance: "Glance") -> bool:
     names = _names(glance)
     others = names - {"frame", *TIME}
-    wide = all(re.fullmatch(r"[xy][0-9]+|(?!pos_).+[ _.:](x|y|likelihood|confidence)", name) for name in others)
-    return others < names and ({"x", "y"} <= names or (bool(others) and wide and not _is_csv(glance)))
+    wide = bool(others) and _is_wide(others) and not _is_csv(glance)
+    return others < names and not _is_trackmate(glance) and (_is_long(names) or wide)
+
+
+def _is_wide(names: Collection[str]) -> bool:
+    """Return whether all columns but those of frames and times are of x, y and confidence of somebody."""
+    return all(re.fullmatch(r"[xy][0-9]+|(?!pos_).+[ _.:](x|y|likelihood|confidence)", name) for name in names)
+
+
+def _is_long(names: Collection[str]) -> bool:
+    return {"x", "y"} <= set(names) or (bool(box_columns(names)) and not _is_wide({*names} - {"frame", *TIME}))
 
 
 def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
     """Read columns frame or time (s), x, y and, if there are any, id, heading (rad) and confidence; or a wide table."""
-    if {"x", "y"} <= {name.lower() for name in sheet.names}:
+    if _is_long([name.lower() for name in sheet.names]) or not {"frame", "time"}.issuperset(options.columns or ()):
         return read_long(sheet, options)
+    sheet = replace(sheet, names=named(sheet.names, options.columns, sheet.place))
     rule = "frame or time, and x and y of each individual, as x1, y1, x2, ... or fish_x, fish_y, ..."
-    return replace(read_wide(sheet, rule, each=(2, 3)), y_axis=None)
+    return replace(read_wide(sheet, rule, options, each=(2, 3)), y_axis=None)
 
 
 def _sheet(path: Path, separator: str = "") -> Sheet:
     """Return a text file whose first line names its columns, and shows what separates them unless that is said."""
     with path.open("rb") as file:
         separator = separator or _separator(file.readline(1 << 16).decode("utf-8-sig", errors="replace"))
-    return text_sheet(path, separator, header(path, 1, separator)[0])
+    names = header(path, 1, separator)[0]
+    more = _more_header_lines(path, separator, names)
+    said = f"{len(more)} more header lines are no rows: {more[-1]}" if more else ""
+    return replace(text_sheet(path, separator, names, skip=1 + len(more)), remark=said)
 
 
-def read_long(sheet: Sheet, options: Options, x: str = "x", y: str = "y") -> Recording:
+MOST_HEADER_LINES = 3
+"""Lines below the first one in which TrackMate says what columns are, and their units."""
+MISSING = ("nan", "na", "n/a", "none", "null", "-", "--", "missing")
+"""What a cell of a row may say, and none of a header line."""
+
+
+def _more_header_lines(path: Path, separator: str, names: Sequence[str]) -> list[str]:
+    """Return the lines below the first one that are no rows: no cell is a number or missing, and some say something."""
+    found: list[str] = []
+    if not {"frame", *TIME} & {name.lower() for name in names}:
+        return found
+    for number, line in islice(read_lines(path), 1, 1 + MOST_HEADER_LINES):
+        cells = [cell.strip() for cell in _cells(line, separator, path, number)]
+        filled = [cell for cell in cells if cell]
+        value = any(np.isfinite(_number(cell)) or cell.lower() in MISSING for cell in filled)
+        width = len(names) - len(cells)  # the last cell may be empty
+        if value or not filled or cells == list(names) or width not in (0, 1):
+            break
+        found.append(line)
+    return found
+
+
+def read_long(sheet: Sheet, options: Options, x: str = "x", y: str = "y", who: Sequence[str] = WHO) -> Recording:
     """Read a table with a row for each individual and frame; names of columns are in any case."""
-    names = [name.lower() for name in sheet.names]
+    said = options.columns or {}
+    names = [name.lower() for name in named(sheet.names, said, sheet.place, x=x, y=y)]
     when = "frame" if "frame" in names else next((name for name in TIME if name in names), "frame")
-    missing = [name for name in (when, x, y) if name not in names]
+    boxed = "left" in said or (x == "x" and _is_long(names) and not {"x", "y"} & said.keys())
+    box = box_columns(names) if boxed else {}
+    plain = [name for name in (x, y) if name in names or not box]
+    missing = [name for name in (when, *plain) if name not in names]
     if missing:
         raise refusal(f"have the columns frame, {x}, {y}", sheet.names, sheet.place)
-    who = ["id"] if "id" in names else [name for name in WHO if name in names]
-    if len(who) > 1:
-        raise refusal("name the column of its individuals id", f"{' and '.join(who)}", sheet.place, "Rename one.")
-    extra = [name for name in EXTRAS if name in names and x == "x"]
-    wanted = [when, x, y, *extra]
+    if not (box or {"x", "y"} & said.keys()):
+        refuse_size(names, sheet.place)
+    who = [name for name in (("id",) if "id" in said else who) if name in names]
+    apart = [name for name in APART if name in names and name not in who]
+    clock = [name for name in TIME if name in names and when == "frame"][:1]
+    depth = [name for name in (x.replace("x", "z"),) if name in names]
+    extra = [name for name in EXTRAS if name in names and x != "pos_x"]
+    wanted = [when, *plain, *box.values(), *extra]
     twice = [name for name in (*wanted, *who) if names.count(name) > 1]
     if twice:
         raise refusal("name each column once", f"{twice[0]!r} twice", sheet.place)
-    numbers, texts = sheet.read([names.index(name) for name in wanted], [names.index(name) for name in who])
-    (frames, *columns), fps = numbers.T, None
+    asked = [*who, *apart, *clock, *depth]
+    numbers, texts = sheet.read([names.index(name) for name in wanted], [names.index(name) for name in asked])
+    columns, words = dict(zip(wanted, numbers.T, strict=True)), dict(zip(asked, texts, strict=True))
+    frames, fps = columns[when], None
     if when != "frame":
-        frames, fps = frames_at(frames, options.fps, sheet)
-    for name, values in zip(extra, columns[2:], strict=True):
-        unknown = np.isnan(values) & ~np.isnan(columns[0])
+        frames, fps = frames_at(frames, options.fps, when, sheet.place, sheet.at)
+    elif clock:
+        fps = _rate_beside(words[clock[0]], frames, options.fps, sheet.place, clock[0])
+    positions, choices = _positions(columns, plain, box, "left" in said)
+    for name in depth:
+        if len({*words[name]} - {""}) > 1:
+            choices.append(f"positions are those in {x} and {y} alone, as if all {name} were the same")
+    if len(who) > 1:
+        name, why = choose_individuals({name: words[name] for name in who}, frames, positions, sheet.place)
+        who, choices = [name], [*choices, *filter(None, [why])]
+    individuals = words[who[0]] if who else ["1"] * len(frames)
+    refuse_several({name: words[name] for name in apart}, frames, individuals, sheet.place)
+    for name in extra:
+        unknown = np.isnan(columns[name]) & ~np.isnan(positions[:, 0])
         refuse_first(unknown, sheet.at, f"give `{name}` wherever it gives x and y", "none")
-    unread = ", ".join(name for name in sheet.names if name and name.lower() not in wanted) if not who else ""
-    return assemble(
+    unread = [name for name in sheet.names if name and name.lower() not in wanted] if not who else []
+    listed = ", ".join(unread)
+    remarks = (f"without a column id all rows are of one individual; columns not read: {listed}",) if unread else ()
+    name_it = (
+        ("If a column that is not read names the individuals, say so: ", Setting("columns", {"id": unread[-1]}), ".")
+        if unread
+        else ""
+    )
+    recording = assemble(
         frames,
-        texts[0] if who else ["1"] * len(frames),
-        np.column_stack(columns[:2]),
+        individuals,
+        positions,
         sheet.at,
-        extras=dict(zip((EXTRAS[name] for name in extra), columns[2:], strict=True)),
+        extras={EXTRAS[name]: columns[name] for name in extra},
         fps=fps,
         y_axis=None if x == "x" else "down",
-        remarks=(f"without a column id all rows are of one individual; columns not read: {unread}",) if unread else (),
-        twice=f"If a column that is not read names the individuals, call it id: {unread}." if unread else "",
+        remarks=(*remarks, *filter(None, [sheet.remark])),
+        choices=tuple(choices),
+        twice=name_it,
     )
+    if who and "id" not in said:
+        refuse_detections(recording, who[0], sheet.place)
+    return recording
 
 
-def frames_at(seconds: np.ndarray, fps: float | None, sheet: Sheet) -> tuple[np.ndarray, float | None]:
-    """Return frame numbers (rows,) at times (s), and the frame rate that the times state unless it is given as `fps`."""
-    check_times(seconds, sheet)
-    known = np.unique(seconds)
-    since, span = seconds - known[0], float(known[-1] - known[0])
-    rates = [fps or 1.0]
-    if fps is None and span > 0:
-        steps = np.diff(known)  # every frame has somebody, or gaps are whole frames
-        rates = [max(1, round(span / step)) / span for step in (span / len(steps), np.median(steps), steps.min())]
-    off = [np.abs(since * rate - np.round(since * rate)) for rate in rates]
-    rate, away = next((pair for pair in zip(rates, off, strict=True) if pair[1].max() <= LATE), (rates[0], off[0]))
-    rule = f"have times (s) that are whole frames apart, at {rate:.6g} per second"
-    remedy = ("Correct " if fps else "Give ", Setting("fps"), ", or number the frames.")
-    refuse_first(away > LATE, sheet.at, rule, seconds, remedy)
-    stated = rounded(rate) if fps is None and span > 0 else None
-    return np.round(since * rate) + max(0, round(float(known[0]) * rate)), stated
+def _positions(
+    columns: Mapping[str, np.ndarray], plain: Sequence[str], box: Mapping[str, str], stated: bool
+) -> tuple[np.ndarray, list[str]]:
+    """Return positions (rows, 2): those in columns of x and y, or the centers of boxes if these say nothing else."""
+    places = np.column_stack([columns[name] for name in plain]) if plain else None
+    if places is not None and not box:
+        return places, []
+    parts = {what: columns[name] for what, name in box.items()}
+    if places is not None and not stated:
+        fixed = (places == places[0]).all()  # as -1, -1 in tables of MOT
+        corner = np.array_equal(places, np.column_stack([parts["left"], parts["top"]]), equal_nan=True)
+        if not (fixed or corner):
+            return places, []
+    return centers(parts), [f"positions are the centers of the boxes in the columns {', '.join(box.values())}"]
+
+
+def _rate_beside(times: Sequence[str], frames: np.ndarray, fps: float | None, place: str, name: str) -> float | None:
+    """Return the frame rate that a column of times beside frame numbers states, if it does."""
+    order = np.argsort(frames, kind="stable")
+    seconds = np.array([_number(time.strip()) for time in times])[order]
+    rate = stated_rate(seconds, frames[order])
+    known = seconds[np.isfinite(seconds)]
+    if rate is None or (rate == 1 and (known == np.floor(known)).all()):  # they count frames, too
+        return None
+    return rounded(rate * per_second(rate, fps, place, name))
 
 
 TRACKTOR_FORMAT = Format(  # Sridhar, Roche and Gingins 2019, Methods in Ecology and Evolution 10; in pixels
     "tracktor",
     lambda glance: {"frame", "pos_x", "pos_y"} <= _names(glance),
     lambda path, options: read_long(_sheet(path), options, "pos_x", "pos_y"),
+    has_columns=True,
 )
-TIDY_FORMAT = Format("tidy", _is_tidy, lambda path, options: _long_or_wide(_sheet(path), options))
+TRACKMATE_FORMAT = Format(  # Ershov et al. 2022, TrackMate 7, Nature Methods 19; a table of spots, y of images
+    "trackmate",
+    _is_trackmate,
+    lambda path, options: read_long(_sheet(path), options, "position_x", "position_y", ("track_id",)),
+    has_columns=True,
+)
+TIDY_FORMAT = Format("tidy", _is_tidy, lambda path, options: _long_or_wide(_sheet(path), options), has_columns=True)
 
 
 COORDINATES = {"x": 0, "y": 1, "probid": 2, "likelihood": 2, "confidence": 2}
@@ -303,10 +366,12 @@ def read_csv(path: Path, options: Options) -> Recording:
             raise refusal("have a whole attributes.json beside it", str(error)[:80], beside) from None
         rate = stated.get("frames_per_second") if isinstance(stated, dict) else None
         fps = None if rate is None else check_rate(rate, beside)
-    return read_wide(_sheet(path, ","), "x1, y1, x2, y2, ... after the time", fps=fps)
+    return read_wide(_sheet(path, ","), "x1, y1, x2, y2, ... after the time", options, fps=fps)
 
 
-def read_wide(sheet: Sheet, rule: str, *, each: tuple[int, ...] = (2,), fps: float | None = None) -> Recording:
+def read_wide(
+    sheet: Sheet, rule: str, options: Options, *, each: tuple[int, ...] = (2,), fps: float | None = None
+) -> Recording:
     """Read `each` columns of an individual, as x1 or fish_x: x, y, perhaps a confidence; and times (s) or frames."""
     found: dict[str, dict[int, int]] = {}
     when = None
@@ -329,12 +394,15 @@ def read_wide(sheet: Sheet, rule: str, *, each: tuple[int, ...] = (2,), fps: flo
     if width not in each or any(sorted(columns) != list(range(width)) for columns in found.values()):
         refuse_column(sheet.names[-1])
     individuals = sorted(found, key=natural)
+    refuse_points({who: [sheet.names[found[who][kind]] for kind in range(2)] for who in individuals}, sheet.place)
     wanted = [found[who][kind] for who in individuals for kind in range(width)]
     numbers, _ = sheet.read([*([] if when is None else [when]), *wanted])
     values = numbers[:, when is not None :].reshape(len(numbers), len(individuals), width)
+    if individuals == ["1", "2"] and width == 2:
+        refuse_corners(values, sheet.place)
     first, rate = 0, fps
     if when is not None:
-        first, rate = _timed(numbers[:, 0], sheet.names[when].lower() == "frame", sheet, fps)
+        first, rate = _timed(numbers[:, 0], sheet.names[when].lower(), sheet, fps, options.fps)
     sure = values[..., 2] if width > 2 else np.zeros(())
     estimated = int((sure < 0).sum())
     complete = width > 2 and bool((sure >= 0).all(where=~np.isnan(values[..., 0])))
@@ -350,19 +418,28 @@ def read_wide(sheet: Sheet, rule: str, *, each: tuple[int, ...] = (2,), fps: flo
     )
 
 
-def _timed(times: np.ndarray, frames: bool, sheet: Sheet, fps: float | None) -> tuple[int, float | None]:
-    """Return first frame and frame rate of rows at times (s), or with frame numbers, that follow without a break."""
+def _timed(
+    times: np.ndarray, name: str, sheet: Sheet, stated: float | None, fps: float | None
+) -> tuple[int, float | None]:
+    """Return first frame and frame rate of rows at times, or with frame numbers, that follow without a break.
+
+    The rate is that `stated` elsewhere, or that of the times; the user's, `fps`, says in which unit they are.
+    """
     steps = np.diff(times, prepend=np.nan)
-    check_times(times, sheet)
+    check_times(times, sheet.at, FARTHEST)
     refuse_first(steps <= 0, sheet.at, "have times that grow from row to row", times)
-    if frames:
+    if name == "frame":
         refuse_first(np.abs(steps - 1) > 0, sheet.at, "have frame numbers that follow without a break", times)
         refuse_first(times != np.floor(times), sheet.at, "have frame numbers that are whole", times)
-        return int(times[0]), fps
+        return int(times[0]), stated
     typical = np.median(steps[1:]) if len(steps) > 1 else 1.0
     rule = f"have evenly spaced times, with steps of {typical:.6g} s"
     refuse_first(np.abs(steps / typical - 1) > 0.5, sheet.at, rule, steps)
-    return 0, fps or stated_rate(times, np.arange(len(times)))
+    rate = stated_rate(times, np.arange(len(times)))
+    if stated or rate is None:
+        return 0, stated
+    counts = typical == 1 and bool((times == np.floor(times)).all())
+    return 0, rounded(rate * per_second(rate, fps, sheet.place, name, counts=counts))
 
 
 # In pixels. ProbId is the confidence where it is a probability; idTracker writes NaN where it did not compute one, and
@@ -370,7 +447,7 @@ def _timed(times: np.ndarray, frames: bool, sheet: Sheet, fps: float | None) -> 
 IDTRACKER_FORMAT = Format(
     "idtracker",
     lambda glance: glance.cells("\t")[:3] == ["X1", "Y1", "ProbId1"],
-    lambda path, options: read_wide(_sheet(path, "\t"), "X1, Y1, ProbId1, X2, ...", each=(3,)),
+    lambda path, options: read_wide(_sheet(path, "\t"), "X1, Y1, ProbId1, X2, ...", options, each=(3,)),
 )
 CSV_FORMAT = Format("idtracker.ai-csv", _is_csv, read_csv)
 
@@ -477,6 +554,7 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
         require(value in known, name, "be one that is known", brief(value), place="DataFrame, attributes")
     if "fps" in frame.attrs:
         stated["fps"] = check_rate(frame.attrs["fps"], "DataFrame, fps")
+        options = replace(options, fps=options.fps or stated["fps"])
     levels = frame.columns.nlevels
     if levels in (3, 4):
         labels = [tuple(map(str, label)) for label in frame.columns]
@@ -487,7 +565,7 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
         frame = frame.set_axis([f"{who}_{what}" if what else str(who) for who, what in frame.columns], axis=1)
     if any(name is not None for name in frame.index.names):
         frame = frame.reset_index()
-    if {str(name).lower() for name in frame.columns}.isdisjoint(("x", "frame", *TIME)):
+    if {str(name).lower() for name in frame.columns}.isdisjoint(("x", "frame", *TIME)) and not options.columns:
         frame = frame.reset_index(names="frame")
     return replace(_long_or_wide(_frame_sheet(frame), options), **stated)
 

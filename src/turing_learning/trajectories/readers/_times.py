@@ -1,0 +1,145 @@
+"""Times in a file: the frame rate that they state, and the unit that they are in."""
+
+import math
+from collections.abc import Callable
+from typing import NoReturn
+
+import numpy as np
+
+from turing_learning.errors import Setting, Text, refuse
+
+from .._recording import LARGEST, refusal, refuse_first
+
+TIME = ("time", "time_s", "time (s)", "seconds", "t")
+IN_SECONDS = ("time_s", "time (s)", "seconds")
+"""Those whose name says the unit."""
+PER_SECOND = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600, "days": 1 / 86400}
+"""Units in which times may be, and frames per second where there is one in such a unit."""
+LEAST_RATE, MOST_RATE = 1.0, 2000.0
+"""Frame rates (1/s) that times alone state; beyond them they are likely in another unit than s."""
+VIDEO_RATES = (24.0, 25.0, 29.97, 30.0)
+"""Frequent frame rates (1/s), which in minutes are rates of fast cameras."""
+USUAL_RATE = 30.0
+LATE = 0.25
+"""Frames by which a time may be beside that of its frame."""
+FARTHEST = 1e18
+"""Largest time in any unit: `LARGEST` s in ns."""
+
+
+def rounded(rate: float) -> float:
+    """Return a frame rate that times state with five digits: 29.97, or 0.0016667 with a frame every ten minutes."""
+    return float(f"{rate:.5g}")
+
+
+def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
+    """Return the frame rate that times (s) of frames state, or None if they do not to a tenth of a frame."""
+    known = np.abs(seconds) <= FARTHEST
+    if known.sum() < 2:
+        return None
+    seconds, frames = seconds[known], frames[known]
+    span = seconds[-1] - seconds[0]
+    if span <= 0:
+        return None
+    fps = float((frames[-1] - frames[0]) / span)
+    late = (seconds - seconds[0]) * fps - (frames - frames[0])
+    return rounded(fps) if np.abs(late).max() < 0.1 else None
+
+
+def check_rate(value: object, path: object) -> float:
+    """Return a frame rate that a file states, if it can be one."""
+    stated = np.asarray(value)
+    fps = float(stated.ravel()[0]) if stated.size == 1 and stated.dtype.kind in "fiu" else np.nan
+    if not (np.isfinite(fps) and fps > 0):
+        raise refusal("state a frame rate above 0", repr(value), path)
+    return fps
+
+
+def per_second(rate: float, fps: float | None, place: object, name: str = "time", *, counts: bool = False) -> float:
+    """Return frames per second where times have one frame in their unit: 1 where they are in s.
+
+    `rate` is that of the frames by times of a column `name`, `fps` what the user says, which decides between units;
+    `counts` says that times are whole numbers 1 apart, as if they counted frames. What stays open is refused.
+    """
+    if name in IN_SECONDS:
+        return 1.0
+    if fps is None:
+        in_minutes = any(math.isclose(rate, 60 * video, rel_tol=1e-3) for video in VIDEO_RATES)
+        if LEAST_RATE <= rate <= MOST_RATE and not in_minutes and not counts:
+            return 1.0
+        _ask(rate, place, name, counts)
+    units = (1.0, *PER_SECOND.values())
+    least = fps / 1.02 if counts else fps / 100  # some frames may have nobody
+    fits = [factor for factor in units if least <= rate * factor <= 1.02 * fps]
+    if not fits and counts:
+        remedy: Text = ("If they count frames, give ", Setting("columns", {"frame": name}), ", too.")
+        refuse(
+            "fps",
+            f"be 1 where values of `{name}` are whole and 1 apart, if they are in s",
+            f"{fps:g}",
+            remedy,
+            place=str(place),
+        )
+    return fits[0] if fits else 1.0
+
+
+def _ask(rate: float, place: object, name: str, counts: bool) -> NoReturn:
+    """Refuse times of which nobody says in which unit they are."""
+    unit = min(PER_SECOND, key=lambda unit: abs(math.log(max(rate * PER_SECOND[unit], 1e-300) / USUAL_RATE)))
+    likely, rule = rounded(rate * PER_SECOND[unit]), f"be given where values of `{name}` may not be in s"
+    if counts:
+        got, ahead = "none, and they are whole and 1 apart", "If they count frames, give "
+        remedy: Text = (
+            ahead,
+            Setting("columns", {"frame": name}),
+            " and the frame rate; if they are in s, give ",
+            Setting("fps", 1),
+            ".",
+        )
+    else:
+        got = f"none, and in s they state {rounded(rate):g} frames per second"
+        remedy = (
+            f"If they are in {unit}, give ",
+            Setting("fps", likely),
+            "; if in s, give ",
+            Setting("fps", rounded(rate)),
+            ".",
+        )
+    refuse("fps", rule, got, remedy, place=str(place))
+
+
+def rate_by(
+    times: np.ndarray, frames: np.ndarray, fps: float | None, place: object, name: str = "time"
+) -> float | None:
+    """Return the frame rate that times of frames state, in whatever unit; None if they state none."""
+    rate = stated_rate(times, frames)
+    return None if rate is None else rounded(rate * per_second(rate, fps, place, name))
+
+
+def frames_at(
+    times: np.ndarray, fps: float | None, name: str, place: object, at: Callable[[int], str]
+) -> tuple[np.ndarray, float | None]:
+    """Return frame numbers (rows,) at times of a column `name`, and the frame rate that they state unless it is given as `fps`."""
+    check_times(times, at, FARTHEST)
+    known = np.unique(times)
+    if len(known) > 1:
+        counts = bool((known == np.floor(known)).all()) and float(np.median(np.diff(known))) == 1
+        factor = per_second(1 / float(np.median(np.diff(known))), fps, place, name, counts=counts)
+        times, known = times / factor, known / factor
+    check_times(times, at)
+    since, span = times - known[0], float(known[-1] - known[0])
+    rates = [fps or 1.0]
+    if fps is None and span > 0:
+        steps = np.diff(known)  # every frame has somebody, or gaps are whole frames
+        rates = [max(1, round(span / step)) / span for step in (span / len(steps), np.median(steps), steps.min())]
+    off = [np.abs(since * rate - np.round(since * rate)) for rate in rates]
+    rate, away = next((pair for pair in zip(rates, off, strict=True) if pair[1].max() <= LATE), (rates[0], off[0]))
+    rule = f"have times (s) that are whole frames apart, at {rate:.6g} per second"
+    remedy = ("Correct " if fps else "Give ", Setting("fps"), ", or number the frames.")
+    refuse_first(away > LATE, at, rule, times, remedy)
+    stated = rounded(rate) if fps is None and span > 0 else None
+    return np.round(since * rate) + max(0, round(float(known[0]) * rate)), stated
+
+
+def check_times(times: np.ndarray, at: Callable[[int], str], most: float = LARGEST) -> None:
+    """Refuse absurd times (rows,) of a table."""
+    refuse_first(~(np.abs(times) <= most), at, f"have times within +-{LARGEST:.0e} s", times)

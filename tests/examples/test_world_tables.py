@@ -1,0 +1,50 @@
+"""The tables of experiments/worlds, in a fast form."""
+
+import csv
+import importlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from turing_learning.swarm import SCENARIOS
+
+HERE = Path(__file__).parents[2] / "experiments" / "worlds"
+
+
+@pytest.fixture
+def script(monkeypatch):
+    monkeypatch.syspath_prepend(str(HERE))
+    return importlib.import_module
+
+
+def rows(name):
+    with (HERE / name).open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize("world", [("aggregation", 9.81, 1), ("object-clustering", 981.0, 1)])
+def test_a_few_trials_give_the_shares_of_the_table(script, monkeypatch, world):
+    name, gravity, lag = world
+    shares = script("shares")
+    monkeypatch.setattr(shares, "DURATIONS_S", (10, 20))
+    monkeypatch.setattr(shares, "TRIALS", 40)
+    found = shares.shares_of(shares.changed(SCENARIOS[name], gravity, lag), seed=3)
+    known = {
+        int(row["duration_s"]): [float(row[f"share_{state}"]) for state in range(3)]
+        for row in rows("shares.csv")
+        if (row["scenario"], float(row["gravity_cm_s2"]), int(row["lag_cycles"])) == world
+    }
+    error = found.std(axis=0, ddof=1) / np.sqrt(40)
+    for place, duration in enumerate((10, 20)):
+        assert (np.abs(found[:, place].mean(axis=0) - known[duration]) <= 5 * error[place] + 1e-3).all()
+
+
+def test_the_score_reads_the_tables_that_are_there(script):
+    score = script("score")
+    shares = [row for row in rows("shares.csv") if row["scenario"] == "aggregation" and row["lag_cycles"] == "0"]
+    length, distance, errors = score.best(shares)
+    assert length in range(60, 101)
+    assert distance < 0.01
+    assert errors >= 0
+    assert {row["lag_cycles"] for row in rows("worlds.csv")} == {"0", "1", "2"}
