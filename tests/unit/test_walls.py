@@ -9,8 +9,6 @@ import pytest
 import turing_learning
 
 ROOT = Path(turing_learning.__file__).parent
-NOT_YET_MENDED = {"systems"}
-"""Rooms whose private names are still imported from elsewhere; this set only shrinks."""
 
 
 def imported_modules(root: Path, path: Path) -> Iterator[tuple[str, ...]]:
@@ -42,12 +40,7 @@ def climbed_walls(root: Path) -> set[tuple[str, str]]:
 
 
 def test_no_room_imports_private_names_of_another():
-    climbed = {(module, name) for module, name in climbed_walls(ROOT) if name.split(".")[0] not in NOT_YET_MENDED}
-    assert not climbed
-
-
-def test_rooms_that_are_mended_are_off_the_list():
-    assert {name.split(".")[0] for _, name in climbed_walls(ROOT)} >= NOT_YET_MENDED
+    assert not climbed_walls(ROOT)
 
 
 @pytest.mark.parametrize(

@@ -160,7 +160,7 @@ def _read(
     path: Path, option: str, tracks: Tracks, learned: "tl.detection.RunClassifiers", usual: Mapping[str, Any]
 ) -> "Motion":
     """Return the motion in a file: windows of a recording that fits the run, or samples."""
-    from turing_learning.trajectories._load import announce
+    from turing_learning.trajectories import announce
 
     if not _is_recording(path, tracks, usual):
         return _samples(path, option, learned)
