@@ -233,7 +233,9 @@ VALUES = st.sampled_from(
 )
 
 
-ROLES = st.sampled_from(["frame", "time", "id", "x", "y", "heading", "left", "top", "right", "bottom", "width", "nonsense"])
+ROLES = st.sampled_from(
+    ["frame", "time", "id", "x", "y", "heading", "left", "top", "right", "bottom", "width", "nonsense"]
+)
 
 
 @given(

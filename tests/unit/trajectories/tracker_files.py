@@ -96,7 +96,9 @@ def trackmate(folder: Path, positions: np.ndarray) -> Path:
     names = "LABEL,ID,TRACK_ID,QUALITY,POSITION_X,POSITION_Y,POSITION_Z,POSITION_T,FRAME,RADIUS"
     words = "Label,Spot ID,Track ID,Quality,X,Y,Z,T,Frame,R"
     units = ",,,(quality),(pixel),(pixel),(pixel),(sec),,(pixel)"
-    rows = [f"ID{k},{k},{who},3.2,{x},{y},0.0,{frame},{frame},4" for k, (frame, who, x, y) in enumerate(_rows(positions))]
+    rows = [
+        f"ID{k},{k},{who},3.2,{x},{y},0.0,{frame},{frame},4" for k, (frame, who, x, y) in enumerate(_rows(positions))
+    ]
     return _text(folder / "spots.csv", [names, words, words, units, *rows])
 
 
