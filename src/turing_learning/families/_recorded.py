@@ -106,13 +106,14 @@ def read_recording(
     the usual frame rate, `every` is the usual one, too.
     """
     every, bridge = options.get("every"), options.get("bridge")
-    fps, scale, y_axis = map(options.get, ("fps", "scale", "y_axis"))
-    others = {name: options.get(name) for name in ("keypoint", "min_confidence")}
+    fps, scale, y_axis, keypoint = map(options.get, ("fps", "scale", "y_axis", "keypoint"))
     otherwise = {"fps": usual.get("fps"), "pixels_per_cm": usual.get("scale"), "y_axis": usual.get("y_axis")}
     try:
         with refusing_as(RefusedError):
-            columns = _columns(options.get("column") or ())
-            how = Options(fps=fps, pixels_per_cm=scale, y_axis=y_axis, columns=columns, **others)
+            how = Options(
+                fps=fps, pixels_per_cm=scale, y_axis=y_axis, keypoint=keypoint,
+                min_confidence=options.get("min_confidence"), columns=_columns(options.get("column", ())),
+            )  # fmt: skip
             recording = load_file(path, how, options.get("format"), otherwise)
             if every is None and fps is None and recording.fps == usual.get("fps"):
                 every = usual.get("every")
@@ -120,7 +121,9 @@ def read_recording(
                 rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
                 require(every < 1 or every % recording.every == 0, "every", rule, str(every), place=str(path))
                 recording = recording.thinned(every)
-            return recording if bridge is None else recording.cleared(longest_rest_s=None).bridged(bridge)
+            if bridge is not None:
+                recording = recording.cleared(longest_rest_s=None).bridged(bridge)
+            return recording
     except RefusedError as error:
         if error.refusal is None or error.refusal.name != "path":
             raise
@@ -133,12 +136,13 @@ def read_recording(
 
 def _columns(texts: Sequence[str]) -> dict[str, str]:
     """Return which columns of a table are what, by texts as id=track."""
-    found: dict[str, str] = {}
+    columns: dict[str, str] = {}
     for text in texts:
-        role, equals, name = text.partition("=")
-        require(equals and name and role not in found, "columns", "be WHAT=NAME, for each once", repr(text))
-        found[role] = name
-    return found
+        what, equals, name = text.partition("=")
+        fits = equals and name and what not in columns
+        require(fits, "columns", "be WHAT=NAME, once for each", repr(text))
+        columns[what] = name
+    return columns
 
 
 @dataclass(frozen=True)
@@ -204,9 +208,9 @@ class RecordedSystem:
             near = any(name.startswith("neighbor") for name in windows.names) and issubclass(chosen, Particles)
             asked = given("tank") or (["recorded"] if near else [])
             asked = asked * count if asked in (["recorded"], ["none"]) else asked
-            clear = [each.cleared(longest_rest_s=rest) for each in motion]
-            tanks = [_tank(text, clear[min(k, count - 1)]) for k, text in enumerate(asked)]
-            family = as_recorded(chosen, clear, windows, tanks=tanks)
+            likely = [recording.cleared(longest_rest_s=rest) for recording in motion]
+            tanks = [_tank(text, likely[min(k, count - 1)]) for k, text in enumerate(asked)]
+            family = as_recorded(chosen, likely, windows, tanks=tanks)
         return windows, family, motion
 
 

@@ -86,9 +86,9 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     Raises
     ------
     ValueError
-        If the format is not recognized or ambiguous; it is not clear what a column is; a scale, rate or direction is not stated, absurd, or
-        stated twice and differently; the file is cut off, damaged, contradicts itself, or unpacks to too much
-        (with file and line, or dataset).
+        If the format is not recognized or ambiguous; it is not clear what a column or a time is; a
+        scale, rate or direction is not stated, absurd, or stated twice and differently; the file is cut
+        off, damaged, contradicts itself, or unpacks to too much (with file and line, or dataset).
     OSError
         If the file cannot be opened.
     ImportError
@@ -98,10 +98,11 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
         fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis, keypoint=keypoint, min_confidence=min_confidence,
         columns=columns, allow_pickle=allow_pickle,
     )  # fmt: skip
-    found = [load_file(one, options, format) for one in (path if isinstance(path, list) else [path])]
-    for recording in found:
+    sources = path if isinstance(path, list) else [path]
+    recordings = [load_file(source, options, format) for source in sources]
+    for recording in recordings:
         announce(recording)
-    return found if isinstance(path, list) else found[0]
+    return recordings if isinstance(path, list) else recordings[0]
 
 
 def announce(recording: Trajectories) -> None:
@@ -196,9 +197,11 @@ def _finish(recording: Recording, format: str, source: str, options: Options, us
         None if values is None else np.where(present, np.nan_to_num(values), 0.0)
         for values in (recording.headings, recording.confidence)
     )
-    if headings is not None and (seen := share_in_degrees(present, headings)):
-        rule, got = "have headings in rad", f"{seen:.0%} of them beyond 2 pi, which may be degrees"
-        raise refusal(rule, got, source, "Convert them, or call their column otherwise to leave them out.")
+    degrees = 0.0 if headings is None else share_in_degrees(present, headings)
+    if degrees:
+        got = f"{degrees:.0%} of them beyond 2 pi, which may be degrees"
+        otherwise = "Convert them, or call their column otherwise to leave them out."
+        raise refusal("have headings in rad", got, source, otherwise)
     remarks = recording.remarks
     if y_axis == "down":
         positions[..., 1] = 0.0 - positions[..., 1]
@@ -222,36 +225,33 @@ def _finish(recording: Recording, format: str, source: str, options: Options, us
 
 
 def _doubts(recording: Recording, per_cm: float) -> list[str]:
-    """Return in words what a file may hold instead of positions in pixels or cm, frames and individuals."""
-    places, found = recording.positions[recording.present], []
-    if len(places) >= _FEWEST and per_cm > 1 and places.min() >= 0 and places.max() <= 1:
-        found.append(
-            "all coordinates are from 0 to 1: if they are shares of an image, multiply them by its width and height"
-        )
-    extent = float(np.ptp(places, axis=0).max() / per_cm)
+    """Return in words what a file may hold instead of positions, frames and individuals."""
+    points = recording.positions[recording.present]
+    doubts = []
+    if len(points) >= _FEWEST and per_cm > 1 and points.min() >= 0 and points.max() <= 1:
+        doubts.append("all coordinates are from 0 to 1: shares of an image have to be multiplied by its size")
+    extent = float(np.ptp(points, axis=0).max() / per_cm)
     if extent > _FARTHEST_CM and per_cm < 1:
-        found.append(
-            f"positions are up to {extent:.3g} cm apart: see whether the scale is in pixels per cm, or in cm per pixel"
-        )
-    for name, values in zip("xy", np.moveaxis(recording.positions, -1, 0), strict=True):
-        steps = np.diff(values, axis=0)
+        scale = "see whether the scale is in pixels per cm, or in cm per pixel"
+        doubts.append(f"positions are up to {extent:.3g} cm apart: {scale}")
+    for name, coordinates in zip("xy", np.moveaxis(recording.positions, -1, 0), strict=True):
+        steps = np.diff(coordinates, axis=0)
         steps = steps[~np.isnan(steps)]
         if len(steps) >= _FEWEST and steps[0] > 0 and np.allclose(steps, steps[0], rtol=1e-6, atol=0):
-            found.append(f"{name} grows by {steps[0]:.6g} in every frame, as frame numbers or times do")
+            doubts.append(f"{name} grows by {steps[0]:.6g} in every frame, as frame numbers or times do")
     between = np.diff(np.flatnonzero(recording.present.any(axis=1)))
     if len(between) and between.min() > 1 and np.gcd.reduce(between) == 1:
-        found.append(
-            f"no two frames follow each other, {np.median(between):g} are between most: their numbers may be times"
-        )
+        usual = f"{np.median(between):g} are between most"
+        doubts.append(f"no two frames follow each other, {usual}: their numbers may be times")
     alike: dict[object, str] = {}
     for name in recording.individuals:
         other = alike.setdefault(_number_of(name), name)
         if other != name:
-            found.append(f"individuals {other} and {name} may be one")
+            doubts.append(f"individuals {other} and {name} may be one")
     nobody = [name for name in recording.individuals if name.lower() in _NOBODY]
     if nobody and len(recording.individuals) > len(nobody):
-        found.append(f"individuals are called {', '.join(nobody)}, which may stand for detections of nobody")
-    return found
+        doubts.append(f"individuals are called {', '.join(nobody)}: they may be detections of nobody")
+    return doubts
 
 
 def _number_of(name: str) -> object:
@@ -262,8 +262,10 @@ def _number_of(name: str) -> object:
         return name.lower()
 
 
-_FARTHEST_CM = 1e4
+_FARTHEST_CM = 1e4  # across which hardly any animals are tracked
 _NOBODY = ("-1", "-1.0", "nan", "none", "null", "unknown", "unassigned", "noise")
+
+
 _GAP, _NUMBER = r'[,;\t "]', r"[-+]?([0-9.]+(e[-+]?[0-9]+)?|nan)"
 _NUMBERS = re.compile(f"{_GAP}*{_NUMBER}({_GAP}+{_NUMBER})+{_GAP}*", re.IGNORECASE)
 
@@ -273,8 +275,8 @@ def _find(path: Path, named: bool) -> Format:
     glance = _look(path)
     found = [one for one in _ALL if one.recognizes(glance)]
     if named and glance.kind == "text":
-        found = [one for one in found if one.has_columns]
-        found = found if len(found) == 1 else [_tables.TIDY_FORMAT]
+        tables = [one for one in found if one.has_columns]
+        found = tables if len(tables) == 1 else [_tables.TIDY_FORMAT]
     if len(found) == 1:
         return found[0]
     if not found and glance.lines and _NUMBERS.fullmatch(glance.lines[0]):

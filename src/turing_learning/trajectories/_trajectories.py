@@ -19,10 +19,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-FREQUENT_JUMPS, FEWEST_JUMPS = 0.01, 9
-"""Share of jumps among all steps, and number, above which they are hardly a tracker's single errors."""
+FREQUENT_JUMPS = 0.01
+"""Share of jumps among all steps above which they are hardly a tracker's single errors."""
 FREQUENT_REPEATS = 0.1
-"""Share of frames that repeat the one before, but never for long, from which on they are no rests."""
+"""Share of frames that repeat the one before, but never for long, above which nobody rests in them."""
+FEWEST = 9
+"""Number up to which there are few of these."""
 UNSURE = 0.5
 """Confidence below which a tracker is not sure of a position."""
 _ARRAYS = ("positions", "present", "headings", "confidence", "interpolated")
@@ -116,25 +118,21 @@ class Trajectories:
         places = positions[present.argmax(axis=0), np.arange(present.shape[1])]
         moved = ((positions != places).any(axis=2) & present).any(axis=0)
         doubts = [f"{what}; windows leave that out" for what in self._described(unlikely)]
-        if len(jumps) > max(FEWEST_JUMPS, FREQUENT_JUMPS * both.sum()):
-            share = len(jumps) / both.sum()
-            doubts.append(
-                f"{share:.1%} of all steps are jumps: see whether the file tells individuals apart as they are"
-            )
-        if same.mean() > FREQUENT_REPEATS and same.sum() > FEWEST_JUMPS and not (same[1:] & same[:-1]).any():
-            doubts.append(
-                f"{same.mean():.0%} of all frames repeat the one before: they may be of a video at a lower rate"
-            )
+        if len(jumps) > max(FEWEST, FREQUENT_JUMPS * both.sum()):
+            share = f"{len(jumps) / both.sum():.1%} of all steps are jumps"
+            doubts.append(f"{share}: see whether the file tells individuals apart as they are")
+        alone = not (same[1:] & same[:-1]).any()
+        if alone and same.sum() > max(FEWEST, FREQUENT_REPEATS * len(same)):
+            share = f"{same.mean():.0%} of all frames repeat the one before"
+            doubts.append(f"{share}: they may be of a video at a lower rate")
         if len(names) > self.at_once:
-            count = int(np.median(present.sum(axis=0)))
-            doubts.append(
-                f"{len(names)} individuals, of whom at most {self.at_once} are there at once, and half for {counted(count)} or "
-                "fewer: they may be pieces of the paths of fewer"
-            )
-        if self.confidence is not None and (unsure := self.confidence[present] < UNSURE).any():
-            doubts.append(
-                f"{unsure.mean():.1%} of all positions have a confidence below {UNSURE}; `min_confidence` drops those"
-            )
+            shortest = counted(int(np.median(present.sum(axis=0))))
+            who = f"{len(names)} individuals, of whom at most {self.at_once} are there at once"
+            doubts.append(f"{who}, and half for {shortest} or fewer: they may be pieces of paths")
+        unsure = np.zeros(1) if self.confidence is None else self.confidence[present] < UNSURE
+        if unsure.any():
+            share = f"{unsure.mean():.1%} of all positions have a confidence below {UNSURE}"
+            doubts.append(f"{share}; `min_confidence` drops those")
         return Problems(
             missing={name: int(gaps.sum()) for name, gaps in lengths.items()},
             gaps={name: int((gaps > 0).sum()) for name, gaps in lengths.items()},
@@ -158,14 +156,14 @@ class Trajectories:
     def _described(self, unlikely: Unlikely) -> list[str]:
         """Return in words which positions can hardly be true."""
         lines = []
-        for flags, what in (
-            (unlikely.stand_ins, "seem to stand for missing ones, as they are at exactly one point"),
-            (unlikely.outside, "lie far outside all others"),
+        for flags, why in (
+            (unlikely.stand_ins, "at exactly one point, as if for missing ones"),
+            (unlikely.outside, "far outside all others"),
         ):
             for frame, who in np.argwhere(flags)[:1].tolist():
                 x, y = self.positions[frame, who]
-                first = f"that of {self.individuals[who]} in frame {self.first_frame + frame}, ({x:.6g}, {y:.6g}), is the first"
-                lines.append(f"{counted(int(flags.sum()), 'position')} {what}: {first}")
+                where = f"({x:.6g}, {y:.6g}) of {self.individuals[who]} in frame {self.first_frame + frame}"
+                lines.append(f"{counted(int(flags.sum()), 'position')} {why}, such as {where}")
         return lines
 
     def cleared(
@@ -190,11 +188,12 @@ class Trajectories:
         present = self.present & ~(unlikely.stand_ins | unlikely.outside)
         if (present == self.present).all():
             return self
-        found = self._described(unlikely)
+        lines = self._described(unlikely)
         remedy = ("If they rest, give a longer ", Setting("longest_rest_s"), ".")
-        require(present.any(), "positions", "be of somebody who moves", found[0], remedy, place=self.source)
+        rule = "be of somebody who moves"
+        require(present.any(), "positions", rule, lines[0], remedy, place=self.source)
         arrays = {"present": present, "positions": np.where(present[..., None], self.positions, 0.0)}
-        remarks = [f"{what}; all count as missing" for what in found]
+        remarks = [f"{line}; all count as missing" for line in lines]
         return replace(self, **arrays, remarks=(*self.remarks, *remarks))
 
     def bridged(self, max_gap: int) -> "Trajectories":

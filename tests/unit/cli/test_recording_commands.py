@@ -181,9 +181,7 @@ def test_what_is_found_in_a_recording_is_told_before_it_is_learned_from(call):
     code, out, _ = call("infer", *options, "--window", "2", *SMALL, "--generations", "1", "--out", "run")
     assert code == 0
     first, second, _ = out.split("\n", maxsplit=2)
-    assert first.startswith(
-        "still.csv: 6800 positions seem to stand for missing ones, as they are at exactly one point"
-    )
+    assert first.startswith("still.csv: 6800 positions at exactly one point, as if for missing ones, such as (")
     assert second == "still.csv: 3: never moves, in 400 frames"
     assert "still.csv: and 6 more; all by `recording.check()` in Python\n" in out
 
@@ -208,7 +206,10 @@ def test_a_recording_in_which_nobody_moves_is_refused(call):
     read = ["--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast", "--window", "2"]
     code, _, err = call("infer", "--trajectories", "still.csv", *read, "--out", "run")
     assert code == 2
-    assert "`positions` must be of somebody who moves; got 600 positions seem to stand for missing ones" in err
+    assert (
+        "`positions` must be of somebody who moves; got 600 positions at exactly one point, as if for missing ones"
+        in err
+    )
     assert "If they rest, give a longer --longest-rest." in err
     code, _, err = call("infer", "--trajectories", "still.csv", *read, "--longest-rest", "1e6", "--out", "run")
     assert "must be windows of motion that varies; got the same at every step of all of them: speed is 0," in err
@@ -315,7 +316,7 @@ def test_a_disk_that_is_full_says_how_the_command_line_goes_on(call, monkeypatch
     def full(*arguments):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("turing_learning.results.folder.save_checkpoint", full)
+    monkeypatch.setattr("turing_learning.results._folder.save_checkpoint", full)
     code, _, err = call("infer", *RECORDED, *SMALL, "--generations", "2", "--out", "my run")
     assert code == 1
     assert err.startswith(
@@ -380,7 +381,7 @@ def test_a_column_names_the_individuals_by_an_option(call, caplog):
     assert call("detect", "run", "birds.csv", "--column", "id=bird")[0] == 0
     assert "birds.csv: 50.0% of all positions have a confidence below 0.5" in caplog.text
     for text, message in (
-        ("bird", "`--column` must be WHAT=NAME, for each once; got 'bird'."),
+        ("bird", "`--column` must be WHAT=NAME, once for each; got 'bird'."),
         ("name=bird", "`--column` must be one of frame, time, id, "),
     ):
         assert message in call("infer", *options, "--column", text, *small)[2]

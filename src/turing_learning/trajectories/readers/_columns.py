@@ -1,4 +1,4 @@
-"""Which column of a table is what: positions or boxes around individuals, and who is an individual."""
+"""Which column of a table is what: positions or boxes around individuals, and who is who."""
 
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -10,217 +10,262 @@ from turing_learning.errors import Setting, Text
 from .._recording import JUMP_FACTOR, Recording, refusal
 
 WHO = (
-    "id", "individual", "individuals", "animal", "fish", "identity", "track", "track_id", "trackid", "tracker_id",
-    "object_id", "animal_id", "particle",
+    "id", "individual", "individuals", "animal", "fish", "identity", "track", "track_id", "trackid",
+    "tracker_id", "object_id", "animal_id", "particle",
 )  # fmt: skip
 """Names of columns of individuals; without one all rows are of one individual."""
 APART = (
-    "trial", "video", "recording", "session", "experiment", "replicate", "arena", "tank", "cage", "dish", "well",
-    "clip", "file",
+    "trial", "video", "recording", "session", "experiment", "replicate", "arena", "tank", "cage",
+    "dish", "well", "clip", "file",
 )  # fmt: skip
 """Names of columns of recordings, which have nothing to do with each other."""
-_BOX = {
+_SIDES = {
     "left": ("left", "xmin", "x_min", "x1"), "top": ("top", "ymin", "y_min", "y1"),
     "right": ("right", "xmax", "x_max", "x2"), "bottom": ("bottom", "ymax", "y_max", "y2"),
     "width": ("width", "w"), "height": ("height", "h"),
 }  # fmt: skip
-_PARTS = re.compile(
-    r"(left|right|front|rear|back|top|bottom|mid|middle|upper|lower|min|max|corner|head|nose|snout|neck|body|center|centre|centroid|"
-    r"thorax|abdomen|spine|tail|tailbase|base|tip|ear|eye|paw|leg|hand|foot|wing|[0-9]+|[ _.-])+"
+"""Names of the columns of a box, perhaps with a prefix."""
+_BODY = re.compile(
+    r"(left|right|front|rear|back|top|bottom|mid|middle|upper|lower|min|max|corner|head|nose|snout|neck|"
+    r"body|center|centre|centroid|thorax|abdomen|spine|tail|tailbase|base|tip|ear|eye|paw|leg|hand|foot|"
+    r"wing|[0-9]+|[ _.-])+"
 )
 """Names of points of one body, or of corners of a box around it."""
 CONTINUOUS = 0.01
-"""Share of jumps up to which paths are continuous, and by twice which the best ones may exceed it."""
+"""Share of jumps among steps up to which paths are continuous; twice that of the best column is, too."""
 BROKEN = 0.2
 """Share of jumps from which on nothing is a path."""
-FEWEST, FEWEST_STEPS = 10, 50
+FEWEST_ROWS = 10
+FEWEST_STEPS = 50
 """Rows, and steps, from which on they are evidence."""
 CHANCE = 0.7
 NEARER = 3.0
-"""Steps of individuals, by those to others and to whoever is nearest next, from which on nobody follows a path."""
+"""Steps of individuals, in steps to where another is next and in those to whoever is nearest then,
+from which on nobody follows a path."""
 
 
-def named(names: Sequence[str], columns: Mapping[str, str] | None, place: object, **others: str) -> list[str]:
-    """Return names of columns, in which those of `columns` are called by what they are; `others` are other names for that."""
-    said = {others.get(role, role): column for role, column in (columns or {}).items()}
-    lower = [name.lower() for name in names]
+def named(names: Sequence[str], columns: Mapping[str, str] | None, file: object, **synonyms: str) -> list[str]:
+    """Return the names of columns, those that `columns` says what they are by what they are.
+
+    `synonyms` are other words for that.
+    """
+    said = {synonyms.get(what, what): column for what, column in (columns or {}).items()}
     # another column of that name is not meant
-    found = ["" if name.lower() in said else name for name in names]
-    for role, column in said.items():
-        where = [k for k, name in enumerate(names) if name == column] or [
-            k for k, name in enumerate(lower) if name == column.lower()
-        ]
+    renamed = ["" if name.lower() in said else name for name in names]
+    for what, column in said.items():
+        if what in synonyms.values() and re.match("lat|lon|lng", column.lower()):
+            rule, remedy = "have positions in a plane", "Project them onto a plane."
+            raise refusal(rule, f"angles in {column!r}", file, remedy)
+        spelled = [k for k, name in enumerate(names) if name == column]
+        in_any_case = [k for k, name in enumerate(names) if name.lower() == column.lower()]
+        where = spelled or in_any_case
         if len(where) != 1:
-            raise refusal(f"have the column {column!r} once", ", ".join(names), place)
-        angle = role in others.values() and re.match("lat|lon|lng", column.lower())
-        if angle:
-            remedy = "Project them onto a plane."
-            raise refusal("have positions in a plane", f"angles in {column!r}", place, remedy)
-        found[where[0]] = role
-    return found
+            raise refusal(f"have the column {column!r} once", ", ".join(names), file)
+        renamed[where[0]] = what
+    return renamed
 
 
 def box_columns(names: Collection[str]) -> dict[str, str]:
-    """Return what of a box a table has, left -> name of the column, if that is enough to say where the box is."""
+    """Return the columns of a box by its sides, if they are enough to say where it is."""
     plain = {re.sub(r"^(bbox|bb|box)[ _.]*", "", name): name for name in names}
-    found = {what: plain[name] for what, known in _BOX.items() for name in known if name in plain}
+    sides: dict[str, str] = {}
+    for side, words in _SIDES.items():
+        for word in words:
+            if word in plain:
+                sides.setdefault(side, plain[word])
     for ends in (("right", "bottom"), ("width", "height")):
-        if {"left", "top", *ends} <= found.keys():
-            return {what: found[what] for what in ("left", "top", *ends)}
+        wanted = ("left", "top", *ends)
+        if sides.keys() >= set(wanted):
+            return {side: sides[side] for side in wanted}
     return {}
 
 
-def centers(box: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the centers (rows, 2) of boxes, whose parts (rows,) are called left, top, and right and bottom, or width and height."""
-    if "width" in box:
-        return np.column_stack([box["left"] + box["width"] / 2, box["top"] + box["height"] / 2])
-    return np.column_stack([(box["left"] + box["right"]) / 2, (box["top"] + box["bottom"]) / 2])
+def centers(sides: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the centers (rows, 2) of boxes by the coordinates of their sides (rows,), or sizes."""
+    if "width" in sides:
+        x = sides["left"] + sides["width"] / 2
+        y = sides["top"] + sides["height"] / 2
+    else:
+        x = (sides["left"] + sides["right"]) / 2
+        y = (sides["top"] + sides["bottom"]) / 2
+    return np.column_stack([x, y])
 
 
-def refuse_size(names: Sequence[str], place: object) -> None:
-    """Refuse positions beside the size of a box whose corner or center they may be."""
-    known = [next((name for name in _BOX[what] if name in names), "") for what in ("width", "height")]
-    if all(known):
-        corner: Text = Setting("columns", {"left": "x", "top": "y", "width": known[0], "height": known[1]})
-        remedy = (
-            "If x and y are its corner, give ",
-            corner,
-            "; if its center, give ",
-            Setting("columns", {"x": "x", "y": "y"}),
-            ".",
-        )
-        raise refusal("say what of a box x and y are", f"x and y beside {' and '.join(known)}", place, remedy)
-
-
-def refuse_points(individuals: Mapping[str, Sequence[str]], place: object) -> None:
-    """Refuse a wide table of several points of one body, or corners of a box, as if they were individuals: name -> columns."""
-    names = [name.lower() for name in individuals]
-    if len(names) < 2 or not all(_PARTS.fullmatch(name) and re.search("[a-z]", name) for name in names):
+def refuse_size(names: Sequence[str], file: object) -> None:
+    """Refuse positions beside the size of a box, whose corner or center they may be."""
+    widths = [name for name in _SIDES["width"] if name in names]
+    heights = [name for name in _SIDES["height"] if name in names]
+    if not (widths and heights):
         return
-    x, y, *_ = next(iter(individuals.values()))
-    got = f"{', '.join(individuals)}, which may be points of one body, or corners of a box"
-    remedy = (
-        "Say which columns are the animal's, for example ",
-        Setting("columns", {"x": x, "y": y}),
+    corner = {"left": "x", "top": "y", "width": widths[0], "height": heights[0]}
+    remedy: Text = (
+        "If x and y are its corner, give ", Setting("columns", corner),
+        "; if its center, give ", Setting("columns", {"x": "x", "y": "y"}), ".",
+    )  # fmt: skip
+    got = f"x and y beside {widths[0]} and {heights[0]}"
+    raise refusal("say what of a box x and y are", got, file, remedy)
+
+
+def refuse_points(columns: Mapping[str, Sequence[str]], file: object) -> None:
+    """Refuse a wide table of points of one body, or corners of a box, as if they were individuals.
+
+    `columns` are those of x and y by the names of individuals.
+    """
+    names = [name.lower() for name in columns]
+    named_as_points = [bool(_BODY.fullmatch(name) and re.search("[a-z]", name)) for name in names]
+    if len(names) < 2 or not all(named_as_points):
+        return
+    x, y = next(iter(columns.values()))
+    got = f"{', '.join(columns)}, which may be points of one body, or corners of a box"
+    remedy: Text = (
+        "Say which columns are the animal's, for example ", Setting("columns", {"x": x, "y": y}),
         ", or rename them.",
-    )
-    raise refusal("name individuals where several columns are of x and y", got, place, remedy)
+    )  # fmt: skip
+    raise refusal("name individuals where several columns are of x and y", got, file, remedy)
 
 
-def refuse_corners(values: np.ndarray, place: object) -> None:
-    """Refuse columns x1, y1, x2, y2 as two individuals (F, 2, 2) where they go side by side as corners of a box do."""
-    first, second = values[~np.isnan(values).any(axis=(1, 2))].transpose(1, 0, 2)
-    sides, middles = second - first, (first + second) / 2
-    if len(sides) < FEWEST or not ((sides > 0).all(axis=0) | (sides < 0).all(axis=0)).all():
+def refuse_corners(positions: np.ndarray, file: object) -> None:
+    """Refuse columns x1, y1, x2, y2 as two individuals (F, 2, 2) that go side by side as corners do."""
+    complete = positions[~np.isnan(positions).any(axis=(1, 2))]
+    sizes = complete[:, 1] - complete[:, 0]
+    middles = complete.mean(axis=1)
+    aside = (sizes > 0).all(axis=0) | (sizes < 0).all(axis=0)
+    if len(sizes) < FEWEST_ROWS or not aside.all():
         return
-    if (sides.std(axis=0) < 0.5 * middles.std(axis=0)).all():
-        corners: Text = Setting("columns", {"left": "x1", "top": "y1", "right": "x2", "bottom": "y2"})
-        remedy = ("If they are corners, give ", corners, "; if not, name the columns a_x, a_y, b_x, b_y.")
-        raise refusal(
-            "not hold corners of boxes as individuals", "x1, y1 and x2, y2 always side by side", place, remedy
-        )
+    if (sizes.std(axis=0) < 0.5 * middles.std(axis=0)).all():
+        corners = {"left": "x1", "top": "y1", "right": "x2", "bottom": "y2"}
+        remedy: Text = (
+            "If they are corners, give ", Setting("columns", corners),
+            "; if not, name the columns a_x, a_y, b_x, b_y.",
+        )  # fmt: skip
+        got = "x1, y1 and x2, y2 always side by side"
+        raise refusal("not hold corners of boxes as individuals", got, file, remedy)
 
 
 def choose_individuals(
-    candidates: Mapping[str, Sequence[str]], frames: np.ndarray, positions: np.ndarray, place: object
+    columns: Mapping[str, Sequence[str]], frames: np.ndarray, positions: np.ndarray, file: object
 ) -> tuple[str, str]:
-    """Return the column by which paths are continuous, and in words why it is taken; refuse where that is not clear.
+    """Return the column by which paths are continuous, and in words why; refuse what is not clear.
 
-    `candidates` are the columns (rows,) that may name the individuals in rows of `frames` (rows,) and `positions`
-    (rows, 2). Where whoever is one by a column is one by another, too, that one is taken.
+    `columns` (rows,) may all name the individuals at `positions` (rows, 2) in `frames` (rows,). Of
+    those by which paths are continuous, it is the one that cuts none of the others' paths.
     """
-    codes = {name: numbered(texts) for name, texts in candidates.items()}
-    first = next(iter(codes))
-    if all(_within(codes[first], other) and _within(other, codes[first]) for other in codes.values()):
-        return first, ""
-    steps = {name: _steps(frames, numbers, positions) for name, numbers in codes.items()}
-    paces = [np.median(found[found > 0]) for found in steps.values() if (found > 0).any() and np.isfinite(found).all()]
-    jump = JUMP_FACTOR * min(paces, default=np.inf)
-    jumps = {name: (found > jump) | np.isinf(found) for name, found in steps.items()}
-    shares = {name: float(found.mean()) if len(found) else 1.0 for name, found in jumps.items()}
+    codes = {name: numbered(texts) for name, texts in columns.items()}
+    names = list(codes)
+    if all(_finer(codes[names[0]], other) and _finer(other, codes[names[0]]) for other in codes.values()):
+        return names[0], ""
+    shares = _shares_of_jumps(codes, frames, positions)
     best = min(shares.values())
-    likely = [name for name in shares if best <= BROKEN and shares[name] <= max(CONTINUOUS, 2 * best)]
+    likely = [name for name in names if shares[name] <= max(CONTINUOUS, 2 * best)]
+    if best > BROKEN:
+        likely = []
     for name in likely:
-        if all(_within(codes[other], codes[name]) for other in likely):
-            others = " and ".join(f"{shares[other]:.0%} by {other}" for other in candidates if other != name)
+        if all(_finer(codes[other], codes[name]) for other in likely):
             if name == "id":
                 return name, ""
-            return (
-                name,
-                f"the column {name} names the individuals: {shares[name]:.0%} of the steps are jumps by it, {others}",
-            )
-    remedy = ("Say which, for example ", Setting("columns", {"id": list(candidates)[-1]}), ".")
-    got = f"{' and '.join(candidates)}, by {'several' if likely else 'none'} of which paths are continuous"
-    raise refusal("have one column that names the individuals", got, place, remedy)
+            others = " and ".join(f"{shares[other]:.0%} by {other}" for other in names if other != name)
+            jumps = f"{shares[name]:.0%} of the steps are jumps by it, {others}"
+            return name, f"the column {name} names the individuals: {jumps}"
+    remedy: Text = ("Say which, for example ", Setting("columns", {"id": names[-1]}), ".")
+    many = "several" if likely else "none"
+    got = f"{' and '.join(names)}, by {many} of which paths are continuous"
+    raise refusal("have one column that names the individuals", got, file, remedy)
 
 
 def numbered(texts: Sequence[str]) -> np.ndarray:
-    """Return numbers from 0 for texts (rows,), the same for the same one."""
+    """Return numbers from 0 for texts (rows,), the same for the same text."""
     numbers: dict[str, int] = {}
     return np.array([numbers.setdefault(text, len(numbers)) for text in texts])
 
 
-def _pairs(one: np.ndarray, other: np.ndarray) -> int:
+def _pairs(codes: np.ndarray, others: np.ndarray) -> int:
     """Return how many different pairs there are of numbers (rows,) and others."""
-    return len(np.unique(one * (other.max() + 1) + other))
+    return len(np.unique(codes * (others.max() + 1) + others))
 
 
-def _within(one: np.ndarray, other: np.ndarray) -> bool:
-    """Return whether rows that are the same by one column of numbers (rows,) are so by another."""
-    return _pairs(one, other) == one.max() + 1
+def _finer(codes: np.ndarray, others: np.ndarray) -> bool:
+    """Return whether rows with the same number (rows,) have the same other one, too."""
+    return _pairs(codes, others) == codes.max() + 1
+
+
+def _shares_of_jumps(codes: Mapping[str, np.ndarray], frames: np.ndarray, positions: np.ndarray) -> dict[str, float]:
+    """Return the share of jumps among the steps of individuals by each column; 1 if there are none."""
+    steps = {name: _steps(frames, numbers, positions) for name, numbers in codes.items()}
+    typical = np.inf
+    for lengths in steps.values():
+        moving = lengths[lengths > 0]
+        if len(moving) and np.isfinite(moving).all():
+            typical = min(typical, float(np.median(moving)))
+    shares = {}
+    for name, lengths in steps.items():
+        jumps = (lengths > JUMP_FACTOR * typical) | np.isinf(lengths)
+        shares[name] = float(jumps.mean()) if len(jumps) else 1.0
+    return shares
 
 
 def _steps(frames: np.ndarray, who: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """Return distances from row to row of an individual in neighboring frames, infinite where rows contradict each other."""
-    known = ~np.isnan(positions).any(axis=1)
-    frames, who, positions = frames[known], who[known], positions[known]
-    order = np.lexsort((frames, who))
-    later, same = np.diff(frames[order]), np.diff(who[order]) == 0
+    """Return distances between rows of an individual in neighboring frames.
+
+    They are infinite where rows contradict each other.
+    """
+    there = ~np.isnan(positions).any(axis=1)
+    order = np.flatnonzero(there)[np.lexsort((frames[there], who[there]))]
+    later = np.diff(frames[order])
+    same = np.diff(who[order]) == 0
     lengths = np.hypot(*np.diff(positions[order], axis=0).T)
     contradicting = same & (later == 0) & (lengths > 0)
-    between = np.diff(np.unique(frames))
-    neighboring = same & (later == (between.min() if len(between) else 0))
+    between = np.diff(np.unique(frames[there]))
+    neighboring = same & (later == between.min(initial=np.inf))
     return np.where(contradicting, np.inf, lengths)[neighboring | contradicting]
 
 
-def refuse_detections(recording: Recording, name: str, place: object) -> None:
-    """Refuse numbers of detections as if they named individuals: nobody is there twice, or all go where others are."""
-    positions, present, found = recording.positions, recording.present, ""
-    count = present.shape[1]
-    if count >= FEWEST and len(present) > 1 and present.sum(axis=0).max() == 1:
-        found = f"{count} individuals, each in one frame only"
-    own, other = _median_step(positions, 0), _median_step(positions, 1)
-    if own > CHANCE * other:
-        some = positions[: 2 * FEWEST_STEPS]
-        nearest = np.fmin.reduce([_steps_to(some, shift) for shift in range(count)])
+def refuse_detections(recording: Recording, name: str, file: object) -> None:
+    """Refuse numbers of detections in the column `name` as if they named individuals.
+
+    Nobody is there twice by them, or nobody is nearer to where it was than to where others were.
+    """
+    individuals = recording.present.shape[1]
+    got = ""
+    alone = recording.present.sum(axis=0).max() == 1 and len(recording.present) > 1
+    if alone and individuals >= FEWEST_ROWS:
+        got = f"{individuals} individuals, each in one frame only"
+    step = _median_step(recording.positions, 0)
+    step_to_another = _median_step(recording.positions, 1)
+    if step > CHANCE * step_to_another:
+        some = recording.positions[: 2 * FEWEST_STEPS]
+        nearest = np.fmin.reduce([_steps_to(some, shift) for shift in range(individuals)])
         nearest = nearest[~np.isnan(nearest)]
-        if len(nearest) and own > NEARER * np.median(nearest):
-            found = f"steps of {own:.3g}, where the next position of another is {other:.3g} away"
-    if found:
+        if len(nearest) and step > NEARER * np.median(nearest):
+            got = f"steps of {step:.3g}, where the next position of another is {step_to_another:.3g} away"
+    if got:
         remedy: Text = ("If it names them all the same, give ", Setting("columns", {"id": name}), ".")
-        raise refusal(f"name the individuals in the column {name}, not what was detected", found, place, remedy)
+        rule = f"name the individuals in the column {name}, not what was detected"
+        raise refusal(rule, got, file, remedy)
 
 
 def _steps_to(positions: np.ndarray, shift: int) -> np.ndarray:
     """Return distances (F - 1, A) to where the individual so many columns before is in the next frame."""
-    return np.hypot(*np.moveaxis(np.roll(positions[1:], shift, axis=1) - positions[:-1], -1, 0))
+    steps = np.roll(positions[1:], shift, axis=1) - positions[:-1]
+    return np.hypot(steps[..., 0], steps[..., 1])
 
 
 def _median_step(positions: np.ndarray, shift: int) -> float:
     """Return the median of these distances, not a number if they are few."""
-    known = _steps_to(positions, shift)
-    known = known[~np.isnan(known)]
-    return float(np.median(known)) if len(known) >= FEWEST_STEPS else np.nan
+    steps = _steps_to(positions, shift)
+    steps = steps[~np.isnan(steps)]
+    return float(np.median(steps)) if len(steps) >= FEWEST_STEPS else np.nan
 
 
-def refuse_several(apart: Mapping[str, Sequence[str]], frames: np.ndarray, who: Sequence[str], place: object) -> None:
-    """Refuse rows of several recordings at the same frames, by columns whose names say so, as if they were of one."""
-    frame, whose = np.unique(frames, return_inverse=True)[1], numbered(who)
-    for name, texts in apart.items():
-        of = numbered(texts)
-        twice = _pairs(of, frame) > frame.max() + 1
-        alone = _within(whose, of)
-        again = _pairs(of, whose * (frame.max() + 1) + frame) > _pairs(whose, frame)
-        if twice and (alone or again):  # somebody may go from one arena to another
-            got, remedy = f"{of.max() + 1} by the column {name}, with the same frames", "Write a file for each of them."
-            raise refusal("hold one recording", got, place, remedy)
+def refuse_several(columns: Mapping[str, Sequence[str]], frames: np.ndarray, who: Sequence[str], file: object) -> None:
+    """Refuse rows of several recordings in the same frames, by columns (rows,) whose names say so."""
+    _, frame = np.unique(frames, return_inverse=True)
+    whose = numbered(who)
+    position = whose * (frame.max() + 1) + frame
+    for name, texts in columns.items():
+        recordings = numbered(texts)
+        together = _pairs(recordings, frame) > frame.max() + 1
+        again = _pairs(recordings, position) > len(np.unique(position))
+        # who goes from one arena to another is in one recording of both
+        if together and (again or _finer(whose, recordings)):
+            got = f"{recordings.max() + 1} by the column {name}, with the same frames"
+            raise refusal("hold one recording", got, file, "Write a file for each of them.")

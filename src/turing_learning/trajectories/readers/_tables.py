@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
-from turing_learning.errors import Setting, brief, refuse, require
+from turing_learning.errors import Setting, Text, brief, refuse, require
 
 from .._recording import Format, Options, Recording, assemble, from_array, natural, refusal, refuse_first
 from ._columns import (
@@ -28,7 +28,7 @@ from ._columns import (
     refuse_points,
     refuse_several,
     refuse_size,
-)  # fmt: skip
+)
 from ._times import FARTHEST, TIME, check_rate, check_times, frames_at, per_second, rounded, stated_rate
 
 if TYPE_CHECKING:
@@ -195,12 +195,15 @@ def _is_wide(names: Collection[str]) -> bool:
 
 
 def _is_long(names: Collection[str]) -> bool:
-    return {"x", "y"} <= set(names) or (bool(box_columns(names)) and not _is_wide({*names} - {"frame", *TIME}))
+    """Return whether a table has a row for each individual, by columns of a position or of a box."""
+    wide = _is_wide({*names} - {"frame", *TIME})
+    return {"x", "y"} <= set(names) or (bool(box_columns(names)) and not wide)
 
 
 def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
     """Read columns frame or time (s), x, y and, if there are any, id, heading (rad) and confidence; or a wide table."""
-    if _is_long([name.lower() for name in sheet.names]) or not {"frame", "time"}.issuperset(options.columns or ()):
+    beyond_time = {*(options.columns or ())} - {"frame", "time"}
+    if beyond_time or _is_long([name.lower() for name in sheet.names]):
         return read_long(sheet, options)
     sheet = replace(sheet, names=named(sheet.names, options.columns, sheet.place))
     rule = "frame or time, and x and y of each individual, as x1, y1, x2, ... or fish_x, fish_y, ..."
@@ -213,8 +216,10 @@ def _sheet(path: Path, separator: str = "") -> Sheet:
         separator = separator or _separator(file.readline(1 << 16).decode("utf-8-sig", errors="replace"))
     names = header(path, 1, separator)[0]
     more = _more_header_lines(path, separator, names)
-    said = f"{len(more)} more header lines are no rows: {more[-1]}" if more else ""
-    return replace(text_sheet(path, separator, names, skip=1 + len(more)), remark=said)
+    sheet = text_sheet(path, separator, names, skip=1 + len(more))
+    if more:
+        sheet = replace(sheet, remark=f"{len(more)} more header lines are no rows: {more[-1]}")
+    return sheet
 
 
 MOST_HEADER_LINES = 3
@@ -224,33 +229,37 @@ MISSING = ("nan", "na", "n/a", "none", "null", "-", "--", "missing")
 
 
 def _more_header_lines(path: Path, separator: str, names: Sequence[str]) -> list[str]:
-    """Return the lines below the first one that are no rows: no cell is a number or missing, and some say something."""
-    found: list[str] = []
-    if not {"frame", *TIME} & {name.lower() for name in names}:
-        return found
+    """Return the lines below the header that say something, and in no cell a number or a missing one."""
+    more: list[str] = []
+    if {"frame", *TIME}.isdisjoint(name.lower() for name in names):
+        return more
     for number, line in islice(read_lines(path), 1, 1 + MOST_HEADER_LINES):
         cells = [cell.strip() for cell in _cells(line, separator, path, number)]
-        filled = [cell for cell in cells if cell]
-        value = any(np.isfinite(_number(cell)) or cell.lower() in MISSING for cell in filled)
-        width = len(names) - len(cells)  # the last cell may be empty
-        if value or not filled or cells == list(names) or width not in (0, 1):
+        lacking = len(names) - len(cells)
+        words = [cell for cell in cells if cell]
+        values = [np.isfinite(_number(cell)) or cell.lower() in MISSING for cell in words]
+        # the last cell may be empty
+        if lacking not in (0, 1) or not words or any(values) or cells == list(names):
             break
-        found.append(line)
-    return found
+        more.append(line)
+    return more
 
 
 def read_long(sheet: Sheet, options: Options, x: str = "x", y: str = "y", who: Sequence[str] = WHO) -> Recording:
-    """Read a table with a row for each individual and frame; names of columns are in any case."""
+    """Read a table with a row for each individual and frame; names of columns are in any case.
+
+    `who` are names of columns that may name the individuals.
+    """
     said = options.columns or {}
     names = [name.lower() for name in named(sheet.names, said, sheet.place, x=x, y=y)]
     when = "frame" if "frame" in names else next((name for name in TIME if name in names), "frame")
-    boxed = "left" in said or (x == "x" and _is_long(names) and not {"x", "y"} & said.keys())
+    stated = not {"x", "y"}.isdisjoint(said)
+    boxed = "left" in said or (x == "x" and _is_long(names) and not stated)
     box = box_columns(names) if boxed else {}
     plain = [name for name in (x, y) if name in names or not box]
-    missing = [name for name in (when, *plain) if name not in names]
-    if missing:
+    if not {when, *plain} <= set(names):
         raise refusal(f"have the columns frame, {x}, {y}", sheet.names, sheet.place)
-    if not (box or {"x", "y"} & said.keys()):
+    if not (box or stated):
         refuse_size(names, sheet.place)
     who = [name for name in (("id",) if "id" in said else who) if name in names]
     apart = [name for name in APART if name in names and name not in who]
@@ -258,79 +267,93 @@ def read_long(sheet: Sheet, options: Options, x: str = "x", y: str = "y", who: S
     depth = [name for name in (x.replace("x", "z"),) if name in names]
     extra = [name for name in EXTRAS if name in names and x != "pos_x"]
     wanted = [when, *plain, *box.values(), *extra]
-    twice = [name for name in (*wanted, *who) if names.count(name) > 1]
-    if twice:
-        raise refusal("name each column once", f"{twice[0]!r} twice", sheet.place)
-    asked = [*who, *apart, *clock, *depth]
-    numbers, texts = sheet.read([names.index(name) for name in wanted], [names.index(name) for name in asked])
-    columns, words = dict(zip(wanted, numbers.T, strict=True)), dict(zip(asked, texts, strict=True))
-    frames, fps = columns[when], None
+    numbers, words = _by_name(sheet, names, wanted, [*who, *apart, *clock, *depth])
+    frames, fps = numbers[when], None
     if when != "frame":
         frames, fps = frames_at(frames, options.fps, when, sheet.place, sheet.at)
     elif clock:
         fps = _rate_beside(words[clock[0]], frames, options.fps, sheet.place, clock[0])
-    positions, choices = _positions(columns, plain, box, "left" in said)
+    positions, choices = _positions(numbers, plain, box, "left" in said)
     for name in depth:
         if len({*words[name]} - {""}) > 1:
             choices.append(f"positions are those in {x} and {y} alone, as if all {name} were the same")
     if len(who) > 1:
-        name, why = choose_individuals({name: words[name] for name in who}, frames, positions, sheet.place)
-        who, choices = [name], [*choices, *filter(None, [why])]
+        columns = {name: words[name] for name in who}
+        name, why = choose_individuals(columns, frames, positions, sheet.place)
+        who = [name]
+        choices += [why] if why else []
     individuals = words[who[0]] if who else ["1"] * len(frames)
     refuse_several({name: words[name] for name in apart}, frames, individuals, sheet.place)
     for name in extra:
-        unknown = np.isnan(columns[name]) & ~np.isnan(positions[:, 0])
+        unknown = np.isnan(numbers[name]) & ~np.isnan(positions[:, 0])
         refuse_first(unknown, sheet.at, f"give `{name}` wherever it gives x and y", "none")
-    unread = [name for name in sheet.names if name and name.lower() not in wanted] if not who else []
-    listed = ", ".join(unread)
-    remarks = (f"without a column id all rows are of one individual; columns not read: {listed}",) if unread else ()
-    name_it = (
-        ("If a column that is not read names the individuals, say so: ", Setting("columns", {"id": unread[-1]}), ".")
-        if unread
-        else ""
-    )
+    remarks = [sheet.remark] if sheet.remark else []
+    twice: Text = ""
+    unread = [name for name in sheet.names if name and name.lower() not in wanted]
+    if unread and not who:
+        listed = ", ".join(unread)
+        remarks.append(f"without a column id all rows are of one individual; columns not read: {listed}")
+        example = Setting("columns", {"id": unread[-1]})
+        twice = ("If a column that is not read names the individuals, say so: ", example, ".")
     recording = assemble(
         frames,
         individuals,
         positions,
         sheet.at,
-        extras={EXTRAS[name]: columns[name] for name in extra},
+        extras={EXTRAS[name]: numbers[name] for name in extra},
         fps=fps,
         y_axis=None if x == "x" else "down",
-        remarks=(*remarks, *filter(None, [sheet.remark])),
+        remarks=tuple(remarks),
         choices=tuple(choices),
-        twice=name_it,
+        twice=twice,
     )
     if who and "id" not in said:
         refuse_detections(recording, who[0], sheet.place)
     return recording
 
 
+def _by_name(
+    sheet: Sheet, names: Sequence[str], numbers: Sequence[str], texts: Sequence[str]
+) -> tuple[dict[str, np.ndarray], dict[str, list[str]]]:
+    """Return columns (rows,) of numbers, and of texts, by their names."""
+    for name in (*numbers, *texts):
+        if names.count(name) > 1:
+            raise refusal("name each column once", f"{name!r} twice", sheet.place)
+    values, words = sheet.read([*map(names.index, numbers)], [*map(names.index, texts)])
+    return dict(zip(numbers, values.T, strict=True)), dict(zip(texts, words, strict=True))
+
+
 def _positions(
     columns: Mapping[str, np.ndarray], plain: Sequence[str], box: Mapping[str, str], stated: bool
 ) -> tuple[np.ndarray, list[str]]:
-    """Return positions (rows, 2): those in columns of x and y, or the centers of boxes if these say nothing else."""
-    places = np.column_stack([columns[name] for name in plain]) if plain else None
-    if places is not None and not box:
-        return places, []
-    parts = {what: columns[name] for what, name in box.items()}
-    if places is not None and not stated:
-        fixed = (places == places[0]).all()  # as -1, -1 in tables of MOT
-        corner = np.array_equal(places, np.column_stack([parts["left"], parts["top"]]), equal_nan=True)
-        if not (fixed or corner):
-            return places, []
-    return centers(parts), [f"positions are the centers of the boxes in the columns {', '.join(box.values())}"]
+    """Return positions (rows, 2), and in words if they are others than those in `plain` columns.
+
+    They are the centers of boxes if that is `stated`, or if x and y are fixed, as -1, -1 in tables of
+    MOT, or are the corner of the box.
+    """
+    sides = {side: columns[name] for side, name in box.items()}
+    if plain:
+        positions = np.column_stack([columns[name] for name in plain])
+        if not box:
+            return positions, []
+        corner = np.column_stack([sides["left"], sides["top"]])
+        fixed = (positions == positions[0]).all()
+        if not (stated or fixed or np.array_equal(positions, corner, equal_nan=True)):
+            return positions, []
+    listed = ", ".join(box.values())
+    return centers(sides), [f"positions are the centers of the boxes in the columns {listed}"]
 
 
-def _rate_beside(times: Sequence[str], frames: np.ndarray, fps: float | None, place: str, name: str) -> float | None:
+def _rate_beside(times: Sequence[str], frames: np.ndarray, fps: float | None, file: object, name: str) -> float | None:
     """Return the frame rate that a column of times beside frame numbers states, if it does."""
     order = np.argsort(frames, kind="stable")
     seconds = np.array([_number(time.strip()) for time in times])[order]
     rate = stated_rate(seconds, frames[order])
-    known = seconds[np.isfinite(seconds)]
-    if rate is None or (rate == 1 and (known == np.floor(known)).all()):  # they count frames, too
+    finite = seconds[np.isfinite(seconds)]
+    # they may count frames, too
+    if rate is None or (rate == 1 and (finite == np.floor(finite)).all()):
         return None
-    return rounded(rate * per_second(rate, fps, place, name))
+    return rounded(rate * per_second(rate, fps, file, name))
 
 
 TRACKTOR_FORMAT = Format(  # Sridhar, Roche and Gingins 2019, Methods in Ecology and Evolution 10; in pixels
@@ -394,7 +417,8 @@ def read_wide(
     if width not in each or any(sorted(columns) != list(range(width)) for columns in found.values()):
         refuse_column(sheet.names[-1])
     individuals = sorted(found, key=natural)
-    refuse_points({who: [sheet.names[found[who][kind]] for kind in range(2)] for who in individuals}, sheet.place)
+    columns = {who: [sheet.names[found[who][0]], sheet.names[found[who][1]]] for who in individuals}
+    refuse_points(columns, sheet.place)
     wanted = [found[who][kind] for who in individuals for kind in range(width)]
     numbers, _ = sheet.read([*([] if when is None else [when]), *wanted])
     values = numbers[:, when is not None :].reshape(len(numbers), len(individuals), width)
@@ -558,7 +582,8 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
     levels = frame.columns.nlevels
     if levels in (3, 4):
         labels = [tuple(map(str, label)) for label in frame.columns]
-        return replace(read_points(labels, _frame_sheet(frame.reset_index(names="frame")), options), **stated)
+        sheet = _frame_sheet(frame.reset_index(names="frame", allow_duplicates=True))
+        return replace(read_points(labels, sheet, options), **stated)
     if options.keypoint is not None:
         refuse("keypoint", "be left out for a table without key points", repr(options.keypoint))
     if levels == 2:

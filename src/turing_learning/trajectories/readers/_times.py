@@ -22,6 +22,8 @@ VIDEO_RATES = (24.0, 25.0, 29.97, 30.0)
 USUAL_RATE = 30.0
 LATE = 0.25
 """Frames by which a time may be beside that of its frame."""
+TINY = 1e-300
+"""Smallest rate of which a logarithm is taken."""
 FARTHEST = 1e18
 """Largest time in any unit: `LARGEST` s in ns."""
 
@@ -54,77 +56,67 @@ def check_rate(value: object, path: object) -> float:
     return fps
 
 
-def per_second(rate: float, fps: float | None, place: object, name: str = "time", *, counts: bool = False) -> float:
-    """Return frames per second where times have one frame in their unit: 1 where they are in s.
+def per_second(rate: float, fps: float | None, file: object, name: str = "time", *, counts: bool = False) -> float:
+    """Return by what to multiply frames in a unit of time to have frames per second: 1 for times in s.
 
-    `rate` is that of the frames by times of a column `name`, `fps` what the user says, which decides between units;
-    `counts` says that times are whole numbers 1 apart, as if they counted frames. What stays open is refused.
+    The user's `fps` decides, or else whether the `rate` is that of a video by times in s. What stays
+    open is refused. `name` is that of the column; `counts` says that its values are whole and 1 apart,
+    as if they counted frames.
     """
     if name in IN_SECONDS:
         return 1.0
     if fps is None:
-        in_minutes = any(math.isclose(rate, 60 * video, rel_tol=1e-3) for video in VIDEO_RATES)
-        if LEAST_RATE <= rate <= MOST_RATE and not in_minutes and not counts:
-            return 1.0
-        _ask(rate, place, name, counts)
-    units = (1.0, *PER_SECOND.values())
-    least = fps / 1.02 if counts else fps / 100  # some frames may have nobody
-    fits = [factor for factor in units if least <= rate * factor <= 1.02 * fps]
-    if not fits and counts:
-        remedy: Text = ("If they count frames, give ", Setting("columns", {"frame": name}), ", too.")
-        refuse(
-            "fps",
-            f"be 1 where values of `{name}` are whole and 1 apart, if they are in s",
-            f"{fps:g}",
-            remedy,
-            place=str(place),
-        )
-    return fits[0] if fits else 1.0
-
-
-def _ask(rate: float, place: object, name: str, counts: bool) -> NoReturn:
-    """Refuse times of which nobody says in which unit they are."""
-    unit = min(PER_SECOND, key=lambda unit: abs(math.log(max(rate * PER_SECOND[unit], 1e-300) / USUAL_RATE)))
-    likely, rule = rounded(rate * PER_SECOND[unit]), f"be given where values of `{name}` may not be in s"
+        minutes = any(math.isclose(rate, 60 * video, rel_tol=1e-3) for video in VIDEO_RATES)
+        if counts or minutes or not LEAST_RATE <= rate <= MOST_RATE:
+            _ask(rate, file, name, counts)
+        return 1.0
+    # some frames may have nobody
+    least = fps / 1.02 if counts else fps / 100
+    for factor in (1.0, *PER_SECOND.values()):
+        if least <= rate * factor <= 1.02 * fps:
+            return factor
     if counts:
-        got, ahead = "none, and they are whole and 1 apart", "If they count frames, give "
+        remedy: Text = ("If they count frames, give ", Setting("columns", {"frame": name}), ", too.")
+        rule = f"be 1 where values of `{name}` are whole and 1 apart, if they are in s"
+        refuse("fps", rule, f"{fps:g}", remedy, place=str(file))
+    return 1.0
+
+
+def _ask(rate: float, file: object, name: str, counts: bool) -> NoReturn:
+    """Refuse times of which nobody says in which unit they are."""
+    in_seconds = Setting("fps", rounded(rate))
+    if counts:
+        got = "none, and they are whole and 1 apart"
         remedy: Text = (
-            ahead,
-            Setting("columns", {"frame": name}),
-            " and the frame rate; if they are in s, give ",
-            Setting("fps", 1),
-            ".",
-        )
+            "If they count frames, give ", Setting("columns", {"frame": name}),
+            " and the frame rate; if they are in s, give ", in_seconds, ".",
+        )  # fmt: skip
     else:
+        distances = {}
+        for unit, factor in PER_SECOND.items():
+            distances[unit] = abs(math.log(max(rate * factor, TINY) / USUAL_RATE))
+        unit = min(distances, key=distances.__getitem__)
+        likely = Setting("fps", rounded(rate * PER_SECOND[unit]))
         got = f"none, and in s they state {rounded(rate):g} frames per second"
-        remedy = (
-            f"If they are in {unit}, give ",
-            Setting("fps", likely),
-            "; if in s, give ",
-            Setting("fps", rounded(rate)),
-            ".",
-        )
-    refuse("fps", rule, got, remedy, place=str(place))
-
-
-def rate_by(
-    times: np.ndarray, frames: np.ndarray, fps: float | None, place: object, name: str = "time"
-) -> float | None:
-    """Return the frame rate that times of frames state, in whatever unit; None if they state none."""
-    rate = stated_rate(times, frames)
-    return None if rate is None else rounded(rate * per_second(rate, fps, place, name))
+        remedy = (f"If they are in {unit}, give ", likely, "; if in s, give ", in_seconds, ".")
+    refuse("fps", f"be given where values of `{name}` may not be in s", got, remedy, place=str(file))
 
 
 def frames_at(
-    times: np.ndarray, fps: float | None, name: str, place: object, at: Callable[[int], str]
+    times: np.ndarray, fps: float | None, name: str, file: object, at: Callable[[int], str]
 ) -> tuple[np.ndarray, float | None]:
-    """Return frame numbers (rows,) at times of a column `name`, and the frame rate that they state unless it is given as `fps`."""
+    """Return frame numbers (rows,) at times in the column `name`, and the frame rate that they state.
+
+    There is no such rate where it is given as `fps`.
+    """
     check_times(times, at, FARTHEST)
     known = np.unique(times)
     if len(known) > 1:
-        counts = bool((known == np.floor(known)).all()) and float(np.median(np.diff(known))) == 1
-        factor = per_second(1 / float(np.median(np.diff(known))), fps, place, name, counts=counts)
-        times, known = times / factor, known / factor
+        step = float(np.median(np.diff(known)))
+        counts = step == 1 and bool((known == np.floor(known)).all())
+        factor = per_second(1 / step, fps, file, name, counts=counts)
+        times = times / factor
+        known = known / factor
     check_times(times, at)
     since, span = times - known[0], float(known[-1] - known[0])
     rates = [fps or 1.0]
