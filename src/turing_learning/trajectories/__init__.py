@@ -1,8 +1,7 @@
 """Recorded motion: who was where at which frame, and what the classifiers get to see of it.
 
 ==========================  =====================================================================================
-`load_trajectories`         Open a tracker's file; `FORMATS` names the formats. `load_file` is the same with `Options`;
-                            `announce` logs doubts.
+`load_trajectories`         Open a tracker's file; `FORMATS` names the formats. `load_file` takes `Options`, `announce` logs doubts.
 `Trajectories`              The recording: positions in cm with y upwards, who is present, frame rate; `check()`,
                             `bridged()`, `thinned()`, `speeds()`, `signals()`, `windows()`, `to_xarray()`.
 `from_xarray`               A dataset in the conventions of the `movement` package, as `Trajectories`.
