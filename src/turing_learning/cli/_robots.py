@@ -83,7 +83,9 @@ def run(
         others = {"a file": config is not None, "settings": overrides, "a folder": out is not None, "--force": force}
         if got := [name for name, given in others.items() if given]:
             rule = "be given without a file, settings or a folder, which the run has, and without --force"
-            remedy = f"Its laboratory may be edited in {tl.results.RunFolder(resume).laboratory_path}; then add --trust."
+            remedy = (
+                f"Its laboratory may be edited in {tl.results.RunFolder(resume).laboratory_path}; then add --trust."
+            )
             refuse("resume", rule, " and ".join(got), remedy)
         return resume_run(resume, emulated=emulated, trust=trust)
     require(not trust, "--trust", "be given beside --resume", "it alone")
@@ -95,7 +97,12 @@ def run(
 
 
 def resume_run(
-    path: Path, *, emulated: bool = False, trust: bool = False, trials: int | None = None, tolerance: float | None = None
+    path: Path,
+    *,
+    emulated: bool = False,
+    trust: bool = False,
+    trials: int | None = None,
+    tolerance: float | None = None,
 ) -> int | None:
     """Resume a run in a laboratory, or give it more trials; a rehearsal is resumed with emulated robots."""
     if trust:
@@ -248,7 +255,9 @@ def _execute(
     """
     if needed and not _inspected(laboratory, equipment):
         if stored is not None:
-            text = f"The addresses of replicas and camera are those in {stored}. Edit them there, and resume with --trust."
+            text = (
+                f"The addresses of replicas and camera are those in {stored}. Edit them there, and resume with --trust."
+            )
             print(text, file=sys.stderr)
         return REFUSED
     ahead, of_trials = f"resume with: {tl.results.resume_command(path)}", laboratory.configuration.run.trials > 0

@@ -1,7 +1,6 @@
 """Resolve a configuration from a preset, a file and single settings, and write one; every refusal is one message."""
 
 import json
-import os
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -19,7 +18,7 @@ from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
 from ._configuration import TAGS, Configuration, scenario_type
-from ._sections import ConfigurationError, PopulationSection, check, reject
+from ._sections import ConfigurationError, PopulationSection, reject
 
 UNBOUNDED = "unbounded"  # TOML has no null; this stands for the missing side of an arena
 
@@ -135,8 +134,6 @@ def opened(
     path: str | Path | None, overrides: Mapping[str, Any] | None, labels: Mapping[str, str] | None
 ) -> tuple[dict[str, Any], Origins]:
     """Return what a file says, nothing without one, and where each setting comes from."""
-    check(isinstance(path, str | os.PathLike | None), "config", "be the path of a file", brief(path))
-    check(isinstance(overrides, Mapping | None), "settings", "be dotted keys with values", brief(overrides))
     text, document = ("", {}) if path is None else read_toml(Path(path))
     named = {key: f"override {key}" for key in overrides or {}} | dict(labels or {})
     return document, Origins(None if path is None else Path(path), text, named)

@@ -252,10 +252,10 @@ def search_controller(
             blocks, begun, fresh = [], time.monotonic(), 0
             for first in range(0, len(controllers), BLOCK):
                 own = controllers[first : first + BLOCK]
-                name, shape = f"round{number}/{first:07d}.npy", (len(own), trials, 2)
+                name = f"round{number}/{first:07d}.npy"
                 fresh += 0 if (store.path / name).exists() else len(own)
                 compute = partial(costs_of, own, starts, number, first)
-                block = store.once(name, compute, fits=lambda found, shape=shape: found.shape == shape)  # type: ignore[misc]
+                block = store.once(name, compute)
                 if block is None:
                     return None
                 blocks.append(block)

@@ -150,10 +150,14 @@ def test_an_edited_laboratory_is_resumed_once_it_is_trusted(folder, edited):
         file.write("\n")
     assert load_run(path).generations == 1
     for door in (resume_laboratory, stored_laboratory, awaits_robots):
-        with pytest.raises(RunFolderError, match=rf"{edited} \(it has been changed\).* trust it: `.* --trust`, or `turing_"):
+        with pytest.raises(
+            RunFolderError, match=rf"{edited} \(it has been changed\).* trust it: `.* --trust`, or `turing_"
+        ):
             door(path)
     trust_laboratory(path)
-    assert resume_laboratory(path, equipment=ScriptedLaboratory().equipment(), should_stop=lambda: True).generations == 2
+    assert (
+        resume_laboratory(path, equipment=ScriptedLaboratory().equipment(), should_stop=lambda: True).generations == 2
+    )
 
 
 def test_functions_that_an_edited_laboratory_names_are_not_imported(folder, tmp_path, monkeypatch):
