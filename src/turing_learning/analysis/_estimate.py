@@ -302,7 +302,7 @@ def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None 
     spreads : (G, P)
         Standard deviation of the models of each generation, in the same units; None where that is not known.
     """
-    last = np.asarray(typical_models, dtype=float)[-window:]
+    last = array("typical_models", typical_models, "G P", finite=False)[-window:]
     half = np.diff(interval(last, window), axis=1)[:, 0] / 2
     middles = [np.median(part, axis=0) for part in np.array_split(last, 2) if len(part)]
     still = ~(np.abs(middles[-1] - middles[0]) > half)

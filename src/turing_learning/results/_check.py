@@ -16,8 +16,8 @@ from turing_learning import systems
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config.settings import refuse_unknown, resolved
-from turing_learning.errors import brief, integer, refusing_as, reject
 from turing_learning.errors import check as check_setting
+from turing_learning.errors import integer, refusing_as, reject
 from turing_learning.identifiability import (
     LEVEL,
     Check,
@@ -305,9 +305,6 @@ def check_run(
     least = {"recoveries": (recoveries, 0), "recovery_generations": (length, 1), "seed": (seed, 0)}
     for name, (value, lowest) in least.items():
         integer(name, value, lowest, error=ConfigurationError)
-    remedy = "For example turing_learning.identifiability.Effort(samples=100)."
-    check_setting(isinstance(force, bool), "force", "be true or false", brief(force))
-    check_setting(isinstance(effort, Effort | None), "effort", "be an Effort", type(effort).__name__, remedy)
     rule = "be of a system that can be simulated"  # else a check would compare two simulations
     remedy = "What its models are worth there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` "
     remedy += "says what its setup could infer at all."

@@ -1,6 +1,6 @@
 """Several runs of one configuration, told as one."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -269,10 +269,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
 def _comparable(given: Any) -> list[Result]:
     """Return two or more results of complete runs of one configuration, whose seeds differ."""
     needed = partial(check, name="runs")
-    runs = list(given) if isinstance(given, Iterable) and not isinstance(given, np.ndarray) else [given]
-    for run in runs:
-        remedy = "Open a run folder with `load_run`."
-        needed(isinstance(run, Result), rule="be results of runs", got=brief(run), remedy=remedy)
+    runs = list(given)
     remedy = "Make more runs of the same configuration with other seeds."
     needed(len(runs) >= 2, rule="be at least 2", got=len(runs), remedy=remedy)
     for run in runs:

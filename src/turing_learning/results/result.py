@@ -23,7 +23,7 @@ from turing_learning.analysis import (
 )
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError
-from turing_learning.errors import brief, integer
+from turing_learning.errors import LARGEST_COUNT, integer
 from turing_learning.errors import check as check_setting
 from turing_learning.identifiability import Check
 from turing_learning.report import Tabular, counted, is_page, shown
@@ -306,7 +306,7 @@ class Result(Tabular):
         if count is None:
             return found.copy()
         rng = np.random.default_rng(integer("seed", seed))
-        return found[rng.integers(len(found), size=integer("count", count, 1))]
+        return found[rng.integers(len(found), size=integer("count", count, 1, LARGEST_COUNT))]
 
     @property
     def configuration(self) -> Configuration:
@@ -336,8 +336,6 @@ class Result(Tabular):
         """
         rule, there = "be given for a run that is kept in memory", path is not None or self.path is not None
         check_setting(there, "path", rule, path, "Name an HTML file.")
-        fits = isinstance(path, str | Path | None) and "\0" not in str(path)
-        check_setting(fits, "path", "be the path of an HTML file", brief(path))
         origin = self._there()
         if path is None:
             assert self.path is not None
@@ -395,10 +393,7 @@ class Result(Tabular):
         folder = None if self.path is None else RunFolder(self.path)
         if folder is None or not folder.motion_path.exists():
             return None
-        found = folder.read(CALIBRATION)
-        if {"genuine", "abnormal"} <= found.keys():
-            return dict(found)
-        raise folder.damaged(CALIBRATION, "it holds something else")
+        return dict(folder.read(CALIBRATION))
 
     @property
     def jury(self) -> Jury:

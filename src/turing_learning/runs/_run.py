@@ -17,7 +17,7 @@ from turing_learning.config import Configuration, ConfigurationError, classifier
 from turing_learning.config.parts import give_again, observers_of
 from turing_learning.config.settings import resolved
 from turing_learning.detection import simulated_calibration
-from turing_learning.errors import brief, refusing_as, said
+from turing_learning.errors import refusing_as, said
 from turing_learning.identifiability import Check, read_check
 from turing_learning.provenance import now
 from turing_learning.purposes import DIALOGUE, REPLAY
@@ -120,8 +120,6 @@ class Run:
             What else the manifest holds.
         """
         more = dict(entries or {})
-        fits = isinstance(out, str | Path | None) and "\0" not in str(out)
-        check_folder(fits, "out", "be a folder, or None", brief(out))
         if source is None:
             with refusing_as(ConfigurationError):
                 source = configuration.system.open(Given())

@@ -362,7 +362,6 @@ def test_a_field_of_view_is_checked_over_its_whole_range_and_recovered_as_that_o
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"effort": 5}, "`effort` must be an Effort; got int"),
         ({"recoveries": -1}, "`recoveries` must be an integer of at least 0; got -1"),
         ({"recovery_generations": 0}, "`recovery_generations` must be an integer of at least 1; got 0"),
         ({"seed": -1}, "`seed` must be an integer of at least 0; got -1"),
@@ -412,10 +411,6 @@ def test_a_run_on_a_scenario_as_genuine_is_resumed_to_the_same_result(tmp_path, 
         ),
         ({"recovery": 0}, "`recovery` must be a known option; got 0. Did you mean `recoveries`?"),
         ({"result": 3}, "`result` must be a known option; got 3."),
-        (
-            {"effort": 3},
-            "`effort` must be an Effort; got int. For example turing_learning.identifiability.Effort(samples=100).",
-        ),
     ],
 )
 def test_an_option_that_no_check_has_is_refused_by_its_name(stored, option, message):
