@@ -17,7 +17,9 @@
 `polarization`            How aligned a group moves.
 `dynamic_outputs`         What networks put out for sensor readings that change, section 4.6.2.
 `response_error`          How far networks are from the agents' parameters at constant readings.
-`Verdict`                 Whether to believe a run, in a word.
+`Judgment`                Whether to believe a run, all that is said of it; `Verdict`: in a word, `Examination`: by what test, at
+                          what `LEVEL`;
+                          `OF_CHECKS`: what only checks say.
 `settled`, `told`         Whether the models of a run have settled, and whether its classifiers still tell them from the agents.
 `Jury`                    Classifiers with votes; `competence`: Youden's J of each.
 `area_under_curve`        How well scores separate two kinds.
@@ -29,7 +31,6 @@ from ._disks import dispersion, largest_cluster, least_dispersion
 from ._errors import absolute_error, dynamic_outputs, mean_absolute_error, name_failure, response_error
 from ._estimate import (
     UNKNOWN,
-    Verdict,
     estimate,
     interval,
     is_known,
@@ -39,12 +40,13 @@ from ._estimate import (
     settled,
     told,
 )
+from ._judgment import LEVEL, OF_CHECKS, Examination, Judgment, Verdict
 from ._matching import Matched, match
 from ._tests import Comparison, Jury, area_under_curve, compare, competence, decision_accuracy, polarization
 
 __all__ = [
-    "UNKNOWN", "Comparison", "Jury", "Matched", "Verdict", "absolute_error", "area_under_curve", "compare",
-    "competence", "decision_accuracy", "dispersion", "dynamic_outputs", "estimate", "interval", "is_known",
-    "largest_cluster", "least_dispersion", "match", "mean_absolute_error", "name_failure", "polarization",
-    "pooled_estimate", "pooled_interval", "r_hat", "response_error", "settled", "told",
+    "LEVEL", "OF_CHECKS", "UNKNOWN", "Comparison", "Examination", "Judgment", "Jury", "Matched", "Verdict", "absolute_error",
+    "area_under_curve", "compare", "competence", "decision_accuracy", "dispersion", "dynamic_outputs", "estimate",
+    "interval", "is_known", "largest_cluster", "least_dispersion", "match", "mean_absolute_error", "name_failure",
+    "polarization", "pooled_estimate", "pooled_interval", "r_hat", "response_error", "settled", "told",
 ]  # fmt: skip

@@ -7,8 +7,8 @@ from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.analysis import Verdict, is_known
-from turing_learning.analysis._estimate import WHY_UNKNOWN, judgment
+from turing_learning.analysis import Judgment, is_known
+from turing_learning.analysis._estimate import WHY_UNKNOWN
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -164,12 +164,12 @@ def tables(headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -
         yield table
 
 
-def judged(verdicts: tuple[Verdict, ...]) -> "Text":
+def judged(judgment: Judgment) -> "Text":
     """Say whether to believe a result, in the color of its verdict."""
     from rich.text import Text
 
-    color = "green" if verdicts == ("converged",) else "red" if "model rejected" in verdicts else "yellow"
-    return Text(judgment(verdicts), style=f"bold {color}")
+    color = {"good": "green", "bad": "red", "warning": "yellow"}[judgment.look]
+    return Text(judgment.line, style=f"bold {color}")
 
 
 def parameter_rows(

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from turing_learning._files import remove_partial
-from turing_learning.analysis import UNKNOWN, Verdict
-from turing_learning.analysis._estimate import known_or, ordered
+from turing_learning.analysis import UNKNOWN, Judgment, Verdict
+from turing_learning.analysis._estimate import known_or
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
 from turing_learning.config._parts import give_again, observers_of
@@ -20,12 +20,11 @@ from turing_learning.config._study import resolved
 from turing_learning.detection._simulated import keep_calibration
 from turing_learning.errors import brief, refusing_as, said
 from turing_learning.identifiability import Check
-from turing_learning.identifiability._check import check_from_json
 from turing_learning.provenance import now
 from turing_learning.purposes import DIALOGUE, REPLAY
 from turing_learning.results import _folder as folders
 from turing_learning.results import _history as histories
-from turing_learning.results._check import check_run, refuse_unknown_part, stored_check
+from turing_learning.results._check import check_run, refuse_unknown_part
 from turing_learning.results._folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, piece
 from turing_learning.results._present import write_report
 from turing_learning.results._result import Jury, Result, simulated_model, summarize, units_of
@@ -529,6 +528,7 @@ class Origin:
     manifest: Mapping[str, Any] = field(default_factory=dict)
     readout: Mapping[str, np.ndarray] = field(default_factory=dict)
     dialogues: Mapping[str, np.ndarray] = field(default_factory=dict)
+    beside: dict[str, Any] = field(default_factory=dict)  # what its check and its pool have said
     given: Given = field(default_factory=Given)  # of a custom system, in the process that had it
 
     @classmethod
@@ -597,10 +597,8 @@ class Origin:
         manifest, dialogues = self.manifest, self.dialogues
         if folder := self.folder:
             manifest, dialogues = folder.manifest(), folder.find(folders.DIALOGUES) or {}
-        known = {} if result.path is None else stored_check(result.path) or {}
         motion = self.motion(simulated_model(result))
-        check = check_from_json(known) if "parameters" in known else None
-        return write_report(result, target, manifest, check=check, motion=motion, dialogues=dialogues)
+        return write_report(result, target, manifest, motion=motion, dialogues=dialogues)
 
     def motion(self, model: np.ndarray) -> Mapping[str, np.ndarray]:
         """Return recorded motion beside that of replicas of a model (P,), see `Source.positions`; nothing if it is not known."""
@@ -686,7 +684,7 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
         found = {name: value for name, value in content.items() if name not in ("verdict", "verdicts")}
         found |= {name: known_or(UNKNOWN, ends) for name in ("interval", "wandering") if (ends := content.get(name))}
         origin = Origin.of(folder, configuration, content["generations"])
-        return Result(**found, found=ordered(content["verdicts"]), path=origin.path, origin=origin)
+        return Result(**found, found=Judgment(content["verdicts"]).verdicts, path=origin.path, origin=origin)
     except (RunFolderError, ValueError, KeyError, TypeError, AttributeError):
         return None
 
