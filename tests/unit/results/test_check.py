@@ -186,7 +186,8 @@ def test_what_is_not_known_of_a_run_that_has_not_moved_is_said_in_file_figure_an
     drawing = draw_check(found, result)[0]
     assert not drawing.figure.axes[0].patches
     page = (result.path / "report.html").read_text(encoding="utf-8")
-    assert result.verdict == kept["verdicts"][0] in page
+    assert result.verdict == kept["verdicts"][0] == found.verdict
+    assert f"<b>{result.verdict}</b>" in page
     assert ">nan" not in page
 
 
