@@ -16,6 +16,9 @@ from operator import ge, gt, le, lt
 from types import ModuleType
 from typing import Any, NoReturn
 
+LARGEST_COUNT = 10**12
+"""Of things that memory holds: more than any has room for, fewer than NumPy can count."""
+
 
 @dataclass(frozen=True)
 class Setting:

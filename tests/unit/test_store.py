@@ -131,11 +131,6 @@ def test_a_piece_is_made_once_and_one_that_was_stopped_leaves_nothing(store):
     assert not (store.path / "stopped.json").exists()
 
 
-def test_a_piece_of_another_form_is_made_again(store, caplog):
-    assert store.once("two.npy", lambda: np.zeros(3), fits=lambda found: found.shape == (3,)).shape == (3,)
-    assert "it holds something else" in warnings(caplog)[0]
-
-
 def test_files_that_change_places_are_damaged(store):
     store.write("other.npy", np.zeros((2, 3)))
     (store.path / "other.npy").replace(store.path / "two.npy")

@@ -23,7 +23,9 @@
 `polarization`            How aligned a group moves.
 `dynamic_outputs`         What networks put out for sensor readings that change (`DYNAMIC_READINGS`), section 4.6.2.
 `response_error`          How far networks are from the agents' parameters at constant readings.
-`Verdict`                 Whether to believe a run, in a word; `ordered_verdicts`: all that hold, `verdict_text`: in sentences.
+`Judgment`                Whether to believe a run, all that is said of it; `Verdict`: in a word, `Examination`: by what test, at
+                          what `LEVEL`;
+                          `OF_CHECKS`: what only checks say.
 `settled`, `told`         Whether the models of a run have settled, and whether its classifiers still tell them from the agents.
 `Jury`                    Classifiers with votes; `competence`: Youden's J of each.
 `area_under_curve`        How well scores separate two kinds.
@@ -43,30 +45,28 @@ from ._errors import (
 from ._estimate import (
     UNKNOWN,
     WHY_UNKNOWN,
-    Verdict,
     estimate,
     interval,
     is_known,
     mixed_interval,
-    ordered_verdicts,
     pooled_estimate,
     pooled_interval,
     r_hat,
     replace_unknown,
     settled,
     told,
-    verdict_text,
 )
+from ._judgment import LEVEL, OF_CHECKS, Examination, Judgment, Verdict
 from ._matching import LEAST_P, Matched, combined, match
 from ._modes import modes
 from ._predictive import PredictiveCheck, predictive_check, resemblance
 from ._tests import Comparison, Jury, area_under_curve, compare, competence, decision_accuracy, polarization
 
 __all__ = [
-    "DYNAMIC_READINGS", "LEAST_P", "UNKNOWN", "WHY_UNKNOWN", "Comparison", "Jury", "Matched", "PredictiveCheck", "Verdict",
-    "absolute_error", "area_under_curve", "combined", "compare", "competence", "decision_accuracy", "dispersion",
-    "dynamic_outputs", "estimate", "interval", "is_known", "largest_cluster", "least_dispersion", "match",
-    "mean_absolute_error", "mixed_interval", "modes", "name_failure", "ordered_verdicts", "polarization",
-    "pooled_estimate", "pooled_interval", "predictive_check", "r_hat", "replace_unknown", "resemblance",
-    "response_error", "settled", "told", "verdict_text",
+    "DYNAMIC_READINGS", "LEAST_P", "LEVEL", "OF_CHECKS", "UNKNOWN", "WHY_UNKNOWN", "Comparison", "Examination", "Judgment",
+    "Jury", "Matched", "PredictiveCheck", "Verdict", "absolute_error", "area_under_curve", "combined", "compare",
+    "competence", "decision_accuracy", "dispersion", "dynamic_outputs", "estimate", "interval", "is_known",
+    "largest_cluster", "least_dispersion", "match", "mean_absolute_error", "mixed_interval", "modes", "name_failure",
+    "polarization", "pooled_estimate", "pooled_interval", "predictive_check", "r_hat", "replace_unknown", "resemblance",
+    "response_error", "settled", "told",
 ]  # fmt: skip

@@ -33,10 +33,8 @@ def absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLike) ->
     truth : (P,)
         Parameters of the agent.
     """
-    inferred, true = np.asarray(estimate, dtype=np.float64), np.asarray(truth, dtype=np.float64)
-    fits = true.ndim == 1 and true.size > 0 and inferred.shape[-1:] == true.shape
-    require(fits, "estimate", "be of shape (..., P) and `truth` of shape (P,)", f"{inferred.shape} and {true.shape}")
-    return np.abs(array("estimate", inferred, "... P", empty=True) - array("truth", true, "P"))
+    true = array("truth", truth, "P")
+    return np.abs(array("estimate", estimate, "... P", empty=True, P=len(true)) - true)
 
 
 def mean_absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLike) -> np.ndarray:
@@ -67,10 +65,9 @@ def name_failure(estimate: np.ndarray, truth: np.ndarray) -> str:
         in another order); "I = 2 as I = 1", and so on (one state has the values of another); "field of view"
         (MAE of the wheel speeds below 0.1); "other".
     """
-    estimate, truth = np.asarray(estimate, dtype=float), np.asarray(truth, dtype=float)
-    fits = estimate.shape == truth.shape and estimate.ndim == 1 and estimate.size >= 2
-    rule = "have the same shape (2 n,) or (2 n + 1,) as `truth`"
-    require(fits, "estimate", rule, f"{estimate.shape} and {truth.shape}")
+    truth = array("truth", truth, "P")
+    estimate = array("estimate", estimate, "P", P=len(truth))
+    require(estimate.size >= 2, "estimate", "be of shape (2 n,) or (2 n + 1,)", f"{estimate.shape}")
     if float(mean_absolute_error(estimate, truth)) < LIMIT:
         return GOOD
     wheels = estimate.size - estimate.size % 2

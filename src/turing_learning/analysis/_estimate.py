@@ -1,8 +1,7 @@
 """One model from many generations or runs, its uncertainty, and what is not known of it: NaN in Python, null in files."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from enum import StrEnum
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -248,42 +247,6 @@ def _checked_runs(typical_models: np.ndarray) -> np.ndarray:
     return typical
 
 
-class Verdict(StrEnum):
-    """Whether to believe an estimate; of several that hold, the first of this order is shown."""
-
-    REJECTED = "model rejected"
-    TOLD = "classifiers can still tell"
-    DISAGREE = "runs disagree"
-    DIFFERENT = "samples differ"
-    MOVING = "still moving"
-    BOUND = "at a bound"
-    SEVERAL = "several solutions"
-    CONVERGED = "converged"
-
-    @property
-    def meaning(self) -> str:
-        """What it means, and what to do, in a sentence."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    Verdict.REJECTED: "Fresh classifiers tell the model from the system, however well it is fitted: try another model.",
-    Verdict.TOLD: "Classifiers tell the models of this run from the system: run longer; if that does not help, try another model.",
-    Verdict.DISAGREE: "Runs with other seeds settle elsewhere: believe no single one; run longer.",
-    Verdict.DIFFERENT: "New samples of the estimate differ from the genuine ones: run longer, or try another model.",
-    Verdict.MOVING: "The models had not settled when the run ended: run longer. Such a run states no interval.",
-    Verdict.BOUND: "An estimate sits at an end of its range: the truth may lie beyond; widen the range.",
-    Verdict.SEVERAL: "Separate regions of the parameters explain the motion equally well: `result.modes` states each.",
-    Verdict.CONVERGED: "Nothing speaks against the estimate so far; `check` and further seeds can.",
-}
-
-
-def ordered_verdicts(verdicts: Iterable[str]) -> tuple[Verdict, ...]:
-    """Return all verdicts that hold, the one to show first; "converged" only where no other does."""
-    found = {Verdict(each) for each in verdicts} - {Verdict.CONVERGED}
-    return tuple(each for each in Verdict if each in found) or (Verdict.CONVERGED,)
-
-
 def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None = None) -> np.ndarray:
     """Say whether the models of a run have settled, parameter by parameter (P,) bool.
 
@@ -302,7 +265,7 @@ def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None 
     spreads : (G, P)
         Standard deviation of the models of each generation, in the same units; None where that is not known.
     """
-    last = np.asarray(typical_models, dtype=float)[-window:]
+    last = array("typical_models", typical_models, "G P", finite=False)[-window:]
     half = np.diff(interval(last, window), axis=1)[:, 0] / 2
     middles = [np.median(part, axis=0) for part in np.array_split(last, 2) if len(part)]
     still = ~(np.abs(middles[-1] - middles[0]) > half)
@@ -316,10 +279,3 @@ def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None 
 def told(classifier_fitness: np.ndarray, window: int, above: float = GUESSING) -> bool:
     """Say whether classifiers tell the models of a run from the system: their median fitness (G,) is above chance at last."""
     return bool(np.mean(classifier_fitness[-window:]) > above)
-
-
-def verdict_text(verdicts: tuple[Verdict, ...]) -> str:
-    """Say the first of some verdicts, what it means, and what else holds."""
-    first, *others = verdicts
-    also = f" Also: {', '.join(others)}." if others else ""
-    return f"Verdict: {first}. {first.meaning}{also}"

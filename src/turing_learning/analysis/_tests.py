@@ -136,7 +136,9 @@ def competence(genuine: np.ndarray, counterfeit: np.ndarray) -> np.ndarray:
     return genuine.mean(axis=axes) - counterfeit.mean(axis=axes)
 
 
-def area_under_curve(high: np.ndarray, low: np.ndarray, weights: np.ndarray | None = None) -> float:
+def area_under_curve(
+    high: np.typing.ArrayLike, low: np.typing.ArrayLike, weights: np.typing.ArrayLike | None = None
+) -> float:
     """Return the probability that one of scores (K,) is above one of others (n,), ties counted half.
 
     Parameters
@@ -144,7 +146,8 @@ def area_under_curve(high: np.ndarray, low: np.ndarray, weights: np.ndarray | No
     weights : (n,)
         Of the others; None for equal ones.
     """
-    weights = np.ones(len(low)) if weights is None else weights
+    high, low = array("high", high, "K"), array("low", low, "n")
+    weights = np.ones(len(low)) if weights is None else array("weights", weights, "n", n=len(low))
     order = np.argsort(low)
     sums = np.append(0.0, np.cumsum(weights[order]))
     below, also = (sums[np.searchsorted(low[order], high, side)] for side in ("left", "right"))

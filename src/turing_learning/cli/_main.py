@@ -6,6 +6,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 import turing_learning as tl
 from turing_learning.errors import MissingExtraError, RefusedError
@@ -35,11 +36,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
     SystemExit
         Always, with the exit code.
     """
+    _open_closed_streams()
     kernels = logging.getLogger("turing_learning.kernels")
     if not kernels.handlers:
         kernels.addHandler(_Said())
         kernels.setLevel(logging.INFO)
     sys.exit(_run(sys.argv[1:] if arguments is None else list(arguments)))
+
+
+def _open_closed_streams() -> None:
+    """Let a stream that is closed be empty, or forget what is written.
+
+    Otherwise the next file that is opened would get its number, and with it what libraries print.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123, SIM115 - as long as the process
 
 
 class _Said(logging.Handler):
@@ -101,6 +113,10 @@ def _say(text: str, code: int) -> int:
 
 def _of_files(error: OSError) -> str:
     """Return what to say of a file that cannot be used; other errors are bugs, and are raised again."""
+    try:
+        Path.cwd()
+    except OSError:
+        return "the folder in which the command runs is gone. Change to another folder, then give the command again."
     if error.errno in _NO_ROOM and error.filename is None:  # files have names
         what = f"what the command prints could not be written ({error.strerror})"
         return f"{what}. Print elsewhere. What is stored can be shown, and a run that was not done be resumed."

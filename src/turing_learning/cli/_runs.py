@@ -369,8 +369,6 @@ def check(
     :param seed: Seed of the check; 0 by default.
     :param force: Check again, and replace the check that is there.
     """
-    from turing_learning.report.tabular import judged
-
     result = opened(run)
     system = _system_of(run, recording, "load_run({run}).check(genuine=..., simulate=...)")
     given = {"samples": samples, "points": points}
@@ -382,7 +380,6 @@ def check(
     except KeyboardInterrupt as error:
         raise Interrupted("interrupted; the same command continues from what is done") from error
     console.print(found)
-    console.print(judged(result.verdicts))
     print_files(console, report=tl.results.RunFolder(run).report_path)
 
 

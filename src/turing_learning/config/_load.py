@@ -1,7 +1,6 @@
 """Resolve a configuration from a preset, a file and single settings, and write one; every refusal is one message."""
 
 import json
-import os
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -18,7 +17,6 @@ from turing_learning.errors import (
     RefusedError,
     Text,
     brief,
-    check,
     choice,
     nearest,
     reject,
@@ -146,8 +144,6 @@ def opened(
     path: str | Path | None, overrides: Mapping[str, Any] | None, labels: Mapping[str, str] | None
 ) -> tuple[dict[str, Any], Origins]:
     """Return what a file says, nothing without one, and where each setting comes from."""
-    check(isinstance(path, str | os.PathLike | None), "config", "be the path of a file", brief(path))
-    check(isinstance(overrides, Mapping | None), "settings", "be dotted keys with values", brief(overrides))
     text, document = ("", {}) if path is None else read_toml(Path(path))
     named = {key: f"override {key}" for key in overrides or {}} | dict(labels or {})
     return document, Origins(None if path is None else Path(path), text, named)

@@ -54,9 +54,6 @@ def stated_once(statements: Iterable[tuple[str, Any, str]]) -> dict[str, Any]:
 
 def single_settings(settings: Mapping[str, Any] | None, **arguments: Any) -> dict[str, Any]:
     """Return dotted key -> value of settings, and of arguments that set a run's fields of the same name unless they are None."""
-    if not isinstance(settings, Mapping | None) or not all(isinstance(key, str) for key in settings or {}):
-        example = 'For example {"models.population": 60, "run.checkpoint_every": 10}.'
-        reject("settings", "be a dict dotted key -> value", brief(settings), example)
     both = arguments.get("trials"), arguments.get("generations")
     got = f"{brief(both[0])} beside {brief(both[1])}"
     check(any(one is None for one in both), "trials", "be given without `generations`", got)
@@ -147,9 +144,6 @@ def resolved(
 ) -> Configuration:
     """Return a configuration from a file, or from another one, with what comes before it."""
     labels = {key: f"argument {key.rpartition('.')[2]}" for key in overrides if key.startswith("run.")}
-    if not isinstance(config, str | Path | Configuration | None):
-        remedy = "Give single settings to `turing_learning.config.load_configuration`, and its result here."
-        reject("config", "be a TOML file or a Configuration", type(config).__name__, remedy)
     if isinstance(config, Configuration):
         flat = dotted(config.model_dump())
         known = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | dict(overrides)

@@ -41,6 +41,15 @@ class Motion:
     #: swarms linear speed (cm/s) and angular speed (rad/s)
     samples: np.ndarray
 
+    def __post_init__(self) -> None:
+        shape, error = "individuals samples T D", ConfigurationError
+        samples = array("samples", self.samples, shape, finite=False, empty=True, error=error)
+        object.__setattr__(self, "individuals", tuple(self.individuals))
+        object.__setattr__(self, "samples", samples)
+        fits = len(self.individuals) == len(samples)
+        rule = f"be one name for each of the {len(samples)} individuals"
+        check(fits, "individuals", rule, len(self.individuals))
+
 
 def holds_motion(path: str | Path) -> bool:
     """Return whether a file can be read and begins as those for `load_motion` do: numbers, archive with ``samples``, heading."""

@@ -9,7 +9,7 @@ import numpy as np
 from turing_learning.analysis import mean_absolute_error
 from turing_learning.arrays import array
 from turing_learning.config import ConfigurationError
-from turing_learning.errors import integer, number
+from turing_learning.errors import LARGEST_COUNT, integer, number
 from turing_learning.models import Behavior, Parameter
 from turing_learning.purposes import DETECTION
 from turing_learning.swarm import AGENT, Scenario, Trials, mixed
@@ -44,7 +44,7 @@ def random_controllers(scenario: Scenario, count: int, rng: np.random.Generator,
     near
         Least mean absolute difference from the agents' controller, in [0, 0.5].
     """
-    integer("count", count, 1, error=ConfigurationError)
+    integer("count", count, 1, LARGEST_COUNT, error=ConfigurationError)
     number("near", near, least=0, most=0.5, error=ConfigurationError)
     return _unlike(np.asarray(scenario.controller), count, rng, near)
 
@@ -73,8 +73,8 @@ def simulate_behaviors(
     trials
         Number of trials of each swarm, >= 1, each from new initial poses: the samples of an individual.
     """
-    integer("trials", trials, 1, error=ConfigurationError)
     controllers = array("controllers", controllers, "M P", error=ConfigurationError, P=len(scenario.controller))
+    integer("trials", trials, 1, LARGEST_COUNT // len(controllers), error=ConfigurationError)
     drawn = Trials.draw(scenario, mixed(scenario, len(controllers), trials), rng)
     swarms = by_individual(drawn.observe(Behavior(controllers), threads), trials)
     sides = swarms[:, : scenario.agents], swarms[:, scenario.agents :]
@@ -94,7 +94,7 @@ def plant_abnormal(
     Individuals, named "agent 1", ..., "planted 1", ..., are in random order; each sample is a trial from new
     initial poses.
     """
-    integer("samples", samples, 1, error=ConfigurationError)
+    integer("samples", samples, 1, LARGEST_COUNT, error=ConfigurationError)
     size = scenario.individuals
     remedy = f"The swarm has {size} individuals."
     integer("simulate", count, 1, size - 1, remedy=remedy, error=ConfigurationError)

@@ -11,8 +11,16 @@ import numpy as np
 
 from turing_learning.errors import brief, integer, number, refuse, require
 
+from ..arrays import array
 from ..models import Parameter
 from ..trajectories import SIGNALS, compute_signals
+
+LONGEST = 100_000
+"""Time steps of a group: more than an hour of motion at 25 steps a second, and some ten seconds of computing."""
+MOST_PLACES = 10_000_000
+"""Places of all individuals of a group in all steps; more take minutes and gigabytes."""
+MOST_PAIRS = 100_000_000
+"""Pairs of individuals in all steps, where each is compared with all others; more take minutes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +53,14 @@ class Family(ABC):
             integer(name, getattr(self, name), least)
         rule = f"be at most `individuals`, {self.individuals}"
         require(self.observed <= self.individuals, "observed", rule, self.observed)
+        integer("steps", self.steps + self.settling_steps, 1, LONGEST, remedy="`settling_steps` count, too.")
+        integer(
+            "individuals",
+            self.individuals,
+            1,
+            MOST_PLACES // self.moves,
+            remedy=f"Or take fewer than {self.moves} steps.",
+        )
         self._check_above_zero("interval_s", "start_side_cm")
         names = self.signals
         if not isinstance(names, tuple) or not names or len(set(names)) < len(names) or not set(names) <= set(SIGNALS):
@@ -138,7 +154,7 @@ class Family(ABC):
         """
         known, named = set(truth) == set(self.parameters), ", ".join(truth) or "nothing"
         require(known, "truth", f"name {', '.join(self.parameters)}", str(named))
-        require(groups >= 1, "groups", "be 1 or more", groups)
+        integer("groups", groups, 1, MOST_PLACES // self.moves)
         parameters = np.tile([float(truth[name]) for name in self.parameters], (groups, 1))
         return self(parameters, rng).reshape(-1, self.steps, len(self.signals))
 
@@ -147,10 +163,8 @@ class Family(ABC):
         """Return positions (M, F, A, 2) of models (M, P), and headings (M, F, A) if individuals have some."""
 
     def _checked(self, parameters: np.ndarray) -> np.ndarray:
-        parameters = np.asarray(parameters, dtype=np.float64)
         names = list(self.parameters)
-        if parameters.ndim != 2 or parameters.shape[1] != len(names) or not len(parameters):
-            refuse("parameters", f"be of shape (M, P) = (any, {len(names)})", str(parameters.shape))
+        parameters = array("parameters", parameters, "M P", finite=False, P=len(names))
         for model, column in np.argwhere(~(np.isfinite(parameters) & (parameters >= self.least)))[:1].tolist():
             rule = "finite" if math.isinf(self.least) else f"finite and {self.least:g} or more"
             value = parameters[model, column]
@@ -224,6 +238,9 @@ class Particles(Family):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        pairs = self.individuals**2 * self.moves
+        rule = f"make at most {MOST_PAIRS} pairs in all steps"
+        require(pairs <= MOST_PAIRS or not self.social, "individuals", rule, f"{self.individuals}, which make {pairs}")
         if self.tank_cm is not None:
             fits = np.shape(self.tank_cm) == (2,) and all(math.isfinite(side) and side > 0 for side in self.tank_cm)
             require(fits, "tank_cm", "be two finite numbers above 0, or None", brief(self.tank_cm))

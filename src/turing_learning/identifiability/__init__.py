@@ -10,9 +10,9 @@
     The same test where a single parameter is moved across its range.
 `Recovery`, `PinnedDown`, `Check`
     What a run finds whose truth is the estimate; what is said of each parameter; all of it together.
-`sides_rejected`, `fault`
-    What may be claimed: that values on both sides of an estimate fit worse; that the model, or the search, is
-    at fault. `LEVEL` is that of all tests.
+`sides_rejected`
+    What may be claimed: that values on both sides of an estimate fit worse. Whether the model, or the search, is
+    at fault: `turing_learning.analysis.Judgment`.
 `read_check`
     A `Check` as it was stored.
 `Quantity`

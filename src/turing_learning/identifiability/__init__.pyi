@@ -2,7 +2,6 @@ from ._check import Check as Check
 from ._check import PinnedDown as PinnedDown
 from ._check import Profile as Profile
 from ._check import Recovery as Recovery
-from ._check import fault as fault
 from ._check import profile as profile
 from ._check import read_check as read_check
 from ._check import sides_rejected as sides_rejected

@@ -1,23 +1,24 @@
-"""What the samples pin down, parameter by parameter, what may be claimed of it, and all that a check says of a run."""
+"""What the samples pin down, parameter by parameter, what may be claimed of it, and all that a check has found."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import TypeAdapter
-from scipy.special import stdtr
 
-from turing_learning.analysis import UNKNOWN, Verdict, ordered_verdicts, replace_unknown
+from turing_learning.analysis import LEVEL, UNKNOWN, Judgment, Verdict, replace_unknown
 from turing_learning.arrays import array
-from turing_learning.errors import require
-from turing_learning.report import Tabular, shown
+from turing_learning.report import Tabular, counted, shown
+from turing_learning.report.tabular import judged
 
-from ._two_sample import LEVEL, TwoSampleTest, paired_test
+from ._two_sample import TwoSampleTest, paired_test
 from .evidence import PROFILING, Effort, Evidence, Quantity, Stored, stream
 
 if TYPE_CHECKING:
     import pandas as pd
+    from rich.text import Text
 
 WIDE = 0.5
 """Share of the initial range from which on a parameter is not pinned down."""
@@ -30,17 +31,6 @@ FLIPS = 2000
 
 FEWEST = 6
 """Groups below which no choice of signs is as rare as `LEVEL` on either side."""
-
-FINE = "fine"
-"""Nothing speaks against the model or its estimate."""
-
-FAILED_SEARCH = "failed search"
-"""The model could do better than its estimate does."""
-
-WRONG_MODEL = "wrong model"
-"""The best models that were found are told from the system."""
-
-SENTENCES = {FINE: "The estimate is fine.", FAILED_SEARCH: "The search has failed.", WRONG_MODEL: "The model is wrong."}
 
 
 def sides_rejected(
@@ -90,49 +80,6 @@ def sides_rejected(
         return bool((1 + exceeded) / (1 + FLIPS) <= level)
 
     return rejected(~above), rejected(above)
-
-
-def fault(
-    accuracy: float, recovered: np.typing.ArrayLike, attainable: np.typing.ArrayLike,
-    others: np.typing.ArrayLike = (), *, level: float = LEVEL,
-) -> str:  # fmt: skip
-    """Say whether an estimate is `FINE`, `WRONG_MODEL` or `FAILED_SEARCH`: a parametric bootstrap.
-
-    Recoveries are runs whose truth is the estimate. They show how well fresh classifiers tell the samples from
-    a model that a search has found where the model is right, and from the truth itself. If searches find their
-    truth, both say what is usual. Where the classifiers tell the run's own estimate better than that, it is the
-    model, unless another search on the same samples has found a better estimate; else it is the search.
-
-    Parameters
-    ----------
-    accuracy
-        Of fresh classifiers that tell the genuine samples from the estimate.
-    recovered : (B,)
-        The same for each of at least 2 recoveries and what it has found.
-    attainable : (A,)
-        Of those that tell the truth of a recovery from itself, at least 2, so about 0.5: one or several for each.
-    others : (R,)
-        The same as `accuracy` for estimates of other searches on the genuine samples.
-    level
-        How often a right model with searches that succeed may be called something else.
-    """
-    found = array("recovered", recovered, "B")
-    best = array("attainable", attainable, "A")
-    again = array("others", others, "R", empty=True)
-    require(len(found) >= 2, "recovered", "be of at least 2 recoveries", str(len(found)))
-    require(len(best) >= 2, "attainable", "be of at least 2 tests", str(len(best)))
-
-    def exceeds(value: float, sample: np.ndarray, size: float = 1) -> bool:
-        """Return whether a value, or a mean of `size`, is beyond what a normally distributed sample makes likely."""
-        error = max(float(sample.std(ddof=1)), 1e-9) * np.sqrt(1 / len(sample) + 1 / size)
-        return bool(stdtr(len(sample) - 1, (value - sample.mean()) / error) > 1 - level / 2)
-
-    if exceeds(float(found.mean()), best, len(found)):
-        return FAILED_SEARCH
-    usual = np.append(found, best)  # searches that succeed find models as good as the truth
-    if not exceeds(accuracy, usual):
-        return FINE
-    return FAILED_SEARCH if len(again) and not exceeds(float(again.min()), usual) else WRONG_MODEL
 
 
 @dataclass(frozen=True)
@@ -249,16 +196,22 @@ class PinnedDown:
     sides: tuple[bool, bool] | None = None
 
     @property
+    def examined(self) -> bool:
+        """Whether anything may be said of it: in a run of trials only by its profile."""
+        return self.sides is None or self.open_share is not None
+
+    @property
     def reasons(self) -> tuple[str, ...]:
         """Why it is not pinned down, in words; empty if it is."""
         sides = zip(("lower", "higher"), self.sides or (True, True), strict=True)
-        unknown = " or ".join(side for side, rejected in sides if not rejected)
+        unknown = " or ".join(side for side, rejected in sides if not rejected) if self.examined else ""
         width, share, error = (each or 0.0 for each in (self.interval_share, self.open_share, self.recovery_error))
         said = (
             (self.rejected, "the estimate does not fit"),
             (bool(self.bound), f"it is at the bound {self.bound}, beyond which nothing was tried"),
             (self.interval_share is None and self.sides is None, "its interval is not known"),
-            (bool(unknown), f"{unknown} values may fit as well"),
+            (not self.examined, "it has no profile"),
+            (bool(unknown), f"{unknown} values are not shown to fit worse"),
             (width >= WIDE, f"its interval is {width:.0%} of the initial range"),
             (share >= WIDE and self.sides is None, f"up to {share:.0%} of the range may be open"),
             (error >= FAR, f"a known truth was missed by {error:.0%} of the range"),
@@ -289,34 +242,40 @@ class Check(Tabular):
     quantities: tuple[Quantity, ...]  #: Distributions, genuine beside simulated
     #: Generations, or trials, after which an unfinished run was checked, and those of the whole; else None
     unfinished: tuple[int, int] | None = None
+    #: What the run says of itself, and the last pool that it was in; not in `check.json`
+    said: tuple[Verdict, ...] = ()
+
+    def __post_init__(self) -> None:
+        # nothing is known of the parameters of a model that does not fit
+        told = self.judgment.fits is False
+        object.__setattr__(self, "parameters", tuple(replace(each, rejected=told) for each in self.parameters))
+
+    @property
+    def judgment(self) -> Judgment:
+        """Whether to believe the estimate: all words and sentences of a check are from here."""
+        shares = [share for each in self.recoveries for share in each.error_share.values()]
+        bound = [Verdict.BOUND for each in self.parameters if each.bound]
+        loose = [each.parameter + f" ({each.verdict})" * bool(each.bound) for each in self.parameters if each.reasons]
+        examined = any(each.examined for each in self.parameters)
+        return Judgment(
+            said=(*self.said, *bound),
+            examination=self.test,
+            recovered=tuple(each.accuracy for each in self.recoveries if each.accuracy is not None),
+            attainable=tuple(accuracy for each in self.recoveries for accuracy in each.attainable),
+            near=max(shares) < FAR if shares else None,
+            parameters=len(self.parameters) if examined else 0,
+            loose=tuple(loose) if examined else (),
+        )
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """What the check says of whether to believe the run; empty if nothing speaks against it.
-
-        The model is rejected where classifiers tell it although searches find their truth: see `fault`, or for
-        a run of generations, where every recovery comes within a quarter of the range.
-        """
-        found = [Verdict.BOUND] if any(each.bound for each in self.parameters) else []
-        fits = all(share < FAR for each in self.recoveries for share in each.error_share.values())
-        if self.fault == WRONG_MODEL or (self.fault is None and self.test.told_apart and self.recoveries and fits):
-            found.append(Verdict.REJECTED)
-        elif self.fault == FAILED_SEARCH or (self.fault is None and self.test.told_apart):
-            found.append(Verdict.TOLD)
-        return ordered_verdicts(found) if found else ()
+        """All that is to be said of whether to believe the run."""
+        return self.judgment.verdicts
 
     @property
-    def fault(self) -> str | None:
-        """For a run of trials with two recoveries or more: "fine", "failed search" or "wrong model", see `fault`; else None.
-
-        None, too, if classifiers tell the samples from the model better than in any recovery, and more cannot
-        be said.
-        """
-        recovered = [each.accuracy for each in self.recoveries if each.accuracy is not None]
-        if len(recovered) < 2:
-            return None
-        found = fault(self.test.accuracy, recovered, [one for each in self.recoveries for one in each.attainable])
-        return None if found == FINE and self.test.told_apart and self.test.accuracy > max(recovered) else found
+    def verdict(self) -> Verdict:
+        """The first of `verdicts`."""
+        return self.judgment.verdict
 
     @property
     def not_pinned_down(self) -> tuple[str, ...]:
@@ -324,16 +283,9 @@ class Check(Tabular):
         return tuple(each.parameter for each in self.parameters if not each.pinned_down)
 
     @property
-    def verdict(self) -> str:
-        """All of it in two sentences, and a third if the run was not finished."""
-        can = "can" if self.test.told_apart else "cannot"
-        fresh = f"(accuracy {self.test.accuracy:.3f}, p = {self.test.p_value:.3f})"
-        said = [f"Fresh classifiers {can} tell kept-out samples from the model {fresh}."]
-        if self.fault is not None:
-            said.insert(0, SENTENCES[self.fault])
-        loose = [each.parameter + f" ({each.verdict})" * bool(each.bound) for each in self.parameters if each.reasons]
-        listed = f"Not pinned down: {', '.join(loose)}."
-        said.append(listed if loose else "Nothing speaks against any parameter being pinned down.")
+    def text(self) -> str:
+        """What was found, in sentences."""
+        said = [*self.judgment.sentences]
         if self.unfinished is not None:
             (done, asked), unit = self.unfinished, "generations" if self.parameters[0].sides is None else "trials"
             said.append(f"The run was not finished: the estimate is that after {done} of {asked} {unit}.")
@@ -347,19 +299,26 @@ class Check(Tabular):
         rows = [vars(each) | {"pinned_down": not why, "why": why} for each, why in parameters]
         return pd.DataFrame(rows).set_index("parameter")
 
-    def _shown(self) -> tuple[str, list[str], list[list[str]], list[str]]:
+    def _shown(self) -> "tuple[str, list[str], list[list[str]], list[str | Text]]":
         rows = []
         for each in self.parameters:
             shares = ((each.interval_share, "{:.1%}"), (each.open_share, "{:.0%}"), (each.recovery_error, "{:.1%}"))
             cells = [shown(share, form.format) for share, form in shares]
             rows.append([each.parameter, *cells, "; ".join(each.reasons) or "pinned down"])
         headings = ["parameter", "interval", "left open", "missed by", "verdict"]
-        remark = "Shares of the initial range; left open: at most. Where others may fit as well, the truth may be among them."
-        return self.verdict, headings, rows, [remark]
+        samples, truths = counted(self.test.genuine_samples, "held-out sample"), len(self.recoveries)
+        head = f"{samples}, {counted(truths, 'known truth')}, {counted(len(self.profiles), 'profile')}: {self.verdict}"
+        remark = "Shares of the initial range; left open: at most."
+        return head, headings, rows, [remark, self.text, judged(self.judgment)]
 
 
-def read_check(content: Mapping[str, Any]) -> Check:
-    """Make a check of what `check.json` holds."""
+def read_check(content: Mapping[str, Any], said: tuple[Verdict, ...] = ()) -> Check:
+    """Make a check of what `check.json` holds, beside what else is said of the run."""
     recovered = [{**each, "interval": replace_unknown(UNKNOWN, each["interval"])} for each in content["recoveries"]]
-    parts = {"profiles": list(content["profiles"].values()), "recoveries": recovered}
-    return TypeAdapter(Check).validate_python({**content, **parts})
+    parts = {"profiles": list(content["profiles"].values()), "recoveries": recovered, "said": said}
+    return _reader().validate_python({**content, **parts})
+
+
+@cache
+def _reader() -> TypeAdapter[Check]:
+    return TypeAdapter(Check)  # takes long to make

@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtr, ndtri
 
-from turing_learning.analysis import Jury
+from turing_learning.analysis import LEVEL, Jury
 from turing_learning.coevolution import Classifier, Judgments, classifier_reward
 from turing_learning.config import ConfigurationError
 from turing_learning.errors import integer, refuse, require
@@ -14,8 +15,8 @@ from turing_learning.evolution import EvolutionStrategy
 from .evidence import TESTING, Effort, Evidence, Stored, stream
 
 PERMUTATIONS = 999
-LEVEL = 0.05
-"""How often a test, or a claim, may be wrong."""
+CLEARLY = 2 / 3
+"""Accuracy of classifiers that are shown a clearly wrong model: of three samples they tell two."""
 BUNDLES = 20
 """Groups of simulated samples that a test has at least."""
 
@@ -102,6 +103,16 @@ class TwoSampleTest(Stored):
     counterfeit_samples: int  #: Number of simulated samples
     counterfeit_groups: int  #: In bundles of the size of the genuine groups
     grouping: str  #: What a genuine group is
+
+    @property
+    def power(self) -> float:
+        """How often so many groups would show a clearly wrong model, which is told with an accuracy of 2/3.
+
+        The difference of the means is taken for normally distributed; its standard error is that of the critical
+        value. Classifiers that say the same of all samples show nothing.
+        """
+        error = (self.critical - 0.5) / ndtri(1 - LEVEL)
+        return float(ndtr((CLEARLY - self.critical) / error)) if error > 0 else 0.0
 
     @property
     def told_apart(self) -> bool:

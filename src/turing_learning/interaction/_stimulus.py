@@ -30,7 +30,7 @@ class Stimulus(Settings):
     recorded: tuple[tuple[tuple[float, ...], ...], ...] = ()  #: (R, T, S): Series, each as long as a trial
 
     def __post_init__(self) -> None:
-        require(isinstance(self.ranges, dict) and self.ranges, "stimulus", "be a dict name -> (low, high)", self.ranges)
+        require(self.ranges, "stimulus", "name one stimulus or more", self.ranges)
         for name, ends in self.ranges.items():
             bounds = array("stimulus", ends, "2", place=repr(name))
             require(bounds[0] < bounds[1], "stimulus", "have a low end below the high one", ends, place=repr(name))

@@ -335,7 +335,6 @@ def describe_stimulated(
         require(name not in given, name, "be left out for a system with stimuli", given.get(name))
     for name, rule in (("signals", "name what is observed"), ("steps", "be the number of steps of a trial")):
         require(name in given, name, rule, "nothing", 'For example signals=("speed",), steps=100.')
-    require(callable(simulate), "simulate", "be a function (state, parameters, stimulus, rng)", brief(simulate))
     ranges, known = given["stimulus"], read_parameters(parameters)
     if isinstance(ranges, Mapping):
         pairs = {str(name): ends for name, ends in ranges.items()}

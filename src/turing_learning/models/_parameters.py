@@ -66,7 +66,6 @@ class Parameter(Settings):
 
     def __post_init__(self) -> None:
         require(self.scale in ("linear", "log"), "scale", 'be "linear" or "log"', brief(self.scale))
-        require(isinstance(self.unit, str), "unit", "be a text", brief(self.unit))
         decades = self.scale == "log"
         smallest, kind = (1 / LARGEST, " on a logarithmic scale") if decades else (-LARGEST, "")
         rule = f"be a number from {smallest:g} to {LARGEST:g}{kind}, or None for an open side"
@@ -83,7 +82,7 @@ class Parameter(Settings):
         else:
             below = (self._value(-LARGEST_DECADE) if decades else -INITIAL_LARGEST) if low is None else low
             above = INITIAL_LARGEST if high is None else high
-            pair = isinstance(initial, tuple | list) and len(initial) == 2 and all(map(_is_number, initial))
+            pair = len(initial) == 2 and all(map(_is_number, initial))
             rule = f"be two numbers from {below:g} to {above:g}, the lower first"
             require(pair and below <= initial[0] < initial[1] <= above, "initial", rule, brief(initial))
         object.__setattr__(self, "initial", (float(initial[0]), float(initial[1])))

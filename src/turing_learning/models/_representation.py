@@ -31,6 +31,13 @@ class Behavior:
     weights: np.ndarray | None = None  #: (..., Q): Networks that drive the robots; None for reactive ones
     hidden: int = 0  #: Hidden neurons H of the networks; 0 for none
 
+    def __post_init__(self) -> None:
+        for name, shape in (("wheel_speeds", "... W"), ("field_of_view", "..."), ("weights", "... Q")):
+            value = getattr(self, name)
+            if value is not None:
+                numbers = array(name, value, shape, finite=False, empty=True)
+                object.__setattr__(self, name, numbers)
+
 
 @dataclass(frozen=True)
 class Jumps:

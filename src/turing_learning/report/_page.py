@@ -16,7 +16,7 @@ from string import Template
 import numpy as np
 
 from turing_learning._files import write_atomically
-from turing_learning.analysis import Verdict
+from turing_learning.analysis import Judgment
 from turing_learning.figures import Picture
 
 from ._replay import Replay
@@ -59,7 +59,7 @@ class Report:
     figures: Sequence[Picture] = ()
     warning: str = ""  # what a reader must not miss
     configuration: str = ""  # as text (TOML): the resolved one, of a study that of the first run
-    verdicts: tuple[Verdict, ...] = ()  # whether to believe a run: the first is shown, the others are named beside it
+    judgment: Judgment | None = None  # whether to believe a run
     facts: Sequence[tuple[str, str]] = ()  # names and values that belong at the top: seed, date, command, citation
     data: Mapping[str, str] = field(default_factory=dict)  # name of a file -> its content, for download
     check: Listing | None = None
@@ -79,12 +79,12 @@ def report_page(report: Report) -> str:
     rows = (f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>' for name, value in report.manifest)
     manifest = '<table class="facts"><tbody>' + "\n".join(rows) + "</tbody></table>"
     sections = [
-        _verdict(report.verdicts) if report.verdicts else "",
+        "" if report.judgment is None else _verdict(report.judgment),
         f'<dl class="top">{facts}</dl>' if report.facts else "",
         *(_listing(each) for each in report.listings if not each.folded),
         f'<p class="note">Data: {", ".join(links)}</p>' if report.data else "",
         f'<p class="health warning" role="note">{escape(report.warning)}</p>' if report.warning else "",
-        _asset("_reading.html") if report.verdicts else "",
+        "" if report.judgment is None else _asset("_reading.html"),
         "" if report.check is None else _listing(report.check) + _figures(report.check_figures),
         _section("next", "Next steps", f"<ul>{steps}</ul>") if report.steps else "",
         _replay(report.replay) if report.replay is not None else "",
@@ -156,13 +156,11 @@ def _asset(name: str) -> str:
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def _verdict(verdicts: tuple[Verdict, ...]) -> str:
+def _verdict(judgment: Judgment) -> str:
     """Return whether to believe the result, as a banner."""
-    first, *others = verdicts
-    look = {"converged": "good", "model rejected": "bad"}.get(first, "warning")
-    also = f" Also: {escape(', '.join(others))}." if others else ""
-    meaning = re.sub("`(.*?)`", r"<code>\1</code>", escape(first.meaning))
-    return f'<p class="judged {look}" id="verdict"><b>{escape(first)}</b> <span>{meaning}{also}</span></p>'
+    meaning = re.sub("`(.*?)`", r"<code>\1</code>", escape(judgment.meaning))
+    word = f"<b>{escape(judgment.verdict)}</b> <span>{meaning}</span>"
+    return f'<p class="judged {judgment.look}" id="verdict">{word}</p>'
 
 
 def _page(title: str, summary: str, sections: list[str], replay: Replay | None) -> str:

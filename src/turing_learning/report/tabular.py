@@ -7,7 +7,7 @@ from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.analysis import WHY_UNKNOWN, Verdict, is_known, verdict_text
+from turing_learning.analysis import WHY_UNKNOWN, Judgment, is_known
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -163,12 +163,12 @@ def tables(headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -
         yield table
 
 
-def judged(verdicts: tuple[Verdict, ...]) -> "Text":
+def judged(judgment: Judgment) -> "Text":
     """Say whether to believe a result, in the color of its verdict."""
     from rich.text import Text
 
-    color = "green" if verdicts == ("converged",) else "red" if "model rejected" in verdicts else "yellow"
-    return Text(verdict_text(verdicts), style=f"bold {color}")
+    color = {"good": "green", "bad": "red", "warning": "yellow"}[judgment.look]
+    return Text(judgment.line, style=f"bold {color}")
 
 
 def parameter_rows(

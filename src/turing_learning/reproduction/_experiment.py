@@ -109,8 +109,7 @@ class Work:
 
     def _find(self, file: str) -> dict[str, Any] | None:
         """Return seconds and what was found of a piece of work that is done."""
-        keys = {"seconds", "found"} if file.endswith(".json") else {"seconds"}
-        held = self.store.find(file, fits=lambda held: isinstance(held, dict) and keys <= held.keys())
+        held = self.store.find(file)
         if held is None:
             return None
         arrays = {name.removeprefix(_FOUND): held[name] for name in held if name.startswith(_FOUND)}

@@ -16,10 +16,9 @@ from turing_learning import systems
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config.settings import refuse_unknown, resolved
-from turing_learning.errors import brief, integer, refusing_as, reject
 from turing_learning.errors import check as check_setting
+from turing_learning.errors import integer, refusing_as, reject
 from turing_learning.identifiability import (
-    LEVEL,
     Check,
     Effort,
     PinnedDown,
@@ -37,9 +36,9 @@ from turing_learning.trajectories import Trajectories
 
 from ._present import draw_check, save_figures
 from .folder import RunFolder
-from .result import Result, simulated_model
+from .result import CHECK, Result, simulated_model
 
-FOLDER, CHECK = "check", "check/check.json"
+FOLDER = "check"
 RECOVERIES = 5
 """Of a run of trials, by default."""
 ATTEMPTS = 3
@@ -99,8 +98,12 @@ class _Checker:
             content["recoveries"].append(self._recovery(k))
             self._write(content)
         content["parameters"] = self._pinned_down(content, profiled)
-        check = read_check(content)
-        self._write(content | {"verdicts": check.verdicts})
+        check = read_check(content, self.result.said)
+        content |= {"parameters": [asdict(each) for each in check.parameters], "verdicts": check.verdicts}
+        content |= {"judgment": check.judgment.to_json()}
+        self._write(content)
+        if self.folder is None and self.result.origin is not None:
+            self.result.origin.beside[CHECK] = content
         return check
 
     def _write(self, content: dict[str, Any]) -> None:
@@ -211,7 +214,7 @@ class _Checker:
         return np.array([float(known[name].to_numbers(np.array(value))) for name, value in values.items()])
 
     def _pinned_down(self, content: dict[str, Any], profiled: bool) -> list[dict[str, Any]]:
-        interval, rejected = self.result.interval, content["test"]["p_value"] <= LEVEL
+        interval = self.result.interval
         ends = [self._numbers({name: each[side] for name, each in interval.items()}) for side in (0, 1)]
         widths = np.minimum(np.abs(ends[1] - ends[0]) / 2, 1.0)
         errors, found = [each["error_share"] for each in content["recoveries"]], []
@@ -223,7 +226,6 @@ class _Checker:
                 open_share=Profile(**content["profiles"][name]).open_share if profiled else None,
                 recovery_error=max(each[name] for each in errors) if errors else None,
                 bound="" if self.result.networks else self.evidence.parameters[name].bound_at(value),
-                rejected=rejected,
                 sides=(low, high) if self.configuration.run.trials else None,
             )
             found.append(asdict(each))
@@ -274,8 +276,8 @@ def check_run(
         How much is simulated and trained.
     recoveries, recovery_generations
         Number of runs whose truth is the estimate, 0 for none, and their length. None makes 1 of the length
-        of the run. Of a run of trials it makes 5, which spend as many trials as the run was to spend: with 2
-        or more `Check.fault` says whether the estimate is fine, the search has failed, or the model is wrong.
+        of the run. Of a run of trials it makes 5, which spend as many trials as the run was to spend: 2 or more
+        say whether the search or the model is at fault.
     seed
         Of all random numbers of the check, >= 0.
     workers, timeout_s
@@ -305,9 +307,6 @@ def check_run(
     least = {"recoveries": (recoveries, 0), "recovery_generations": (length, 1), "seed": (seed, 0)}
     for name, (value, lowest) in least.items():
         integer(name, value, lowest, error=ConfigurationError)
-    remedy = "For example turing_learning.identifiability.Effort(samples=100)."
-    check_setting(isinstance(force, bool), "force", "be true or false", brief(force))
-    check_setting(isinstance(effort, Effort | None), "effort", "be an Effort", type(effort).__name__, remedy)
     rule = "be of a system that can be simulated"  # else a check would compare two simulations
     remedy = "What its models are worth there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` "
     remedy += "says what its setup could infer at all."

@@ -1,6 +1,7 @@
 """Several runs of one configuration, told as one."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -9,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning.analysis import (
+    OF_CHECKS,
     UNKNOWN,
+    Judgment,
     Verdict,
     absolute_error,
     is_known,
     mixed_interval,
-    ordered_verdicts,
     pooled_estimate,
     pooled_interval,
     r_hat,
@@ -27,7 +29,7 @@ from turing_learning.report.tabular import describe_unknown, judged, parameter_r
 from turing_learning.store import RunFolderError, RunStorageError
 
 from .folder import RunFolder, how_to_resume
-from .result import Result, named, units_of, with_unit
+from .result import POOL, Result, named, units_of, with_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -86,7 +88,9 @@ class Pooled(Tabular):
         For each run what its estimate is made of (W, P): the typical models of its last generations; of runs of
         trials draws of the matched estimate, of those alone that have settled.
     found
-        What more than half of the runs say of themselves.
+        What is said of each run, without whether it agrees with others, see `Result.verdicts`.
+    checked
+        How many runs have a check.
     """
 
     scenario: str
@@ -101,7 +105,8 @@ class Pooled(Tabular):
     estimate_mae: float | None
     units: dict[str, str] = field(default_factory=dict)
     trials: int | None = None
-    found: tuple[Verdict, ...] = ()
+    found: tuple[tuple[Verdict, ...], ...] = ()
+    checked: int = 0
     chains: Mapping[int, np.ndarray] = field(default_factory=dict, compare=False)
 
     def to_xarray(self) -> "xarray.Dataset":
@@ -126,15 +131,34 @@ class Pooled(Tabular):
         return with_unit({name: self.units.get(name, "") for name in self.estimate})
 
     @property
+    def counts(self) -> dict[Verdict, int]:
+        """What is said of how many runs; without "converged"."""
+        counts = Counter(verdict for each in self.found for verdict in each)
+        return {verdict: counts[verdict] for verdict in Verdict if counts[verdict] and verdict is not Verdict.CONVERGED}
+
+    @property
+    def judgment(self) -> Judgment:
+        """Whether to believe the runs: whether they disagree, and what is said of half of them or more.
+
+        What only a check says is said of half of those that were checked.
+        """
+        said = []
+        for verdict, count in self.counts.items():
+            voters = self.checked if verdict in OF_CHECKS else len(self.found)
+            if 2 * count >= voters:
+                said.append(verdict)
+        said += [Verdict.DISAGREE] if "disagree" in self.runs_agree.values() else []
+        return Judgment(tuple(said), dissent=bool(self.counts))
+
+    @property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """Whether to believe the runs: whether they disagree, and what most of them say."""
-        apart = "disagree" in self.runs_agree.values()
-        return ordered_verdicts([*self.found, *([Verdict.DISAGREE] if apart else [])])
+        """All that is to be said of whether to believe the runs, in words."""
+        return self.judgment.verdicts
 
     @property
     def verdict(self) -> Verdict:
         """The first of `verdicts`."""
-        return self.verdicts[0]
+        return self.judgment.verdict
 
     @property
     def runs_agree(self) -> dict[str, str]:
@@ -181,7 +205,10 @@ class Pooled(Tabular):
         why = {} if self.trials is None else {"why": "at most one run has settled; resume them with more trials"}
         remarks += [describe_unknown(self.interval, **why), describe_unknown(agreement, "Whether runs agree", **why)]
         head = f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {length}: {self.verdict}"
-        return head, headings, rows, [*filter(None, remarks), judged(self.verdicts)]
+        runs = len(self.found)
+        for verdict, count in self.counts.items():
+            remarks += [f"{count} of {runs} runs: {verdict}"] if count < runs else []
+        return head, headings, rows, [*filter(None, remarks), judged(self.judgment)]
 
 
 def pool(runs: Sequence[Result]) -> Pooled:
@@ -255,24 +282,25 @@ def pool(runs: Sequence[Result]) -> Pooled:
         units=units_of(configuration.system, names),
         trials=configuration.run.trials or None,
         chains=chains,
-        found=tuple(each for each in Verdict if 2 * sum(each in run.found for run in runs) > len(runs)),
+        checked=sum(run.checked is not None for run in runs),
+        found=tuple(tuple(each for each in run.verdicts if each is not Verdict.DISAGREE) for run in runs),
     )
     said = {"seeds": pooled.seeds, "agreement": replace_unknown(None, {n: [v] for n, v in pooled.agreement.items()})}
     said["verdicts"] = [each for each in pooled.verdicts if each is Verdict.DISAGREE]
     for run in runs:
+        content = said | {"estimate": run.estimate}
         if run.path is not None:
             with suppress(RunFolderError, RunStorageError, OSError), (folder := RunFolder(run.path)).locked():
-                folder.write("pool.json", said | {"estimate": run.estimate})
+                folder.write(POOL, content)
+        elif run.origin is not None:
+            run.origin.beside[POOL] = content
     return pooled
 
 
 def _comparable(given: Any) -> list[Result]:
     """Return two or more results of complete runs of one configuration, whose seeds differ."""
     needed = partial(check, name="runs")
-    runs = list(given) if isinstance(given, Iterable) and not isinstance(given, np.ndarray) else [given]
-    for run in runs:
-        remedy = "Open a run folder with `load_run`."
-        needed(isinstance(run, Result), rule="be results of runs", got=brief(run), remedy=remedy)
+    runs = list(given)
     remedy = "Make more runs of the same configuration with other seeds."
     needed(len(runs) >= 2, rule="be at least 2", got=len(runs), remedy=remedy)
     for run in runs:

@@ -34,7 +34,6 @@ def write_report(
     target: Path,
     manifest: Mapping[str, Any],
     *,
-    check: Check | None = None,
     figures: Path | None = None,
     motion: Mapping[str, np.ndarray] = MappingProxyType({}),
     dialogues: Mapping[str, np.ndarray] = MappingProxyType({}),
@@ -57,10 +56,11 @@ def write_report(
     begun = manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
     words = {code: word for word, code in SELECTION_CODES.items()}
     stopped = describe_selection([words[int(code)] for code in history["selection"].to_numpy()])
+    check = result.checked
     page = Report(
         title=f"{configuration.scenario.title}: what Turing Learning inferred",
         summary=summary(result),
-        verdicts=result.verdicts,
+        judgment=result.judgment,
         facts=[("Seed", str(result.seed)), ("Begun", begun), ("Run again", again), ("Cite", CITATION)],
         listings=[run_table(result)],
         data=tables(result, history, configuration),
@@ -232,7 +232,7 @@ def check_listing(check: Check) -> Listing:
         cells = (None if value is None else form.format(value) for value, form in shares)
         rows.append((each.parameter, *cells, each.verdict))
     test, columns = check.test, ("parameter", "interval", "left open", "missed by", "")
-    note = f"{check.verdict} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
+    note = f"{check.text} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
     note += f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width "
     note += "of the interval of the estimate, what fresh classifiers leave open where this parameter alone is moved, "
     note += "and by how much a run missed the estimate when it was the truth."

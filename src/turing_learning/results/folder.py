@@ -15,7 +15,7 @@ import numpy as np
 
 from turing_learning._files import PARTIAL, remove_partial, write_atomically
 from turing_learning.config import Configuration, load_configuration, to_toml
-from turing_learning.errors import Call, Setting, brief, refusing_as
+from turing_learning.errors import Call, Setting, refusing_as
 from turing_learning.families import RecordedSystem
 from turing_learning.provenance import now, provenance, this_process, versions
 from turing_learning.store import Kind, Place, RunFolderError, Store, check_folder, digest_of, reject_folder, storage
@@ -88,9 +88,6 @@ class RunFolder(Store):
     """
 
     def __init__(self, path: str | Path) -> None:
-        rule, remedy = "be the folder of a run", "A run without `out` is kept in no folder, and cannot be resumed."
-        fits = isinstance(path, str | Path) and "\0" not in str(path)
-        check_folder(fits, "path", rule, brief(path), remedy)
         super().__init__(path, _KIND)
 
     configuration_path = Place("config.toml", "The resolved configuration (TOML).")

@@ -12,20 +12,20 @@ import numpy as np
 from turing_learning.analysis import (
     LEAST_P,
     UNKNOWN,
+    Judgment,
     Verdict,
     absolute_error,
     estimate,
     interval,
-    ordered_verdicts,
     replace_unknown,
     settled,
     told,
 )
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError
-from turing_learning.errors import brief, integer
+from turing_learning.errors import LARGEST_COUNT, integer
 from turing_learning.errors import check as check_setting
-from turing_learning.identifiability import Check
+from turing_learning.identifiability import Check, read_check
 from turing_learning.report import Tabular, counted, is_page, shown
 from turing_learning.report.tabular import describe_unknown, judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError
@@ -48,7 +48,7 @@ LEAST_EXAMINED = 0.01  # p-value of new samples of the estimate below which they
 _LAST_BATCHES, _TELLING = 10, 0.75  # of classifiers, whose median fitness in runs of right models is at most 0.62
 _COMPARABLE = 20  # fewest generations of networks whose halves can be compared
 
-BESIDE = ("check/check.json", "pool.json")
+CHECK, POOL = "check/check.json", "pool.json"
 """Files of a run folder in which others than the run itself say whether to believe it."""
 
 TIMINGS = ("seconds_total", "seconds_per_generation")
@@ -65,6 +65,10 @@ class Owner(Shown, Protocol):
     @property
     def folder(self) -> RunFolder | None:
         """The files of the run."""
+
+    @property
+    def beside(self) -> dict[str, Any]:
+        """What a check and a pool say of a run in memory."""
 
     def require_there(self) -> None:
         """Reject a folder that is gone, or holds another run now."""
@@ -165,7 +169,7 @@ class Result(Tabular):
         generations whose steady outputs are nearest to the estimate. None, and not in `result.json`, for other
         models.
     found
-        What the run itself says of whether to believe it; `verdicts` also has what `check` and `pool` say.
+        What the run itself says of whether to believe it; `judgment` also has what `check` and `pool` say.
     wandering
         What the typical models of the end wandered over, also where the run is still moving: it says nothing of
         the truth. None for runs of trials.
@@ -205,20 +209,42 @@ class Result(Tabular):
         return counted(self.trials, "trial")
 
     @property
+    def judgment(self) -> Judgment:
+        """Whether to believe the run: by itself, by its check, and by the last pool that it was in, and why."""
+        check = self.checked
+        return Judgment(self.said) if check is None else check.judgment
+
+    @property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """All that is to be said of whether to believe the run: by itself, by its check, and by the last pool that it was in."""
-        said: list[str] = list(self.found)
-        for name in BESIDE if self.path is not None else ():
-            with suppress(RunFolderError, AttributeError, KeyError, TypeError, ValueError):
-                content = RunFolder(str(self.path)).read(name)
-                if content.get("settings", content)["estimate"] == self.estimate:  # the run has not gone on since
-                    said += map(Verdict, content["verdicts"])
-        return ordered_verdicts(said)
+        """All that is to be said of whether to believe the run, in words."""
+        return self.judgment.verdicts
 
     @property
     def verdict(self) -> Verdict:
         """Whether to believe the run, in a word: the first of `verdicts`."""
-        return self.verdicts[0]
+        return self.judgment.verdict
+
+    @property
+    def checked(self) -> Check | None:
+        """The check of this estimate, if it is complete; None without."""
+        with suppress(KeyError, TypeError, ValueError):
+            return read_check(self._beside(CHECK), self.said)
+        return None
+
+    @property
+    def said(self) -> tuple[Verdict, ...]:
+        """What the run says of itself, and the last pool that it was in: all but its check."""
+        with suppress(KeyError, TypeError, ValueError):
+            return (*self.found, *map(Verdict, self._beside(POOL)["verdicts"]))
+        return self.found
+
+    def _beside(self, name: str) -> dict[str, Any]:
+        """Return what a check or a pool has left, in the folder or in memory, if it was of this estimate; else nothing."""
+        with suppress(RunFolderError, RuntimeError, AttributeError, KeyError, TypeError):
+            content = self._owner().beside[name] if self.path is None else RunFolder(str(self.path)).read(name)
+            if content.get("settings", content)["estimate"] == self.estimate:  # the run has not gone on since
+                return dict(content)
+        return {}
 
     @property
     def unknown(self) -> str:
@@ -306,7 +332,7 @@ class Result(Tabular):
         if count is None:
             return found.copy()
         rng = np.random.default_rng(integer("seed", seed))
-        return found[rng.integers(len(found), size=integer("count", count, 1))]
+        return found[rng.integers(len(found), size=integer("count", count, 1, LARGEST_COUNT))]
 
     @property
     def configuration(self) -> Configuration:
@@ -336,8 +362,6 @@ class Result(Tabular):
         """
         rule, there = "be given for a run that is kept in memory", path is not None or self.path is not None
         check_setting(there, "path", rule, path, "Name an HTML file.")
-        fits = isinstance(path, str | Path | None) and "\0" not in str(path)
-        check_setting(fits, "path", "be the path of an HTML file", brief(path))
         origin = self._there()
         if path is None:
             assert self.path is not None
@@ -395,10 +419,7 @@ class Result(Tabular):
         folder = None if self.path is None else RunFolder(self.path)
         if folder is None or not folder.motion_path.exists():
             return None
-        found = folder.read(CALIBRATION)
-        if {"genuine", "abnormal"} <= found.keys():
-            return dict(found)
-        raise folder.damaged(CALIBRATION, "it holds something else")
+        return dict(folder.read(CALIBRATION))
 
     @property
     def jury(self) -> Jury:
@@ -444,7 +465,9 @@ class Result(Tabular):
         errors = zip(("mean absolute error", "of the best model"), (self.estimate_mae, self.mae), strict=True)
         means = ", ".join(f"{what} {shown(value)}" for what, value in errors if value is not None)
         remarks = [each for each in (means, networks, stopped, self.unknown) if each]
-        return f"{head}, {self.seconds_total:.1f} s: {self.verdict}", headings, rows, [*remarks, judged(self.verdicts)]
+        judgment = self.judgment
+        head += f", {self.seconds_total:.1f} s: {judgment.verdict}"
+        return head, headings, rows, [*remarks, judged(judgment)]
 
 
 def summarize(
@@ -520,7 +543,7 @@ def summarize(
         origin=origin,
         failed_simulations=failed_simulations,
         networks=networks,
-        found=ordered_verdicts(said),
+        found=Judgment(tuple(said)).verdicts,
         wandering=wandering,
     )
 

@@ -142,7 +142,6 @@ def infer(
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
     refuse_unknown(options, {*CustomOptions.__annotations__, *signature(infer).parameters} - {"options"})
-    _require_callables(observer, should_stop)
     overrides = single_settings(
         settings, generations=generations, trials=trials, tolerance=tolerance, seed=seed, threads=threads
     )
@@ -162,7 +161,6 @@ def infer(
         with watched(observer, should_stop, progress) as observer:
             return conduct(Run.begin(configuration, out, force=force), observer, should_stop)
     provenance = options.pop("provenance", None) or {}
-    check(isinstance(provenance, Mapping), "provenance", "be a dict name -> value", brief(provenance))
     entries: dict[str, Any] = dict(provenance)
     for name, value in (("genuine", genuine), ("simulate", simulate)):  # imported again, where the run is resumed
         known = value if isinstance(value, str) else importable_name(value) if callable(value) else None
@@ -208,7 +206,6 @@ def start(
     files: Mapping[str, bytes] | None = None,
 ) -> Result:
     """Run a configuration from generation 0 in a folder of its own; see `infer` and `Run.begin`."""
-    _require_callables(observer, should_stop)
     run = Run.begin(configuration, out, source=source, force=force, files=files)
     return conduct(run, observer, should_stop)
 
@@ -254,7 +251,6 @@ def resume(
     RunStorageError
         If the folder cannot be written; the run can be resumed.
     """
-    _require_callables(observer, should_stop)
     folder = RunFolder(path)
     give_parts(folder, models, classifier)
     with refusing_as(RunFolderError):
@@ -270,11 +266,6 @@ def resume(
     run = Run.open(path, reopen, threads=threads, trials=trials, tolerance=tolerance)
     with run, watched(observer, should_stop, False if run.complete else progress) as observer:
         return conduct(run, observer, should_stop)
-
-
-def _require_callables(observer: Any, should_stop: Any) -> None:
-    for name, given in (("observer", observer), ("should_stop", should_stop)):
-        check(given is None or callable(given), name, "be a function, or None", brief(given))
 
 
 def new_run_path(name: str, seed: int, parent: Path = RUNS) -> Path:

@@ -12,7 +12,6 @@ import numpy as np
 
 from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
-from turing_learning.errors import brief, check
 
 INTERVAL_S = 0.2  # between two pictures
 WAITING = "getting ready; the first run of an installation compiles for some seconds"
@@ -85,7 +84,6 @@ def watched(observer: Observer | None, should_stop: Any, progress: bool | None) 
 
     If `progress` is None, a bar is shown where somebody looks and has given neither an observer nor `should_stop`.
     """
-    check(progress is None or isinstance(progress, bool), "progress", "be True, False or None", brief(progress))
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     notebook = getattr(shell, "kernel", None) is not None
     seen = notebook or (sys.stderr is not None and sys.stderr.isatty())

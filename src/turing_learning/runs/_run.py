@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from turing_learning._files import remove_partial
-from turing_learning.analysis import UNKNOWN, ordered_verdicts, replace_unknown
+from turing_learning.analysis import UNKNOWN, Judgment, replace_unknown
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
 from turing_learning.config.parts import give_again, observers_of
 from turing_learning.config.settings import resolved
 from turing_learning.detection import simulated_calibration
-from turing_learning.errors import brief, refusing_as, said
-from turing_learning.identifiability import Check, read_check
+from turing_learning.errors import refusing_as, said
+from turing_learning.identifiability import Check
 from turing_learning.provenance import now
 from turing_learning.purposes import DIALOGUE, REPLAY
-from turing_learning.results import check_run, refuse_unknown_part, stored_check, write_report
+from turing_learning.results import check_run, refuse_unknown_part, write_report
 from turing_learning.results import folder as folders
 from turing_learning.results import history as histories
 from turing_learning.results.folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, piece
@@ -120,8 +120,6 @@ class Run:
             What else the manifest holds.
         """
         more = dict(entries or {})
-        fits = isinstance(out, str | Path | None) and "\0" not in str(out)
-        check_folder(fits, "out", "be a folder, or None", brief(out))
         if source is None:
             with refusing_as(ConfigurationError):
                 source = configuration.system.open(Given())
@@ -525,6 +523,7 @@ class Origin:
     manifest: Mapping[str, Any] = field(default_factory=dict)
     readout: Mapping[str, np.ndarray] = field(default_factory=dict)
     dialogues: Mapping[str, np.ndarray] = field(default_factory=dict)
+    beside: dict[str, Any] = field(default_factory=dict)  # what its check and its pool have said
     given: Given = field(default_factory=Given)  # of a custom system, in the process that had it
 
     @classmethod
@@ -595,10 +594,8 @@ class Origin:
         manifest, dialogues = self.manifest, self.dialogues
         if folder := self.folder:
             manifest, dialogues = folder.manifest(), folder.find(folders.DIALOGUES) or {}
-        known = {} if result.path is None else stored_check(result.path) or {}
         motion = self.motion(simulated_model(result))
-        check = read_check(known) if "parameters" in known else None
-        return write_report(result, target, manifest, check=check, motion=motion, dialogues=dialogues)
+        return write_report(result, target, manifest, motion=motion, dialogues=dialogues)
 
     def motion(self, model: np.ndarray) -> Mapping[str, np.ndarray]:
         """Return recorded motion beside that of replicas of a model (P,), see `Source.positions`; nothing if it is not known."""
@@ -682,7 +679,7 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
         }
         found["modes"] = tuple(Mode(**mode) for mode in content.get("modes", ()))
         origin = Origin.of(folder, configuration, content["generations"])
-        return Result(**found, found=ordered_verdicts(content["verdicts"]), path=origin.path, origin=origin)
+        return Result(**found, found=Judgment(content["verdicts"]).verdicts, path=origin.path, origin=origin)
     except (RunFolderError, ValueError, KeyError, TypeError, AttributeError):
         return None
 

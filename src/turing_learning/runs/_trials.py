@@ -50,7 +50,7 @@ def stored_trials(folder: RunFolder, stage: str) -> tuple[int, list["ObservedTri
     last, names = _last_attempt(folder, stage)
     trials: list[ObservedTrial] = []
     while (name := names.get(len(trials))) and (folder.path / name).exists():
-        trials.append(ObservedTrial.of(len(trials), _read_trial(folder, name)))
+        trials.append(ObservedTrial.of(len(trials), folder.read(name)))
     return last, trials
 
 
@@ -119,7 +119,7 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     there, place = any((folder.path / name).exists() for name in names.values()), str(folder.trials_path)
     rule, remedy = "be one of which the run has trials", "Name a folder in it."
     check_folder(there, "stage", rule, repr(stage), remedy, place=place)
-    trials = [_read_trial(folder, names[number]) for number in sorted(names)]
+    trials = [folder.read(names[number]) for number in sorted(names)]
     alike, place = len({(trial["poses"].shape, trial["models"].shape) for trial in trials}) == 1, f"{place}/{stage}"
     rule, remedy = "have trials of one shape", "Restore the files."
     check_folder(alike, "stage", rule, "others", remedy, place=place)
@@ -129,14 +129,6 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
         labels=tuple(str(label) for label in trials[0]["labels"]),
         interval_s=float(trials[0]["interval_s"]),
     )
-
-
-def _read_trial(folder: RunFolder, name: str) -> dict[str, np.ndarray]:
-    trial: dict[str, np.ndarray] = folder.read(name)
-    missing = [key for key in ("poses", "models", "labels", "interval_s") if key not in trial]
-    if missing:
-        raise folder.damaged(name, f"it has no {missing[0]}")
-    return trial
 
 
 def note_event(folder: RunFolder, event: "Event") -> None:
@@ -198,12 +190,6 @@ class ModelEvaluation:
     best_model: dict[str, float] | None
     absolute_error: dict[str, float] | None
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.repeats, int) or self.fitness.ndim != 2:
-            raise ValueError(
-                f"`fitness` must be of shape (observed, M); got {self.fitness.shape}, {self.repeats!r} repeats."
-            )
-
     @property
     def complete(self) -> bool:
         """Whether all repeats are done."""
@@ -212,15 +198,12 @@ class ModelEvaluation:
 
 def read_post_evaluation(path: str | Path) -> ModelEvaluation | None:
     """Return what is known of a run's last models from observing them again; None if they have not been observed again yet."""
-    file = RunFolder(path).post_evaluation_path
+    folder = RunFolder(path)
+    file = folder.post_evaluation_path
     if not file.exists():
         return None
-    try:
-        stored = dict(RunFolder(path).read(file.name))
-        return ModelEvaluation(**stored | {"fitness": np.array(stored["fitness"], dtype=np.float64)})
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
-        what = f"`run` must have a readable {file.name}; got {file}, which holds something else."
-        raise RunFolderError(f"{what} Restore the file, or remove it and resume.") from error
+    stored = folder.read(file.name)
+    return ModelEvaluation(**stored | {"fitness": np.array(stored["fitness"], dtype=np.float64)})
 
 
 def post_evaluate(

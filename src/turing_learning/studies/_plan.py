@@ -106,8 +106,6 @@ def plan_study(
     options
         Of a custom system, as in `study`.
     """
-    for key, value in (("settings", settings), ("grid", grid)):
-        check(isinstance(value, Mapping | None), key, "be dotted keys with values", brief(value))
     behaviors, given = isinstance(scenario, str) and scenario == BEHAVIORS.name, settings or {}
     integer("runs", runs, 1, error=ConfigurationError)
     rule = "be left out of a study of random behaviors, which draws it"

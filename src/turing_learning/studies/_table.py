@@ -267,13 +267,13 @@ def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
         # a run that has its result may still be drawing, or was killed while it did
         if run.result_path.exists() and (manifest := run.manifest())["state"] != RUNNING:
             result = run.read(run.result_path.name)
-            if _is_result(result, plan.base.scenario.parameter_names) and result.get("complete"):
+            if result["complete"]:
                 configuration = plan.configuration(number)
                 if manifest.get("configuration_sha256") != digest_of(to_toml(configuration).encode()):
                     rule, same = "hold the run of its number", run.configuration() == configuration
                     check_folder(same, "study", rule, f"{path}, another run", "Restore it.")
                 untimed = {name: value for name, value in result.items() if name not in TIMINGS}
-                return StudyRun(number, settings, COMPLETE, result=untimed, seconds=result.get("seconds_total"))
+                return StudyRun(number, settings, COMPLETE, result=untimed, seconds=result["seconds_total"])
         elif run.exists() and run.manifest()["state"] == FINISHED:
             raise run.damaged(run.result_path.name, "it is missing")
     except RunFolderError as error:
@@ -281,18 +281,6 @@ def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
     if isinstance(failure, dict):
         return StudyRun(number, settings, FAILED, str(failure.get("reason", "")))
     return StudyRun(number, settings, STOPPED if path.exists() else WAITING)
-
-
-def _is_result(result: Any, names: Sequence[str]) -> bool:
-    """Return whether a file holds what the table needs; else its run counts as stopped, and is resumed."""
-    if not isinstance(result, dict):
-        return False
-    models, others = ([result.get(key, 0) for key in keys] for keys in (MODELS, (*ERRORS.values(), "truth")))
-    return (
-        all(isinstance(one, dict) and all(isinstance(one.get(name), float | int) for name in names) for one in models)
-        and all(isinstance(one, dict | None) for one in others)
-        and all(isinstance(result.get(key, ""), float | int | None) for key in ("mae", "estimate_mae"))
-    )
 
 
 def read_study(folder: StudyFolder, plan: Plan) -> StudyResult:

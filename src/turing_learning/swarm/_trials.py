@@ -10,16 +10,13 @@ import numpy as np
 
 from ..arrays import array
 from ..coevolution import Samples
-from ..errors import integer, number, refuse, require
+from ..errors import LARGEST_COUNT, integer, number, refuse, require
 from ..kernels.parallel import run_range
 from ..kernels.trials import observe_trials, record_trials, slots_of
 from ..kernels.world import Networks, World, new_imperfections, new_networks
 from ..models import FULL_VIEW, Behavior, Representation
 from ..purposes import TRACKING
 from ._scenario import Scenario
-
-LONGEST = 10**12
-"""Control cycles of a trial: more than any memory holds, fewer than NumPy can count."""
 
 LARGEST_OUTPUT = 1.0
 """Of a network that drives a robot: how far the robot may move follows from it."""
@@ -138,9 +135,7 @@ def simulate(
     poses = np.ascontiguousarray(array("initial_poses", initial_poses, "R B 3", R=trials))
     rule = f"hold a pose of each of the {robots} robots, then of objects"
     require(poses.shape[1] >= robots, "initial_poses", rule, poses.shape[1])
-    kind = type(drivers).__name__
-    require(isinstance(drivers, Drivers | None), "drivers", "be Drivers", kind, "None stands for reactive robots.")
-    integer("control_steps", control_steps, 1, LONGEST)
+    integer("control_steps", control_steps, 1, LARGEST_COUNT)
     integer("seed", seed, 0)
     noise = scenario.robot.wheel_noise if wheel_noise is None else wheel_noise
     number("wheel_noise", noise, least=0, below=1)
@@ -272,13 +267,15 @@ def initial_poses(
     (R, A + O, 3)
         x, y (cm), heading (rad). Bodies may overlap; they are pushed apart as they begin to move.
     """
-    integer("trials", trials, 1)
-    integer("robots", scenario.individuals if robots is None else robots, 1)
+    integer("trials", trials, 1, LARGEST_COUNT)
+    integer("robots", scenario.individuals if robots is None else robots, 1, LARGEST_COUNT)
     number("side_cm", 1.0 if side_cm is None else side_cm, above=0)
     start = scenario.start(robots, side_cm)
     if side_cm is None and start.crowd:
         rule, remedy = "have room where the scenario lets them start", "Take fewer, or another scenario."
         refuse("robots", rule, f"{robots}, and {start.crowd}", remedy)
+    bodies = trials * start.bodies
+    require(bodies <= LARGEST_COUNT, "trials", f"have at most {LARGEST_COUNT} bodies in all", f"{trials} with {bodies}")
     poses = rng.random((trials, start.bodies, 3))
     poses[..., 2] = math.pi * (2 * poses[..., 2] - 1)
     poses[..., :2] = start.corner_cm + poses[..., :2] * start.sides_cm

@@ -63,13 +63,11 @@ class CustomSystem(System, Settings):
 
     def __post_init__(self) -> None:
         rule = "be of 1 to 60 letters, digits, _ and -"
-        require(isinstance(self.name, str) and _NAME.fullmatch(self.name), "name", rule, brief(self.name))
-        some = isinstance(self.parameters, Mapping) and self.parameters
-        require(some, "parameters", "name one parameter or more", brief(self.parameters))
+        require(_NAME.fullmatch(self.name), "name", rule, brief(self.name))
+        require(self.parameters, "parameters", "name one parameter or more", brief(self.parameters))
         rule = "have names of 1 to 60 letters, digits, _ and -"
         for name in self.parameters:
-            named = isinstance(name, str) and _NAME.fullmatch(name)
-            require(named, "parameters", rule, brief(name), "Give the unit to `Parameter`.")
+            require(_NAME.fullmatch(name), "parameters", rule, brief(name), "Give the unit to `Parameter`.")
         rule, given = "be as many names as the data has signals, one or more", len(self.signals)
         fits = given == len(self.center) == len(self.input_scale) > 0
         require(fits, "signals", rule, f"{given} names of {len(self.center)} signals")

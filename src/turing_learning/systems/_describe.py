@@ -1,7 +1,7 @@
 """From what a caller hands over to a custom system as frozen data, and its samples."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Literal, TypedDict, cast
 
 import numpy as np
@@ -67,10 +67,10 @@ def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptio
     data = read_genuine(genuine, length=asked[0], held_out=asked[1], rng=rng)
     center, scale = data.scales()
     name, names = options.get("name", "own-system"), options.get("signals") or getattr(genuine, "names", None)
-    listed = isinstance(names, Sequence) and all(isinstance(each, str) for each in names)
-    remedy = f"For one signal: ({names!r},)." if isinstance(names, str) else 'For example ("speed", "turn").'
-    fits = names is None or (listed and not isinstance(names, str))
-    require(fits, "signals", "be a tuple of names", brief(names), remedy)
+    # its letters would be taken for names
+    require(
+        not isinstance(names, str), "signals", "be a tuple of names", brief(names), f"For one signal: ({names!r},)."
+    )
     signals = tuple(names or (f"signal{d}" for d in range(data.samples.shape[2])))
     system = CustomSystem(
         name=name, title=options.get("title", name), parameters=read_parameters(parameters),
@@ -114,15 +114,12 @@ def describe_simulated(
 
 def read_parameters(given: Any) -> dict[str, Parameter]:
     """Return parameters by name, checked; each is given as a `Parameter` or as two bounds."""
-    example = 'For example {"speed": (0, 20), "turn_noise": (0, None)}.'
-    require(isinstance(given, Mapping), "parameters", "be a dict name -> (low, high)", brief(given), example)
     found = {}
     for name, value in given.items():
         if not isinstance(value, Parameter):
-            bounds = value.tolist() if isinstance(value, np.ndarray) else value
-            rule, place = "have two bounds (low, high) or a `Parameter` for each name", repr(name)
-            pair = isinstance(bounds, tuple | list) and len(bounds) == 2
-            require(pair, "parameters", rule, brief(bounds), "None leaves a side open.", place=place)
+            bounds, place = tuple(value), repr(name)
+            rule = "have two bounds (low, high) or a `Parameter` for each name"
+            require(len(bounds) == 2, "parameters", rule, brief(bounds), "None leaves a side open.", place=place)
             try:
                 value = Parameter(*bounds)
             except ValueError as error:
@@ -136,7 +133,6 @@ def read_parameters(given: Any) -> dict[str, Parameter]:
 def _batches(options: CustomOptions) -> int:
     """Return the number of calls of a simulator of several models in a generation; 0 if it takes one model."""
     vectorized, workers = options.get("vectorized", True), options.get("workers")
-    require(type(vectorized) is bool, "vectorized", "be True or False", brief(vectorized))
     if vectorized:
         sound = type(workers) is int and workers >= 1  # others are refused by what calls the simulator
         return integer("batches", options.get("batches", workers if sound else 1), 1)

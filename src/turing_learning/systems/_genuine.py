@@ -2,13 +2,13 @@
 
 import hashlib
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from ..errors import brief, nearest, refuse, require
+from ..errors import brief, is_integer, nearest, refuse, require
 from ..swarm import SCENARIOS, Scenario
 from ..trajectories import Signals, Trajectories, Windows, join_windows
 
@@ -116,8 +116,7 @@ def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndar
     )
     one = isinstance(shape, tuple) and len(shape) == 2
     require(not one, "genuine", rule, f"one table of shape {shape}", remedy)
-    series = [given] if np.isscalar(given) or not isinstance(given, Iterable) else list(given)
-    arrays = [_as_series(sample, k) for k, sample in enumerate(series)]
+    arrays = [_as_series(sample, k) for k, sample in enumerate(given)]
     require(arrays, "genuine", "hold at least one sample", "none")
     lengths = [len(array) for array in arrays]
     shortest, longest = int(np.argmin(lengths)), int(np.argmax(lengths))
@@ -163,14 +162,12 @@ def _held_out(given: float | Sequence[int], count: int, rng: np.random.Generator
         require(0 <= given < 1, "held_out", "be a share of at least 0 and below 1", given)
         return np.sort(rng.permutation(count)[: min(round(given * count), count - 1)])
     rule = f"be a share, or numbers of samples from 0 to {count - 1}, each once, but not all"
-    listed = isinstance(given, Iterable) and not isinstance(given, str)
-    numbers: list[Any] = list(given) if listed else [given]
     found: set[int] = set()
-    for place, number in enumerate(k.item() if isinstance(k, np.generic) else k for k in numbers):
-        fits = type(number) is int and 0 <= number < count
+    for place, number in enumerate(given):
+        fits = is_integer(number) and 0 <= number < count
         require(fits, "held_out", rule, brief(number), "Samples are counted from 0.", place=f"place {place}")
         require(number not in found, "held_out", rule, f"{number} again", "Leave it out there.", place=f"place {place}")
-        found.add(number)
+        found.add(int(number))
     require(len(found) < count, "held_out", rule, f"all {count}", "Leave some to learn from.")
     return np.array(sorted(found), dtype=np.int64)
 

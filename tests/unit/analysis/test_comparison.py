@@ -28,6 +28,24 @@ def test_samples_may_differ_in_length():
     assert compare(LOW, [HIGH, HIGH[:3]]).p_values.shape == (2,)
 
 
+@pytest.mark.parametrize("low", [["0.1", "0.2", "0.3"], [None, 1.0, 2.0], [0.1, np.nan, 0.3], [[0.1, 0.2, 0.3]]])
+def test_what_are_no_scores_are_not_taken_for_some(low):
+    with pytest.raises(ValueError, match=r"^`(low|high)` must be "):
+        area_under_curve([0.1, 0.2], low)
+    with pytest.raises(ValueError, match=r"^`(low|high)` must be "):
+        area_under_curve(low, [0.1, 0.2])
+
+
+def test_scores_may_be_lists_and_series():
+    pandas = pytest.importorskip("pandas")
+    high, low, weights = [0.3, 0.9, 0.2], [0.5, 0.1, 0.4], [1.0, 3.0, 2.0]
+    expected = area_under_curve(np.array(high), np.array(low), np.array(weights))
+    assert area_under_curve(high, low, weights) == expected
+    shuffled = {"index": [2, 0, 1]}  # a series counts by its places, not by its labels
+    series = (pandas.Series(values, **shuffled) for values in (high, low, weights))
+    assert area_under_curve(*series) == expected
+
+
 SCORES = st.lists(st.integers(0, 5), min_size=1, max_size=12)
 
 

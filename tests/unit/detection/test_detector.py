@@ -139,6 +139,28 @@ def test_perfect_classifiers_raise_no_alarm(speed_limits, motion_at, rule):
     assert found.abnormal(motion_at([[0] * 11])[0])
 
 
+def test_motion_of_lists_is_that_of_arrays(detector, motion_at):
+    samples, found = motion_at([[6, 6, 6, 6, 6], [0, 0, 0, 0, 0]]), detector(rule="fittest")
+    expected = found.verdicts(Motion(("good", "bad"), samples))
+    motion = Motion(["good", "bad"], samples.tolist())
+    assert motion.individuals == ("good", "bad")
+    np.testing.assert_array_equal(motion.samples, samples)
+    assert found.verdicts(motion) == expected
+
+
+@pytest.mark.parametrize(
+    ("names", "samples", "message"),
+    [
+        (("a", "b"), np.zeros((2, 3, 4)), "^`samples` must be of shape"),
+        (("a", "b"), np.full((2, 3, 4, 2), "0.5"), "^`samples` must be an array of numbers; got an array of <U3"),
+        (("a",), np.zeros((2, 3, 4, 2)), "^`individuals` must be one name for each of the 2 individuals; got 1"),
+    ],
+)
+def test_motion_that_is_none_is_refused(names, samples, message):
+    with pytest.raises(ConfigurationError, match=message):
+        Motion(names, samples)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

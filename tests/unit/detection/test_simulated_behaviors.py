@@ -74,8 +74,8 @@ def test_the_same_seed_plants_the_same(scenario):
         (0, {}, "^`simulate` must be an integer from 1 to 2; got 0"),
         (3, {}, "^`simulate` must be an integer from 1 to 2; got 3"),
         (1.5, {}, r"^`simulate` must be an integer from 1 to 2; got 1\.5"),
-        (1, {"samples": 2.5}, r"^`samples` must be an integer of at least 1; got 2\.5"),
-        (1, {"samples": 0}, "^`samples` must be an integer of at least 1; got 0"),
+        (1, {"samples": 2.5}, r"^`samples` must be an integer from 1 to 1000000000000; got 2\.5"),
+        (1, {"samples": 0}, "^`samples` must be an integer from 1 to .*; got 0"),
         (1, {"seed": -1}, "^`seed` must be an integer of at least 0; got -1"),
     ],
 )
@@ -87,8 +87,9 @@ def test_what_cannot_be_planted_is_refused(count, changes, message, scenario):
 @pytest.mark.parametrize(
     ("count", "near", "message"),
     [
-        (0, 0.2, "^`count` must be an integer of at least 1; got 0"),
-        (2.5, 0.2, r"of at least 1; got 2\.5"),
+        (0, 0.2, "^`count` must be an integer from 1 to .*; got 0"),
+        (2.5, 0.2, r"from 1 to .*; got 2\.5"),
+        (2**63, 0.2, "^`count` must be an integer from 1 to 1000000000000; got 9223372036854775808"),
         (1, 0.6, "^`near` must be .* at most 0.5; got 0.6"),
     ],
 )
@@ -101,7 +102,8 @@ def test_controllers_that_cannot_be_drawn_are_refused(count, near, message):
     ("controllers", "trials", "message"),
     [
         (np.zeros((2, 3)), 1, r"^`controllers` must be of shape \(M, P\) = \(any, 4\); got \(2, 3\)"),
-        (STILL, 0, "^`trials` must be an integer of at least 1; got 0"),
+        (STILL, 0, "^`trials` must be an integer from 1 to .*; got 0"),
+        (STILL, 2**63, "^`trials` must be an integer from 1 to .*; got 9223372036854775808"),
     ],
 )
 def test_behaviors_that_cannot_be_simulated_are_refused(controllers, trials, message, scenario):

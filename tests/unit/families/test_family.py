@@ -180,12 +180,35 @@ def test_settings_that_break_a_rule_are_refused(settings, message):
         BurstAndCoast(**settings)
 
 
+@every_family
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"steps": 10**9}, "`steps` must be an integer from 1 to 100000; got 1000000000"),
+        ({"settling_steps": 10**20}, "`steps` must be an integer from 1 to 100000; got 100000000000000000100"),
+        ({"individuals": 10**12}, "`individuals` must be an integer from 1 to 99009; got 1000000000000"),
+    ],
+)
+def test_groups_that_would_take_minutes_are_refused_at_once(make, settings, message):
+    with pytest.raises(ValueError, match=message):
+        make(**settings)
+
+
+def test_groups_of_many_pairs_are_refused_where_each_looks_at_each():
+    with pytest.raises(
+        ValueError, match="`individuals` must make at most 100000000 pairs in all steps; got 5000, which"
+    ):
+        Couzin(individuals=5000)
+    assert BurstAndCoast(individuals=5000).individuals == 5000
+
+
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
         (np.ones((3, 5)), r"`parameters` must be of shape \(M, P\) = \(any, 6\); got \(3, 5\)"),
         (np.ones(6), r"`parameters` must be of shape \(M, P\) = \(any, 6\); got \(6,\)"),
         (np.ones((0, 6)), r"got \(0, 6\)"),
+        ([["1"] * 6], "`parameters` must be an array of numbers; got an array of <U1"),
         (np.ones((2, 6)) * [[1], [-1]], r"must be finite and 0 or more; got speed = -1.0 \[model 1\]"),
         (np.array([[1, 1, np.nan, 1, 1, 1]]), r"must be finite and 0 or more; got repulsion_radius = nan \[model 0\]"),
     ],
@@ -205,7 +228,8 @@ def test_wheel_speeds_may_be_negative_but_must_be_finite():
     [
         ({"speed": 1}, 1, "`truth` must name speed, noise, radius; got speed"),
         ({}, 1, "`truth` must name speed, noise, radius; got nothing"),
-        ({"speed": 1, "noise": 0, "radius": 1}, 0, "`groups` must be 1 or more; got 0"),
+        ({"speed": 1, "noise": 0, "radius": 1}, 2**63, "`groups` must be an integer from 1 to 99009; got"),
+        ({"speed": 1, "noise": 0, "radius": 1}, 0, "`groups` must be an integer from 1 to .*; got 0"),
     ],
 )
 def test_a_known_system_must_be_named_completely(truth, groups, message):

@@ -1,10 +1,8 @@
 """What a check may claim, on scores with known differences."""
 
 import numpy as np
-import pytest
 
-from turing_learning.identifiability import fault, sides_rejected
-from turing_learning.identifiability._check import FAILED_SEARCH, FINE, WRONG_MODEL
+from turing_learning.identifiability import sides_rejected
 
 ABOVE = np.array([False] * 4 + [True] * 4)
 
@@ -40,30 +38,3 @@ def test_nothing_is_pinned_down_beside_an_end_of_its_range():
 def test_few_groups_claim_nothing():
     rng = np.random.default_rng(3)
     assert sides_rejected(differences(rng, 3.0, 3.0, groups=5), ABOVE, rng) == (False, False)
-
-
-@pytest.mark.parametrize(
-    ("accuracy", "recovered", "others", "verdict"),
-    [
-        (0.52, [0.50, 0.52, 0.51, 0.53, 0.49], [], FINE),
-        (0.64, [0.50, 0.52, 0.51, 0.53, 0.49], [], WRONG_MODEL),
-        (0.64, [0.50, 0.52, 0.51, 0.53, 0.49], [0.63, 0.66], WRONG_MODEL),
-        (0.64, [0.50, 0.52, 0.51, 0.53, 0.49], [0.63, 0.51], FAILED_SEARCH),
-        (0.57, [0.58, 0.66, 0.55, 0.61, 0.57], [], FAILED_SEARCH),
-    ],
-)
-def test_recoveries_tell_whether_the_model_or_the_search_is_at_fault(accuracy, recovered, others, verdict):
-    assert fault(accuracy, recovered, [0.50, 0.49, 0.51, 0.50, 0.51], others) == verdict
-
-
-def test_a_right_model_is_called_fine_nine_times_of_ten():
-    rng = np.random.default_rng(4)
-    verdicts = [
-        fault(rng.normal(0.51, 0.02), rng.normal(0.51, 0.02, 5), rng.normal(0.505, 0.02, 5)) for _ in range(300)
-    ]
-    assert verdicts.count(FINE) / 300 >= 0.9
-
-
-def test_one_recovery_is_too_few():
-    with pytest.raises(ValueError, match="`recovered` must be of at least 2 recoveries"):
-        fault(0.5, [0.5], [0.5])

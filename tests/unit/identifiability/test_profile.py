@@ -108,29 +108,21 @@ def test_a_check_from_before_is_read_as_it_is():
     test = TwoSampleTest(0.61, 0.012, 0.55, 40, 40, 200, 200, "samples")
     point = {"parameter": "a", "interval_share": 0.0, "open_share": None, "recovery_error": None}
     stored = {"test": test.to_json(), "parameters": [point], "profiles": {}, "recoveries": [], "quantities": []}
-    assert read_check(stored).parameters == (PinnedDown("a", 0.0, None, None),)
+    found = read_check(stored)
+    assert found.parameters == (PinnedDown("a", 0.0, None, None, rejected=True),)
+    assert found.verdict == "classifiers can still tell"
 
 
 def test_nothing_is_pinned_down_at_a_bound_or_of_a_model_that_is_rejected():
     bound = PinnedDown("turning_rate", 0.01, 0.2, 0.0, bound="6 rad/s")
     assert (bound.pinned_down, bound.verdict) == (False, "at the bound 6 rad/s")
-    wrong = PinnedDown("speed", 0.01, 0.2, 0.0, rejected=True)
-    assert (wrong.pinned_down, wrong.verdict) == (False, "not pinned down")
+    good = PinnedDown("speed", 0.01, 0.2, 0.0)
     test = TwoSampleTest(0.61, 0.5, 0.6, 10, 5, 10, 5, "individuals")
-    said = Check(test, (bound, PinnedDown("b", 0.9, 0.2, 0.0)), (), (), ()).verdict
+    said = Check(test, (bound, PinnedDown("b", 0.9, 0.2, 0.0)), (), (), ()).text
     assert said.endswith("Not pinned down: turning_rate (at the bound 6 rad/s), b.")
-    told = Check(replace(test, p_value=0.001), (wrong,), (), (), ()).verdict
-    assert told.endswith("Not pinned down: speed.")
-
-
-@pytest.mark.parametrize(
-    ("accuracy", "p_value", "said"),
-    [(0.85, 0.001, None), (0.60, 0.001, "fine"), (0.85, 0.4, "fine")],
-)
-def test_an_estimate_that_is_told_better_than_any_recovery_is_not_called_fine(accuracy, p_value, said):
-    recoveries = tuple(Recovery(k, 3, {}, {}, {}, {}, *each) for k, each in enumerate(((0.45, (0.4,)), (0.65, (0.6,)))))
-    found = Check(TwoSampleTest(accuracy, p_value, 0.55, 40, 40, 200, 200, "samples"), (), (), recoveries, ())
-    assert found.fault == said
+    told = Check(replace(test, p_value=0.001), (good,), (), (), ())
+    assert told.parameters[0].reasons == ("the estimate does not fit",)
+    assert told.text.endswith("Not pinned down: speed.")
 
 
 @pytest.mark.parametrize(
@@ -141,23 +133,35 @@ def test_an_estimate_within_a_hundredth_of_the_range_is_at_its_bound(value, boun
     assert Parameter(None, None, initial=(0, 6)).bound_at(value) == ""
 
 
-def test_the_verdict_names_what_is_not_pinned_down():
-    test = TwoSampleTest(0.61, 0.012, 0.55, 40, 40, 200, 200, "samples")
+def test_a_check_names_what_is_not_pinned_down():
+    test = TwoSampleTest(0.51, 0.412, 0.55, 40, 40, 200, 200, "samples")
     parameters = (PinnedDown("a", 0.1, 0.2, 0.0), PinnedDown("b", 0.9, 0.2, 0.0))
     found = Check(test, parameters, (), (), ())
-    assert found.verdict == (
-        "Fresh classifiers can tell kept-out samples from the model (accuracy 0.610, p = 0.012). Not pinned down: b."
+    assert found.text == (
+        "The estimate passes: fresh classifiers cannot tell held-out samples from the model (accuracy 0.510, p = 0.412). "
+        "Not pinned down: b."
     )
-    assert "its interval is 90% of the initial range" in next(
-        line for line in str(found).splitlines() if line.startswith("b ")
-    )
+    lines = str(found).splitlines()
+    assert lines[0] == "40 held-out samples, 0 known truths, 0 profiles: converged"
+    assert "its interval is 90% of the initial range" in next(line for line in lines if line.startswith("b "))
     unfinished = replace(found, unfinished=(3, 10))
-    assert unfinished.verdict == (
-        f"{found.verdict} The run was not finished: the estimate is that after 3 of 10 generations."
-    )
+    assert unfinished.text == f"{found.text} The run was not finished: the estimate is that after 3 of 10 generations."
     of_trials = replace(unfinished, parameters=tuple(replace(each, sides=(True, False)) for each in parameters))
-    assert of_trials.verdict.endswith("that after 3 of 10 trials.")
-    assert of_trials.parameters[0].reasons == ("higher values may fit as well",)
-    cannot = replace(found, test=replace(test, p_value=0.4), parameters=parameters[:1])
-    assert "cannot tell" in cannot.verdict
-    assert cannot.not_pinned_down == ()
+    assert of_trials.text.endswith("that after 3 of 10 trials.")
+    assert of_trials.parameters[0].reasons == ("higher values are not shown to fit worse",)
+    assert replace(found, parameters=parameters[:1]).not_pinned_down == ()
+
+
+def test_a_run_of_trials_without_profiles_says_nothing_of_its_parameters():
+    test = TwoSampleTest(0.51, 0.412, 0.55, 40, 40, 200, 200, "samples")
+    found = Check(test, (PinnedDown("a", 0.1, None, 0.0, sides=(False, False)),), (), (), ())
+    assert found.verdict == "converged"
+    assert found.text.endswith("Without profiles the check says nothing of single parameters.")
+    assert found.parameters[0].reasons == ("it has no profile",)
+
+
+def test_few_groups_have_little_power_and_voters_without_an_opinion_none():
+    many = TwoSampleTest(0.5, 0.5, 0.53, 40, 40, 200, 200, "samples")
+    assert many.power > 0.99
+    assert 0.05 < replace(many, critical=0.65).power < 0.8
+    assert replace(many, critical=0.5).power == 0

@@ -71,9 +71,8 @@ def test_a_logarithmic_parameter_is_finite_and_positive(numbers, bounds):
         ((0, 1, "log"), "`low` must be a number from 1e-09 to 1e+09 on a logarithmic scale, or None for an open side; got 0."),
         ((0, float("inf")), "`high` must be a number from -1e+09 to 1e+09, or None for an open side; got inf."),
         (("0", 1), "`low` must be a number from -1e+09 to 1e+09, or None for an open side; got '0'."),
-        ((0, 1, "linear", 3), "`unit` must be a text; got 3."),
         ((0, 1, "linear", "", (0.5, 2)), "`initial` must be two numbers from 0 to 1, the lower first; got (0.5, 2)."),
-        ((0, 1, "linear", "", 2), "`initial` must be two numbers from 0 to 1, the lower first; got 2."),
+        ((0, 1, "linear", "", "ab"), "`initial` must be two numbers from 0 to 1, the lower first; got 'ab'."),
     ],
 )  # fmt: skip
 def test_what_breaks_a_rule_is_refused(arguments, message):

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from turing_learning import report
-from turing_learning.analysis import Verdict
+from turing_learning.analysis import Judgment, Verdict
 from turing_learning.figures import Picture
 from turing_learning.report import Listing, Report, describe_selection, report_page
 
@@ -113,10 +113,11 @@ def test_a_warning_is_shown_where_there_is_one():
         ((Verdict.CONVERGED,), "good", None),
         ((Verdict.MOVING, Verdict.BOUND), "warning", "Also: at a bound."),
         ((Verdict.REJECTED, Verdict.DISAGREE), "bad", "Also: runs disagree."),
+        ((Verdict.FAILED,), "bad", None),
     ],
 )
 def test_the_first_verdict_is_shown_and_the_others_beside_it(verdicts, look, also):
-    page = report_page(make_report(verdicts=verdicts))
+    page = report_page(make_report(judgment=Judgment(verdicts)))
     banner = re.search(r'<p class="judged (\w+)" id="verdict"><b>(.*?)</b> <span>(.*?)</span>', page)
     assert banner.group(1, 2) == (look, verdicts[0])
     written = re.sub("</?code>", "`", html.unescape(banner[3]))
@@ -130,7 +131,7 @@ def test_tables_are_there_to_download():
 
 
 def test_how_to_read_it_is_on_the_page_of_a_run_alone():
-    assert '<details id="reading">' in report_page(make_report(verdicts=(Verdict.CONVERGED,)))
+    assert '<details id="reading">' in report_page(make_report(judgment=Judgment()))
     assert '<details id="reading">' not in report_page(make_report())
 
 

@@ -169,13 +169,6 @@ def test_fewer_than_two_runs_are_refused(three):
             tl.pool(runs)
 
 
-def test_a_folder_that_is_not_opened_is_refused(three):
-    with pytest.raises(
-        ConfigurationError, match=r"`runs` must be results of runs; got 'runs/a'\. Open .* with `load_run`"
-    ):
-        tl.pool([three[0], "runs/a"])
-
-
 def test_the_same_seed_twice_is_refused(three):
     with pytest.raises(ConfigurationError, match=r"`runs` must have different seeds; got seed 1 twice \[.*/1\]"):
         tl.pool([*three, three[0]])

@@ -4,10 +4,7 @@ import io
 import sys
 from types import SimpleNamespace
 
-import pytest
-
 import turing_learning as tl
-from turing_learning.config import ConfigurationError
 
 SMALL = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
 
@@ -71,8 +68,3 @@ def test_a_cell_has_one_line_that_is_replaced(monkeypatch):
     assert shown(monkeypatch, io.StringIO()) == ""
     assert lines[0].startswith("getting ready")
     assert lines[-1] == f"[{'#' * 30}] generation 3/3, done"
-
-
-def test_progress_is_yes_or_no():
-    with pytest.raises(ConfigurationError, match="`progress` must be True, False or None; got"):
-        tl.infer("aggregation", generations=1, settings=SMALL, progress="bar")

@@ -160,13 +160,19 @@ def test_more_robots_keep_the_density_and_the_share_of_objects():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"robots": 0}, "`robots` must be .* at least 1; got 0"),
+        ({"robots": 0}, "`robots` must be an integer from 1 to .*; got 0"),
         ({"side_cm": -1.0}, "`side_cm` must be .* above 0; got -1.0"),
+        ({"trials": 2**63}, "`trials` must be an integer from 1 to 1000000000000; got 9223372036854775808"),
+        ({"robots": 2**63}, "`robots` must be an integer from 1 to 1000000000000; got 9223372036854775808"),
+        (
+            {"trials": 10**12},
+            "`trials` must have at most 1000000000000 bodies in all; got 1000000000000 with 11000000000000",
+        ),
     ],
 )
 def test_impossible_placements_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
-        tl.swarm.initial_poses(AGGREGATION, 2, np.random.default_rng(0), **arguments)
+        tl.swarm.initial_poses(AGGREGATION, **{"trials": 2, "rng": np.random.default_rng(0)} | arguments)
 
 
 @pytest.mark.parametrize("trials", [1, 2])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import turing_learning as tl
-from turing_learning.models import ElmanModel, MorphologyModel, ReactiveModel
+from turing_learning.models import Behavior, ElmanModel, MorphologyModel, ReactiveModel
 from turing_learning.swarm import AGGREGATION, Sensor, Trials, alone, execution_of, mixed, observe
 
 EXECUTED = np.array([[-1, 0, 1], [1, -1, -1]])
@@ -29,6 +29,22 @@ def test_agents_see_with_the_view_of_the_scenario_and_replicas_with_that_of_thei
     robots = execution_of(SCENARIO, MorphologyModel(2).behavior(models), EXECUTED)
     np.testing.assert_array_equal(robots.fields_of_view, [[VIEW, 0.0, 3.0], [3.0, VIEW, VIEW]])
     np.testing.assert_array_equal(robots.controllers[1, 0], models[1, :4])
+
+
+def test_behaviors_of_lists_and_series_are_those_of_arrays():
+    speeds, views = [[0.1, 0.2, 0.3, 0.4], [0.5, 0.6, 0.7, 0.8]], [0.5, 3.0]
+    pandas, labels = pytest.importorskip("pandas"), [1, 0]  # a series counts by its places, not by its labels
+    framed = pandas.DataFrame(speeds, index=labels), pandas.Series(views, index=labels)
+    expected = execution_of(SCENARIO, Behavior(np.array(speeds), np.array(views)), EXECUTED)
+    for wheel_speeds, field_of_view in ((speeds, views), framed):
+        robots = execution_of(SCENARIO, Behavior(wheel_speeds, field_of_view), EXECUTED)
+        np.testing.assert_array_equal(robots.controllers, expected.controllers)
+        np.testing.assert_array_equal(robots.fields_of_view, expected.fields_of_view)
+
+
+def test_a_behavior_of_words_is_refused():
+    with pytest.raises(ValueError, match="`wheel_speeds` must be an array of numbers; got an array of <U3"):
+        Behavior([["0.1", "0.2"]])
 
 
 def test_replicas_are_driven_by_their_network_and_agents_by_none():

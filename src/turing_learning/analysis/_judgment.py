@@ -1,0 +1,302 @@
+"""Whether to believe an estimate: one judgment, from which all words and sentences follow."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Protocol
+
+import numpy as np
+from scipy.special import stdtr
+
+LEVEL = 0.05
+"""How often a test, or a claim, may be wrong."""
+
+POWER = 0.8
+"""Share of clearly wrong models that a test has to notice; with less its silence says nothing.
+
+Source: Cohen, Statistical power analysis for the behavioral sciences (1988), section 2.4.
+"""
+
+
+class Verdict(StrEnum):
+    """Whether to believe an estimate; of several that hold, the first of this order is shown."""
+
+    REJECTED = "model rejected"
+    FAILED = "search failed"
+    TOLD = "classifiers can still tell"
+    DISPUTED = "classifiers disagree"
+    DIFFERENT = "samples differ"
+    DISAGREE = "runs disagree"
+    MOVING = "still moving"
+    UNRELIABLE = "search unreliable"
+    BOUND = "at a bound"
+    SEVERAL = "several solutions"
+    UNTESTED = "check cannot say"
+    LOOSE = "nothing pinned down"
+    CONVERGED = "converged"
+
+    @property
+    def meaning(self) -> str:
+        """What it means, and what to do, in a sentence."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    Verdict.REJECTED: (
+        "Fresh classifiers tell the model from the system, however well it is fitted: try another model."
+    ),
+    Verdict.FAILED: (
+        "Fresh classifiers tell the estimate from the system. The search also misses known truths: give more trials."
+    ),
+    Verdict.TOLD: (
+        "Classifiers tell the models of this run from the system: run longer; if that does not help, try another model."
+    ),
+    Verdict.DISPUTED: (
+        "The run tells its models from the system, fresh classifiers do not: run longer, or pool other seeds."
+    ),
+    Verdict.DIFFERENT: "New samples of the estimate differ from the genuine ones: run longer, or try another model.",
+    Verdict.DISAGREE: "Runs with other seeds settle elsewhere: believe no single one; run longer.",
+    Verdict.MOVING: ("The models had not settled when the run ended: run longer. Such a run states no interval."),
+    Verdict.UNRELIABLE: ("Searches for a known truth miss it, so this estimate may be off, too: give more trials."),
+    Verdict.BOUND: ("An estimate sits at an end of its range: the truth may lie beyond; widen the range."),
+    Verdict.SEVERAL: "Separate regions of the parameters explain the motion equally well: `result.modes` states each.",
+    Verdict.UNTESTED: (
+        "Fresh classifiers would often miss a clearly wrong model here: record more samples, or hold out more."
+    ),
+    Verdict.LOOSE: (
+        "The estimate passes, but other values of its parameters may pass as well: record more, or other signals."
+    ),
+    Verdict.CONVERGED: ("Nothing speaks against the estimate so far; `check` and further seeds can."),
+}
+_CHECKED = "Neither the run nor its check speaks against the estimate; further seeds can."
+_MOST = "Most runs have converged, and they agree; what the others say stands above."
+
+TELLING = frozenset({Verdict.TOLD, Verdict.DIFFERENT})
+"""What a run says that tells its models from the system by itself; what fresh classifiers tell takes its place."""
+
+OF_CHECKS = frozenset(
+    {
+        Verdict.REJECTED,
+        Verdict.FAILED,
+        Verdict.DISPUTED,
+        Verdict.UNRELIABLE,
+        Verdict.UNTESTED,
+        Verdict.LOOSE,
+    }
+)
+"""What only a check says of a run."""
+
+FITTING = (
+    Verdict.REJECTED,
+    Verdict.FAILED,
+    Verdict.TOLD,
+    Verdict.DIFFERENT,
+    Verdict.DISPUTED,
+    Verdict.UNTESTED,
+    Verdict.LOOSE,
+)
+"""What says whether the model fits: no two of these are said of one estimate, but the first."""
+
+
+class Examination(Protocol):
+    """What any test of genuine samples against samples of the estimate has found."""
+
+    @property
+    def accuracy(self) -> float:
+        """Share of right answers; 0.5 is guessing."""
+
+    @property
+    def p_value(self) -> float:
+        """How often guessing would do as well or better."""
+
+    @property
+    def power(self) -> float:
+        """How often a clearly wrong model would be noticed."""
+
+
+@dataclass(frozen=True)
+class Judgment:
+    """Whether to believe an estimate, and the evidence: the one place that says so.
+
+    Source: docs/decisions/0038.
+    """
+
+    said: tuple[Verdict, ...] = ()  #: By the run of itself, and by the last pool that it was in
+    examination: Examination | None = None  #: Of the estimate; None without a check
+    #: Accuracies of the same examination of what searches for a known truth found; 2 or more count
+    recovered: tuple[float, ...] = ()
+    attainable: tuple[float, ...] = ()  #: The same of those truths themselves
+    #: Whether these searches came near their truth in every parameter; None without them
+    near: bool | None = None
+    parameters: int = 0  #: Number of parameters of which the check says something
+    loose: tuple[str, ...] = ()  #: Those that are not pinned down
+    dissent: bool = False  #: Whether some of several runs say something else than most of them
+
+    @property
+    def search_succeeds(self) -> bool | None:
+        """Whether searches find a known truth; None if that is not known.
+
+        They do not if what they find is told, in the mean, better than a single examination of the
+        truth makes likely. Where only distances are known, one that is far off may be as good as
+        its truth: then it is not known.
+        """
+        if self._calibrated:
+            return not _exceeds(float(np.mean(self.recovered)), self.attainable)
+        return self.near or None
+
+    @property
+    def fits(self) -> bool | None:
+        """Whether the estimate passes its examination; None without one that could say no.
+
+        It passes, too, if it is told no better than right models: those that searches found that
+        succeed, or else their truths.
+        """
+        test = self.examination
+        if test is None:
+            return None
+        if test.p_value > LEVEL:
+            return True if test.power >= POWER else None
+        if not self._calibrated:
+            return False
+        right, usual = self.attainable, self.attainable
+        if self.search_succeeds:
+            right, usual = self.recovered, self.recovered + self.attainable
+        return test.accuracy <= max(right) and not _exceeds(test.accuracy, usual)
+
+    @property
+    def fault(self) -> Verdict | None:
+        """Of an estimate that does not pass: `REJECTED`, `FAILED`, or `TOLD` if neither is sure.
+
+        Searches for a known truth are a parametric bootstrap: if they succeed, a model that is told
+        better than what they find is wrong.
+        """
+        if self.examination is None or self.fits is not False:
+            return None
+        if self.search_succeeds is False:
+            return Verdict.FAILED
+        usual = self.recovered + self.attainable
+        if self._calibrated and not _exceeds(self.examination.accuracy, usual):
+            return Verdict.TOLD
+        return Verdict.REJECTED if self.search_succeeds else Verdict.TOLD
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """All that is to be said in a word, the one to show first; "converged" stands alone."""
+        found = {Verdict(each) for each in self.said} - {Verdict.CONVERGED}
+        if self.fault is not None:
+            found.add(self.fault)
+        elif self.examination is not None:
+            if self.search_succeeds is False:
+                found.add(Verdict.UNRELIABLE)
+            if self.fits is None:
+                found.add(Verdict.UNTESTED)
+            if self.fits and self._all_loose:
+                found.add(Verdict.LOOSE)
+            if self.fits and found & TELLING:
+                found = found - TELLING | {Verdict.DISPUTED}
+        fitting = [each for each in FITTING if each in found]
+        found -= set(fitting[1:])
+        return tuple(each for each in Verdict if each in found) or (Verdict.CONVERGED,)
+
+    @property
+    def verdict(self) -> Verdict:
+        """The first of `verdicts`."""
+        return self.verdicts[0]
+
+    @property
+    def meaning(self) -> str:
+        """What the verdict means, and what else holds."""
+        first, *others = self.verdicts
+        meaning = first.meaning
+        if first is Verdict.CONVERGED and (self.dissent or self.examination is not None):
+            meaning = _MOST if self.dissent else _CHECKED
+        return meaning + (f" Also: {', '.join(others)}." if others else "")
+
+    @property
+    def line(self) -> str:
+        """The verdict and its meaning."""
+        return f"Verdict: {self.verdict}. {self.meaning}"
+
+    @property
+    def look(self) -> str:
+        """How the verdict is shown: "good", "bad", or as a "warning"."""
+        if self.verdict is Verdict.CONVERGED:
+            return "good"
+        return "bad" if self.verdict in (Verdict.REJECTED, Verdict.FAILED) else "warning"
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What a check has found, sentence by sentence; none without a check."""
+        test = self.examination
+        if test is None:
+            return ()
+        numbers = f"(accuracy {test.accuracy:.3f}, p = {test.p_value:.3f})"
+        own = bool(TELLING & {*self.said})
+        if self.fits is False:
+            found = [f"Fresh classifiers can tell held-out samples from the model {numbers}."]
+        elif self.fits is None:
+            found = [
+                f"Fresh classifiers cannot say whether the estimate fits {numbers}: "
+                f"they would notice a clearly wrong model in {test.power:.0%} of such checks."
+            ]
+            if own:
+                found.append("The run itself tells its models from the system.")
+        else:
+            tell = "cannot tell held-out samples from the model"
+            if test.p_value <= LEVEL:
+                tell = "tell held-out samples from the model no better than from a right one"
+            found = [f"The estimate passes: fresh classifiers {tell} {numbers}."]
+            if own:
+                found.append("Yet the run itself tells its models from the system.")
+        return *found, *self._of_searches(), *self._of_parameters()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what `check.json` holds of it."""
+        return {
+            "verdict": self.verdict,
+            "verdicts": list(self.verdicts),
+            "fits": self.fits,
+            "search_succeeds": self.search_succeeds,
+            "not_pinned_down": list(self.loose),
+            "power": None if self.examination is None else self.examination.power,
+            "sentences": [*self.sentences, self.line],
+        }
+
+    @property
+    def _calibrated(self) -> bool:
+        """Whether searches for a known truth say what is usual."""
+        return min(len(self.recovered), len(self.attainable)) >= 2
+
+    @property
+    def _all_loose(self) -> bool:
+        return 0 < self.parameters <= len(self.loose)
+
+    def _of_searches(self) -> list[str]:
+        found = []
+        if self.search_succeeds is False:
+            mean = f"mean accuracy {np.mean(self.recovered):.3f}"
+            told = "end with models that classifiers tell from it"
+            found.append(f"Searches for a known truth {told} ({mean}).")
+        elif self.search_succeeds:
+            ends = "end with models that pass for it" if self._calibrated else "come near it"
+            found.append(f"Searches for a known truth {ends}.")
+        if self.fault is Verdict.TOLD:
+            found.append("Whether the model or the search is at fault is not known.")
+        return found
+
+    def _of_parameters(self) -> list[str]:
+        if not self.parameters:
+            return ["Without profiles the check says nothing of single parameters."]
+        if not self.loose:
+            return ["Every parameter is pinned down."]
+        listed = f"Not pinned down: {', '.join(self.loose)}."
+        if self.fits and self._all_loose:
+            return ["The check shows for no parameter that the samples determine it.", listed]
+        return [listed]
+
+
+def _exceeds(value: float, sample: Iterable[float]) -> bool:
+    """Return whether a value is beyond what a normal sample predicts; two claims share `LEVEL`."""
+    known = np.array([*sample])
+    error = max(float(known.std(ddof=1)), 1e-9) * np.sqrt(1 + 1 / len(known))
+    return bool(stdtr(len(known) - 1, (value - known.mean()) / error) > 1 - LEVEL / 2)
