@@ -12,9 +12,8 @@ from turing_learning.errors import Setting, Text, brief, check, nearest, reject
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
-from . import Origins, merged
 from ._configuration import Configuration
-from ._load import STUDY_TABLES, load_configuration, nested, opened, preset_named, resolve
+from ._load import STUDY_TABLES, Origins, load_configuration, merged, nested, opened, preset_named, resolve
 from ._sections import dotted
 
 THIN: dict[str, Any] = {"run": {"history": "thin"}}
