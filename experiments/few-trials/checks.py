@@ -19,7 +19,7 @@ import turing_learning as tl
 from turing_learning.identifiability import Effort
 
 PATH = Path(__file__).with_name("checks.csv")
-FIELDS = ("case", "seed", "fault", "accuracy", "offset_pinned_down", "inert_pinned_down")
+FIELDS = ("case", "seed", "fits", "fault", "search_succeeds", "accuracy", "offset_pinned_down", "inert_pinned_down")
 EFFORT = Effort(samples=100, generations=60, population=20, points=6, profile_generations=40, profile_population=20)
 RANGES = {"offset": (0.0, 20.0), "inert": (0.0, 20.0)}
 TRIALS, RECORDINGS, STEPS = 300, 200, 12
@@ -50,7 +50,9 @@ def check(asked: str, seed: int) -> dict[str, object]:
     effort = Effort(points=0) if default else replace(EFFORT, points=0) if failed else EFFORT
     found = result.check(effort=effort, seed=seed)
     pinned = (None, None) if failed or default else tuple(each.pinned_down for each in found.parameters)
-    return dict(zip(FIELDS, (asked, seed, found.fault, f"{found.test.accuracy:.4f}", *pinned), strict=True))
+    judgment = found.judgment
+    said = judgment.fits, judgment.fault, judgment.search_succeeds, f"{found.test.accuracy:.4f}"
+    return dict(zip(FIELDS, (asked, seed, *said, *pinned), strict=True))
 
 
 def main(first: int, last: int) -> None:
@@ -68,4 +70,4 @@ if __name__ == "__main__":
         main(*map(int, sys.argv[1:3]))
     else:
         rows = pd.read_csv(PATH, keep_default_na=False)
-        sys.stdout.write(f"{rows.groupby(['case', 'fault', 'offset_pinned_down', 'inert_pinned_down']).size()}\n")
+        sys.stdout.write(f"{rows.groupby(['case', 'fits', 'fault', 'search_succeeds']).size()}\n")

@@ -136,12 +136,12 @@ class Judgment:
     def search_succeeds(self) -> bool | None:
         """Whether searches find a known truth; None if that is not known.
 
-        They do not if what they find is told, in the mean, better than a single examination of the
-        truth makes likely. Where only distances are known, one that is far off may be as good as
+        They do not if what they find is told, in the mean, better than 95 % of single examinations
+        of a truth would tell it: as an estimate is told. Where only distances are known, one that is far off may be as good as
         its truth: then it is not known.
         """
         if self._calibrated:
-            return not _exceeds(float(np.mean(self.recovered)), self.attainable)
+            return not _exceeds(float(np.mean(self.recovered)), self.attainable, LEVEL)
         return self.near or None
 
     @property
@@ -161,7 +161,7 @@ class Judgment:
         right, usual = self.attainable, self.attainable
         if self.search_succeeds:
             right, usual = self.recovered, self.recovered + self.attainable
-        return test.accuracy <= max(right) and not _exceeds(test.accuracy, usual)
+        return test.accuracy <= max(right) and not _exceeds(test.accuracy, usual, LEVEL / 2)
 
     @property
     def fault(self) -> Verdict | None:
@@ -175,7 +175,7 @@ class Judgment:
         if self.search_succeeds is False:
             return Verdict.FAILED
         usual = self.recovered + self.attainable
-        if self._calibrated and not _exceeds(self.examination.accuracy, usual):
+        if self._calibrated and not _exceeds(self.examination.accuracy, usual, LEVEL / 2):
             return Verdict.TOLD
         return Verdict.REJECTED if self.search_succeeds else Verdict.TOLD
 
@@ -295,8 +295,8 @@ class Judgment:
         return [listed]
 
 
-def _exceeds(value: float, sample: Iterable[float]) -> bool:
-    """Return whether a value is beyond what a normal sample predicts; two claims share `LEVEL`."""
+def _exceeds(value: float, sample: Iterable[float], level: float) -> bool:
+    """Return whether so large a value is less likely than a level, by a normal sample of others."""
     known = np.array([*sample])
     error = max(float(known.std(ddof=1)), 1e-9) * np.sqrt(1 + 1 / len(known))
-    return bool(stdtr(len(known) - 1, (value - known.mean()) / error) > 1 - LEVEL / 2)
+    return bool(stdtr(len(known) - 1, (value - known.mean()) / error) > 1 - level)

@@ -77,7 +77,10 @@ def test_a_check_says_something_of_everything(stored):
 
 
 def test_a_run_in_memory_finds_the_same_as_one_in_a_folder(stored):
-    assert infer().check(effort=QUICK) == stored[1]
+    result = infer()
+    assert result.check(effort=QUICK) == stored[1] == result.checked
+    assert result.verdicts == tl.load_run(stored[0].path).verdicts == stored[1].verdicts
+    assert content(stored[0].path)["judgment"] == stored[1].judgment.to_json()
 
 
 def test_a_recovery_of_a_live_system_learns_from_as_many_samples_as_are_observed(recoveries):
