@@ -160,12 +160,10 @@ def _read(
     path: Path, option: str, tracks: Tracks, learned: "tl.detection.RunClassifiers", usual: Mapping[str, Any]
 ) -> "Motion":
     """Return the motion in a file: windows of a recording that fits the run, or samples."""
-    from turing_learning.trajectories import announce
-
     if not _is_recording(path, tracks, usual):
         return _samples(path, option, learned)
     recording = tracks.read(path, option, usual)
-    announce(recording)
+    recording.announce()
     with refusing_as(RefusedError, place=str(path)):
         return tl.detection.recorded_motion(recording, learned, smooth_frames=tracks.smooth)
 

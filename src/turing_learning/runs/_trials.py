@@ -202,8 +202,12 @@ def read_post_evaluation(path: str | Path) -> ModelEvaluation | None:
     file = folder.post_evaluation_path
     if not file.exists():
         return None
-    stored = folder.read(file.name)
-    return ModelEvaluation(**stored | {"fitness": np.array(stored["fitness"], dtype=np.float64)})
+    try:
+        stored = dict(folder.read(file.name))
+        return ModelEvaluation(**stored | {"fitness": np.array(stored["fitness"], dtype=np.float64)})
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        what = f"`run` must have a readable {file.name}; got {file}, which holds something else."
+        raise RunFolderError(f"{what} Restore the file, or remove it and resume.") from error
 
 
 def post_evaluate(

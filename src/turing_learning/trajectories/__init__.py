@@ -1,7 +1,7 @@
 """Recorded motion: who was where at which frame, and what the classifiers get to see of it.
 
 ==========================  =====================================================================================
-`load_trajectories`         Open a tracker's file; `FORMATS` names the formats. `load_file` takes `Options`, `announce` logs doubts.
+`load_trajectories`         Open a tracker's file; `FORMATS` names the formats. `load_file` takes `Options`.
 `Trajectories`              The recording: positions in cm with y upwards, who is present, frame rate; `check()`,
                             `bridged()`, `thinned()`, `speeds()`, `signals()`, `windows()`, `to_xarray()`.
 `from_xarray`               A dataset in the conventions of the `movement` package, as `Trajectories`.
@@ -14,7 +14,7 @@
 ==========================  =====================================================================================
 """
 
-from ._load import FORMATS, announce, from_xarray, load_file, load_trajectories
+from ._load import FORMATS, from_xarray, load_file, load_trajectories
 from ._recording import Options, Problems
 from ._signals import DIRECTED, SIGNALS, Signals, compute_signals, filled, smooth, wrap
 from ._trajectories import Trajectories, pooled_windows
@@ -23,6 +23,6 @@ from ._windows import Windows, join_windows
 
 __all__ = [
     "DIRECTED", "FORMATS", "LONGEST_REST_S", "SIGNALS", "Options", "Problems", "Signals", "Trajectories", "Windows",
-    "announce", "compute_signals", "filled", "from_xarray", "join_windows", "load_file", "load_trajectories",
+    "compute_signals", "filled", "from_xarray", "join_windows", "load_file", "load_trajectories",
     "pooled_windows", "smooth", "wrap",
 ]  # fmt: skip

@@ -1,7 +1,6 @@
 """The door: any tracker's file, or a table or dataset in memory, to `Trajectories`."""
 
 import codecs
-import logging
 import math
 import re
 from collections.abc import Mapping
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-_LOGGER = logging.getLogger("turing_learning")
 Source = Union[str, Path, "pd.DataFrame", "xr.Dataset"]
 
 _ALL = (
@@ -101,15 +99,8 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     sources = path if isinstance(path, list) else [path]
     recordings = [load_file(source, options, format) for source in sources]
     for recording in recordings:
-        announce(recording)
+        recording.announce()
     return recordings if isinstance(path, list) else recordings[0]
-
-
-def announce(recording: Trajectories) -> None:
-    """Log what in a recording may be meant otherwise than it was read."""
-    problems = recording.problems
-    for doubt in (*problems.doubts, *problems.headings):
-        _LOGGER.warning("%s: %s", recording.source or "recording", doubt)
 
 
 def load_file(
@@ -285,9 +276,16 @@ def _find(path: Path, named: bool) -> Format:
         remedy = f"Name its columns there, for example frame,id,x,y, or {boxes}."
         raise refusal("begin with a header line", got, f"{path}:1", remedy)
     received = "what fits " + " and ".join(one.name for one in found) if found else "none of them"
-    own = "Name the columns of a table of your own frame or time (s), x, y, and id where there are several; or give "
-    ahead = own if glance.lines and not found else "Give "
-    raise refusal(f"have the content of one of {', '.join(FORMATS)}", received, path, (ahead, Setting("format"), "."))
+    give: list[str | Setting] = ["Give ", Setting("format"), "."]
+    if glance.lines and not found:
+        names = "Name the columns of a table of your own frame or time (s), x, y, and id where there are several"
+        give = [
+            f"{names}, or say which is what, for example ",
+            Setting("columns", {"x": "x_cm"}),
+            "; or give ",
+            *give[1:],
+        ]
+    raise refusal(f"have the content of one of {', '.join(FORMATS)}", received, path, tuple(give))
 
 
 def _look(path: Path) -> Glance:

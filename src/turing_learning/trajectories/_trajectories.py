@@ -1,5 +1,6 @@
 """The recording: who was where at which frame."""
 
+import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+_LOGGER = logging.getLogger("turing_learning")
 FREQUENT_JUMPS = 0.01
 """Share of jumps among all steps above which they are hardly a tracker's single errors."""
 FREQUENT_REPEATS = 0.1
@@ -149,6 +151,12 @@ class Trajectories:
             headings=() if self.headings is None else doubt_headings(positions, present, self.headings),
             doubts=(*self.choices, *doubts),
         )
+
+    def announce(self) -> None:
+        """Log what may be meant otherwise than it was read, as `load_trajectories` does."""
+        problems = self.problems
+        for doubt in (*problems.doubts, *problems.headings):
+            _LOGGER.warning("%s: %s", self.source or "recording", doubt)
 
     def _unlikely(self, jump_factor: float | None, longest_rest_s: float | None) -> Unlikely:
         return find_unlikely(self.positions, self.present, self.fps, jump_factor, longest_rest_s)

@@ -9,6 +9,10 @@ LONGEST_REST_S = 10.0
 the last position. In the termite recordings of the tests the longest such rest has 2.5 s."""
 LONGEST_REST_FRAMES = 50
 """The same in frames, where there are few per second."""
+REST_SHARE = 0.9
+REST_FACTOR = 4.0
+FEWEST_RESTS = 20
+"""Where there are so many shorter rests, one may last four times as long as nine of ten of them."""
 STAY_S = 0.5
 STAY_FRAMES = 5
 """What counts as a stay at a point, in s and in frames, whichever is longer."""
@@ -151,6 +155,9 @@ def _mark_stays(mask: np.ndarray, paths: _Paths, release: float, stay: int, long
     """Mark stays that begin or end as no rest does, or are too long for one."""
     stays = _Stays(paths)
     abrupt = np.maximum(stays.before, stays.after) > release
+    rests = stays.frames[(stays.frames >= stay) & (stays.frames < longest) & ~abrupt]
+    if len(rests) >= FEWEST_RESTS:
+        longest = max(longest, REST_FACTOR * float(np.quantile(rests, REST_SHARE)))
     false = (stays.frames >= longest) | ((stays.frames >= stay) & abrupt)
     paths.mark(mask, false[stays.of])
 

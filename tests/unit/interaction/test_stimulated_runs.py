@@ -179,7 +179,7 @@ def test_no_classifier_accepts_a_model_that_fails():
     [
         ({"stimulus": {"light": (1, 0)}}, "`stimulus` must have a low end below the high one"),
         ({"stimulus": {"light": (0, np.nan)}}, "`stimulus` must be finite"),
-        ({"stimulus": {}}, "`stimulus` must be a dict name"),
+        ({"stimulus": {}}, "`stimulus` must name one stimulus or more"),
         ({"passive": "now and then"}, "`passive` must be one of random, constant, recorded"),
         ({"passive": np.full((2, 30, 1), 1.5)}, r"`recorded` must be from 0 to 1; got 1.5 \[series 0, step 0, light\]"),
         ({"passive": np.zeros((2, 7, 1))}, "`recorded` must be series of 30 steps"),

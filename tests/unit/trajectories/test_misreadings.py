@@ -414,6 +414,16 @@ def test_animals_that_rest_are_learned_from(jitter, frames, decimals, tmp_path, 
     assert "for missing ones" not in caplog.text
 
 
+def test_who_rests_for_long_is_learned_from_where_many_rest(tmp_path):
+    moving = np.random.default_rng(0).random((30, 5, 1)) < 0.5
+    steps = np.diff(walk(3001), axis=0) * np.repeat(moving, 100, axis=0)
+    positions = 300 + np.cumsum(steps, axis=0)
+    read = load(tmp_path, table(positions))
+    assert read.cleared() is read
+    positions[700:, 2] = positions[700, 2]  # lost, among those who rest
+    assert np.flatnonzero(~load(tmp_path, table(positions)).cleared().present.all(axis=0)) == [2]
+
+
 @pytest.mark.parametrize("spike", [(1e6, 1e6), (-4000.0, 200.0), (200.0, 9000.0)])
 @pytest.mark.parametrize("length", [1, 2, 30])
 def test_positions_far_outside_are_left_out_and_told(spike, length, tmp_path, caplog):
