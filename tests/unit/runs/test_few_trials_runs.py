@@ -142,6 +142,7 @@ def solution(place, distance, settled=True):
         leverage=0.1,
         canary=1.0,
         moved=1.0,
+        mode=np.zeros(len(draws), dtype=np.int64),
     )
 
 
@@ -261,10 +262,11 @@ def test_where_models_end_the_interval_reaches_the_end(share, matched, estimate,
     tried[: round(100 * share)] = 1.0
     low, upper = np.full(2, 0.9), np.full(2, matched)
     found = SimpleNamespace(interval_low=low, interval_high=upper, draws=draws, p_value=0.5, settled=True)
+    found.mode = np.zeros(len(draws), dtype=np.int64)
     source = SimpleNamespace(ends=ends, to_units=lambda values: values)
     loop = SimpleNamespace(
         matched=lambda: found, trials=SimpleNamespace(draws=tried), _source=source, _middle=0.0, _reach=1.0,
-        _saturated=np.array([True, False]),
+        _saturated=np.array([True, False]), _examinable=False,
     )  # fmt: skip
     read = TrialsLoop.readout(loop)
     assert read["estimate"].tolist() == [end if estimate is None else estimate, 0.95]
