@@ -398,3 +398,37 @@ def test_a_run_whose_simulator_fails_says_so_and_is_resumed_to_the_same_bits(tmp
     assert tl.load_run(tmp_path / "run").trials < 24
     found = tl.resume(tmp_path / "run", genuine=given["genuine"], simulate=drift)
     assert (found.trials, found.estimate) == (24, expected.estimate)
+
+
+def squares(parameters, rng):
+    """Return samples (M, 20, 1) whose mean is the square of a parameter: its sign does not show."""
+    return parameters[:, :1, None] ** 2 + rng.standard_normal((len(parameters), 20, 1))
+
+
+def test_two_solutions_are_found_and_stated():
+    genuine = squares(np.full((60, 1), 1.5), np.random.default_rng(1))
+    result = tl.infer(genuine=genuine, simulate=squares, parameters={"root": (-3.0, 3.0)}, trials=400, seed=1)
+    assert result.verdict == "several solutions"
+    assert sorted(np.sign(mode.estimate["root"]) for mode in result.modes) == [-1, 1]
+    assert sum(mode.weight for mode in result.modes) == pytest.approx(1, abs=0.01)
+    low, high = result.interval["root"]
+    assert low < -1.4 < 1.4 < high
+
+
+def test_a_stored_run_has_its_solutions(tmp_path):
+    genuine = squares(np.full((60, 1), 1.5), np.random.default_rng(1))
+    options = {"parameters": {"root": (-3.0, 3.0)}, "trials": 400, "seed": 1}
+    result = tl.infer(genuine=genuine, simulate=squares, out=tmp_path / "run", **options)
+    assert tl.load_run(tmp_path / "run").modes == result.modes
+    assert len(json.loads((tmp_path / "run" / "result.json").read_text())["modes"]) == 2
+
+
+def test_a_simulator_without_noise_is_inferred():
+    def swing(parameters, rng):
+        return (parameters[:, :1] * np.sin(parameters[:, 1:] * np.arange(30) / 10))[:, :, None]
+
+    genuine = swing(np.full((20, 2), [1.3, 2.2]), np.random.default_rng(1))
+    ranges = {"height": (0.1, 3.0), "rate": (0.5, 5.0)}
+    result = tl.infer(genuine=genuine, simulate=swing, parameters=ranges, trials=600, seed=2)
+    assert result.estimate["height"] == pytest.approx(1.3, abs=0.01)
+    assert result.estimate["rate"] == pytest.approx(2.2, abs=0.01)
