@@ -35,10 +35,8 @@ def test_what_ends_a_run_is_none(kind):
     "door",
     [
         lambda: tl.Parameter(5, 1),
-        lambda: tl.Parameter(0, 1, unit=3),
         lambda: tl.Parameter("low", 1),
         lambda: infer(parameters={"speed": (5, 1)}),
-        lambda: infer(genuine=3),
         lambda: infer(generations=0),
         lambda: tl.infer("aggregatoin"),
         lambda: tl.load_run("nowhere"),
