@@ -153,7 +153,7 @@ def test_the_same_seed_gives_the_same_output(run, call):
         ("good.npy --false-alarms 1", "`false_alarms` must be .* above 0 and below 1; got 1.0"),
         ("good.npy --false-alarms few", "must be a number; got 'few'"),
         ("--simulate 3", "`simulate` must be an integer from 1 to 2; got 3"),
-        ("--simulate 1 --samples 0", "`samples` must be an integer of at least 1; got 0"),
+        ("--simulate 1 --samples 0", "`samples` must be an integer from 1 to 1000000000000; got 0"),
         ("--simulate 1 --seed -1", "`seed` must be an integer of at least 0; got -1"),
     ],
 )
