@@ -279,7 +279,12 @@ def _find(path: Path, named: bool) -> Format:
     give: list[str | Setting] = ["Give ", Setting("format"), "."]
     if glance.lines and not found:
         names = "Name the columns of a table of your own frame or time (s), x, y, and id where there are several"
-        give = [f"{names}, or say which is what, for example ", Setting("columns", {"x": "x_cm"}), "; or give ", *give[1:]]
+        give = [
+            f"{names}, or say which is what, for example ",
+            Setting("columns", {"x": "x_cm"}),
+            "; or give ",
+            *give[1:],
+        ]
     raise refusal(f"have the content of one of {', '.join(FORMATS)}", received, path, tuple(give))
 
 
