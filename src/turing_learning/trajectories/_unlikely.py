@@ -11,7 +11,7 @@ LONGEST_REST_FRAMES = 50
 """The same in frames, where there are few per second."""
 REST_SHARE = 0.9
 REST_FACTOR = 4.0
-FEWEST_RESTS = 20
+FEWEST_RESTS = 10
 """Where there are so many shorter rests, one may last four times as long as nine of ten of them."""
 STAY_S = 0.5
 STAY_FRAMES = 5
