@@ -453,14 +453,14 @@ def test_everybody_at_one_point_is_refused(tmp_path):
 
 
 def test_one_bad_position_makes_no_large_tank(tmp_path):
-    from turing_learning.families._recorded import RecordedMotion
+    from turing_learning.families import RecordedSystem
 
     positions = walk()
     positions[100, 3] = 1e7
     table(positions).to_csv(tmp_path / "fish.csv", index=False)
     options = {"trajectories": [tmp_path / "fish.csv"], "fps": 25.0, "scale": 10.0, "y_axis": "up"}
     options |= {"model": "couzin", "window": 1.0}
-    _, family, (motion,) = RecordedMotion(options).opened()
+    _, family, (motion,) = RecordedSystem(options).opened()
     assert max(family.tank_cm) < 61
     assert "1 position far outside all others" in str(motion.problems)
 
