@@ -30,7 +30,6 @@ from matplotlib.figure import Figure
 import turing_learning as tl
 from turing_learning.cli import main
 from turing_learning.errors import RefusedError
-from turing_learning.results import folder as folders
 from turing_learning.studies import study
 
 SMALL = {"models.population": 8, "classifiers.population": 8, "run.checkpoint_every": 3}
@@ -224,7 +223,6 @@ OF = {
 
 def outcome(door, folder):
     """Call a door; return the outcome's kind if it needs no comparison, and all that it said of numbers."""
-    folders._unverified.clear()
     try:
         said = DOORS[door](folder, RECORDED if folder == "recording" else [])
         if said.code == 0 and door == "resume":  # is what it leaves right?

@@ -6,9 +6,10 @@
     A run as an iterable: begin or open it, one `Progress` for each generation; leaving the loop stops it.
 `start`, `resume`, `load_run`, `new_run_path`
     Run a resolved configuration in a folder; resume a run; open its result; where a new one may be.
-`start_laboratory`, `resume_laboratory`, `stored_laboratory`, `trust_laboratory`, `is_laboratory_run`, `awaits_robots`,
-`read_events`
-    The same with real robots; an edited `laboratory.json`; whether robots are needed; what has happened.
+`start_laboratory`, `resume_laboratory`, `stored_laboratory`, `is_laboratory_run`, `awaits_robots`, `read_events`
+    The same with real robots; whether they are still needed; what has happened in the laboratory.
+`trust_laboratory`
+    Seal an edited `laboratory.json`, which names functions that are executed.
 `read_trials`, `ObservedTrials`, `read_post_evaluation`, `ModelEvaluation`
     Its trials as they were observed; what its last models are worth when they are observed again.
 `simulate_laboratory`, `SimulatedRun`
