@@ -6,7 +6,8 @@
 single settings, and rejects what is wrong in one message (`ConfigurationError`);
 `to_toml` writes it back with every field explicit.
 `flat_settings` and `with_settings` see a configuration as dotted keys with values, `dotted` any table, and `PROSE` names those that
-change nothing. `LARGEST_SEED` is that of a run. `classifier_of` makes the classifiers' network; `part_of` and `built` find and make optimizers (`OPTIMIZERS` are
+change nothing. `LARGEST_SEED` is that of a run.
+`classifier_of` makes the classifiers' network; `part_of` and `built` find and make optimizers (`OPTIMIZERS` are
 built in) and classifiers. `require_whole_cycles` refuses other durations, `require_visible_objects` sensors of objects that are
 not there.
 
