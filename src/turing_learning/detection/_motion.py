@@ -17,6 +17,8 @@ from turing_learning.errors import check, reject
 from turing_learning.trajectories import Trajectories
 
 MOTION_SUFFIXES = (".npy", ".npz", ".csv")
+"""Endings of the files that hold samples of named individuals."""
+
 _KEYS = ("individual", "sample", "step")
 
 

@@ -12,7 +12,7 @@
     What a run finds whose truth is the estimate; what is said of each parameter; all of it together.
 `sides_rejected`
     What may be claimed: that values on both sides of an estimate fit worse. Whether the model, or the search, is
-    at fault: `turing_learning.analysis.Judgment`. `LEVEL` is that of all tests.
+    at fault: `turing_learning.analysis.Judgment`.
 `read_check`
     A `Check` as it was stored.
 `Quantity`

@@ -5,7 +5,6 @@ from ._check import Recovery as Recovery
 from ._check import profile as profile
 from ._check import read_check as read_check
 from ._check import sides_rejected as sides_rejected
-from ._two_sample import LEVEL as LEVEL
 from ._two_sample import TwoSampleTest as TwoSampleTest
 from ._two_sample import two_sample_test as two_sample_test
 from .evidence import Effort as Effort

@@ -18,6 +18,7 @@ MOST_ROBOTS = 1000
 LARGEST_SPEED = 1e6  # of a controller, in maximum speeds
 FILM_SPEED = 10.0  # seconds of the swarm's time in one second of film
 REPLAY_SUFFIXES = (".html", ".gif", ".mp4")
+"""Endings of the files that a replay is written to."""
 
 
 def trial_replay(
