@@ -145,7 +145,8 @@ def combined(found: Sequence[Matched], wide: np.ndarray) -> Matched:
     )
 
 
-@threadpool_limits.wrap(limits=1, user_api="blas")  # sums in one order; matrices are too small for threads
+# Sums in one order; the matrices are too small for threads.
+@threadpool_limits.wrap(limits=1, user_api="blas")  # type: ignore[untyped-decorator]
 def match(
     parameters: np.ndarray, counterfeit_outputs: np.ndarray, genuine_outputs: np.ndarray, *, low: np.ndarray,
     high: np.ndarray, start: np.ndarray, spread: np.ndarray, recordings: np.ndarray | None = None,

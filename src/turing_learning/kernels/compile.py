@@ -35,7 +35,7 @@ class _SealedCacheFile(IndexDataCacheFile):
         raw = super()._dump(obj)
         return hashlib.sha256(raw).digest() + raw
 
-    def _load_index(self) -> dict:
+    def _load_index(self) -> dict[Any, Any]:
         try:
             with Path(self._index_path).open("rb") as file:
                 if pickle.load(file) != self._version:  # noqa: S301 - Numba's own files, beside the code
@@ -71,14 +71,14 @@ class _KernelCache(FunctionCache):
     version of a kernel from another file was inlined.
     """
 
-    def __init__(self, function: Callable, notice: str) -> None:
+    def __init__(self, function: Callable[..., Any], notice: str) -> None:
         super().__init__(function)
         self._notice, self._which = notice, "this"
         given = self._cache_file
         base = f"{given._index_name.removesuffix('.nbi')}-sealed"  # earlier versions find files of their own
         self._cache_file = _SealedCacheFile(given._cache_path, base, given._source_stamp)
 
-    def _index_key(self, sig: Any, codegen: Any) -> tuple:
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         return (*super()._index_key(sig, codegen), _room_digest())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -93,7 +93,7 @@ class _KernelCache(FunctionCache):
             super().save_overload(sig, data)
 
 
-def compile_cached(function: Callable, *, notice: str = "", **options: Any) -> Any:
+def compile_cached(function: Callable[..., Any], *, notice: str = "", **options: Any) -> Any:
     """Compile `function` without the interpreter lock and keep the machine code on disk where that is possible.
 
     With a `notice` the log says what is compiled, and how long that takes, when it is not on the disk yet; "{}"
@@ -110,11 +110,11 @@ def compile_cached(function: Callable, *, notice: str = "", **options: Any) -> A
 _INLINED = _COMMON | {"forceinline": True, "_nrt": False, "no_cpython_wrapper": True}
 
 
-def inlined(function: Callable) -> Any:
+def inlined(function: Callable[..., Any]) -> Any:
     """Mark a function that becomes part of the kernels that call it. It cannot allocate."""
     return njit(**_INLINED)(function)
 
 
-def contracted(function: Callable) -> Any:
+def contracted(function: Callable[..., Any]) -> Any:
     """Mark an inlined function whose products and sums may be fused: the order of its rounding is nobody's fact."""
     return njit(fastmath={"contract"}, **_INLINED)(function)

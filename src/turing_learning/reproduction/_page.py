@@ -12,12 +12,12 @@ from typing import Any
 import pandas as pd
 from pydantic import TypeAdapter, ValidationError
 
-from turing_learning._files import in_home, write_atomically, write_json
+from turing_learning._files import SEALS, in_home, write_atomically, write_json
 from turing_learning.errors import refuse, require
 from turing_learning.figures import save_figure
 from turing_learning.provenance import provenance
 from turing_learning.report import is_page
-from turing_learning.store import LOCK, SEALS, RunFolderError, Store, check_folder, refuse_format, reject_folder
+from turing_learning.store import LOCK, RunFolderError, Store, check_folder, refuse_format, reject_folder
 from turing_learning.targets import refuse_target
 
 from ._experiment import PIECES, Experiment, Findings, Shown

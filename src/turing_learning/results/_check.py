@@ -30,7 +30,8 @@ from turing_learning.identifiability import (
 )
 from turing_learning.identifiability import evidence as evidences
 from turing_learning.identifiability.evidence import RECOVERING, Evidence, Quantity, evidence_of, stream
-from turing_learning.store import RunFolderError, RunStorageError, check_folder, storage, writable
+from turing_learning.store import RunFolderError, check_folder, storage, writable
+from turing_learning.store import RunStorageError as RunStorageError
 from turing_learning.systems import CustomSystem, CustomSystemError, Given, Source, describe_simulated, same_time_step
 from turing_learning.trajectories import Trajectories
 

@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning._files import PARTIAL, remove_partial, write_atomically
+from turing_learning._files import PARTIAL, digest_of, remove_partial, write_atomically
 from turing_learning.config import Configuration, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, refusing_as
 from turing_learning.families import RecordedSystem
 from turing_learning.provenance import now, provenance, this_process, versions
-from turing_learning.store import Kind, Place, RunFolderError, Store, check_folder, digest_of, reject_folder, storage
+from turing_learning.store import Kind, Place, Store, check_folder, reject_folder, storage
+from turing_learning.store import RunFolderError as RunFolderError
 from turing_learning.systems import Given, imported
 
 FORMAT_VERSION = 1

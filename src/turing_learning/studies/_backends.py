@@ -189,7 +189,7 @@ def _quiet() -> Iterator[None]:
 def _require_address(address: str) -> None:
     """Raise ValueError or OSError where a client would raise, too, and complain once more when it is collected."""
     from distributed import Security
-    from distributed.comm import parse_address, resolve_address
+    from distributed.comm.addressing import parse_address, resolve_address
 
     scheme, _ = parse_address(address)
     if scheme not in SCHEMES:

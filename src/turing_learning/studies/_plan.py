@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning._files import digest_of, file_digest
+from turing_learning._files import SEALS, digest_of, file_digest
 from turing_learning.config import (
     LARGEST_SEED,
     PROSE,
@@ -25,7 +25,7 @@ from turing_learning.interaction import describe_stimulated
 from turing_learning.purposes import RANDOM_BEHAVIORS
 from turing_learning.results import resume_command
 from turing_learning.runs import is_custom
-from turing_learning.store import SEALS, Kind, Place, RunFolderError, Store, check_folder, reject_folder
+from turing_learning.store import Kind, Place, RunFolderError, Store, check_folder, reject_folder
 from turing_learning.swarm import AGGREGATION, Scenario
 from turing_learning.systems import CustomOptions, CustomSystem, Range, describe, imported, name_of
 

@@ -113,7 +113,7 @@ SPARSEST = 100
 Place = Callable[[int], str]
 
 
-def natural(name: str) -> tuple:
+def natural(name: str) -> tuple[list[tuple[int, str]], str]:
     """Return a sorting key by which fish10 comes after fish9."""
     parts = re.split(r"([0-9]+)", name)
     return [(len(part.lstrip("0")), part) if k % 2 else (0, part) for k, part in enumerate(parts)], name

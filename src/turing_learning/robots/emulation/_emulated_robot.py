@@ -315,8 +315,13 @@ class EmulatedRobot:
         return _line(_ANSWERS[letter])
 
     def _numbers(self, letter: str) -> Sequence[int]:
-        own = {"E": lambda: self._speed, "N": self._body.proximity, "Q": lambda: self._steps}
-        return own[letter]() if letter in own else _SENSED[letter]
+        if letter == "E":
+            return self._speed
+        if letter == "N":
+            return self._body.proximity()
+        if letter == "Q":
+            return self._steps
+        return _SENSED[letter]
 
     @property
     def _charge(self) -> int:

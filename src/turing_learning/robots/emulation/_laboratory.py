@@ -62,7 +62,8 @@ class ArenaRobot:
         self, name: str, controller: tuple[float, ...] | None, *, clock: Callable[[], float], drift: float,
         battery_s: float, rng: np.random.Generator, make_line: Callable[[EmulatedRobot, str], Line],
     ) -> None:  # fmt: skip
-        self._own_time, self._battery_s = lambda: clock() * (1 + drift), battery_s
+        self._own_time: Callable[[], float] = lambda: clock() * (1 + drift)
+        self._battery_s = battery_s
         self.emulated = EmulatedRobot(self, clock=self._own_time, controller=controller, tell=self._tell, rng=rng)
         self.line, self.silent, self.charge = make_line(self.emulated, name), False, 1.0
         self._readings: Sequence[int] = (0,) * 8
