@@ -19,6 +19,19 @@ settings.load_profile("patient")
 
 HERE = Path(__file__).parent
 
+FAST_ROOMS = ("analysis", "classifiers", "coevolution", "config", "evolution", "families", "models", "trajectories")
+"""Rooms under tests/unit whose tests compile no kernels and start no processes, but for `SLOW_FILES`."""
+
+SLOW_FILES = {
+    "test_circles.py",  # starts processes
+    "test_executor.py",  # starts processes
+    "test_family.py",  # compiles the sensors of robots
+    "test_few_trials.py",  # complete runs
+    "test_matching.py",  # statistics over many seeds
+    "test_reader_fuzz.py",  # hundreds of random files
+    "test_several_recordings.py",  # complete runs
+}
+
 
 def pytest_xdist_auto_num_workers(config):
     """Let the suite use all processors (None: as many as there are), and a room or a file this process alone."""
@@ -31,6 +44,27 @@ def pytest_configure(config):
     names = Counter(path.name for path in HERE.rglob("test_*.py"))
     if twice := sorted(name for name, count in names.items() if count > 1):
         raise pytest.UsageError(f"files of tests must have different names in all rooms; got twice: {', '.join(twice)}")
+
+
+def _is_fast(path):
+    folder = path.parent
+    if path.name in SLOW_FILES:
+        return False
+    return folder == HERE / "unit" or (folder.parent == HERE / "unit" and folder.name in FAST_ROOMS)
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Import only the files of the fast tests where nothing else is asked for: importing all others takes longer than they do."""
+    if config.option.markexpr == "fast" and collection_path.is_file() and not _is_fast(collection_path):
+        return True
+    return None
+
+
+def pytest_collection_modifyitems(items):
+    """Mark the tests that a contributor runs after each change; see CONTRIBUTING.md."""
+    for item in items:
+        if _is_fast(item.path):
+            item.add_marker("fast")
 
 
 @pytest.fixture(autouse=True)
