@@ -20,7 +20,7 @@ settings.load_profile("patient")
 HERE = Path(__file__).parent
 
 FAST_ROOMS = ("analysis", "classifiers", "coevolution", "config", "evolution", "families", "models", "trajectories")
-"""Rooms under tests/unit whose tests compile no kernels and start no processes, but for `SLOW_FILES`."""
+"""Rooms under tests/unit whose tests need no simulated robots and no processes, but for `SLOW_FILES`."""
 
 SLOW_FILES = {
     "test_circles.py",  # starts processes

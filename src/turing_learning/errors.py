@@ -1,13 +1,14 @@
-"""Refusals as data: what must hold, what was given, where, and what to do; said in the words of whoever asks.
+"""Refusals as data: what must hold, what was given, where, and what to do.
 
-Every door of the package rejects values with `require`, `refuse` or one of the checks below. The error carries a `Refusal`, whose
-fields the command line renders with the names of its options; from Python the message names arguments.
+The doors of the package are where values enter: Python functions, the command line, files. Every door rejects values with
+`require`, `refuse` or one of the checks below. The error carries a `Refusal`. Its message names arguments of Python; the
+command line writes it again with the names of its options (`Words`).
 """
 
 import difflib
 import math
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
@@ -22,7 +23,7 @@ LARGEST_COUNT = 10**12
 
 @dataclass(frozen=True)
 class Setting:
-    """An argument or setting that a remedy or a rule names, with a value if there is one to give."""
+    """An argument or setting that a rule or a remedy names, with the value to set, if any."""
 
     name: str
     value: Any = None
@@ -30,7 +31,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Call:
-    """A call that a remedy names, for example ``Call("resume", "runs/mine")``: a function of the package and a command."""
+    """A call that a remedy names, for example ``Call("resume", "runs/mine")``: a function and a command."""
 
     verb: str
     path: str
@@ -50,12 +51,18 @@ class Words:
 
     def setting(self, setting: Setting) -> str:
         """Return a setting in a sentence: its name in backticks, or ``name=value``."""
-        return f"`{setting.name}`" if setting.value is None else f"{setting.name}={setting.value!r}"
+        if setting.value is None:
+            return f"`{setting.name}`"
+        return f"{setting.name}={setting.value!r}"
 
     def call(self, call: Call) -> str:
         """Return a call in a sentence: ``turing_learning.verb('path', ...)`` in backticks."""
-        arguments = [repr(call.path)] if call.path else []
-        arguments += [f"{each.name}={'...' if each.value is None else repr(each.value)}" for each in call.more]
+        arguments = []
+        if call.path:
+            arguments.append(repr(call.path))
+        for setting in call.more:
+            value = "..." if setting.value is None else repr(setting.value)
+            arguments.append(f"{setting.name}={value}")
         return f"`turing_learning.{call.verb}({', '.join(arguments)})`"
 
 
@@ -74,24 +81,38 @@ class Refusal:
 
     def text(self, words: Words = PYTHON) -> str:
         """Return the message in the words of a door."""
-        place, remedy = f" [{self.place}]" if self.place else "", said(self.remedy, words)
-        return f"`{words.name(self.name)}` must {said(self.rule, words)}; got {self.got}{place}.{' ' + remedy if remedy else ''}"
+        message = f"`{words.name(self.name)}` must {in_words(self.rule, words)}; got {self.got}"
+        if self.place:
+            message += f" [{self.place}]"
+        message += "."
+        if self.remedy:
+            message += f" {in_words(self.remedy, words)}"
+        return message
 
     def __str__(self) -> str:
         return self.text()
 
 
-def said(text: Text, words: Words = PYTHON) -> str:
-    """Return a text whose pieces are in the words of a door."""
-    pieces = text if isinstance(text, tuple) else (text,)
-    return "".join(
-        words.setting(piece) if isinstance(piece, Setting) else words.call(piece) if isinstance(piece, Call) else piece
-        for piece in pieces
-    )
+def in_words(text: Text, words: Words = PYTHON) -> str:
+    """Return a text whose settings and calls are in the words of a door."""
+    if not isinstance(text, tuple):
+        text = (text,)
+    sentence = ""
+    for piece in text:
+        if isinstance(piece, Setting):
+            sentence += words.setting(piece)
+        elif isinstance(piece, Call):
+            sentence += words.call(piece)
+        else:
+            sentence += piece
+    return sentence
 
 
 class RefusedError(ValueError):
-    """A value is rejected at a door; nothing has been changed. `refusal` says why, None where the message is all there is."""
+    """A value is rejected at a door; nothing has been changed.
+
+    `refusal` says why; it is None where the message is all there is.
+    """
 
     def __init__(self, why: Refusal | str) -> None:
         super().__init__(str(why))
@@ -106,16 +127,33 @@ class RefusedError(ValueError):
 
 
 def refuse(
-    name: str, rule: Text, got: object, remedy: Text = "", *, place: str = "", error: type[RefusedError] = RefusedError
+    name: str,
+    rule: Text,
+    got: object,
+    remedy: Text = "",
+    *,
+    place: str = "",
+    error: type[RefusedError] = RefusedError,
 ) -> NoReturn:
-    """Reject a value: raise `error` with a `Refusal`. A `got` that is not a string is shown as Python writes it."""
-    raise error(Refusal(name, rule, got if isinstance(got, str) else brief(got), place, remedy))
+    """Reject a value: raise `error` with a `Refusal`.
+
+    A `got` that is not a string is shown as Python writes it.
+    """
+    if not isinstance(got, str):
+        got = brief(got)
+    raise error(Refusal(name, rule, got, place, remedy))
 
 
 def require(
-    holds: object, name: str, rule: Text, got: object, remedy: Text = "", *, place: str = "",
+    holds: object,
+    name: str,
+    rule: Text,
+    got: object,
+    remedy: Text = "",
+    *,
+    place: str = "",
     error: type[RefusedError] = RefusedError,
-) -> None:  # fmt: skip
+) -> None:
     """Reject a value unless `holds`; a string given as `got` stands as it is, so quote one with ``repr``."""
     if not holds:
         refuse(name, rule, got, remedy, place=place, error=error)
@@ -134,16 +172,19 @@ reject = partial(refuse, error=ConfigurationError)
 
 @contextmanager
 def refusing_as(error: type[RefusedError], *, name: str = "", place: str = "") -> Iterator[None]:
-    """Raise what the block rejects as another kind of error, with a place or a name that the block did not know."""
+    """Raise what the block rejects as another `error`, with a `place` or `name` that the block did not know."""
     try:
         yield
     except RefusedError as refused:
-        why = refused.refusal
-        if isinstance(refused, error) and not (why and (place or name)):
+        refusal = refused.refusal
+        if refusal is None:
+            if isinstance(refused, error):
+                raise
+            raise error(str(refused)) from refused
+        if isinstance(refused, error) and not (place or name):
             raise
-        if why:
-            why = replace(why, name=name or why.name, place=", ".join(filter(None, (why.place, place))))
-        raise error(why or str(refused)) from refused
+        places = filter(None, (refusal.place, place))
+        raise error(replace(refusal, name=name or refusal.name, place=", ".join(places))) from refused
     except ValueError as refused:
         raise error(str(refused)) from refused
 
@@ -162,23 +203,35 @@ def optional(module: str, name: str, extra: str) -> ModuleType:
 
 
 def brief(value: object, most: int = 200) -> str:
-    """Return a value as Python writes it, cut where it is long; numbers of NumPy as plain ones, arrays by their shape."""
+    """Return a value as Python writes it, cut to `most` characters.
+
+    Numbers of NumPy are written as plain ones, arrays by their shape.
+    """
     if hasattr(value, "shape") and getattr(value, "shape", ()) != ():
         return f"an array of shape {tuple(value.shape)}"
     if isinstance(value, int) and abs(value) >= 10**most:
-        return "an integer of more than {} digits".format(most)  # noqa: UP032 - the number itself may not be written
+        # Python refuses to write such a number.
+        return "an integer of more than {} digits".format(most)  # noqa: UP032
     try:
-        text = " ".join(repr(value.item() if hasattr(value, "item") else value).split("\n"))
+        if hasattr(value, "item"):
+            value = value.item()
+        text = " ".join(repr(value).split("\n"))
     except Exception:  # a value of the caller's may fail to write itself
         text = f"a {type(value).__name__}"
-    return text if len(text) <= most else f"{text[: most - 3]}..."
+    if len(text) > most:
+        text = f"{text[: most - 3]}..."
+    return text
 
 
 def nearest(word: str, choices: Iterable[str]) -> str:
     """Return a sentence that names the choice nearest to a misspelt word, or all choices."""
-    known = sorted(choices)
-    close = difflib.get_close_matches(word, known, n=1, cutoff=0.6) if isinstance(word, str) else []
-    return f"Did you mean `{close[0]}`?" if close else f"Choose from: {', '.join(known)}."
+    names = sorted(choices)
+    similar = []
+    if isinstance(word, str):
+        similar = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    if similar:
+        return f"Did you mean `{similar[0]}`?"
+    return f"Choose from: {', '.join(names)}."
 
 
 def is_integer(value: object) -> bool:
@@ -187,40 +240,79 @@ def is_integer(value: object) -> bool:
 
 
 def integer(
-    name: str, value: Any, least: int = 0, most: int | None = None, *, remedy: Text = "", place: str = "",
+    name: str,
+    value: Any,
+    least: int = 0,
+    most: int | None = None,
+    *,
+    remedy: Text = "",
+    place: str = "",
     error: type[RefusedError] = RefusedError,
-) -> int:  # fmt: skip
+) -> int:
     """Return an integer of at least `least`, and at most `most` if given; reject anything else."""
-    rule = f"be an integer of at least {least}" if most is None else f"be an integer from {least} to {most}"
+    rule = f"be an integer of at least {least}"
+    if most is not None:
+        rule = f"be an integer from {least} to {most}"
     fits = is_integer(value) and value >= least and (most is None or value <= most)
     require(fits, name, rule, brief(value), remedy, place=place, error=error)
     return int(value)
 
 
 def number(
-    name: str, value: Any, *, least: float | None = None, above: float | None = None, most: float | None = None,
-    below: float | None = None, remedy: Text = "", place: str = "", error: type[RefusedError] = RefusedError,
-) -> float:  # fmt: skip
-    """Return a finite number within bounds: `least` and `most` belong to the range, `above` and `below` do not."""
-    known = (("of at least", ge, least), ("above", gt, above), ("of at most", le, most), ("below", lt, below))
-    bounds = [(word, holds, bound) for word, holds, bound in known if bound is not None]
-    rule = f"be a finite number {' and '.join(f'{word} {bound:g}' for word, _, bound in bounds)}"
-    try:
-        got = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
-    except OverflowError:  # an integer beyond the floats
-        got = math.nan
-    fits = math.isfinite(got) and all(holds(got, bound) for _, holds, bound in bounds)
-    require(fits, name, rule.rstrip(), brief(value), remedy, place=place, error=error)
-    return got
+    name: str,
+    value: Any,
+    *,
+    least: float | None = None,
+    above: float | None = None,
+    most: float | None = None,
+    below: float | None = None,
+    remedy: Text = "",
+    place: str = "",
+    error: type[RefusedError] = RefusedError,
+) -> float:
+    """Return a finite number within bounds.
+
+    `least` and `most` belong to the range, `above` and `below` do not.
+    """
+    converted = math.nan
+    if isinstance(value, Real) and not isinstance(value, bool):
+        with suppress(OverflowError):  # an integer beyond the floats
+            converted = float(value)
+    fits = math.isfinite(converted)
+    rules = []
+    for words, holds, bound in (
+        ("of at least", ge, least),
+        ("above", gt, above),
+        ("of at most", le, most),
+        ("below", lt, below),
+    ):
+        if bound is not None:
+            rules.append(f"{words} {bound:g}")
+            fits = fits and holds(converted, bound)
+    rule = f"be a finite number {' and '.join(rules)}".rstrip()
+    require(fits, name, rule, brief(value), remedy, place=place, error=error)
+    return converted
 
 
 def choice(
-    name: str, value: Any, choices: Iterable[str], *, noun: str = "", place: str = "",
+    name: str,
+    value: Any,
+    choices: Iterable[str],
+    *,
+    noun: str = "",
+    place: str = "",
     error: type[RefusedError] = RefusedError,
-) -> str:  # fmt: skip
-    """Return one of several names; the message names the nearest. With a `noun` the rule is "be a known <noun>"."""
-    known = tuple(choices)
-    rule = f"be a known {noun}" if noun else f"be one of {', '.join(known)}"
-    remedy = nearest(value, known) if noun else ""
-    require(isinstance(value, str) and value in known, name, rule, brief(value), remedy, place=place, error=error)
+) -> str:
+    """Return one of several names.
+
+    With a `noun` the rule is "be a known <noun>", and the remedy names the nearest choice.
+    """
+    names = tuple(choices)
+    rule = f"be one of {', '.join(names)}"
+    remedy = ""
+    if noun:
+        rule = f"be a known {noun}"
+        remedy = nearest(value, names)
+    fits = isinstance(value, str) and value in names
+    require(fits, name, rule, brief(value), remedy, place=place, error=error)
     return str(value)

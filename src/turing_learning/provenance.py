@@ -14,29 +14,47 @@ _PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "zarr", "xarray", "pydantic"
 
 
 def provenance() -> dict[str, Any]:
-    """Return the versions of the package and of what it is built on, its commit in a checkout, the machine, and the time."""
-    lines = ["model name:" + (platform.processor() or "")]
-    with suppress(OSError):
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    machine: dict[str, Any] = {"system": platform.platform(), "architecture": platform.machine()}
-    machine |= {"processor": next(filter(None, names), None), "processors": os.cpu_count()}
-    root, commit = Path(__file__).resolve().parents[2], None
-    if (root / ".git").exists() and (root / "pyproject.toml").exists():  # a checkout of the repository
-        command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
-        with suppress(OSError, subprocess.SubprocessError):
-            found = subprocess.run(command, capture_output=True, text=True, timeout=5, check=True)
-            commit = found.stdout.strip() or None
-    return {"versions": versions(), "commit": commit, "machine": machine, "started": now()}
+    """Return the versions of the package and of its libraries, its commit in a checkout, the machine, and the time."""
+    machine = {
+        "system": platform.platform(),
+        "architecture": platform.machine(),
+        "processor": _processor(),
+        "processors": os.cpu_count(),
+    }
+    return {"versions": versions(), "commit": _commit(), "machine": machine, "started": now()}
+
+
+def _processor() -> str | None:
+    """Return the name of the processor; None if the system does not say."""
+    with suppress(OSError):  # Linux alone has this file; there, `platform.processor` is often empty
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
+            name = line.partition(":")[2].strip()
+            if line.startswith("model name") and name:
+                return name
+        return None
+    return platform.processor().strip() or None
+
+
+def _commit() -> str | None:
+    """Return the commit of a checkout of the repository, with "-dirty" if files differ; None elsewhere."""
+    root = Path(__file__).resolve().parents[2]
+    if not (root / ".git").exists() or not (root / "pyproject.toml").exists():
+        return None
+    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
+    try:
+        process = subprocess.run(command, capture_output=True, text=True, timeout=5, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return process.stdout.strip() or None
 
 
 def versions() -> dict[str, str]:
     """Return name -> version of the package, of Python, and of the libraries that results depend on."""
-    found = {"turing-learning": version("turing-learning"), "python": platform.python_version()}
+    installed = {"turing-learning": version("turing-learning"), "python": platform.python_version()}
     for package in _PACKAGES:
         with suppress(PackageNotFoundError):
-            found[package] = version(package)
-    return found
+            installed[package] = version(package)
+    return installed
 
 
 def this_process() -> dict[str, Any]:

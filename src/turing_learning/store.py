@@ -24,7 +24,26 @@ from .errors import RefusedError, brief, refuse, require
 
 LOCK = "lock"
 _LOGGER = logging.getLogger("turing_learning")
-_LOOKS = 4  # at a file that does not fit its seal: the process that writes may have replaced both in between
+
+
+# Of a file that does not fit its seal: the process that writes may have replaced both in between.
+_ATTEMPTS = 4
+
+
+@contextmanager
+def os_errors_as(error: type[Exception], what: str, remedy: str) -> Iterator[None]:
+    """Turn what the operating system says inside the block into one message: what must be, why it is not, what to do.
+
+    A `RunStorageError` has its message already, and passes; so does the message of a FileExistsError that is ours.
+    """
+    try:
+        yield
+    except RunStorageError:
+        raise
+    except OSError as problem:
+        if isinstance(problem, FileExistsError) and problem.errno is None:
+            raise error(str(problem)) from problem
+        raise error(f"{what} ({problem.strerror or problem}). {remedy}") from problem
 
 
 class RunFolderError(RefusedError):
@@ -45,31 +64,32 @@ class RunStorageError(OSError):
     """A folder could not be written any further, for example because the disk is full; its work can be resumed."""
 
 
-@contextmanager
-def told(kind: type[Exception], what: str, remedy: str) -> Iterator[None]:
-    """Turn what the operating system says inside the block into one message: what must be, why it is not, what to do.
-
-    A `RunStorageError` has its message already, and passes; so does the message of a FileExistsError that is ours.
-    """
-    try:
-        yield
-    except RunStorageError:
-        raise
-    except OSError as error:
-        ours = isinstance(error, FileExistsError) and error.errno is None
-        raise kind(str(error) if ours else f"{what} ({error.strerror or error}). {remedy}") from error
-
-
 def writable(name: str, path: Path) -> AbstractContextManager[None]:
     """Reject a folder, before anything runs, to which the block cannot write."""
-    elsewhere = "Choose another folder, or make room." if name == "out" else "Use a copy elsewhere, or make room."
-    return told(RunFolderError, f"`{name}` must be a folder that can be written; got {path}", elsewhere)
+    remedy = "Use a copy elsewhere, or make room."
+    if name == "out":
+        remedy = "Choose another folder, or make room."
+    return os_errors_as(RunFolderError, f"`{name}` must be a folder that can be written; got {path}", remedy)
 
 
 def storage(path: Path, ahead: str, name: str = "out") -> AbstractContextManager[None]:
     """Say of a folder that cannot be written any further what to do when there is room."""
     what = f"`{name}` must be a folder with space left; could not write to {path}"
-    return told(RunStorageError, what, f"Make room, then {ahead}")
+    return os_errors_as(RunStorageError, what, f"Make room, then {ahead}")
+
+
+@dataclass(frozen=True)
+class FolderKind:
+    """What a store holds.
+
+    While the folder is locked, its head and the files beside it are written again if they are removed.
+    """
+
+    noun: str  # what it is called, and the name of the argument in messages: "study"
+    head: str  # the JSON file that says what the folder is; it has a ``format_version``
+    identity: tuple[str, ...] = ()  # keys of the head whose values stay the same for its life
+    newest: int = 1  # newest format version that can be read
+    beside: tuple[str, ...] = ()  # files that belong to the head
 
 
 def refuse_format(version: Any, newest: int, path: Path, noun: str) -> None:
@@ -80,20 +100,6 @@ def refuse_format(version: Any, newest: int, path: Path, noun: str) -> None:
     check(version <= newest, rule=f"be at most {newest}", remedy=later)
 
 
-@dataclass(frozen=True)
-class Kind:
-    """What a store holds.
-
-    What is removed of the head and of the files beside it while the folder is locked is written again.
-    """
-
-    noun: str  # what it is called, and the name of the argument in messages: "study"
-    head: str  # the JSON file that says what the folder is; it has a ``format_version``
-    identity: tuple[str, ...] = ()  # keys of the head whose values stay the same for its life
-    newest: int = 1  # newest format version that can be read
-    beside: tuple[str, ...] = ()  # files that belong to the head
-
-
 class Store:
     """A folder of files that are written atomically, and verified when they are read.
 
@@ -101,17 +107,20 @@ class Store:
     rejected. Nothing is made before something is written.
     """
 
-    def __init__(self, path: str | Path, kind: Kind) -> None:
+    def __init__(self, path: str | Path, kind: FolderKind) -> None:
         try:  # a name that the operating system takes; the folder may be missing
-            good = b"\0" not in os.fsencode(path)
+            nameable = b"\0" not in os.fsencode(path)
         except UnicodeEncodeError:  # half a character
-            good = False
-        check_folder(good, kind.noun, "be the path of a folder", brief(path))
-        self.path, self.kind = in_home(path), kind
+            nameable = False
+        check_folder(nameable, kind.noun, "be the path of a folder", brief(path))
+        self.path = in_home(path)
+        self.kind = kind
         self._seals: Seals | None = None
-        self._place: tuple[int, int] | None = None  # device and inode of the folder that is locked
-        self._written: set[str] = set()  # files that have been written since the index was read, and have their names
-        self._lasting: dict[Path, bytes] = {}  # the head and what is beside it, while the folder is locked
+        # While the folder is locked: its device and inode, and the content of its head and of the files beside it.
+        self._locked_inode: tuple[int, int] | None = None
+        self._head_files: dict[Path, bytes] = {}
+        # Files that have been written since the index was read, and have their names.
+        self._written: set[str] = set()
 
     # What the folder is
 
@@ -122,43 +131,58 @@ class Store:
 
     def exists(self) -> bool:
         """Return whether this is a store of its kind, of any version."""
-        return self._peek() is not None
+        return self._unverified_head() is not None
 
     def head(self) -> dict[str, Any]:
         """Return what the folder says that it is; reject what is something else, of a later version, or changed."""
-        content, noun = self._peek(), self.kind.noun
+        content = self._unverified_head()
+        noun = self.kind.noun
         if content is None:
-            got, remedy = f"{self.path} without a readable {self.kind.head}", f"Give the folder that `{noun}` has made."
-            reject_folder(noun, f"be a {noun} folder", got, remedy)
+            got = f"{self.path} without a readable {self.kind.head}"
+            reject_folder(noun, f"be a {noun} folder", got, f"Give the folder that `{noun}` has made.")
         refuse_format(content["format_version"], self.kind.newest, self.head_path, noun)
         self.read(self.kind.head)
         return content
 
     def create(self, head: Mapping[str, Any], files: Mapping[str, Any] | None = None) -> None:
-        """Make the folder a store; pieces that are there stay, unverified. Other `files` are written before its head."""
-        content = {"format_version": self.kind.newest} | dict(head)
+        """Make the folder a store.
+
+        Pieces that are there stay, unverified. Other `files` are written before the head, so that a folder with
+        a head is complete.
+        """
+        head = {"format_version": self.kind.newest} | dict(head)
         self.path.mkdir(parents=True, exist_ok=True)
-        self._lasting, self._seals = {}, Seals(self.path, _identity(content, self.kind))
+        self._head_files = {}
+        self._seals = Seals(self.path, _identity(head, self.kind))
         self._seals.rewrite()
-        for name, other in [*(files or {}).items(), (self.kind.head, content)]:
-            self.write(name, other)
+        for name, content in (files or {}).items():
+            self.write(name, content)
+        self.write(self.kind.head, head)
 
     def foreign_names(self) -> list[str]:
         """Return the names in the folder that are not of a store that has only been begun."""
-        names = (path.name for path in self.path.iterdir()) if self.path.exists() else ()
-        return sorted(name for name in names if name not in (LOCK, SEALS) and not name.endswith(PARTIAL))
+        if not self.path.exists():
+            return []
+        names = {path.name for path in self.path.iterdir()} - {LOCK, SEALS}
+        return sorted(name for name in names if not name.endswith(PARTIAL))
 
     def clear(self, names: Iterable[str]) -> None:
         """Remove files and folders; of a link the link itself."""
-        for path in (self.path / name for name in names):
-            shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
+        for name in names:
+            path = self.path / name
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
 
-    def _peek(self) -> dict[str, Any] | None:
+    def _unverified_head(self) -> dict[str, Any] | None:
         try:
             content = json.loads(self.head_path.read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError):
             return None
-        return content if isinstance(content, dict) and type(content.get("format_version")) is int else None
+        if isinstance(content, dict) and type(content.get("format_version")) is int:
+            return content
+        return None
 
     # Who writes
 
@@ -174,42 +198,50 @@ class Store:
         try:
             lock.acquire()
         except Timeout as error:
-            process, writer = (self._peek() or {}).get("process"), "another process"
-            if isinstance(process, dict) and {"pid", "host"} <= process.keys():
-                writer = f"process {process['pid']} on {process['host']}"
-            got, remedy = f"{self.path}, to which {writer} is writing", "Wait until it ends, or stop it."
-            raise RunFolderError(f"`{self.kind.noun}` must not be in use; got {got}. {remedy}") from error
+            got = f"{self.path}, to which {self._writer()} is writing"
+            rule = f"`{self.kind.noun}` must not be in use"
+            raise RunFolderError(f"{rule}; got {got}. Wait until it ends, or stop it.") from error
         try:
-            self.path = self.path.absolute()  # wherever the process goes while it writes
-            self._place = _place(self.path)
+            # The process may change its working folder while it writes.
+            self.path = self.path.absolute()
+            self._locked_inode = _inode(self.path)
             self._seals = None
             self._written.clear()
             if self.exists():
-                self._remember()
+                self._remember_head_files()
             yield
         finally:
-            self._place, self._lasting = None, {}
+            self._locked_inode = None
+            self._head_files = {}
             lock.release()
 
+    def _writer(self) -> str:
+        """Return who holds the lock, as far as the head says."""
+        process = (self._unverified_head() or {}).get("process")
+        if isinstance(process, dict) and {"pid", "host"} <= process.keys():
+            return f"process {process['pid']} on {process['host']}"
+        return "another process"
+
     def require_here(self) -> None:
-        """Raise RunStorageError if the folder that this process holds has been moved, removed or replaced; restore lost files."""
-        if self._place is None:
+        """Raise RunStorageError if the locked folder has been moved, removed or replaced; restore lost files."""
+        if self._locked_inode is None:
             return
-        if _place(self.path) != self._place:
-            rule, got = (
-                "stay where it is while it is written",
-                f"{self.path}, which has been moved, removed or replaced",
-            )
+        if _inode(self.path) != self._locked_inode:
+            rule = f"`{self.kind.noun}` must stay where it is while it is written"
+            got = f"{self.path}, which has been moved, removed or replaced"
             remedy = "What was saved until then is in the folder that was here: resume that."
-            raise RunStorageError(f"`{self.kind.noun}` must {rule}; got {got}. {remedy}")
-        for path, content in self._lasting.items():
+            raise RunStorageError(f"{rule}; got {got}. {remedy}")
+        for path, content in self._head_files.items():
             if not path.exists():
                 write_atomically(path, content)
                 _LOGGER.warning("%s was missing; it is written again.", path)
 
-    def _remember(self) -> None:
-        paths = (self.path / name for name in (self.kind.head, *self.kind.beside))
-        self._lasting = {path: path.read_bytes() for path in paths if path.is_file()}
+    def _remember_head_files(self) -> None:
+        self._head_files = {}
+        for name in (self.kind.head, *self.kind.beside):
+            path = self.path / name
+            if path.is_file():
+                self._head_files[path] = path.read_bytes()
 
     # Files
 
@@ -219,23 +251,29 @@ class Store:
         The name may have slashes: folders on the way are made. Its suffix says how the content is stored, see `encoded`.
         """
         self.require_here()
-        content, path = encoded(name, content), self.path / name
+        content = encoded(name, content)
+        path = self.path / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        lines = []
+        seals = []
         if name not in self._written and self.seals.ambiguous(name) and path.is_file():
-            digest = file_digest(path)  # which of two: writing it may have been cut short more than once
-            lines = [(name, digest)] if self.seals.fits(name, digest) else []
+            # Writing it may have been cut short more than once. The index keeps two seals of a name, so the one
+            # of the file that is there is repeated before the new one pushes it out.
+            digest = file_digest(path)
+            if self.seals.fits(name, digest):
+                seals.append((name, digest))
+        seals.append((name, digest_of(content)))
         self._written.discard(name)
-        self.seals.append([*lines, (name, digest_of(content))])
+        self.seals.append(seals)
         write_atomically(path, content)
         self._written.add(name)
-        if self._place is not None and name == self.kind.head:
-            self._remember()
+        if self._locked_inode is not None and name == self.kind.head:
+            self._remember_head_files()
         return path
 
     def read(self, name: str) -> Any:
-        """Return the content of a file, as it was given to `write`, text and other kinds as bytes; see `read_bytes`."""
-        suffix, content = Path(name).suffix, self.read_bytes(name)
+        """Return the content of a file as it was given to `write`, text and other formats as bytes; see `read_bytes`."""
+        content = self.read_bytes(name)
+        suffix = Path(name).suffix
         try:
             if suffix == ".json":
                 return json.loads(content)
@@ -245,12 +283,13 @@ class Store:
                 with np.load(io.BytesIO(content), allow_pickle=False) as archive:
                     return {name: archive[name] for name in archive.files}
         except Exception as error:  # whatever a parser says about bytes that it did not expect
-            raise self.damaged(name, " ".join(f"{type(error).__name__}: {error}".split())[:200]) from error
+            reason = " ".join(f"{type(error).__name__}: {error}".split())
+            raise self.damaged(name, reason[:200]) from error
         return content
 
     def read_bytes(self, name: str) -> bytes:
         """Return the bytes of a file; raise DamagedError if it is missing, or not as it was written."""
-        for look in range(_LOOKS):
+        for attempt in range(_ATTEMPTS):
             try:
                 content = (self.path / name).read_bytes()
             except OSError as error:
@@ -258,16 +297,18 @@ class Store:
             flaw = self._flaw(name, digest_of(content))
             if not flaw:
                 return content
-            time.sleep(0.01 * look)
+            time.sleep(0.01 * attempt)
             self.seals.load()
         raise self.damaged(name, flaw)
 
     def once(self, name: str, compute: Callable[[], Any]) -> Any | None:
         """Return a piece of work: from its file, see `find`, or computed now and stored; None if that was stopped."""
-        found = self.find(name)
-        if found is None and (found := compute()) is not None:
-            self.write(name, found)
-        return found
+        content = self.find(name)
+        if content is None:
+            content = compute()
+            if content is not None:
+                self.write(name, content)
+        return content
 
     def find(self, name: str) -> Any | None:
         """Return the content of a file, None if there is none; a damaged one is set aside, and the log says so."""
@@ -276,18 +317,19 @@ class Store:
         try:
             return self.read(name)
         except DamagedError as error:
-            why = error.reason
-        aside, text = self.set_aside(name), "%s is damaged (%s); it is made again. The damaged file is %s."
-        _LOGGER.warning(text, self.path / name, why, aside.name)
+            reason = error.reason
+        damaged = self.set_aside(name)
+        text = "%s is damaged (%s); it is made again. The damaged file is %s."
+        _LOGGER.warning(text, self.path / name, reason, damaged.name)
         return None
 
     def set_aside(self, name: str) -> Path:
         """Rename a damaged file to NAME.damaged, or NAME.damaged-2, ...; return the new path."""
         self.require_here()
         path = self.path / name
-        aside = unused(path.with_name(f"{path.name}.damaged"))
-        path.rename(aside)
-        return aside
+        damaged = unused(path.with_name(f"{path.name}.damaged"))
+        path.rename(damaged)
+        return damaged
 
     def remove(self, name: str) -> None:
         """Remove a file and its seal; nothing happens where there is none."""
@@ -302,7 +344,7 @@ class Store:
     def seals(self) -> Seals:
         """The index."""
         if self._seals is None:
-            self._seals = Seals(self.path, _identity(self._peek() or {}, self.kind))
+            self._seals = Seals(self.path, _identity(self._unverified_head() or {}, self.kind))
         return self._seals
 
     def damaged(self, name: str, reason: str) -> DamagedError:
@@ -325,10 +367,16 @@ class Store:
 
 
 def encoded(name: str, content: Any) -> bytes:
-    """Return the bytes of a file of that name: bytes and text as they are; .json, .npy, .npz of name -> array, .csv of pandas."""
-    if isinstance(content, bytes | str):
-        return content.encode() if isinstance(content, str) else content
-    suffix, memory = Path(name).suffix, io.BytesIO()
+    """Return the bytes of a file of that name.
+
+    Bytes and text stay as they are; else the suffix decides: .json, .npy, .npz of name -> array, .csv of pandas.
+    """
+    if isinstance(content, bytes):
+        return content
+    if isinstance(content, str):
+        return content.encode()
+    suffix = Path(name).suffix
+    memory = io.BytesIO()
     if suffix == ".json":
         return json_bytes(content)
     if suffix == ".npy":
@@ -343,13 +391,15 @@ def encoded(name: str, content: Any) -> bytes:
     raise TypeError(f"{name} must {rule}; got {type(content).__name__}")
 
 
-def _identity(head: Mapping[str, Any], kind: Kind) -> str:
+def _identity(head: Mapping[str, Any], kind: FolderKind) -> str:
     """Return the digest of what must stay the same."""
-    kept = json.loads(json.dumps([head.get(key) for key in kind.identity]))
-    return hashlib.sha256(json.dumps([kind.noun, kept], sort_keys=True).encode()).hexdigest()
+    # Through JSON and back, so that a head in memory has the digest of the same head in its file.
+    values = json.loads(json.dumps([head.get(key) for key in kind.identity]))
+    return hashlib.sha256(json.dumps([kind.noun, values], sort_keys=True).encode()).hexdigest()
 
 
-def _place(path: Path) -> tuple[int, int] | None:
+def _inode(path: Path) -> tuple[int, int] | None:
+    """Return the device and the inode of a folder, which stay its own when it is renamed; None without one."""
     try:
         stat = path.stat()
     except OSError:
@@ -357,11 +407,14 @@ def _place(path: Path) -> tuple[int, int] | None:
     return stat.st_dev, stat.st_ino
 
 
-class Place:
-    """The path of a file or folder in a store."""
+class StoredPath:
+    """The path of a file or folder in a store, as a property with a description."""
 
     def __init__(self, name: str, description: str) -> None:
-        self._name, self.__doc__ = name, description
+        self._name = name
+        self.__doc__ = description
 
-    def __get__(self, store: Store | None, kind: type | None = None) -> Path:
-        return self if store is None else store.path / self._name  # type: ignore[return-value] # of the class, for its docs
+    def __get__(self, store: Store | None, owner: type | None = None) -> Path:
+        if store is None:  # looked up in the class, for its docs
+            return self  # type: ignore[return-value]
+        return store.path / self._name

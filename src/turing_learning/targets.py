@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 from turing_learning.errors import ConfigurationError, Setting, check
-from turing_learning.store import told
+from turing_learning.store import os_errors_as
 
 
 def refuse_target(
@@ -31,4 +31,4 @@ def refuse_target(
 def writing(path: Path, name: str) -> AbstractContextManager[None]:
     """Turn what the operating system says about such a file into one message."""
     what = f"`{name}` must be a file that can be written; got {path}"
-    return told(ConfigurationError, what, "Choose another place.")
+    return os_errors_as(ConfigurationError, what, "Choose another place.")

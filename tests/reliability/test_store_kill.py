@@ -5,13 +5,13 @@ import subprocess
 import sys
 import time
 
-from turing_learning.store import Kind, Store
+from turing_learning.store import FolderKind, Store
 
-KIND = Kind("search", "search.json", identity=("a",))
+KIND = FolderKind("search", "search.json", identity=("a",))
 WRITER = """
 import sys
-from turing_learning.store import Kind, Store
-store = Store(sys.argv[1], Kind("search", "search.json", identity=("a",)))
+from turing_learning.store import FolderKind, Store
+store = Store(sys.argv[1], FolderKind("search", "search.json", identity=("a",)))
 store.path.mkdir(parents=True, exist_ok=True)
 with store.locked():
     if not store.exists():

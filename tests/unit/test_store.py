@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from turing_learning import store as module
-from turing_learning.store import DamagedError, Kind, RunFolderError, RunStorageError, Store, digest_of, storage
+from turing_learning.store import DamagedError, FolderKind, RunFolderError, RunStorageError, Store, digest_of, storage
 
-KIND = Kind("search", "search.json", identity=("settings",), newest=2)
+KIND = FolderKind("search", "search.json", identity=("settings",), newest=2)
 CONTENTS = {"rounds/one.json": {"a": [1, 2.5]}, "two.npy": np.arange(6.0).reshape(2, 3), "three.txt": b"three"}
 
 
@@ -96,7 +96,7 @@ DAMAGES = {
 @pytest.mark.parametrize("damage", DAMAGES)
 @pytest.mark.parametrize("name", [*CONTENTS, "search.json"])
 def test_every_damage_is_named_and_nothing_wrong_is_returned(name, damage, store, monkeypatch):
-    monkeypatch.setattr(module, "_LOOKS", 1)
+    monkeypatch.setattr(module, "_ATTEMPTS", 1)
     DAMAGES[damage](store.path / name)
     with pytest.raises(
         DamagedError, match=rf"^`search` must hold {name} as it was written; got .*{name} \(.+\)\. Restore"
@@ -110,7 +110,7 @@ def test_every_damage_is_named_and_nothing_wrong_is_returned(name, damage, store
 @pytest.mark.parametrize("damage", sorted(set(DAMAGES) - {"missing"}))
 @pytest.mark.parametrize("name", ["rounds/one.json", "two.npy"])
 def test_a_damaged_piece_is_set_aside_and_made_again(name, damage, store, monkeypatch, caplog):
-    monkeypatch.setattr(module, "_LOOKS", 1)
+    monkeypatch.setattr(module, "_ATTEMPTS", 1)
     for number in (1, 2):
         DAMAGES[damage](store.path / name)
         again = fresh(store)
@@ -182,7 +182,7 @@ def test_what_identifies_a_store_cannot_be_changed(store):
 
 
 def test_every_single_damage_of_the_index_is_noticed_or_harmless(store, monkeypatch):
-    monkeypatch.setattr(module, "_LOOKS", 1)
+    monkeypatch.setattr(module, "_ATTEMPTS", 1)
     path = store.path / "seals.txt"
     sound = path.read_bytes()
     for place in range(0, len(sound), 2):
@@ -277,8 +277,8 @@ def test_a_folder_that_is_something_else_is_refused(text, tmp_path):
 
 def test_two_processes_do_not_write_to_one_folder(store):
     code = f"""
-from turing_learning.store import Kind, RunFolderError, Store
-store = Store({str(store.path)!r}, Kind("search", "search.json"))
+from turing_learning.store import FolderKind, RunFolderError, Store
+store = Store({str(store.path)!r}, FolderKind("search", "search.json"))
 try:
     with store.locked():
         print("held")

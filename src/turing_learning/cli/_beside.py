@@ -14,9 +14,22 @@ from ._options import Integer
 from ._stopping import Interrupted, stopping
 from ._tables import plain_console, print_table
 
-FISH = ("--fps", "30", "--scale", "20", "--every", "3", "--bridge", "5", "--model", "burst-and-coast")
+FISH = (
+    "--fps",
+    "30",
+    "--scale",
+    "20",
+    "--every",
+    "3",
+    "--bridge",
+    "5",
+    "--model",
+    "burst-and-coast",
+)
 SWARM = ("--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "robots")
-SWARM_S = 40.0  # they still gather; from 120 s the estimate was off, likely because replicas start apart
+SWARM_S = (
+    40.0  # they still gather; from 120 s the estimate was off, likely because replicas start apart
+)
 PARTS = ("*.md", "examples/*.md", "robots/*.md")  # of the documentation, which the wheel has, too
 
 
@@ -49,7 +62,7 @@ def reproduce(
     """
     from rich.text import Text
 
-    from turing_learning.store import told
+    from turing_learning.store import os_errors_as
 
     if page is not None:
         tl.reproduction.refuse_page_path(page, force=force, name="page")
@@ -58,7 +71,9 @@ def reproduce(
         refuse("force", "be given with a page, which it may replace", "it alone", remedy)
     console = plain_console()
     if experiment is None:
-        known = [(each.experiment, each.state) for each in tl.reproduction.standings(out, fast=fast)]
+        known = [
+            (each.experiment, each.state) for each in tl.reproduction.standings(out, fast=fast)
+        ]
         rows = [(one.id, one.title, one.cost, state) for one, state in known]
         print_table(console, ("experiment", "title", "cost", "state"), rows)
     else:
@@ -66,7 +81,12 @@ def reproduce(
         try:
             with stopping(ahead) as should_stop:
                 done = tl.reproduction.reproduce(
-                    experiment, fast=fast, out=out, workers=workers, should_stop=should_stop, say=print
+                    experiment,
+                    fast=fast,
+                    out=out,
+                    workers=workers,
+                    should_stop=should_stop,
+                    say=print,
                 )
         except tl.reproduction.Stopped as error:
             raise Interrupted(f"stopped at {error}; {ahead}") from error
@@ -81,8 +101,12 @@ def reproduce(
             console.print(f"{one.experiment.id}: {one.state}")
     if page is not None:
         what = f"`page` must be a file that can be written; got {page}"
-        with told(tl.results.RunFolderError, what, "Choose another place."):
-            print(tl.reproduction.write_page(out or tl.reproduction.default_folder(fast=fast), page, force=force))
+        with os_errors_as(tl.results.RunFolderError, what, "Choose another place."):
+            print(
+                tl.reproduction.write_page(
+                    out or tl.reproduction.default_folder(fast=fast), page, force=force
+                )
+            )
 
 
 def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> None:
@@ -110,18 +134,26 @@ def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> Non
     if what == "fish":
         packed = files(__package__).joinpath("samples/zebrafish.txt.gz").read_bytes()
         write_atomically(path, gzip.decompress(packed))
-        print("Five zebrafish, an excerpt of an example of Tracktor (Sridhar, Roche and Gingins 2019; MIT licence).")
+        print(
+            "Five zebrafish, an excerpt of an example of Tracktor (Sridhar, Roche and Gingins 2019; MIT licence)."
+        )
         print("Frame rate and scale are not stated: 30 frames/s and 20 pixels/cm are assumptions.")
     else:
         scenario = tl.swarm.AGGREGATION
         poses = tl.swarm.initial_poses(scenario, 1, np.random.default_rng(1))
         controllers = np.broadcast_to(scenario.controller, (*poses.shape[:2], 4))
         steps = round(SWARM_S / scenario.trial.control_interval_s)
-        moved = tl.swarm.simulate(scenario, controllers, poses, control_steps=steps, seed=1).poses[0]
-        robots = ((t, who, *pose) for t, poses in enumerate(moved) for who, pose in enumerate(poses))
+        moved = tl.swarm.simulate(scenario, controllers, poses, control_steps=steps, seed=1).poses[
+            0
+        ]
+        robots = (
+            (t, who, *pose) for t, poses in enumerate(moved) for who, pose in enumerate(poses)
+        )
         rows = (f"{t},{who},{x:.3f},{y:.3f},{angle:.4f}" for t, who, x, y, angle in robots)
         write_atomically(path, "\n".join(("frame,id,x,y,heading", *rows, "")).encode())
-        print("Eleven robots of the scenario aggregation, simulated: vl0 = -0.7, vr0 = -1, vl1 = 1, vr1 = -1.")
+        print(
+            "Eleven robots of the scenario aggregation, simulated: vl0 = -0.7, vr0 = -1, vl1 = 1, vr1 = -1."
+        )
         print("They gather for 40 s, driving backwards, as `infer` will remark.")
     options = shlex.join(FISH if what == "fish" else SWARM)
     print(f"Now: turing-learning infer --trajectories {shlex.quote(str(path))} {options}")
@@ -158,13 +190,31 @@ def docs(page: str | None = None, /) -> None:
     from rich.markdown import Markdown
 
     top = Path(str(files("turing_learning") / "_docs"))
-    top = top if top.is_dir() else Path(__file__).parents[3] / "docs"  # beside the code in a repository
-    pages = {str(path.relative_to(top).with_suffix("")): path for part in PARTS for path in sorted(top.glob(part))}
+    top = (
+        top if top.is_dir() else Path(__file__).parents[3] / "docs"
+    )  # beside the code in a repository
+    pages = {
+        str(path.relative_to(top).with_suffix("")): path
+        for part in PARTS
+        for path in sorted(top.glob(part))
+    }
     if not pages:
-        refuse("docs", "be installed with the package", f"nothing in {top}", "Install the package again.")
+        refuse(
+            "docs",
+            "be installed with the package",
+            f"nothing in {top}",
+            "Install the package again.",
+        )
     if page is None:
         for name, path in pages.items():
-            title = next((line[2:] for line in path.read_text("utf-8").splitlines() if line.startswith("# ")), "")
+            title = next(
+                (
+                    line[2:]
+                    for line in path.read_text("utf-8").splitlines()
+                    if line.startswith("# ")
+                ),
+                "",
+            )
             print(f"{name:28} {title}")
         return
     name = page.removeprefix("docs/").removesuffix(".md")

@@ -77,27 +77,42 @@ def detect(
     if samples is not None and simulate is None:
         refuse("samples", "be left out beside a file", str(samples), place="--samples")
     stored = tl.results.RunFolder(run).manifest().get("recording")
-    recorded = stored if isinstance(stored, Mapping) else {}  # what the run has learned from, and how it was read
+    recorded = (
+        stored if isinstance(stored, Mapping) else {}
+    )  # what the run has learned from, and how it was read
     options = recorded.get("options", {})
     usual = {name: options[name] for name in ("fps", "every", "scale", "y_axis") if name in options}
     if motion is None or not _is_recording(motion, tracks, usual):
-        remedy = "" if motion is None else f"{motion} holds samples of the run's signals, in their units."
+        remedy = (
+            ""
+            if motion is None
+            else f"{motion} holds samples of the run's signals, in their units."
+        )
         tracks.refuse_beside("be left out where there is no recording", remedy, out=out)
     if out is not None:
         refuse_target(out, name="out", suffixes=(".csv",), force=force)
         for path in map(out.with_suffix, _WRITTEN[1:]):
             refuse_target(path, name="out", suffixes=(path.suffix,), force=force)
         writable = os.access(out.absolute().parent, os.W_OK)
-        require(writable, "out", "be in a folder that can be written", str(out), "Choose another place.")
+        require(
+            writable, "out", "be in a folder that can be written", str(out), "Choose another place."
+        )
     result = opened(run)
     learned = tl.detection.run_classifiers(result)
     given: Motion
     if motion is None:  # of a simulated swarm: its agents, then those that do something else
         count, each = simulate or 0, SAMPLES if samples is None else samples
-        planted = tl.detection.plant_abnormal(learned.simulated_scenario(), count, samples=each, seed=seed)
-        numbered = [(kind, int(number)) for kind, _, number in (name.partition(" ") for name in planted.individuals)]
+        planted = tl.detection.plant_abnormal(
+            learned.simulated_scenario(), count, samples=each, seed=seed
+        )
+        numbered = [
+            (kind, int(number))
+            for kind, _, number in (name.partition(" ") for name in planted.individuals)
+        ]
         order = sorted(range(len(numbered)), key=numbered.__getitem__)
-        given = tl.detection.Motion(tuple(planted.individuals[k] for k in order), planted.samples[order])
+        given = tl.detection.Motion(
+            tuple(planted.individuals[k] for k in order), planted.samples[order]
+        )
     else:
         given = _read(motion, "motion", tracks, learned, usual)
     files = {"genuine": genuine or [], "abnormal": abnormal or []}
@@ -106,7 +121,12 @@ def detect(
     if rule == ALIKE:
         for name, paths in files.items():
             chosen[name] = [_read(path, f"--{name}", tracks, learned, usual) for path in paths]
-        if motion is not None and recorded and not genuine and isinstance(given, tl.detection.RecordedMotion):
+        if (
+            motion is not None
+            and recorded
+            and not genuine
+            and isinstance(given, tl.detection.RecordedMotion)
+        ):
             chosen["learned"] = _learned_from(recorded, learned, tracks.smooth, but=motion)
         found = tl.detection.detect(learned, given, **chosen)
         said = _ranked(found, given, learned.steps)
@@ -119,7 +139,9 @@ def detect(
         detector = tl.detection.Detector.from_run(result, rule=rule, **chosen)
         said = _voted(detector, given)
     chosen_rate = ("every",) if "fps" in tracks.given else ()
-    taken = {name: value for name, value in usual.items() if name not in (*tracks.given, *chosen_rate)}
+    taken = {
+        name: value for name, value in usual.items() if name not in (*tracks.given, *chosen_rate)
+    }
     if taken and isinstance(given, tl.detection.RecordedMotion):
         said.content["as_in_the_run"] = taken
         shown = " ".join(f"--{name.replace('_', '-')} {value}" for name, value in taken.items())
@@ -136,7 +158,10 @@ def detect(
 
 
 def _learned_from(
-    recorded: Mapping[str, Any], learned: "tl.detection.RunClassifiers", smooth: int | None, but: Path
+    recorded: Mapping[str, Any],
+    learned: "tl.detection.RunClassifiers",
+    smooth: int | None,
+    but: Path,
 ) -> "list[tl.detection.RecordedMotion]":
     """Return the recordings that a run has learned from, but for one that is judged; none if one is gone or has changed."""
     from turing_learning.families import RecordedSystem, read_recording
@@ -145,7 +170,9 @@ def _learned_from(
         options = RecordedSystem.remembered(recorded).options
         paths = [path for path in options["trajectories"] if path.resolve() != but.resolve()]
         recordings = [read_recording(path, "trajectories", options) for path in paths]
-        return [tl.detection.recorded_motion(each, learned, smooth_frames=smooth) for each in recordings]
+        return [
+            tl.detection.recorded_motion(each, learned, smooth_frames=smooth) for each in recordings
+        ]
     return []
 
 
@@ -153,11 +180,17 @@ def _is_recording(path: Path, tracks: Tracks, usual: Mapping[str, Any]) -> bool:
     """Return whether a tracker wrote a file; other files hold samples."""
     from turing_learning.detection import MOTION_SUFFIXES, holds_motion
 
-    return path.suffix.lower() not in MOTION_SUFFIXES or (bool(tracks.given or usual) and not holds_motion(path))
+    return path.suffix.lower() not in MOTION_SUFFIXES or (
+        bool(tracks.given or usual) and not holds_motion(path)
+    )
 
 
 def _read(
-    path: Path, option: str, tracks: Tracks, learned: "tl.detection.RunClassifiers", usual: Mapping[str, Any]
+    path: Path,
+    option: str,
+    tracks: Tracks,
+    learned: "tl.detection.RunClassifiers",
+    usual: Mapping[str, Any],
 ) -> "Motion":
     """Return the motion in a file: windows of a recording that fits the run, or samples."""
     if not _is_recording(path, tracks, usual):
@@ -168,12 +201,16 @@ def _read(
         return tl.detection.recorded_motion(recording, learned, smooth_frames=tracks.smooth)
 
 
-def _samples(path: Path, option: str, learned: "tl.detection.RunClassifiers") -> "tl.detection.Motion":
+def _samples(
+    path: Path, option: str, learned: "tl.detection.RunClassifiers"
+) -> "tl.detection.Motion":
     """Return the samples in a file; what is rejected names the option, and what to do with a recording."""
     from turing_learning.detection import holds_motion
 
     try:
-        return tl.detection.load_motion(path, steps=learned.steps, signals=learned.signals, names=learned.names)
+        return tl.detection.load_motion(
+            path, steps=learned.steps, signals=learned.signals, names=learned.names
+        )
     except RefusedError as error:
         tracked = path.is_file() and not holds_motion(path)
         remedy = " If a tracker wrote it, give --fps and --scale." if tracked else ""
@@ -199,7 +236,10 @@ def _ranked(found: "tl.detection.Detection", motion: "Motion", steps: int) -> _S
     called = sum(bool(each.abnormal) for each in found.individuals)
     others = [(ranking, each) for ranking in found.rankings[1:] for each in ranking.individuals]
     ways = [f"{each.individual} ({ranking.name})" for ranking, each in others if each.rank == 1]
-    by = f"ranked by {found.rankings[0].name}" + f"; the other ways put first: {', '.join(ways)}" * bool(ways)
+    by = (
+        f"ranked by {found.rankings[0].name}"
+        + f"; the other ways put first: {', '.join(ways)}" * bool(ways)
+    )
     names = ("individual", "rank", "score", "p_value", "abnormal", "windows")
     both, when = zip(found.individuals, timed, strict=True), "spells_s" if seconds else "samples"
     content = {
@@ -218,7 +258,10 @@ def _ranked(found: "tl.detection.Detection", motion: "Motion", steps: int) -> _S
             for ranking in found.rankings
         ],
     }
-    lines = [f"{called} of {len(timed)} abnormal, by windows of {steps} steps; {by}", *found.remarks]
+    lines = [
+        f"{called} of {len(timed)} abnormal, by windows of {steps} steps; {by}",
+        *found.remarks,
+    ]
     return _Said(*standings(found, timed, seconds=seconds), lines, content, timed)
 
 
@@ -226,34 +269,69 @@ def _voted(detector: "tl.detection.Detector", motion: "Motion") -> _Said:
     """Say which individuals are abnormal by votes; of a recording also when."""
     timed: Sequence[tl.detection.TimedVerdict] = ()
     rows, counted, classifiers = list[Sequence[str]](), tl.report.counted, len(detector.genomes)
-    content: dict[str, Any] = {"rule": detector.rule, "false_alarms": detector.false_alarms, "classifiers": classifiers}
+    content: dict[str, Any] = {
+        "rule": detector.rule,
+        "false_alarms": detector.false_alarms,
+        "classifiers": classifiers,
+    }
     by = f"of {detector.steps} steps; rule {detector.rule}, {counted(classifiers, 'classifier')}"
     if isinstance(motion, tl.detection.RecordedMotion):
-        headings = ["individual", "windows", "score", "evidence", "threshold", "verdict", "when (s)"]
+        headings = [
+            "individual",
+            "windows",
+            "score",
+            "evidence",
+            "threshold",
+            "verdict",
+            "when (s)",
+        ]
         timed = detector.timeline(motion)
         for verdict in timed:
-            numbers = (f"{verdict.score:.3f}", f"{verdict.strength:.2f}", f"{verdict.threshold:.2f}")
+            numbers = (
+                f"{verdict.score:.3f}",
+                f"{verdict.strength:.2f}",
+                f"{verdict.threshold:.2f}",
+            )
             cells = (
-                (*numbers, "abnormal" if verdict.abnormal else "normal") if verdict.windows else (*"---", "no window")
+                (*numbers, "abnormal" if verdict.abnormal else "normal")
+                if verdict.windows
+                else (*"---", "no window")
             )
             spells = [f"{begin:.1f} to {end:.1f}" for begin, end in verdict.spells[:MOST_SPELLS]]
             spells += [f"{more} more"] if (more := len(verdict.spells) - MOST_SPELLS) > 0 else []
-            rows.append((verdict.individual, str(verdict.windows), *cells, ", ".join(spells) or "-"))
+            rows.append(
+                (verdict.individual, str(verdict.windows), *cells, ", ".join(spells) or "-")
+            )
         names = ("individual", "windows", "score", "strength", "threshold", "abnormal")
         individuals = [_row(each, names) | {"spells_s": each.spells} for each in timed]
         content |= {"steps": detector.steps, "individuals": individuals}
         abnormal, by = [each.abnormal for each in timed], f"windows {by}"
     else:
         headings = ["individual", "judged genuine", "score", "p-value", "verdict", "since sample"]
-        verdicts, count, votes = detector.verdicts(motion), motion.samples.shape[1], detector.rule == "unanimous"
+        verdicts, count, votes = (
+            detector.verdicts(motion),
+            motion.samples.shape[1],
+            detector.rule == "unanimous",
+        )
         for each in verdicts:
-            cells = (f"{100 * each.genuine_share:.0f} %", f"{each.score:.3f}", f"{each.p_value:.2g}")
+            cells = (
+                f"{100 * each.genuine_share:.0f} %",
+                f"{each.score:.3f}",
+                f"{each.p_value:.2g}",
+            )
             since = "-" if each.since is None else str(each.since)
             rows.append((each.individual, *cells, "abnormal" if each.abnormal else "normal", since))
         content |= {"samples": count, "individuals": [asdict(each) for each in verdicts]}
         content |= {"false_alarms": None} if votes else {}
-        limit = "all samples judged counterfeit" if votes else f"p-value up to {detector.false_alarms:g}"
-        abnormal, by = [each.abnormal for each in verdicts], f"{counted(count, 'sample')} each {by}, {limit}"
+        limit = (
+            "all samples judged counterfeit"
+            if votes
+            else f"p-value up to {detector.false_alarms:g}"
+        )
+        abnormal, by = (
+            [each.abnormal for each in verdicts],
+            f"{counted(count, 'sample')} each {by}, {limit}",
+        )
     line = f"{sum(abnormal)} of {len(abnormal)} abnormal, by {by}"
     return _Said(headings, rows, [line], content, timed)
 
@@ -274,7 +352,7 @@ def _write(
     """Write table, picture and page, or, if there is no room for all of it, no new file: the same command may be repeated."""
     from turing_learning._files import write_atomically
     from turing_learning.detection.present import detection_page, timeline_of, window_table
-    from turing_learning.store import told
+    from turing_learning.store import os_errors_as
 
     name = titled(Path(motion.recording.source)) if motion.recording else out.stem
     figure = timeline_of(motion, verdicts, votes=found is None)
@@ -282,12 +360,14 @@ def _write(
     fresh = [path for path in paths if not path.exists()]
     what = f"`out` must be a file that can be written; could not write to {out}"
     remedy = "Make room, or choose another place, and give the command again."
-    with told(tl.results.RunStorageError, what, remedy):
+    with os_errors_as(tl.results.RunStorageError, what, remedy):
         try:
             write_atomically(out, window_table(verdicts).encode())
             tl.figures.save_figure(figure, out.parent, out.stem)
             if found is not None:
-                tl.report.write_page(detection_page(found, motion, verdicts, figure, name), paths[-1])
+                tl.report.write_page(
+                    detection_page(found, motion, verdicts, figure, name), paths[-1]
+                )
         except OSError:
             for path in fresh:
                 with suppress(OSError):

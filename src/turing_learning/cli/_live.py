@@ -25,7 +25,9 @@ LAST = 5  # runs in the live view
 @contextmanager
 def _terminal(console: Console, what: str) -> Iterator[tuple[Live | None, Text]]:
     """Lend what draws on a terminal, None elsewhere, where lines are printed; and what is said before the first step."""
-    waiting = Text(f"getting ready; the first {what} of an installation compiles for some seconds", style="dim")
+    waiting = Text(
+        f"getting ready; the first {what} of an installation compiles for some seconds", style="dim"
+    )
     if not console.is_terminal:
         yield None, waiting
         return
@@ -45,20 +47,31 @@ class RunView:
 
     def __init__(self, console: Console, live: Live | None) -> None:
         self._console, self._live, self._next = console, live, 0.0
-        self._seen, self._stopped, self._how = 0, 0, ""  # generations since the last picture, and without selection
+        self._seen, self._stopped, self._how = (
+            0,
+            0,
+            "",
+        )  # generations since the last picture, and without selection
 
     def __call__(self, progress: "tl.runs.Progress") -> None:
         """Show a generation if it is time, with an alarm if there was no selection."""
         self._seen += 1
         if (selection := progress.generation.selection) != "active":
             self._stopped, self._how = self._stopped + 1, selection
-        last, every = progress.completed == progress.total, LINE_EVERY // 10 if progress.trials else LINE_EVERY
+        last, every = (
+            progress.completed == progress.total,
+            LINE_EVERY // 10 if progress.trials else LINE_EVERY,
+        )
         early = progress.completed % every if self._live is None else time.monotonic() < self._next
         if early and not last:
             return
         alarm = f"SELECTION STOPPED in {self._stopped} of the last {self._seen} generations ({self._how})"
         alarm, self._seen, self._stopped = alarm if self._stopped else "", 0, 0
-        rate = "" if progress.trials else f"{1 / max(progress.seconds_per_generation, 1e-9):.1f} generations/s"
+        rate = (
+            ""
+            if progress.trials
+            else f"{1 / max(progress.seconds_per_generation, 1e-9):.1f} generations/s"
+        )
         outlook = "away from the truth" if progress.outlook == "other" else progress.outlook
         outlook = f"models so far: {outlook}" if outlook else ""
         generation, names = progress.generation, progress.parameter_names
@@ -79,7 +92,10 @@ class RunView:
         left = Text(f"{_clock(progress.seconds_left)} left")
         parts: list[Table | Text] = [*tables(["", *names], rows, width)]
         parts.append(_row(Text(progress.place, style="bold"), bar, Text(rate), left))
-        rows = [[name, f"{np.median(values):.3f}", f"{values.max():.3f}"] for name, values in both.items()]
+        rows = [
+            [name, f"{np.median(values):.3f}", f"{values.max():.3f}"]
+            for name, values in both.items()
+        ]
         parts += tables(["fitness", "median", "best"], rows, width)
         if outlook:
             parts.append(Text(outlook, style="dim"))
@@ -119,7 +135,9 @@ def watching_study(
             done = progress.done + progress.failed
             if live is None:
                 for run in progress.finished:
-                    console.print(f"{done}/{progress.total}  {_ended(run)}  {_left(progress)}", soft_wrap=True)
+                    console.print(
+                        f"{done}/{progress.total}  {_ended(run)}  {_left(progress)}", soft_wrap=True
+                    )
                 return
             live.transient = done == progress.total  # the table follows
             last[:] = [*last, *progress.finished][-LAST:]
@@ -128,17 +146,28 @@ def watching_study(
         yield show
 
 
-def study_picture(progress: "tl.studies.StudyProgress", last: "list[tl.studies.StudyRun]", *, stopping: bool) -> Group:
+def study_picture(
+    progress: "tl.studies.StudyProgress", last: "list[tl.studies.StudyRun]", *, stopping: bool
+) -> Group:
     """Return the live view of a study."""
-    bar = ProgressBar(total=max(progress.generations_total, 1), completed=progress.generations, width=30)
-    done, running = Text(f"{progress.done} of {progress.total} runs", style="bold"), Text(f"{progress.running} running")
+    bar = ProgressBar(
+        total=max(progress.generations_total, 1), completed=progress.generations, width=30
+    )
+    done, running = (
+        Text(f"{progress.done} of {progress.total} runs", style="bold"),
+        Text(f"{progress.running} running"),
+    )
     failed = Text(f"{progress.failed} failed", style="bold red" if progress.failed else "dim")
     said, maes = "no run has ended yet", np.array(progress.maes)
     if progress.maes:
         median, largest = f"{np.median(maes):.3f}", short_number(maes.max())
         said = f"MAE of the estimate: median {median}, largest {largest}, {np.count_nonzero(maes < 0.05)} below 0.05"
     grid = _row(done, bar, running, failed, Text(_left(progress)))
-    parts: list[Table | Text] = [grid, Text(said, style="dim"), *(Text(_ended(run)) for run in last)]
+    parts: list[Table | Text] = [
+        grid,
+        Text(said, style="dim"),
+        *(Text(_ended(run)) for run in last),
+    ]
     return _alarmed(parts, "stopping after the present generation of each run" if stopping else "")
 
 

@@ -85,7 +85,9 @@ def _run(arguments: list[str]) -> int:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115 - nobody reads on
         return FAILED
     except MemoryError as error:
-        return _say(f"error: this machine has not enough memory ({error}); choose smaller sizes", FAILED)
+        return _say(
+            f"error: this machine has not enough memory ({error}); choose smaller sizes", FAILED
+        )
     except RecursionError:
         if max(map(len, arguments)) < DEEPEST:
             raise
@@ -97,7 +99,11 @@ def _run(arguments: list[str]) -> int:
         return _say(f"error: {error}", REFUSED)
     except RefusedError as error:
         return _say(f"error: {error.text(OptionWords(arguments[0]))}", REFUSED)
-    except (tl.results.RunStorageError, tl.systems.CustomSystemError, tl.studies.ExecutorError) as error:
+    except (
+        tl.results.RunStorageError,
+        tl.systems.CustomSystemError,
+        tl.studies.ExecutorError,
+    ) as error:
         return _say(f"error: {error}", FAILED)
     except tl.robots.LaboratoryError as error:
         return _say(f"error: {error}", FAILED)
@@ -107,7 +113,9 @@ def _run(arguments: list[str]) -> int:
 
 
 def _say(text: str, code: int) -> int:
-    sys.stderr.write(_CONTROL.sub(lambda found: ascii(found[0])[1:-1], text) + "\n")  # one line, whatever is in a path
+    sys.stderr.write(
+        _CONTROL.sub(lambda found: ascii(found[0])[1:-1], text) + "\n"
+    )  # one line, whatever is in a path
     return code
 
 

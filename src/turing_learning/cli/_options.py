@@ -24,7 +24,9 @@ def number_of(kind: type, token: Any) -> Any:
     try:
         return kind(text)
     except ValueError as error:
-        raise ValueError(f"must be {'an integer' if kind is int else 'a number'}; got {text!r}.") from error
+        raise ValueError(
+            f"must be {'an integer' if kind is int else 'a number'}; got {text!r}."
+        ) from error
 
 
 Integer = Annotated[int, Parameter(converter=number_of, n_tokens=1)]
@@ -72,7 +74,9 @@ class Tracks:
                 shown = " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
                 refuse(f"--{name.replace('_', '-')}", rule, shown, remedy)
 
-    def read(self, path: Path, name: str, usual: Mapping[str, Any] | None = None) -> "tl.Trajectories":
+    def read(
+        self, path: Path, name: str, usual: Mapping[str, Any] | None = None
+    ) -> "tl.Trajectories":
         """Open a recording; `name` is that of the argument for its file. What neither options nor the file state is as `usual`."""
         from turing_learning.families import read_recording
 
@@ -134,9 +138,15 @@ class Recording(Tracks):
             for line in found[:MOST_PROBLEMS]:
                 print(f"{name}: {line}")
             if len(found) > MOST_PROBLEMS:
-                print(f"{name}: and {len(found) - MOST_PROBLEMS} more; all by `recording.check()` in Python")
-        if tl.families.FAMILIES[str(self.model)].social and all(len(each.individuals) == 1 for each in motion):
-            print(f"there is one individual: what {self.model} says of neighbors cannot be inferred")
+                print(
+                    f"{name}: and {len(found) - MOST_PROBLEMS} more; all by `recording.check()` in Python"
+                )
+        if tl.families.FAMILIES[str(self.model)].social and all(
+            len(each.individuals) == 1 for each in motion
+        ):
+            print(
+                f"there is one individual: what {self.model} says of neighbors cannot be inferred"
+            )
         more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
         return {
             "genuine": windows,
@@ -155,7 +165,9 @@ class Recording(Tracks):
         if not isinstance(stored, Mapping):
             return self
         remedy, elsewhere = "Give its path with --trajectories.", bool(self.trajectories)
-        return Recording(**RecordedSystem.remembered(stored, remedy, elsewhere=elsewhere).options | self.given)
+        return Recording(
+            **RecordedSystem.remembered(stored, remedy, elsewhere=elsewhere).options | self.given
+        )
 
 
 def titled(path: Path) -> str:
@@ -163,7 +175,9 @@ def titled(path: Path) -> str:
     return f"{path.absolute().parent.name}/{path.name}".lstrip("/")
 
 
-def settings_of(settings: list[str] | None, options: Mapping[str, str | None]) -> tuple[dict[str, Any], dict[str, str]]:
+def settings_of(
+    settings: list[str] | None, options: Mapping[str, str | None]
+) -> tuple[dict[str, Any], dict[str, str]]:
     """Return dotted key -> value, and dotted key -> where it was given, of --set texts and of the options for some keys."""
     from turing_learning.config.settings import stated_once
 
@@ -171,7 +185,10 @@ def settings_of(settings: list[str] | None, options: Mapping[str, str | None]) -
     if {"run.trials", "run.generations"} <= given.keys():
         got = f"{given['run.trials']} beside {given['run.generations']}"
         refuse("--trials", "be given without --generations", got)
-    stated = [(key, toml_value(text), f"--{key.removeprefix('run.')} {text}") for key, text in given.items()]
+    stated = [
+        (key, toml_value(text), f"--{key.removeprefix('run.')} {text}")
+        for key, text in given.items()
+    ]
     for setting in settings or []:
         key, equals, text = setting.partition("=")
         if not equals or not key.strip():
@@ -179,7 +196,9 @@ def settings_of(settings: list[str] | None, options: Mapping[str, str | None]) -
         value = toml_value(text)
         stated.append((key.strip(), value, f"--set {key.strip()}={value}"))
     values = stated_once(stated)
-    return values, {key: f"--{key.removeprefix('run.')}" if key in given else f"--set {key}" for key in values}
+    return values, {
+        key: f"--{key.removeprefix('run.')}" if key in given else f"--set {key}" for key in values
+    }
 
 
 def toml_value(text: str) -> Any:
@@ -205,7 +224,9 @@ def watched(scenario: str | None, passive: str) -> "tl.interaction.StimulatedSys
 
     known = tl.interaction.STIMULATED
     remedy = f"Choose from: {', '.join(known)}."
-    require(scenario in known, "--passive", "be given for a system with stimuli", repr(scenario), remedy)
+    require(
+        scenario in known, "--passive", "be given for a system with stimuli", repr(scenario), remedy
+    )
     with refusing_as(RefusedError, name="--passive"):
         system = known[str(scenario)]
         if passive not in ("random", "constant"):

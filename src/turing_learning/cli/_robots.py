@@ -132,7 +132,7 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
     """
     from turing_learning.robots.program import laboratory_tracker
     from turing_learning.robots.tracking import refuse_taken, write_table
-    from turing_learning.store import told
+    from turing_learning.store import os_errors_as
 
     laboratory = tl.robots.load_laboratory(config)
     path = out or video.with_suffix(".csv")
@@ -146,7 +146,7 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
     except OSError as error:
         raise RefusedError(str(error)) from error
     what = f"`out` must be a file that can be written; got {path}"
-    with told(RefusedError, what, "Choose another, or make room."):
+    with os_errors_as(RefusedError, what, "Choose another, or make room."):
         write_table(observed, path, force=force)
     for fault in observed.faults:
         print(f"image {fault.frame}: {fault.kind}: {fault.text}")
@@ -186,7 +186,7 @@ def arena(
     :param force: Replace files in the folder.
     """
     from turing_learning.robots.emulation import obey, usage
-    from turing_learning.store import told
+    from turing_learning.store import os_errors_as
 
     require(seed >= 0, "seed", "be 0 or more", str(seed), place="--seed")
     print("preparing the laboratory", flush=True)
@@ -195,7 +195,7 @@ def arena(
         service = tl.robots.ArenaService(scenario, seed=seed, lines=lines, speed=speed)
     what = f"`out` must be a folder that can be written; got {out}"
     with service, suppress(KeyboardInterrupt), handling((signal.SIGINT, signal.SIGTERM), signal.default_int_handler):
-        with told(RefusedError, what, "Choose another, or make room."):
+        with os_errors_as(RefusedError, what, "Choose another, or make room."):
             path = service.write(out, force=force)
         for name, address in (*service.addresses.items(), ("camera", service.camera_url), ("laboratory", str(path))):
             print(f"{name:12} {address}")

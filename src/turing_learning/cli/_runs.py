@@ -65,7 +65,13 @@ def infer(
         file, see `turing-learning docs interaction`. By default they choose the stimuli.
     :param settings: Any setting, for example models.parents=20. Repeatable.
     """
-    from turing_learning.config import SCENARIOS, dotted, load_configuration, read_toml, require_visible_objects
+    from turing_learning.config import (
+        SCENARIOS,
+        dotted,
+        load_configuration,
+        read_toml,
+        require_visible_objects,
+    )
 
     length = {"run.generations": generations, "run.trials": trials, "run.tolerance": tolerance}
     overrides, labels = settings_of(settings, {**length, "run.seed": seed, "run.threads": threads})
@@ -75,8 +81,16 @@ def infer(
                 refuse(option, "be left out for recorded motion", repr(value))
         system = recording.system()
         document = {} if config is None else read_toml(config)[1]
-        path = out or tl.runs.new_run_path(system["name"], (dotted(document) | overrides).get("run.seed", 1))
-        more: dict[str, Any] = {"config": config, "preset": preset, "settings": overrides, "out": path, "force": force}
+        path = out or tl.runs.new_run_path(
+            system["name"], (dotted(document) | overrides).get("run.seed", 1)
+        )
+        more: dict[str, Any] = {
+            "config": config,
+            "preset": preset,
+            "settings": overrides,
+            "out": path,
+            "force": force,
+        }
         _execute(partial(tl.infer, **system, **more), path)
         return
     require_scenario(scenario, config, SCENARIOS)
@@ -126,18 +140,34 @@ def resume(
             refuse(name, f"be left out for a {what}", str(value), place=f"--{name}")
     if of_study:
         recording.refuse_beside("be left out for a study, which needs nothing but its folder")
-        return _execute_study(partial(tl.studies.resume_study, run, workers=workers, cluster=cluster), run)
+        return _execute_study(
+            partial(tl.studies.resume_study, run, workers=workers, cluster=cluster), run
+        )
     if threads is not None:
         integer("threads", threads, 1, place="--threads")
     if tl.runs.is_laboratory_run(run):
-        recording.refuse_beside("be left out for a run in a laboratory, which needs nothing but its folder")
+        recording.refuse_beside(
+            "be left out for a run in a laboratory, which needs nothing but its folder"
+        )
         return _robots.resume_run(run, trust=trust, trials=trials, tolerance=tolerance)
-    require(not trust, "--trust", "be left out for a run that takes place in no laboratory", "it", place=str(run))
+    require(
+        not trust,
+        "--trust",
+        "be left out for a run that takes place in no laboratory",
+        "it",
+        place=str(run),
+    )
     system: dict[str, Any] = {}
-    if recording.given or trials is not None or tl.results.RunFolder(run).manifest()["state"] != FINISHED:
+    if (
+        recording.given
+        or trials is not None
+        or tl.results.RunFolder(run).manifest()["state"] != FINISHED
+    ):
         system = _system_of(run, recording, "resume({run}, genuine=..., simulate=...)")
         system.pop("recording", None)
-    _execute(partial(tl.resume, run, **system, threads=threads, trials=trials, tolerance=tolerance), run)
+    _execute(
+        partial(tl.resume, run, **system, threads=threads, trials=trials, tolerance=tolerance), run
+    )
     return None
 
 
@@ -194,7 +224,10 @@ def simulate(
 
     require_scenario(scenario, config, tl.swarm.SCENARIOS)
     overrides, labels = settings_of(settings, {})
-    named = scenario and tl.swarm.SCENARIOS[choice("scenario", scenario, tl.swarm.SCENARIOS, noun="scenario")]
+    named = (
+        scenario
+        and tl.swarm.SCENARIOS[choice("scenario", scenario, tl.swarm.SCENARIOS, noun="scenario")]
+    )
     system = load_configuration(config, "default", overrides, scenario=named, labels=labels).system
     chosen = system.simulated
     if chosen is None:
@@ -205,7 +238,9 @@ def simulate(
         speeds = None if controller is None else [float(part) for part in controller.split(",")]
     except ValueError:
         refuse("controller", "be numbers with commas between them", repr(controller))
-    replay = tl.runs.trial_replay(chosen, speeds, robots=robots, duration_s=duration, seed=seed, threads=threads)
+    replay = tl.runs.trial_replay(
+        chosen, speeds, robots=robots, duration_s=duration, seed=seed, threads=threads
+    )
     print(tl.runs.write_trial(replay, path, force=force))
 
 
@@ -217,15 +252,26 @@ def scenarios() -> None:
     line = partial(plain_console().print, soft_wrap=True)
     for name, scenario in tl.swarm.SCENARIOS.items():
         line(Text(name, style="bold") + f"  {scenario.description}")
-        names, view = tl.models.ReactiveModel(scenario.sensor.states).parameter_names, scenario.sensor.field_of_view
-        values = [f"{name} = {speed:g}" for name, speed in zip(names, scenario.controller, strict=True)]
-        if view > 0 or scenario.representation == "morphology":  # else a line of sight, as everywhere
+        names, view = (
+            tl.models.ReactiveModel(scenario.sensor.states).parameter_names,
+            scenario.sensor.field_of_view,
+        )
+        values = [
+            f"{name} = {speed:g}" for name, speed in zip(names, scenario.controller, strict=True)
+        ]
+        if (
+            view > 0 or scenario.representation == "morphology"
+        ):  # else a line of sight, as everywhere
             values.append(f"field of view {view:.4g} rad")
         objects = f", {scenario.objects.count} objects" if scenario.objects.count else ""
-        line(f"    {scenario.agents} agents, {scenario.replicas} replica{objects}; {', '.join(values)}")
+        line(
+            f"    {scenario.agents} agents, {scenario.replicas} replica{objects}; {', '.join(values)}"
+        )
     for name, system in tl.interaction.STIMULATED.items():
         line(Text(name, style="bold") + f"  {system.title}")
-        line(f"    stimuli {', '.join(system.stimulus.names)}; {system.shown(np.array(system.true))}")
+        line(
+            f"    stimuli {', '.join(system.stimulus.names)}; {system.shown(np.array(system.true))}"
+        )
 
 
 def study(
@@ -277,11 +323,19 @@ def study(
     hands = tl.studies.Hands(workers, cluster=cluster)
     values, labels = settings_of(settings, {"run.generations": generations, "run.trials": trials})
     plan = tl.studies.plan_study(
-        scenario, runs=runs, first_seed=first_seed, preset=preset, config=config, settings=values, labels=labels
+        scenario,
+        runs=runs,
+        first_seed=first_seed,
+        preset=preset,
+        config=config,
+        settings=values,
+        labels=labels,
     )
     path = out or tl.studies.new_study_path(plan)
     if write_slurm is None:
-        return _execute_study(partial(tl.studies.execute_study, plan, path, hands, force=force), path)
+        return _execute_study(
+            partial(tl.studies.execute_study, plan, path, hands, force=force), path
+        )
     if hands.cluster is not None or hands.workers is not None:
         rule = "be given without workers and cluster"
         refuse("write-slurm", rule, f"{write_slurm} beside one", "Slurm is the cluster.")
@@ -290,7 +344,9 @@ def study(
         tl.studies.create_study(plan, tl.studies.StudyFolder(path), stack, force=force)
     submit = tl.studies.write_slurm(write_slurm, path, len(plan), force=force)
     runs_of = tl.report.counted(len(plan), "run")
-    print(f"{write_slurm}: {runs_of} in {path}. Time and memory of a run stand at its head. Submit:")
+    print(
+        f"{write_slurm}: {runs_of} in {path}. Time and memory of a run stand at its head. Submit:"
+    )
     print(f"  {submit}")
     return None
 
@@ -372,11 +428,16 @@ def check(
     result = opened(run)
     system = _system_of(run, recording, "load_run({run}).check(genuine=..., simulate=...)")
     given = {"samples": samples, "points": points}
-    effort = replace(tl.identifiability.Effort(), **{name: value for name, value in given.items() if value is not None})
+    effort = replace(
+        tl.identifiability.Effort(),
+        **{name: value for name, value in given.items() if value is not None},
+    )
     stages, console = plain_console(stderr=True), plain_console()
     repeated = {"recoveries": recoveries, "recovery_generations": recovery_generations}
     try:
-        found = result.check(**system, **repeated, effort=effort, seed=seed, force=force, stage=stages.print)
+        found = result.check(
+            **system, **repeated, effort=effort, seed=seed, force=force, stage=stages.print
+        )
     except KeyboardInterrupt as error:
         raise Interrupted("interrupted; the same command continues from what is done") from error
     console.print(found)
@@ -395,16 +456,25 @@ def _system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
     """
     folder = tl.results.RunFolder(run)
     system = folder.configuration().system
-    needed = {each.name for each in system.resuming} if system.name not in tl.families.FAMILIES else set()
+    needed = (
+        {each.name for each in system.resuming}
+        if system.name not in tl.families.FAMILIES
+        else set()
+    )
     if not needed <= folder.known_parts():
-        rule, got = "be on recorded motion, or have samples and a simulator that can be imported", repr(system.name)
+        rule, got = (
+            "be on recorded motion, or have samples and a simulator that can be imported",
+            repr(system.name),
+        )
         remedy = f"In Python call turing_learning.{call.format(run=repr(str(run)))}."
         refuse("run", rule, f"{got}, to which Python gave them", remedy, place=str(run))
     recording = recording.remembered(run)
     if not recording.given:
         return {}
     if not system.resuming:
-        recording.refuse_beside("be left out for a run on simulated robots, which needs nothing but its folder")
+        recording.refuse_beside(
+            "be left out for a run on simulated robots, which needs nothing but its folder"
+        )
     windows, family, motion = recording.motion().opened(system.steps, system.signals)
     return {"genuine": windows, "simulate": family, "recording": motion}
 
@@ -414,9 +484,15 @@ def _execute(run: "partial[tl.Result]", path: Path) -> None:
     from ._live import watching
 
     console = plain_console()
-    ahead, early = f"resume with: {tl.results.resume_command(path)}", "interrupted before the run began"
+    ahead, early = (
+        f"resume with: {tl.results.resume_command(path)}",
+        "interrupted before the run began",
+    )
     begun = tl.results.RunFolder(path).is_run
-    with stopping(lambda: f"interrupted; {ahead}" if begun() else early) as should_stop, watching(console) as view:
+    with (
+        stopping(lambda: f"interrupted; {ahead}" if begun() else early) as should_stop,
+        watching(console) as view,
+    ):
         result = run(observer=view, should_stop=should_stop)
     if not result.complete:
         raise Interrupted(f"stopped after {result.length}; {ahead}")

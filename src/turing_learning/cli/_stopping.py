@@ -11,10 +11,22 @@ from turing_learning.errors import Call, Setting, Words
 DONE, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
 """Exit codes."""
 
-_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+_SIGNALS = [
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+]
 
 _ALIKE = (
-    *("fps", "y_axis", "format", "keypoint", "every", "trajectories", "signals", "tank", "min_confidence"),
+    *(
+        "fps",
+        "y_axis",
+        "format",
+        "keypoint",
+        "every",
+        "trajectories",
+        "signals",
+        "tank",
+        "min_confidence",
+    ),
     *("hold_out_individuals", "hold_out_recordings"),
 )
 _OPTIONS = {name: f"--{name.replace('_', '-')}" for name in _ALIKE} | {
@@ -50,7 +62,9 @@ class StopRequest:
 
 
 @contextmanager
-def handling(numbers: Iterable[int], handler: Callable[[int, FrameType | None], object]) -> Iterator[None]:
+def handling(
+    numbers: Iterable[int], handler: Callable[[int, FrameType | None], object]
+) -> Iterator[None]:
     """Handle signals inside the block, also where a shell has started the command in the background, deaf to Ctrl-C."""
     before = {number: signal.signal(number, handler) for number in numbers}
     try:
@@ -87,8 +101,15 @@ class OptionWords(Words):
             return f"--set {setting.name}={'...' if setting.value is None else setting.value}"
         option = self._options.get(setting.name, f"--{setting.name.replace('_', '-')}")
         if isinstance(setting.value, Mapping):
-            return " ".join(f"{option} {shlex.quote(f'{name}={value}')}" for name, value in setting.value.items())
-        return option if setting.value in (None, True) else f"{option} {shlex.quote(str(setting.value))}"
+            return " ".join(
+                f"{option} {shlex.quote(f'{name}={value}')}"
+                for name, value in setting.value.items()
+            )
+        return (
+            option
+            if setting.value in (None, True)
+            else f"{option} {shlex.quote(str(setting.value))}"
+        )
 
     def call(self, call: Call) -> str:
         """Return the command in backticks; a custom system is given from Python, and a recording by its options."""

@@ -37,7 +37,9 @@ def named_numbers(values: Iterable[tuple[str, float]]) -> str:
     return " ".join(f"{name} {tl.report.short_number(value)}" for name, value in values)
 
 
-def print_result(console: "Console", result: "tl.Result", path: Path) -> "tl.runs.ModelEvaluation | None":
+def print_result(
+    console: "Console", result: "tl.Result", path: Path
+) -> "tl.runs.ModelEvaluation | None":
     """Print what a run has inferred, and where its files are, by the path that was given.
 
     Of a run in a laboratory print and return what was found when its last models were observed again.

@@ -19,7 +19,16 @@ setting comes from. Two modules serve what conducts runs: `settings` has single 
 from turing_learning.errors import ConfigurationError
 
 from ._configuration import Configuration, require_visible_objects, require_whole_cycles
-from ._load import PRESETS, SCENARIOS, Origins, load_configuration, merged, read_toml, to_toml, toml_table
+from ._load import (
+    PRESETS,
+    SCENARIOS,
+    Origins,
+    load_configuration,
+    merged,
+    read_toml,
+    to_toml,
+    toml_table,
+)
 from ._sections import (
     LARGEST_SEED,
     OPTIMIZERS,

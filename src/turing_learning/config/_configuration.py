@@ -16,10 +16,20 @@ from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem, System, physics_steps, system_of
 
 from . import _sections as sections
-from ._sections import ClassifiersSection, CoevolutionSection, ModelsSection, RunSection, Section, dotted
+from ._sections import (
+    ClassifiersSection,
+    CoevolutionSection,
+    ModelsSection,
+    RunSection,
+    Section,
+    dotted,
+)
 
 LEAST_TRIALS = 20
-SMALLEST, LARGEST = 1e-9, 1e9  # of a scenario's numbers (cm, g, s): no square or ratio leaves the range of floats
+SMALLEST, LARGEST = (
+    1e-9,
+    1e9,
+)  # of a scenario's numbers (cm, g, s): no square or ratio leaves the range of floats
 LARGEST_GIB = 64.0
 LARGEST_WORK = 1e11  # physics steps of single robots in a generation: minutes; a run stops between generations only
 
@@ -35,7 +45,9 @@ _SWARM = ("scenario.agents", "scenario.replicas")
 
 def scenario_type(scenario: Any) -> type[Scenario | CustomSystem]:
     """Return what a table of a scenario stands for, or a scenario is, by its fields."""
-    fields = set(scenario if isinstance(scenario, Mapping) else getattr(scenario, "__dataclass_fields__", ()))
+    fields = set(
+        scenario if isinstance(scenario, Mapping) else getattr(scenario, "__dataclass_fields__", ())
+    )
     if "stimulus" in fields:
         return StimulatedSystem
     return CustomSystem if fields >= {"parameters", "signals", "digest"} else Scenario
@@ -64,26 +76,51 @@ class Configuration(Section):
 
     @model_validator(mode="after")
     def _check(self) -> "Configuration":
-        scale, signals, renewal = self.classifiers.input_scale, len(self.scenario.input_scale), self.classifiers.renewal
+        scale, signals, renewal = (
+            self.classifiers.input_scale,
+            len(self.scenario.input_scale),
+            self.classifiers.renewal,
+        )
         rule = f'be "robot" or {signals} positive numbers, one for each signal'
-        require(scale == "robot" or len(scale) == signals, "classifiers.input_scale", rule, str(list(scale)))
+        require(
+            scale == "robot" or len(scale) == signals,
+            "classifiers.input_scale",
+            rule,
+            str(list(scale)),
+        )
         rule = "be 0 without an archive (coevolution.archive = 0), which would remember what renewed classifiers forget"
         require(renewal == 0 or self.coevolution.archive > 0, "classifiers.renewal", rule, renewal)
         assert self.system  # refuses models that it cannot have
         check_limits(self)
-        trials, rule = self.run.trials, "be 0 where models are networks, which have too many parameters for few trials"
-        require(trials == 0 or trials >= LEAST_TRIALS, "run.trials", f"be 0, or at least {LEAST_TRIALS}", trials)
+        trials, rule = (
+            self.run.trials,
+            "be 0 where models are networks, which have too many parameters for few trials",
+        )
+        require(
+            trials == 0 or trials >= LEAST_TRIALS,
+            "run.trials",
+            f"be 0, or at least {LEAST_TRIALS}",
+            trials,
+        )
         instead = "Give run.generations instead of trials."
         require(not (trials and self.models.hidden), "run.trials", rule, trials, instead)
         name, usual = self.models.optimizer, sections.OPTIMIZERS[0]
         rule = f"be {usual!r} with run.trials, which has a search of its own"
         require(not trials or name == usual, "models.optimizer", rule, repr(name), instead)
-        require(trials > 0 or not self.run.tolerance, "run.tolerance", "be 0 without `run.trials`", self.run.tolerance)
+        require(
+            trials > 0 or not self.run.tolerance,
+            "run.tolerance",
+            "be 0 without `run.trials`",
+            self.run.tolerance,
+        )
         if trials:
             self.system.require_trials()
         ends = [spent for _, spent in self.run.extended] + [trials]
         fits = all(LEAST_TRIALS <= spent <= budget for budget, spent in self.run.extended)
-        rule, got = "be pairs of trials, budgeted and spent, that increase up to `run.trials`", str(self.run.extended)
+        rule, got = (
+            "be pairs of trials, budgeted and spent, that increase up to `run.trials`",
+            str(self.run.extended),
+        )
         require(fits and sorted(set(ends)) == ends, "run.extended", rule, got)
         return self
 
@@ -113,13 +150,17 @@ class Configuration(Section):
     def given(self) -> tuple[Setting, ...]:
         """Optimizer and classifier that are objects of the process that began the run, as arguments."""
         named = (("models", self.models.optimizer), ("classifier", self.classifiers.network))
-        return tuple(Setting(argument) for argument, name in named if name.startswith(sections.GIVEN))
+        return tuple(
+            Setting(argument) for argument, name in named if name.startswith(sections.GIVEN)
+        )
 
     @property
     def system(self) -> System:
         """What is observed, and what imitates it."""
         initial = (self.models.initial_low, self.models.initial_high)
-        return system_of(self.scenario, hidden=self.models.hidden, threads=self.threads, initial=initial)
+        return system_of(
+            self.scenario, hidden=self.models.hidden, threads=self.threads, initial=initial
+        )
 
     @property
     def swarm(self) -> Scenario:
@@ -159,13 +200,24 @@ def check_limits(configuration: Configuration) -> None:
     scenario, inputs = configuration.system.simulated, len(configuration.input_scale)
     for key, value in dotted(asdict(scenario), "scenario.").items() if scenario else ():
         for number in value if isinstance(value, tuple) else (value,):
-            fits = not isinstance(number, float | int) or number == 0 or SMALLEST <= abs(number) <= LARGEST
-            require(fits, key, f"be 0 or of a size between {SMALLEST:g} and {LARGEST:g}", str(number))
+            fits = (
+                not isinstance(number, float | int)
+                or number == 0
+                or SMALLEST <= abs(number) <= LARGEST
+            )
+            require(
+                fits, key, f"be 0 or of a size between {SMALLEST:g} and {LARGEST:g}", str(number)
+            )
     name, rule = "classifiers.input_scale", "be"
     if configuration.classifiers.input_scale == "robot":
         name, rule = "scenario.robot.wheel_distance_cm", "make the largest speeds"
     for value in configuration.input_scale:
-        require(SMALLEST <= value <= LARGEST, name, f"{rule} between {SMALLEST:g} and {LARGEST:g}", f"{value:g}")
+        require(
+            SMALLEST <= value <= LARGEST,
+            name,
+            f"{rule} between {SMALLEST:g} and {LARGEST:g}",
+            f"{value:g}",
+        )
     hidden, most = configuration.classifiers.hidden, sections.LARGEST_NEURONS - inputs
     because = f"be at most {most}, as a network has at most {sections.LARGEST_NEURONS} inputs and hidden neurons"
     elman = configuration.classifiers.network == sections.NETWORKS[0]
@@ -190,21 +242,37 @@ def require_whole_cycles(scenario: Scenario, duration_s: float) -> None:
 def require_visible_objects(configuration: Configuration) -> None:
     """Reject, for new runs, a sensor that tells objects apart that are not there: reactions to them could not be inferred."""
     scenario = configuration.system.simulated
-    if scenario and not scenario.objects.count and (reading := scenario.sensor.reading_of("object")):
+    if (
+        scenario
+        and not scenario.objects.count
+        and (reading := scenario.sensor.reading_of("object"))
+    ):
         speeds = f"the parameters vl{reading} and vr{reading} cannot be inferred"
         rule = f"be at least 1 where the sensor tells objects apart, without which {speeds}"
-        remedy = "Set it, or leave 'object' out of scenario.sensor.readings and these two speeds out of"
+        remedy = (
+            "Set it, or leave 'object' out of scenario.sensor.readings and these two speeds out of"
+        )
         remedy += " scenario.controller."
         reject("scenario.objects.count", rule, "0", remedy)
 
 
 def _demands(configuration: Configuration) -> Iterator[tuple[str, float, tuple[str, ...]]]:
     """Yield what needs memory, how many bytes, and the settings that add up to it."""
-    run, inputs, hidden = configuration.run, len(configuration.input_scale), configuration.classifiers.hidden
+    run, inputs, hidden = (
+        configuration.run,
+        len(configuration.input_scale),
+        configuration.classifiers.hidden,
+    )
     models = configuration.models.parents + configuration.models.offspring
     classifiers = configuration.classifiers.parents + configuration.classifiers.offspring
-    weights = hidden * (inputs + hidden + 2) + 1 if configuration.classifiers.network == sections.NETWORKS[0] else 0
-    population = 16.0 * (models * len(configuration.parameter_names) + classifiers * weights)  # values and step sizes
+    weights = (
+        hidden * (inputs + hidden + 2) + 1
+        if configuration.classifiers.network == sections.NETWORKS[0]
+        else 0
+    )
+    population = 16.0 * (
+        models * len(configuration.parameter_names) + classifiers * weights
+    )  # values and step sizes
     chunk = 1 if run.history == "thin" else min(run.checkpoint_every, run.generations)
     keys = (*_POPULATIONS, "classifiers.hidden", "models.hidden", "run.checkpoint_every")
     yield "keeping the history between two checkpoints", chunk * population, keys
@@ -214,7 +282,11 @@ def _demands(configuration: Configuration) -> Iterator[tuple[str, float, tuple[s
     yield "a generation's motion", motion, (*_MODELS, *of_system, *times)
     if scenario := configuration.system.simulated:
         bodies = scenario.individuals + scenario.objects.count
-        yield "searching the bodies of a trial for near pairs", 16.0 * bodies**2, (*_SWARM, "scenario.objects.count")
+        yield (
+            "searching the bodies of a trial for near pairs",
+            16.0 * bodies**2,
+            (*_SWARM, "scenario.objects.count"),
+        )
 
 
 def _refuse_largest(configuration: Configuration, keys: tuple[str, ...], need: str) -> None:

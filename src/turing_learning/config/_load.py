@@ -34,7 +34,13 @@ UNBOUNDED = "unbounded"  # TOML has no null; this stands for the missing side of
 _HEADER = re.compile(r"^\s*\[\[?([^\]]+)\]")
 _ASSIGNMENT = re.compile(r"^\s*([A-Za-z0-9_\-.\"' ]+?)\s*=")
 
-_ONE_SEARCH = {"recombination": 1.0, "redraw": 0.0, "exchange": 0.0, "intermediate": False, "memory": 0.0}
+_ONE_SEARCH = {
+    "recombination": 1.0,
+    "redraw": 0.0,
+    "exchange": 0.0,
+    "intermediate": False,
+    "memory": 0.0,
+}
 _PAPER: dict[str, dict[str, Any]] = {
     "models": {"minimum_step_size": 0.0, **_ONE_SEARCH},
     "classifiers": {"minimum_step_size": 0.0, "renewal": 0},
@@ -44,7 +50,8 @@ _PUBLISHED = {"minimum_step_size": 0.01, "start": "middle"}
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "paper": _PAPER,
-    "authors": _PAPER | {section: _PAPER[section] | _PUBLISHED for section in ("models", "classifiers")},
+    "authors": _PAPER
+    | {section: _PAPER[section] | _PUBLISHED for section in ("models", "classifiers")},
 }
 """What each preset changes: "paper" keeps to the text of the paper, which has no floor under the step sizes, no archive of
 past classifiers and no renewal of the present ones, children that recombine in one way only, no jumps and no memory of fitness;
@@ -61,7 +68,15 @@ DEFAULT_TRIALS = 3000
 """Budget of a run of which nothing says how long it is, nor how its populations evolve (decision 0035)."""
 
 NO_DEFAULT_BUDGET = frozenset(
-    {"trials", "generations", "checkpoint_every", "estimate_window", "models", "classifiers", "coevolution"}
+    {
+        "trials",
+        "generations",
+        "checkpoint_every",
+        "estimate_window",
+        "models",
+        "classifiers",
+        "coevolution",
+    }
 )
 """Settings of [run], and sections: a run for which one of them is given does not get `DEFAULT_TRIALS`."""
 
@@ -92,7 +107,9 @@ class Origins:
     def where(self, key: str) -> str:
         """Return where a setting comes from; nothing where that is not known."""
         above = next((self.labels[name] for name in ancestors(key) if name in self.labels), None)
-        below = next((label for name, label in self.labels.items() if name.startswith(f"{key}.")), None)
+        below = next(
+            (label for name, label in self.labels.items() if name.startswith(f"{key}.")), None
+        )
         line = line_of(self.text, key)
         return above or below or (f"{self.path}:{line}" if line else "")
 
@@ -161,7 +178,10 @@ def resolve(
     origins: Origins,
 ) -> Configuration:
     """Return the configuration of a document with single settings over it; see `load_configuration`."""
-    lists = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in overrides.items()}
+    lists = {
+        key: value.tolist() if isinstance(value, np.ndarray) else value
+        for key, value in overrides.items()
+    }
     data = merged(document, nested(lists))
     given = data.get("scenario")
     data["scenario"] = _scenario_data(given, scenario, origins)
@@ -172,7 +192,11 @@ def resolve(
         data = merged(STIMULATING, data)
     elif NO_DEFAULT_BUDGET.isdisjoint([*run, *sections]):
         data = merged(data, {"run": {"trials": DEFAULT_TRIALS}})
-    if "run.generations" in overrides and "run.trials" not in overrides and data["run"].get("trials"):
+    if (
+        "run.generations" in overrides
+        and "run.trials" not in overrides
+        and data["run"].get("trials")
+    ):
         data = merged(data, {"run": {"trials": 0}})  # the budget of a file gives way
     if scenario_type(data["scenario"]) is CustomSystem:
         section = data.get("classifiers", {})
@@ -182,7 +206,10 @@ def resolve(
     named = given if isinstance(given, str) else {"name", "preset"} & set(given or {})
     if not named and scenario is None and origins.path is not None:
         named = f'Write scenario = "{DEFAULT_SCENARIO}", or [scenario] and name = "{DEFAULT_SCENARIO}" below it.'
-        rule, remedy = "be named, in the file or as an argument", f"{named} {nearest('', SCENARIOS)}"
+        rule, remedy = (
+            "be named, in the file or as an argument",
+            f"{named} {nearest('', SCENARIOS)}",
+        )
         reject("scenario", rule, "neither", remedy, place=str(origins.path))
     for section in ("models", "classifiers"):
         if "population" in data.get(section, ()):
@@ -222,12 +249,19 @@ def nested(flat: Mapping[str, Any]) -> dict[str, Any]:
         for part in tables:
             table = table.setdefault(part, {})
             if not isinstance(table, dict):
-                reject(key, "be a setting of its own", f"{part!r} both as a table and as a value", "Leave one out.")
+                reject(
+                    key,
+                    "be a setting of its own",
+                    f"{part!r} both as a table and as a value",
+                    "Leave one out.",
+                )
         table[name] = value
     return result
 
 
-def _scenario_data(given: Any, asked: str | Scenario | CustomSystem | None, origins: Origins) -> dict[str, Any]:
+def _scenario_data(
+    given: Any, asked: str | Scenario | CustomSystem | None, origins: Origins
+) -> dict[str, Any]:
     """Return all fields of the scenario: those of the known one that is meant, and over them those of the table."""
     if scenario_type(asked) is CustomSystem and given is not None:
         rule, remedy = "be left out for a custom system", "Remove it; all other sections count."
@@ -259,11 +293,20 @@ def _scenario_data(given: Any, asked: str | Scenario | CustomSystem | None, orig
         choice("scenario.world", world, WORLDS, noun="world", place=place, error=ConfigurationError)
         base = merged(base, WORLDS[world])
     scenario = merged(base, table)
-    return scenario | {key: _sides(scenario[key]) for key in ("arena", "parameters") if key in scenario}
+    return scenario | {
+        key: _sides(scenario[key]) for key in ("arena", "parameters") if key in scenario
+    }
 
 
 def _require_known_scenario(name: Any, key: str, origins: Origins) -> None:
-    choice("scenario", name, SCENARIOS, noun="scenario", place=origins.where(key), error=ConfigurationError)
+    choice(
+        "scenario",
+        name,
+        SCENARIOS,
+        noun="scenario",
+        place=origins.where(key),
+        error=ConfigurationError,
+    )
 
 
 def _sides(value: Any) -> Any:
@@ -278,10 +321,14 @@ def _split_population(values: Mapping[str, Any], section: str, origins: Origins)
     rest = {name: value for name, value in values.items() if name != "population"}
     if {"parents", "offspring"} & set(rest):
         got = f"{brief(population)} beside them"
-        origins.refuse(key, "be given without parents and offspring", got, "Remove one or the other.")
+        origins.refuse(
+            key, "be given without parents and offspring", got, "Remove one or the other."
+        )
     if type(population) is not int or population < 2 or population % 2:
         rule = "be an even number of at least 2, as it is split into as many parents as offspring"
-        origins.refuse(key, rule, brief(population), "For an uneven split give parents and offspring.")
+        origins.refuse(
+            key, rule, brief(population), "For an uneven split give parents and offspring."
+        )
     return {**rest, "parents": population // 2, "offspring": population // 2}
 
 
@@ -289,7 +336,9 @@ def _children(kind: Any) -> dict[str, Any]:
     """Return the keys that a section may have, each with its type."""
     if isinstance(kind, type) and issubclass(kind, BaseModel):
         known = {name: info.annotation for name, info in kind.model_fields.items()}
-        known |= {"scenario": Scenario} if issubclass(kind, Configuration) else {}  # the kind that files describe
+        known |= (
+            {"scenario": Scenario} if issubclass(kind, Configuration) else {}
+        )  # the kind that files describe
         return known | ({"population": int} if issubclass(kind, PopulationSection) else {})
     if isinstance(kind, type) and is_dataclass(kind):
         hints = get_type_hints(kind)
@@ -303,20 +352,28 @@ def _all_keys(kind: Any, prefix: str = "") -> Iterator[str]:
         yield from _all_keys(child, f"{prefix}{name}.")
 
 
-def _require_known(data: Mapping[str, Any], origins: Origins, kind: Any = Configuration, prefix: str = "") -> None:
+def _require_known(
+    data: Mapping[str, Any], origins: Origins, kind: Any = Configuration, prefix: str = ""
+) -> None:
     """Reject keys that are not known, and values in the place of tables."""
     known = _children(kind)
     for name, value in data.items():
         key = prefix + name
         if name not in known:
-            elsewhere = [each for each in _all_keys(Configuration) if each.rpartition(".")[2] == name]
-            choices = [prefix + each for each in known] + (["scenario.preset"] if prefix == "scenario." else [])
+            elsewhere = [
+                each for each in _all_keys(Configuration) if each.rpartition(".")[2] == name
+            ]
+            choices = [prefix + each for each in known] + (
+                ["scenario.preset"] if prefix == "scenario." else []
+            )
             choices += ["scenario.world"] if kind is Scenario else []
             advice = f"Did you mean `{elsewhere[0]}`?" if elsewhere else nearest(key, choices)
             origins.refuse(key, "be a known setting", _shown(value), advice)
         below = scenario_type(value) if key == "scenario" else known[name]
         if _children(below) and not isinstance(value, Mapping):
-            own = {each: label for each, label in origins.labels.items() if each == key}  # not of settings below it
+            own = {
+                each: label for each, label in origins.labels.items() if each == key
+            }  # not of settings below it
             remedy = f"Write [{key}] and its settings below it."
             replace(origins, labels=own).refuse(key, "be a table", brief(value), remedy)
         if _children(below):
@@ -357,10 +414,23 @@ def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) 
         name = str(data["scenario"].get("name"))
         if scenario_type(data["scenario"]) is CustomSystem:
             return Refusal(key, "be given", "nothing", origins.where(key), "Set it.")
-        remedy = f"Set it, or begin with a known scenario by scenario.preset. {nearest(name, SCENARIOS)}"
-        return Refusal(key, f"be given, as {name!r} is no known scenario", "nothing", origins.where(key), remedy)
+        remedy = (
+            f"Set it, or begin with a known scenario by scenario.preset. {nearest(name, SCENARIOS)}"
+        )
+        return Refusal(
+            key,
+            f"be given, as {name!r} is no known scenario",
+            "nothing",
+            origins.where(key),
+            remedy,
+        )
     value = _looked_up(data, key) if key in _RULES else first["input"]
-    rule = first["msg"].removeprefix("Input should be ").replace("a valid ", "a ").replace("an object", "a table")
+    rule = (
+        first["msg"]
+        .removeprefix("Input should be ")
+        .replace("a valid ", "a ")
+        .replace("an object", "a table")
+    )
     rule = re.sub(r"\ba (?=[aeiou])", "an ", rule)
     return Refusal(key, _RULES.get(key, f"be {rule}"), _shown(value), origins.where(key))
 
@@ -378,17 +448,24 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a path with a null character
         reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
-        raise ConfigurationError(Refusal("config", "be a readable TOML file", f"{path} ({reason})")) from error
+        raise ConfigurationError(
+            Refusal("config", "be a readable TOML file", f"{path} ({reason})")
+        ) from error
     try:
         return text, tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # ValueError: also an integer of thousands of digits
+    except (
+        ValueError,
+        RecursionError,
+    ) as error:  # ValueError: also an integer of thousands of digits
         found = re.search(r"^(.*) \(at line (\d+), column \d+\)$", str(error), re.DOTALL)
         reason = found[1] if found else str(error).replace(" (at end of document)", "")
         lines = text.splitlines()
         line = int(found[2]) if found else len(lines)
         content = brief(lines[line - 1].strip() if 0 < line <= len(lines) else "")
         remedy = f"The reader says: {reason}."
-        raise ConfigurationError(Refusal("config", "be valid TOML", content, f"{path}:{line}", remedy)) from error
+        raise ConfigurationError(
+            Refusal("config", "be valid TOML", content, f"{path}:{line}", remedy)
+        ) from error
 
 
 def line_of(text: str, key: str) -> int | None:
@@ -413,13 +490,20 @@ def ancestors(key: str) -> Iterator[str]:
 def to_toml(configuration: Configuration) -> str:
     """Return a resolved configuration as TOML, with every field explicit; reading it gives the same configuration."""
     data = configuration.model_dump(mode="python")
-    return "\n".join(line for name, table in data.items() for line in toml_table(name, table)).rstrip() + "\n"
+    return (
+        "\n".join(line for name, table in data.items() for line in toml_table(name, table)).rstrip()
+        + "\n"
+    )
 
 
 def toml_table(name: str, values: Mapping[str, Any]) -> Iterator[str]:
     """Yield the lines of a table."""
     yield f"[{name}]"
-    yield from (f"{key} = {_value(value)}" for key, value in values.items() if not isinstance(value, Mapping))
+    yield from (
+        f"{key} = {_value(value)}"
+        for key, value in values.items()
+        if not isinstance(value, Mapping)
+    )
     yield ""
     for key, value in values.items():
         if isinstance(value, Mapping):
@@ -428,4 +512,8 @@ def toml_table(name: str, values: Mapping[str, Any]) -> Iterator[str]:
 
 def _value(value: Any) -> str:
     """Return what JSON makes of a value, which TOML reads as well."""
-    return f'"{UNBOUNDED}"' if value is None else json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    return (
+        f'"{UNBOUNDED}"'
+        if value is None
+        else json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    )

@@ -12,7 +12,13 @@ from turing_learning import evolution
 from turing_learning.arrays import array
 from turing_learning.coevolution import Classifier
 from turing_learning.errors import ConfigurationError, brief, check, refusing_as, reject
-from turing_learning.evolution import CMAEvolutionStrategy, EvolutionStrategy, Jumper, Optimizer, RenewedOptimizer
+from turing_learning.evolution import (
+    CMAEvolutionStrategy,
+    EvolutionStrategy,
+    Jumper,
+    Optimizer,
+    RenewedOptimizer,
+)
 from turing_learning.purposes import CLASSIFIERS, MODELS
 from turing_learning.systems import importable_name, imported
 
@@ -36,10 +42,15 @@ def classifier_of(configuration: Configuration) -> Classifier:
         from turing_learning.classifiers import ElmanClassifier
 
         hidden = configuration.classifiers.hidden
-        elman = ElmanClassifier(inputs=len(scale), hidden=hidden, scale=scale, threads=configuration.threads)
+        elman = ElmanClassifier(
+            inputs=len(scale), hidden=hidden, scale=scale, threads=configuration.threads
+        )
         return configuration.system.evolved(elman)
     found = _made("classifier", name, Classifier, inputs=len(scale), scale=scale)
-    rule, fits = "have `parameters` and `judge`, or be a function that returns it", isinstance(found, Classifier)
+    rule, fits = (
+        "have `parameters` and `judge`, or be a function that returns it",
+        isinstance(found, Classifier),
+    )
     check(fits, "classifier", rule, type(found).__name__, _OWN)
     return configuration.system.evolved(cast(Classifier, found))
 
@@ -116,9 +127,14 @@ def optimizer_of(
             except ImportError as error:
                 raise ConfigurationError(str(error)) from error
         optimizer = _made(argument, name, Optimizer, dimension, size=size, **begin)
-        if optimizer is part_of(argument, name):  # a copy, so that the caller's begins every run as it is
+        if optimizer is part_of(
+            argument, name
+        ):  # a copy, so that the caller's begins every run as it is
             optimizer = deepcopy(optimizer)
-    rule, fits = "have the methods and properties of an `Optimizer`", isinstance(optimizer, Optimizer)
+    rule, fits = (
+        "have the methods and properties of an `Optimizer`",
+        isinstance(optimizer, Optimizer),
+    )
     check(fits, argument, rule, type(optimizer).__name__, _OWN)
     given, remedy = (optimizer.size, optimizer.dimension), "Or change the population's settings."
     rule, got = f"have {size} candidates of {dimension} parameters", f"{given[0]} of {given[1]}"
@@ -136,7 +152,9 @@ class _Guarded:
 
     def _array(self, what: str, value: Any, shape: str) -> np.ndarray:
         name = f"{self._argument}.{what}"
-        return array(name, value, shape, error=ConfigurationError, M=self.size, P=self.dimension).copy()
+        return array(
+            name, value, shape, error=ConfigurationError, M=self.size, P=self.dimension
+        ).copy()
 
     @property
     def step_sizes(self) -> np.ndarray:

@@ -13,7 +13,16 @@ from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
 from ._configuration import Configuration
-from ._load import STUDY_TABLES, Origins, load_configuration, merged, nested, opened, preset_named, resolve
+from ._load import (
+    STUDY_TABLES,
+    Origins,
+    load_configuration,
+    merged,
+    nested,
+    opened,
+    preset_named,
+    resolve,
+)
 from ._sections import dotted
 
 THIN: dict[str, Any] = {"run": {"history": "thin"}}
@@ -23,7 +32,11 @@ ONE_THREAD: dict[str, Any] = {"run.threads": 1}
 MOST_VARIANTS = 100_000
 _RESERVED: dict[str, Text] = {
     "run.seed": ("Give the seeds with ", Setting("runs"), " and ", Setting("first_seed"), "."),
-    "run.threads": ("A run of a study has one thread; give the number of ", Setting("workers"), "."),
+    "run.threads": (
+        "A run of a study has one thread; give the number of ",
+        Setting("workers"),
+        ".",
+    ),
 }
 
 
@@ -57,8 +70,15 @@ def single_settings(settings: Mapping[str, Any] | None, **arguments: Any) -> dic
     both = arguments.get("trials"), arguments.get("generations")
     got = f"{brief(both[0])} beside {brief(both[1])}"
     check(any(one is None for one in both), "trials", "be given without `generations`", got)
-    said = [(f"run.{name}", value, f"{name}={brief(value)}") for name, value in arguments.items() if value is not None]
-    said += [(key, value, f"settings={{{key!r}: {brief(value)}}}") for key, value in (settings or {}).items()]
+    said = [
+        (f"run.{name}", value, f"{name}={brief(value)}")
+        for name, value in arguments.items()
+        if value is not None
+    ]
+    said += [
+        (key, value, f"settings={{{key!r}: {brief(value)}}}")
+        for key, value in (settings or {}).items()
+    ]
     return stated_once(said)
 
 
@@ -81,7 +101,9 @@ def load_variants(
     settings = _all_settings(document, grid, origins)
     rest = {key: value for key, value in document.items() if key not in STUDY_TABLES}
     base = merged(merged(preset_named(preset), THIN), rest)
-    fixed = {key: value for key, value in (overrides or {}).items() if key != "run.threads"} | ONE_THREAD
+    fixed = {
+        key: value for key, value in (overrides or {}).items() if key != "run.threads"
+    } | ONE_THREAD
     variants = []
     for number, own in enumerate(settings, start=1):
         if twice := next((key for key in own if key in fixed), None):
@@ -89,7 +111,9 @@ def load_variants(
             reject(twice, "be given once", got, "Leave one out.")
         difference = ", ".join(f"{key} = {brief(value)}" for key, value in own.items())
         places = dict.fromkeys(own, f"configuration {number} of the study: {difference}")
-        configuration = resolve(base, fixed | own, scenario, replace(origins, labels={**origins.labels, **places}))
+        configuration = resolve(
+            base, fixed | own, scenario, replace(origins, labels={**origins.labels, **places})
+        )
         if configuration.system.resuming and (scenario is None or isinstance(scenario, str)):
             rule = "be one of simulated robots where nothing else is given"
             got = f"{configuration.scenario.name!r}, a custom system, whose simulator no file can hold"
@@ -106,21 +130,35 @@ def _all_settings(
     document: Mapping[str, Any], grid: Mapping[str, Sequence[Any]] | None, origins: Origins
 ) -> list[dict[str, Any]]:
     """Return the settings of each configuration."""
-    given = [name for name in STUDY_TABLES if name in document] + (["argument grid"] if grid is not None else [])
+    given = [name for name in STUDY_TABLES if name in document] + (
+        ["argument grid"] if grid is not None else []
+    )
     if len(given) > 1:
         reject("grid", "be given once, and without a list", " and ".join(given))
     if not given:
         return [{}]
     name = "list" if "list" in document else "grid"
     tables = document["list"] if name == "list" else [document.get("grid", grid)]
-    rule = "be one table [[list]] for each configuration" if name == "list" else "be a table of lists"
-    if not isinstance(tables, list) or not tables or not all(isinstance(table, Mapping) for table in tables):
+    rule = (
+        "be one table [[list]] for each configuration" if name == "list" else "be a table of lists"
+    )
+    if (
+        not isinstance(tables, list)
+        or not tables
+        or not all(isinstance(table, Mapping) for table in tables)
+    ):
         origins.refuse(name, rule, brief(document.get(name, grid)))
     settings = [dotted(table) for table in tables]
     for key, advice in _RESERVED.items():
         for each in settings:
             if key in each:
-                origins.refuse(key, f"be left out of a study's {name}", brief(each[key]), advice, at=f"{name}.{key}")
+                origins.refuse(
+                    key,
+                    f"be left out of a study's {name}",
+                    brief(each[key]),
+                    advice,
+                    at=f"{name}.{key}",
+                )
     if name == "list":
         return settings
     (choices,) = settings
@@ -129,7 +167,11 @@ def _all_settings(
         origins.refuse("grid", "name one setting or more", "an empty one", remedy)
     for key, values in choices.items():
         if not (several := isinstance(values, list | tuple)) or not values:
-            remedy = "Give one, or leave it out." if several else f"Write {key} = [{brief(values)}], for example."
+            remedy = (
+                "Give one, or leave it out."
+                if several
+                else f"Write {key} = [{brief(values)}], for example."
+            )
             origins.refuse(f"grid.{key}", "be a list of one value or more", brief(values), remedy)
     count = math.prod(map(len, choices.values()))
     check(count <= MOST_VARIANTS, "grid", f"have at most {MOST_VARIANTS} combinations", count)
@@ -143,13 +185,23 @@ def resolved(
     overrides: Mapping[str, Any],
 ) -> Configuration:
     """Return a configuration from a file, or from another one, with what comes before it."""
-    labels = {key: f"argument {key.rpartition('.')[2]}" for key in overrides if key.startswith("run.")}
+    labels = {
+        key: f"argument {key.rpartition('.')[2]}" for key in overrides if key.startswith("run.")
+    }
     if isinstance(config, Configuration):
         flat = dotted(config.model_dump())
-        known = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | dict(overrides)
+        known = {
+            key: value for key, value in flat.items() if not key.startswith("scenario.")
+        } | dict(overrides)
         if scenario is not None and config.system.resuming:  # other data has scales of its own
-            known = {key: value for key, value in known.items() if key != "classifiers.input_scale" or key in overrides}
-        return load_configuration(None, preset, known, scenario=scenario or config.scenario, labels=labels)
+            known = {
+                key: value
+                for key, value in known.items()
+                if key != "classifiers.input_scale" or key in overrides
+            }
+        return load_configuration(
+            None, preset, known, scenario=scenario or config.scenario, labels=labels
+        )
     return load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
 
 

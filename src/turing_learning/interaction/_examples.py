@@ -13,7 +13,9 @@ NOISE_CM_S = 0.3  # of the speed that is seen; ours
 
 ARENA_CM, RADIUS_CM, WHEEL_DISTANCE_CM, SPEED_CM_S, INTERVAL_S = 100.0, 3.5, 5.1, 12.8, 0.1
 """Robot and interval: the paper's, section 4.2; sides of the square arena: ours."""
-OBSTACLES = np.array([[30.0, 30.0, 8.0], [70.0, 40.0, 6.0], [45.0, 72.0, 10.0]])  # x, y, radius (cm); ours
+OBSTACLES = np.array(
+    [[30.0, 30.0, 8.0], [70.0, 40.0, 6.0], [45.0, 72.0, 10.0]]
+)  # x, y, radius (cm); ours
 NOISE_CM = 0.3  # of a reading; ours
 ANGLES = (0.297, 1.571, -0.855)
 """Of three of the e-puck's eight infrared sensors (Mondada et al. 2009, 17, 90 and -49 degrees)."""
@@ -41,7 +43,11 @@ class LightResponse:
         return np.zeros((2, count))
 
     def __call__(
-        self, state: np.ndarray, parameters: np.ndarray, stimulus: np.ndarray, rng: np.random.Generator
+        self,
+        state: np.ndarray,
+        parameters: np.ndarray,
+        stimulus: np.ndarray,
+        rng: np.random.Generator,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the next states and the speeds (n, 1) of agents with parameters (n, 5) in light (n, 1)."""
         (number, near), light, count = state, stimulus[:, 0], len(stimulus)
@@ -53,7 +59,9 @@ class LightResponse:
             climbs = right & (near >= 1 - 1e-9)
         number = np.where(right, np.minimum(number + climbs, LAST), 0)
         near = np.where(right & ~climbs, near, 0)
-        speeds = parameters[np.arange(count), number.astype(np.int64)] + NOISE_CM_S * rng.standard_normal(count)
+        speeds = parameters[
+            np.arange(count), number.astype(np.int64)
+        ] + NOISE_CM_S * rng.standard_normal(count)
         return np.stack((number, near)), speeds[:, None]
 
 
@@ -79,7 +87,11 @@ class SensorConfiguration:
         return np.stack((*_pushed_out(x, y), rng.uniform(-np.pi, np.pi, count)))
 
     def __call__(
-        self, state: np.ndarray, parameters: np.ndarray, stimulus: np.ndarray, rng: np.random.Generator
+        self,
+        state: np.ndarray,
+        parameters: np.ndarray,
+        stimulus: np.ndarray,
+        rng: np.random.Generator,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the next poses and the readings (n, 3) of robots with parameters (n, 6) and wheel speeds (n, 2)."""
         (x, y, heading), (left, right) = state, stimulus.T * SPEED_CM_S
@@ -89,7 +101,9 @@ class SensorConfiguration:
         heading = heading + (right - left) / WHEEL_DISTANCE_CM * INTERVAL_S / 2
         angles = heading[:, None] + parameters[:, ::2]
         free = _free_path(x[:, None], y[:, None], np.cos(angles), np.sin(angles))
-        readings = np.minimum(free, parameters[:, 1::2]) + NOISE_CM * rng.standard_normal(free.shape)
+        readings = np.minimum(free, parameters[:, 1::2]) + NOISE_CM * rng.standard_normal(
+            free.shape
+        )
         return np.stack((x, y, heading)), readings
 
 
@@ -106,8 +120,12 @@ def _pushed_out(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _free_path(x: np.ndarray, y: np.ndarray, c: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Return how far rays from (x, y) along (c, s) go before they meet a wall or an obstacle (cm)."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        walls = [(np.where(way > 0, ARENA_CM, 0.0) - place) / way for place, way in ((x, c), (y, s))]
-    free = np.minimum(*(np.where(way == 0, np.inf, wall) for way, wall in zip((c, s), walls, strict=True)))
+        walls = [
+            (np.where(way > 0, ARENA_CM, 0.0) - place) / way for place, way in ((x, c), (y, s))
+        ]
+    free = np.minimum(
+        *(np.where(way == 0, np.inf, wall) for way, wall in zip((c, s), walls, strict=True))
+    )
     for center_x, center_y, radius in OBSTACLES:
         dx, dy = center_x - x, center_y - y
         ahead, square = dx * c + dy * s, radius**2 - (dx * s - dy * c) ** 2
@@ -117,7 +135,9 @@ def _free_path(x: np.ndarray, y: np.ndarray, c: np.ndarray, s: np.ndarray) -> np
 
 
 SENSOR_PARAMETERS = {
-    f"{what}{k}": Parameter(-np.pi, np.pi, unit="rad") if what == "angle" else Parameter(5, 50, unit="cm")
+    f"{what}{k}": Parameter(-np.pi, np.pi, unit="rad")
+    if what == "angle"
+    else Parameter(5, 50, unit="cm")
     for k in range(1, 4)
     for what in ("angle", "range")
 }

@@ -23,27 +23,46 @@ class Stimulus(Settings):
     """S stimuli at each time step, and who chooses them."""
 
     ranges: dict[str, tuple[float, float]]  #: Name -> (low, high) of each
-    levels: int = 0  #: 0 for any value of the range; n for one of n evenly spaced values, both ends included
+    levels: int = (
+        0  #: 0 for any value of the range; n for one of n evenly spaced values, both ends included
+    )
     #: Empty if the classifiers choose. "random": anew in every step, uniformly; "constant": once for a trial,
     #: uniformly; "recorded": a row of `recorded`
     passive: Literal["", "random", "constant", "recorded"] = ""
-    recorded: tuple[tuple[tuple[float, ...], ...], ...] = ()  #: (R, T, S): Series, each as long as a trial
+    recorded: tuple[
+        tuple[tuple[float, ...], ...], ...
+    ] = ()  #: (R, T, S): Series, each as long as a trial
 
     def __post_init__(self) -> None:
         require(self.ranges, "stimulus", "name one stimulus or more", self.ranges)
         for name, ends in self.ranges.items():
             bounds = array("stimulus", ends, "2", place=repr(name))
-            require(bounds[0] < bounds[1], "stimulus", "have a low end below the high one", ends, place=repr(name))
+            require(
+                bounds[0] < bounds[1],
+                "stimulus",
+                "have a low end below the high one",
+                ends,
+                place=repr(name),
+            )
         integer("levels", self.levels, 0)
         require(self.levels != 1, "levels", "be 0, or 2 or more", self.levels)
         if self.passive:
             choice("passive", self.passive, PASSIVE)
         given, remedy = bool(self.recorded), "One goes with the other."
-        require(given == (self.passive == "recorded"), "recorded", 'be given with passive = "recorded"', given, remedy)
+        require(
+            given == (self.passive == "recorded"),
+            "recorded",
+            'be given with passive = "recorded"',
+            given,
+            remedy,
+        )
         if given:
             series = array("recorded", self.recorded, "R T S", S=len(self.ranges))
             for r, t, s in np.argwhere((series < self.low) | (series > self.high))[:1].tolist():
-                rule, place = f"be from {self.low[s]:g} to {self.high[s]:g}", f"series {r}, step {t}, {self.names[s]}"
+                rule, place = (
+                    f"be from {self.low[s]:g} to {self.high[s]:g}",
+                    f"series {r}, step {t}, {self.names[s]}",
+                )
                 refuse("recorded", rule, series[r, t, s], place=place)
 
     @property
@@ -74,7 +93,9 @@ class Stimulus(Settings):
     def of(self, outputs: np.ndarray) -> np.ndarray:
         """Return the stimuli (..., S) that outputs (..., O) from 0 to 1 choose."""
         if self.levels:
-            chosen = outputs.reshape(*outputs.shape[:-1], len(self.ranges), self.levels).argmax(axis=-1)
+            chosen = outputs.reshape(*outputs.shape[:-1], len(self.ranges), self.levels).argmax(
+                axis=-1
+            )
             outputs = chosen / (self.levels - 1)
         return self.low + (self.high - self.low) * outputs
 
@@ -84,8 +105,14 @@ class Stimulus(Settings):
             series = np.asarray(self.recorded)
             return series[rng.integers(len(series), size=trials)]
         shape = (trials, 1 if self.passive == "constant" else steps, len(self.ranges))
-        shares = rng.integers(self.levels, size=shape) / (self.levels - 1) if self.levels else rng.random(shape)
-        return np.broadcast_to(self.low + (self.high - self.low) * shares, (trials, steps, len(self.ranges)))
+        shares = (
+            rng.integers(self.levels, size=shape) / (self.levels - 1)
+            if self.levels
+            else rng.random(shape)
+        )
+        return np.broadcast_to(
+            self.low + (self.high - self.low) * shares, (trials, steps, len(self.ranges))
+        )
 
 
 @dataclass(frozen=True)
@@ -109,7 +136,9 @@ class Interrogator:
 
     def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
         """Return outputs (N, S) for genomes (N, Q) and samples (S, T, D): what was seen, whoever chose the stimuli."""
-        return self.network.judge(np.ascontiguousarray(genomes[:, : self.network.parameters]), samples)
+        return self.network.judge(
+            np.ascontiguousarray(genomes[:, : self.network.parameters]), samples
+        )
 
 
 class Dialogue:
@@ -119,32 +148,48 @@ class Dialogue:
         network, o = interrogator.network, interrogator.stimulus.outputs
         count, d, h = len(genomes), network.inputs, network.hidden
         scale = np.ones(d) if network.scale is None else np.array(network.scale)
-        parts = np.split(genomes.astype(np.float32), np.cumsum([h * d, h * h, h, h, 1, o * h]), axis=1)
+        parts = np.split(
+            genomes.astype(np.float32), np.cumsum([h * d, h * h, h, h, 1, o * h]), axis=1
+        )
         inward, recurrent, bias, judging, threshold, choosing, thresholds = parts
-        weights = np.concatenate((inward.reshape(count, h, d), recurrent.reshape(count, h, h)), axis=2)
+        weights = np.concatenate(
+            (inward.reshape(count, h, d), recurrent.reshape(count, h, h)), axis=2
+        )
         self._inward = np.ascontiguousarray(weights.transpose(0, 2, 1))  # (N, D + H, H)
         self._outward = np.ascontiguousarray(choosing.reshape(count, o, h).transpose(0, 2, 1))
         self._bias, self._thresholds = bias[:, None], thresholds[:, None]
         self._judging, self._threshold = judging[:, :, None], threshold
-        self._stimulus, self._scale, self._inputs = interrogator.stimulus, scale.astype(np.float32), d
-        self._seen = np.zeros((count, dialogues, d + h), np.float32)  # the inputs, then the activations
+        self._stimulus, self._scale, self._inputs = (
+            interrogator.stimulus,
+            scale.astype(np.float32),
+            d,
+        )
+        self._seen = np.zeros(
+            (count, dialogues, d + h), np.float32
+        )  # the inputs, then the activations
         self.stimuli = self._chosen()
 
     def observe(self, responses: np.ndarray) -> None:
         """Take in the centered responses (N, k, D) to the last stimuli, and choose the next ones."""
         own = responses.shape[2]
         np.clip(responses / self._scale[:own], -_LARGEST, _LARGEST, out=self._seen[..., :own])
-        self._seen[..., own : self._inputs] = (self.stimuli - self._stimulus.center) / self._scale[own:]
+        self._seen[..., own : self._inputs] = (self.stimuli - self._stimulus.center) / self._scale[
+            own:
+        ]
         self._seen[..., self._inputs :] = _logistic(self._seen @ self._inward + self._bias)
         self.stimuli = self._chosen()
 
     @property
     def outputs(self) -> np.ndarray:
         """Judgments (N, k), from 0 (counterfeit) to 1 (genuine)."""
-        return _logistic((self._seen[..., self._inputs :] @ self._judging)[..., 0] + self._threshold)
+        return _logistic(
+            (self._seen[..., self._inputs :] @ self._judging)[..., 0] + self._threshold
+        )
 
     def _chosen(self) -> np.ndarray:
-        return self._stimulus.of(_logistic(self._seen[..., self._inputs :] @ self._outward + self._thresholds))
+        return self._stimulus.of(
+            _logistic(self._seen[..., self._inputs :] @ self._outward + self._thresholds)
+        )
 
 
 def _logistic(sums: np.ndarray) -> np.ndarray:

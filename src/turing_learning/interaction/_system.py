@@ -30,9 +30,19 @@ BEHAVIORS: dict[str, Step] = {
     "sensor-configuration": _examples.SensorConfiguration(),
 }
 _OBSERVED = 200  # trials that the scale of what is observed is found in
-_NOT_FOR_STIMULI = ("length", "held_out", "samples_per_generation", "vectorized", "batches", "workers", "timeout_s")
+_NOT_FOR_STIMULI = (
+    "length",
+    "held_out",
+    "samples_per_generation",
+    "vectorized",
+    "batches",
+    "workers",
+    "timeout_s",
+)
 _NOT_FINITE = "an answer was not finite"
-_TOLD_APART = 20  # models with another value of a parameter, by which an interrogator is chosen for a report
+_TOLD_APART = (
+    20  # models with another value of a parameter, by which an interrogator is chosen for a report
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +53,9 @@ class StimulatedSystem(CustomSystem):
     """
 
     stimulus: Stimulus  #: What can be done to it, and who chooses
-    behavior_name: str = ""  #: One of `BEHAVIORS`, which are built in; empty where the caller has a function
+    behavior_name: str = (
+        ""  #: One of `BEHAVIORS`, which are built in; empty where the caller has a function
+    )
     #: The system's parameters (P,), by which it is simulated; empty where the caller has a function of it
     true: tuple[float, ...] = ()
     #: Models that each classifier meets alone in a generation, and as often the system. Where classifiers only
@@ -63,7 +75,10 @@ class StimulatedSystem(CustomSystem):
         require(given in (0, count), "true", f"be {count} numbers, or none", given)
         last, names = self.signals[self.own :], self.stimulus.names
         require(last == names, "signals", f"end with the stimuli, {', '.join(names)}", last)
-        rule, recorded = f"be series of {self.steps} steps, as long as a trial", np.shape(self.stimulus.recorded)
+        rule, recorded = (
+            f"be series of {self.steps} steps, as long as a trial",
+            np.shape(self.stimulus.recorded),
+        )
         require(recorded[1:2] in ((), (self.steps,)), "recorded", rule, f"{recorded[1:2]}")
 
     @property
@@ -84,7 +99,9 @@ class StimulatedSystem(CustomSystem):
     @property
     def resuming(self) -> tuple[Setting, ...]:
         """What a folder does not hold: functions of the caller."""
-        names = () if self.behavior_name else ("simulate",) if self.true else ("genuine", "simulate")
+        names = (
+            () if self.behavior_name else ("simulate",) if self.true else ("genuine", "simulate")
+        )
         return tuple(map(Setting, names))
 
     def evolved(self, network: Classifier) -> Classifier:
@@ -93,13 +110,24 @@ class StimulatedSystem(CustomSystem):
             return network
         if not isinstance(network, ElmanClassifier):
             rule = "be an Elman network where classifiers choose stimuli"
-            refuse("classifier", rule, type(network).__name__, 'Or set scenario.stimulus.passive="random".')
+            refuse(
+                "classifier",
+                rule,
+                type(network).__name__,
+                'Or set scenario.stimulus.passive="random".',
+            )
         return Interrogator(network, self.stimulus)
 
     def require_trials(self) -> None:
         """Refuse a run of few trials: it judges samples again that a classifier was the only one to cause."""
         rule = "be 0 where classifiers choose stimuli, as a sample belongs to the one that has caused it"
-        require(self.stimulus.passive, "run.trials", rule, "more", 'Or set scenario.stimulus.passive="random".')
+        require(
+            self.stimulus.passive,
+            "run.trials",
+            rule,
+            "more",
+            'Or set scenario.stimulus.passive="random".',
+        )
 
     def imitated(self, values: np.ndarray) -> "StimulatedSystem":
         """Return the system whose truth is a model with parameters (P,)."""
@@ -117,21 +145,45 @@ class StimulatedSystem(CustomSystem):
     def accept(self, given: Given) -> Given:
         """Return what is given; refuse what the system has no use for."""
         for name, value in given.named.items():
-            used = Setting(name) in self.resuming or (name == "genuine" and self.true and not self.behavior_name)
+            used = Setting(name) in self.resuming or (
+                name == "genuine" and self.true and not self.behavior_name
+            )
             rule, shown = f"be left out for {self.name}", type(value).__name__
-            require(value is None or used, name, rule, shown, "It is simulated here, by what its folder says.")
+            require(
+                value is None or used,
+                name,
+                rule,
+                shown,
+                "It is simulated here, by what its folder says.",
+            )
         truth = isinstance(given.genuine, Mapping)
-        for name, value in (("simulate", given.simulate), ("genuine", None if truth else given.genuine)):
+        for name, value in (
+            ("simulate", given.simulate),
+            ("genuine", None if truth else given.genuine),
+        ):
             require(value is None or callable(value), name, "be a function", brief(value))
         if truth:
-            same, got = self.true_of(given.genuine, self.parameters) == self.true, brief(dict(given.genuine))
-            require(same, "genuine", f"be what the run began with, {self.shown(np.array(self.true))}", got)
+            same, got = (
+                self.true_of(given.genuine, self.parameters) == self.true,
+                brief(dict(given.genuine)),
+            )
+            require(
+                same,
+                "genuine",
+                f"be what the run began with, {self.shown(np.array(self.true))}",
+                got,
+            )
         return given
 
     @staticmethod
-    def true_of(values: Mapping[str, float], parameters: Mapping[str, Parameter]) -> tuple[float, ...]:
+    def true_of(
+        values: Mapping[str, float], parameters: Mapping[str, Parameter]
+    ) -> tuple[float, ...]:
         """Return true parameters, given by name, in their order."""
-        rule, remedy = f"name the parameters {', '.join(parameters)}", "Or be a function (state, stimulus, rng)."
+        rule, remedy = (
+            f"name the parameters {', '.join(parameters)}",
+            "Or be a function (state, stimulus, rng).",
+        )
         require(set(values) == set(parameters), "genuine", rule, brief(list(values)), remedy)
         return tuple(array("genuine", [values[name] for name in parameters], "P").tolist())
 
@@ -164,7 +216,12 @@ class StimulatedSource(FallibleSource):
         return InteractiveInterrogation(self, self.system.opponents)
 
     def confront(
-        self, models: np.ndarray, classifiers: np.ndarray, met: np.ndarray, genuine: int, rng: np.random.Generator
+        self,
+        models: np.ndarray,
+        classifiers: np.ndarray,
+        met: np.ndarray,
+        genuine: int,
+        rng: np.random.Generator,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return outputs (N, genuine) and (N, k) of classifiers that choose stimuli; see `coevolution.InteractiveSource`."""
         count, known = len(classifiers), self.system.to_units(models)
@@ -183,7 +240,9 @@ class StimulatedSource(FallibleSource):
         samples, failed = self._watched(split, np.repeat(known, count, axis=0), rng)
         places = np.flatnonzero(failed.reshape(-1, count).any(axis=1))
         self.note(known, dict.fromkeys(places.tolist(), _NOT_FINITE))
-        return Samples(samples[:split], samples[split:].reshape(len(models), count, *samples.shape[1:]))
+        return Samples(
+            samples[:split], samples[split:].reshape(len(models), count, *samples.shape[1:])
+        )
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return samples (at most M, 1, T, D) of models with parameters (M, P), without those that fail."""
@@ -210,14 +269,24 @@ class StimulatedSource(FallibleSource):
         n, chosen = 1, classifiers[:1]
         if not passive:
             moved = np.tile(np.arange(count), _TOLD_APART)
-            numbers = [one.to_numbers(value) for one, value in zip(system.parameters.values(), estimate, strict=True)]
+            numbers = [
+                one.to_numbers(value)
+                for one, value in zip(system.parameters.values(), estimate, strict=True)
+            ]
             models = np.tile(numbers, (len(moved), 1))
             models[np.arange(len(moved)), moved] = rng.uniform(-1, 1, len(moved))
             met = np.tile(np.arange(len(moved)), (len(classifiers), 1))
             genuine, counterfeit = self.confront(models, classifiers, met, 2 * _TOLD_APART, rng)
-            told = np.stack([(counterfeit[:, moved == k] < THRESHOLD).mean(axis=1) for k in range(count)], axis=1)
+            told = np.stack(
+                [(counterfeit[:, moved == k] < THRESHOLD).mean(axis=1) for k in range(count)],
+                axis=1,
+            )
             right = (told + (genuine >= THRESHOLD).mean(axis=1)[:, None]) / 2
-            n, chosen, found["accuracy"] = count, classifiers[right.argmax(axis=0)], right.max(axis=0)
+            n, chosen, found["accuracy"] = (
+                count,
+                classifiers[right.argmax(axis=0)],
+                right.max(axis=0),
+            )
         trials = _Trials(self, n, np.tile(estimate, (n, 1)), rng)
         given = system.stimulus.drawn(n, system.steps, rng)[:, None].repeat(2, axis=1)
         talk = None if passive else Dialogue(self._interrogator, chosen, 2)
@@ -231,7 +300,9 @@ class StimulatedSource(FallibleSource):
         found["answers"] = np.stack(answers, axis=2) + np.array(system.center[: system.own])
         return found | ({} if talk is None else {"outputs": talk.outputs})
 
-    def _watched(self, genuine: int, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    def _watched(
+        self, genuine: int, parameters: np.ndarray, rng: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return centered samples of the system, then of models (n, P), and which models failed."""
         system, count = self.system, genuine + len(parameters)
         trials = _Trials(self, genuine, parameters, rng)
@@ -247,7 +318,11 @@ class _Trials:
     """Trials of the system and of models, all one step at a time: first those of the system, then those of models."""
 
     def __init__(
-        self, source: StimulatedSource, genuine: int, parameters: np.ndarray, rng: np.random.Generator
+        self,
+        source: StimulatedSource,
+        genuine: int,
+        parameters: np.ndarray,
+        rng: np.random.Generator,
     ) -> None:
         system = source.system
         self._rng, self._genuine, self._count = rng, genuine, genuine + len(parameters)
@@ -264,7 +339,9 @@ class _Trials:
         self._states: dict[str, Any] = {}
         for name, step, _, count in reversed(self._answering):
             initial = getattr(step, "initial", None)
-            self._states[name] = np.zeros((count, system.states)) if initial is None else initial(count, rng)
+            self._states[name] = (
+                np.zeros((count, system.states)) if initial is None else initial(count, rng)
+            )
 
     @property
     def failed(self) -> np.ndarray:
@@ -282,10 +359,14 @@ class _Trials:
             rule = f"`{name}` must return the next state, and observations (n, D) = ({count}, {len(self._center)})"
             part = slice(start, start := start + count)
             try:
-                self._states[name], seen = step(self._states[name], *parameters, given[part], self._rng)
+                self._states[name], seen = step(
+                    self._states[name], *parameters, given[part], self._rng
+                )
                 seen = np.asarray(seen, dtype=np.float64)
             except Exception as error:
-                raise CustomSystemError(f"{rule}; it raised {type(error).__name__}: {error} {place}.") from error
+                raise CustomSystemError(
+                    f"{rule}; it raised {type(error).__name__}: {error} {place}."
+                ) from error
             if seen.shape != (count, len(self._center)):
                 raise CustomSystemError(f"{rule}; got shape {seen.shape} {place}. Repair it.")
             observed[part] = seen
@@ -301,11 +382,17 @@ class _Trials:
     def _arranged(self, flat: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return rows of trials as (N, g, ...) of the system, and (N, k, ...) of models."""
         genuine, models = np.split(flat, [self._genuine])
-        return genuine.reshape(self._rows, -1, *flat.shape[1:]), models.reshape(self._rows, -1, *flat.shape[1:])
+        return genuine.reshape(self._rows, -1, *flat.shape[1:]), models.reshape(
+            self._rows, -1, *flat.shape[1:]
+        )
 
 
 def _system_of(
-    stimulus: Stimulus, signals: Sequence[str], center: Sequence[float], scale: Sequence[float], **more: Any
+    stimulus: Stimulus,
+    signals: Sequence[str],
+    center: Sequence[float],
+    scale: Sequence[float],
+    **more: Any,
 ) -> StimulatedSystem:
     """Return a system of which these signals are observed; the inputs that are stimuli have half their range as a scale."""
     half = (stimulus.high - stimulus.low) / 2
@@ -333,17 +420,31 @@ def describe_stimulated(
     given: dict[str, Any] = dict(options)
     for name in _NOT_FOR_STIMULI:
         require(name not in given, name, "be left out for a system with stimuli", given.get(name))
-    for name, rule in (("signals", "name what is observed"), ("steps", "be the number of steps of a trial")):
+    for name, rule in (
+        ("signals", "name what is observed"),
+        ("steps", "be the number of steps of a trial"),
+    ):
         require(name in given, name, rule, "nothing", 'For example signals=("speed",), steps=100.')
     ranges, known = given["stimulus"], read_parameters(parameters)
     if isinstance(ranges, Mapping):
         pairs = {str(name): ends for name, ends in ranges.items()}
-        ranges = {name: tuple(array("stimulus", ends, "2", place=repr(name)).tolist()) for name, ends in pairs.items()}
+        ranges = {
+            name: tuple(array("stimulus", ends, "2", place=repr(name)).tolist())
+            for name, ends in pairs.items()
+        }
     passive, recorded = given.get("passive", ""), cast(Any, ())
     if not isinstance(passive, str):
-        series = array("passive", passive, "R T S", remedy="Series of stimuli, or one of: " + ", ".join(PASSIVE))
+        series = array(
+            "passive",
+            passive,
+            "R T S",
+            remedy="Series of stimuli, or one of: " + ", ".join(PASSIVE),
+        )
         passive, recorded = "recorded", _frozen(series)
-    stimulus, count = Stimulus(ranges, given.get("levels", 0), cast(Any, passive), recorded), len(given["signals"])
+    stimulus, count = (
+        Stimulus(ranges, given.get("levels", 0), cast(Any, passive), recorded),
+        len(given["signals"]),
+    )
     true = StimulatedSystem.true_of(genuine, known) if isinstance(genuine, Mapping) else ()
     name = given.get("name", "own-system")
     system = _system_of(
@@ -353,27 +454,45 @@ def describe_stimulated(
     )  # fmt: skip
     try:
         with system.open(Given(genuine=None if true else genuine, simulate=simulate)) as source:
-            seen = source.genuine_samples(_OBSERVED, np.random.default_rng(GENUINE))[..., :count].reshape(-1, count)
+            seen = source.genuine_samples(_OBSERVED, np.random.default_rng(GENUINE))[
+                ..., :count
+            ].reshape(-1, count)
     except CustomSystemError as error:
-        raise CustomSystemError(f"{error} [the first {_OBSERVED} trials, under stimuli by chance]") from error
+        raise CustomSystemError(
+            f"{error} [the first {_OBSERVED} trials, under stimuli by chance]"
+        ) from error
     center, scale = scales_of(seen)
-    return replace(system, center=center + system.center[count:], input_scale=scale + system.input_scale[count:])
+    return replace(
+        system,
+        center=center + system.center[count:],
+        input_scale=scale + system.input_scale[count:],
+    )
 
 
 def read_stimuli(path: Path, system: StimulatedSystem) -> StimulatedSystem:
     """Return a system that is watched under stimuli of a table with a heading (CSV): a column for each, and "trial" for several."""
     try:
-        table: Any = np.genfromtxt(path, delimiter=",", names=True, dtype=np.float64, encoding="utf-8")
+        table: Any = np.genfromtxt(
+            path, delimiter=",", names=True, dtype=np.float64, encoding="utf-8"
+        )
     except (OSError, ValueError) as error:
         refuse("passive", f"be one of {', '.join(PASSIVE[:2])}, or a file", f"{path} ({error})")
     columns, names = table.dtype.names or (), system.stimulus.names
     rule = f"have the columns {', '.join(names)}, and trial for several series"
-    require(set(names) <= set(columns), "passive", rule, ", ".join(columns) or "none", place=str(path))
+    require(
+        set(names) <= set(columns), "passive", rule, ", ".join(columns) or "none", place=str(path)
+    )
     rows = np.stack([np.atleast_1d(table[name]) for name in names], axis=-1)
     trial = np.atleast_1d(table["trial"]) if "trial" in columns else np.zeros(len(rows))
     series = [rows[trial == number] for number in dict.fromkeys(trial.tolist())]
     lengths = sorted({len(one) for one in series})
-    require(lengths == [system.steps], "passive", f"hold series of {system.steps} steps", lengths, place=str(path))
+    require(
+        lengths == [system.steps],
+        "passive",
+        f"hold series of {system.steps} steps",
+        lengths,
+        place=str(path),
+    )
     recorded = _frozen(np.stack(series))
     return replace(system, stimulus=replace(system.stimulus, passive="recorded", recorded=recorded))
 

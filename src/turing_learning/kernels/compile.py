@@ -89,7 +89,9 @@ class _KernelCache(FunctionCache):
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        with contextlib.suppress(OSError):  # a full disk costs the next start a compilation, nothing else
+        with contextlib.suppress(
+            OSError
+        ):  # a full disk costs the next start a compilation, nothing else
             super().save_overload(sig, data)
 
 
@@ -100,7 +102,9 @@ def compile_cached(function: Callable[..., Any], *, notice: str = "", **options:
     in it is "this" the first time, and "another" after that.
     """
     dispatcher = njit(**_COMMON, **options)(function)
-    with contextlib.suppress(RuntimeError):  # no folder can be written: compile anew in each process
+    with contextlib.suppress(
+        RuntimeError
+    ):  # no folder can be written: compile anew in each process
         dispatcher._cache = _KernelCache(function, notice)
     return dispatcher
 

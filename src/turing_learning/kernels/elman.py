@@ -38,7 +38,9 @@ def load_elman(inputs: int, hidden: int) -> ModuleType:
             path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
             write_atomically(path, source.encode())
         return _run(cached, source, str(path))
-    except Exception:  # whatever is wrong with the cache (full, damaged, not writable), the judge works without it
+    except (
+        Exception
+    ):  # whatever is wrong with the cache (full, damaged, not writable), the judge works without it
         return _run(name, elman_source(inputs, hidden, cache=False), f"<{name}>")
 
 

@@ -134,7 +134,9 @@ def judge(start, stop, blocks, weights, outputs):
 def elman_source(inputs: int, hidden: int, *, cache: bool) -> str:
     """Return the source of the judge for a network of ``inputs`` inputs and ``hidden`` hidden neurons."""
     sizes = {"inputs": inputs, "hidden": hidden, "lanes": LANES, "limit": LIMIT, "cache": cache}
-    sizes["memory"] = 2 * hidden * LANES  # the activations; the second half is for networks that are not written out
+    sizes["memory"] = (
+        2 * hidden * LANES
+    )  # the activations; the second half is for networks that are not written out
     names = [f"w{i}_{d}" for i in range(hidden) for d in range(inputs)]
     names += [f"u{i}_{j}" for i in range(hidden) for j in range(hidden)]
     names += [f"b{i}" for i in range(hidden)] + [f"v{i}" for i in range(hidden)] + ["c"]
@@ -148,7 +150,11 @@ def elman_source(inputs: int, hidden: int, *, cache: bool) -> str:
         f"y = min(max(y, F({SMALLEST_OUTPUT!r})), F({1 - SMALLEST_OUTPUT!r}))",
         f"state[lane] = min(y, F({below_half!r})) if z < F(0) else y",
     ]
-    parts = {"load": (8, load if small else load[-hidden - 1 :]), "step": (12, step), "output": (12, output)}
+    parts = {
+        "load": (8, load if small else load[-hidden - 1 :]),
+        "step": (12, step),
+        "output": (12, output),
+    }
     written = {name: "\n".join(_indented(lines, spaces)) for name, (spaces, lines) in parts.items()}
     judge = _JUDGE.format(**sizes, state=hidden * LANES, **written)
     return "\n".join([_HEADER.format(**sizes), _PACK.format(**sizes), judge])
@@ -159,7 +165,9 @@ def _small_step(inputs: int, hidden: int) -> list[str]:
     body = [f"x{d} = blocks[block, t, {d}, lane]" for d in range(inputs)]
     body += [f"h{j} = state[{j * LANES} + lane]" for j in range(hidden)]
     for i in range(hidden):
-        terms = [f"w{i}_{d} * x{d}" for d in range(inputs)] + [f"u{i}_{j} * h{j}" for j in range(hidden)]
+        terms = [f"w{i}_{d} * x{d}" for d in range(inputs)] + [
+            f"u{i}_{j} * h{j}" for j in range(hidden)
+        ]
         body += [*_sigmoid(f"b{i}", terms), f"state[{i * LANES} + lane] = {_CUT}"]
     return [f"for lane in range({LANES}):", *_indented(body)]
 
@@ -172,7 +180,12 @@ def _large_step(inputs: int, hidden: int) -> list[str]:
     terms = [f"w{d} * blocks[block, t, {d}, lane]" for d in range(inputs)]
     terms += [f"u{j} * state[{j * LANES} + lane]" for j in range(hidden)]
     body = [*_sigmoid("b", terms), f"state[{hidden * LANES} + i * {LANES} + lane] = {_CUT}"]
-    neuron = [*row, f"b = weights[n, {biases} + i]", f"for lane in range({LANES}):", *_indented(body)]
+    neuron = [
+        *row,
+        f"b = weights[n, {biases} + i]",
+        f"for lane in range({LANES}):",
+        *_indented(body),
+    ]
     copy = [f"for k in range({hidden * LANES}):", f"    state[k] = state[{hidden * LANES} + k]"]
     return [f"for i in range({hidden}):", *_indented(neuron), *copy]
 

@@ -159,7 +159,11 @@ SKIN = 0.5
 
 
 # Each imperfection draws from a stream of its own, so that one changes no number of another. Random 64-bit constants.
-_SCALES, _SLIPS, _MISTAKES = np.uint64(0x6A09E667F3BCC909), np.uint64(0xBB67AE8584CAA73B), np.uint64(0x3C6EF372FE94F82B)
+_SCALES, _SLIPS, _MISTAKES = (
+    np.uint64(0x6A09E667F3BCC909),
+    np.uint64(0xBB67AE8584CAA73B),
+    np.uint64(0x3C6EF372FE94F82B),
+)
 
 
 @inlined
@@ -189,11 +193,16 @@ def command_wheels(
 
 
 @inlined
-def mistake(key: np.uint64, cycle: int, w: int, world: World, state: State, imperfections: Imperfections) -> None:
+def mistake(
+    key: np.uint64, cycle: int, w: int, world: World, state: State, imperfections: Imperfections
+) -> None:
     """Replace the readings of robots whose sensor is mistaken in this cycle, each by any other state."""
     if imperfections.mistakes > 0.0:
         for i in range(world.robots):
-            draw = uniform(key ^ _MISTAKES, np.uint64(cycle * world.robots + i)) / imperfections.mistakes
+            draw = (
+                uniform(key ^ _MISTAKES, np.uint64(cycle * world.robots + i))
+                / imperfections.mistakes
+            )
             if draw < 1.0:
                 shift = 1 + int(draw * (imperfections.states - 1))
                 state.reading[i, w] = (state.reading[i, w] + shift) % imperfections.states
@@ -217,7 +226,13 @@ def reach_of_robot(wheel_speeds: np.ndarray, world: World) -> float:
     fastest = 0.0
     for k in range(wheel_speeds.shape[0] // 2):
         fastest = max(fastest, abs(wheel_speeds[2 * k]) + abs(wheel_speeds[2 * k + 1]))
-    speed = 0.5 * fastest * world.maximum_speed * (1.0 + world.wheel_noise) * (1.0 + world.wheel_scale_spread)
+    speed = (
+        0.5
+        * fastest
+        * world.maximum_speed
+        * (1.0 + world.wheel_noise)
+        * (1.0 + world.wheel_scale_spread)
+    )
     return world.radius[0] + speed * world.interval + SKIN
 
 
@@ -251,7 +266,9 @@ def chebyshev(degree: int, cosine: float) -> float:
 
 
 @inlined
-def glide(i: int, dt: float, steps: int, sines: np.ndarray, cosines: np.ndarray, state: State) -> None:
+def glide(
+    i: int, dt: float, steps: int, sines: np.ndarray, cosines: np.ndarray, state: State
+) -> None:
     """Advance robot `i` in the slots where it touches nothing; sines and cosines (3, slots) of its three angles."""
     x, y, heading, turn = state.x[i], state.y[i], state.heading[i], state.turn[i]
     forward, command, near = state.forward[i], state.command[i], state.near[i]

@@ -19,7 +19,9 @@ def _pool(threads: int, process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix=f"turing-learning-{process}")
 
 
-def run_range(function: Callable[..., None], count: int, threads: int | None, *arguments: Any, grain: int = 1) -> None:
+def run_range(
+    function: Callable[..., None], count: int, threads: int | None, *arguments: Any, grain: int = 1
+) -> None:
     """Call ``function(start, stop, *arguments)`` for pieces that cover ``range(count)``.
 
     The function is compiled, releases the interpreter lock, and its iterations are independent. There are at
@@ -32,13 +34,17 @@ def run_range(function: Callable[..., None], count: int, threads: int | None, *a
         return
     chunks = min(count, max(threads, min(threads * CHUNKS_PER_THREAD, count // grain)))
     bounds = [count * k // chunks for k in range(chunks + 1)]
-    pieces = iter(range(chunks))  # drawing the next one is one step of the interpreter: no two threads get the same
+    pieces = iter(
+        range(chunks)
+    )  # drawing the next one is one step of the interpreter: no two threads get the same
 
     def work() -> None:
         for k in pieces:
             function(bounds[k], bounds[k + 1], *arguments)
 
-    futures = [_pool(threads - 1, os.getpid()).submit(work) for _ in range(min(threads, chunks) - 1)]
+    futures = [
+        _pool(threads - 1, os.getpid()).submit(work) for _ in range(min(threads, chunks) - 1)
+    ]
     try:
         work()
     finally:

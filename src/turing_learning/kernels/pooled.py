@@ -15,7 +15,12 @@ _ZERO, _HALF, _ONE = np.float32(0), np.float32(0.5), np.float32(1)
 
 
 def _judge_range(
-    start: int, stop: int, samples: np.ndarray, windows: np.ndarray, weights: np.ndarray, outputs: np.ndarray
+    start: int,
+    stop: int,
+    samples: np.ndarray,
+    windows: np.ndarray,
+    weights: np.ndarray,
+    outputs: np.ndarray,
 ) -> None:
     """Fill `outputs` (S, N) float32 for the blocks `start` to `stop` of `LANES` samples each.
 

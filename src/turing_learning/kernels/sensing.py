@@ -42,9 +42,20 @@ def nearest_visible(ahead: float, off: float, radius: float, cosine: float, sine
 @inlined
 def look_into(i: int, j: int, world: World, state: State) -> None:
     """Let robot `i` read body `j`, in every slot, if that is the nearest so far; count the two if they are within reach."""
-    x, y, cosine, sine, reach = state.x[i], state.y[i], state.cosine[i], state.sine[i], state.reach[i]
+    x, y, cosine, sine, reach = (
+        state.x[i],
+        state.y[i],
+        state.cosine[i],
+        state.sine[i],
+        state.reach[i],
+    )
     other_x, other_y, other_reach, crowd = state.x[j], state.y[j], state.reach[j], state.crowd
-    view_cosine, view_sine, nearest, reading = state.view_cosine[i], state.view_sine[i], state.seen[i], state.reading[i]
+    view_cosine, view_sine, nearest, reading = (
+        state.view_cosine[i],
+        state.view_sine[i],
+        state.seen[i],
+        state.reading[i],
+    )
     radius, own = world.sight_radius[j], world.reading[j]
     for w in range(crowd.shape[0]):
         dx = other_x[w] - x[w]
@@ -74,7 +85,12 @@ def sense_in_sectors(world: World, state: State) -> None:
 @inlined
 def sense_one_trial(world: World, state: State) -> None:
     """Read the sensor of every robot of the only trial: the inner loop is over the bodies, of which there are many."""
-    x, y, visible, distance = state.x.reshape(-1), state.y.reshape(-1), world.sight_radius, state.work[0].reshape(-1)
+    x, y, visible, distance = (
+        state.x.reshape(-1),
+        state.y.reshape(-1),
+        world.sight_radius,
+        state.work[0].reshape(-1),
+    )
     for i in range(world.robots):
         cosine, sine = state.cosine[i, 0], state.sine[i, 0]
         view_cosine, view_sine = state.view_cosine[i, 0], state.view_sine[i, 0]
@@ -102,7 +118,10 @@ def open_view(sectors: np.ndarray | None, trial: int, w: int, state: State) -> N
     """Give the robots in slot `w` the fields of view of a trial, if there are any."""
     if sectors is not None:
         for i in range(sectors.shape[2]):
-            state.view_cosine[i, w], state.view_sine[i, w] = sectors[0, trial, i], sectors[1, trial, i]
+            state.view_cosine[i, w], state.view_sine[i, w] = (
+                sectors[0, trial, i],
+                sectors[1, trial, i],
+            )
 
 
 @inlined

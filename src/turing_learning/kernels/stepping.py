@@ -84,8 +84,20 @@ def after_contact(a: Motion, b: Motion, disk_a: Disk, disk_b: Disk) -> tuple[Mot
         / (mass_a + mass_b + cross_a * cross_a * inertia_a + cross_b * cross_b * inertia_b)
     )
     return (
-        (x_a, y_a, vx_a + impulse * nx * mass_a, vy_a + impulse * ny * mass_a, turn_a + impulse * cross_a * inertia_a),
-        (x_b, y_b, vx_b - impulse * nx * mass_b, vy_b - impulse * ny * mass_b, turn_b - impulse * cross_b * inertia_b),
+        (
+            x_a,
+            y_a,
+            vx_a + impulse * nx * mass_a,
+            vy_a + impulse * ny * mass_a,
+            turn_a + impulse * cross_a * inertia_a,
+        ),
+        (
+            x_b,
+            y_b,
+            vx_b - impulse * nx * mass_b,
+            vy_b - impulse * ny * mass_b,
+            turn_b - impulse * cross_b * inertia_b,
+        ),
     )
 
 
@@ -95,12 +107,25 @@ def push_all_apart(hits: int, party: Party, lanes: Lanes) -> None:
     lane = lanes.number
     for c in range(hits):
         i, j = np.uint64(lanes.hit[c, 0]), np.uint64(lanes.hit[c, 1])
-        lane[X_A + c], lane[Y_A + c], lane[VX_A + c], lane[VY_A + c] = party.x[i], party.y[i], party.vx[i], party.vy[i]
-        lane[X_B + c], lane[Y_B + c], lane[VX_B + c], lane[VY_B + c] = party.x[j], party.y[j], party.vx[j], party.vy[j]
+        lane[X_A + c], lane[Y_A + c], lane[VX_A + c], lane[VY_A + c] = (
+            party.x[i],
+            party.y[i],
+            party.vx[i],
+            party.vy[i],
+        )
+        lane[X_B + c], lane[Y_B + c], lane[VX_B + c], lane[VY_B + c] = (
+            party.x[j],
+            party.y[j],
+            party.vx[j],
+            party.vy[j],
+        )
         lane[TURN_A + c], lane[TURN_B + c] = party.turn[i], party.turn[j]
         lane[RADIUS_A + c], lane[RADIUS_B + c] = party.radius[i], party.radius[j]
         lane[MASS_A + c], lane[MASS_B + c] = party.inverse_mass[i], party.inverse_mass[j]
-        lane[INERTIA_A + c], lane[INERTIA_B + c] = party.inverse_inertia[i], party.inverse_inertia[j]
+        lane[INERTIA_A + c], lane[INERTIA_B + c] = (
+            party.inverse_inertia[i],
+            party.inverse_inertia[j],
+        )
     for c in range(LANES):
         a, b = after_contact(
             (lane[X_A + c], lane[Y_A + c], lane[VX_A + c], lane[VY_A + c], lane[TURN_A + c]),
@@ -112,8 +137,18 @@ def push_all_apart(hits: int, party: Party, lanes: Lanes) -> None:
         lane[X_B + c], lane[Y_B + c], lane[VX_B + c], lane[VY_B + c], lane[TURN_B + c] = b
     for c in range(hits):
         i, j = np.uint64(lanes.hit[c, 0]), np.uint64(lanes.hit[c, 1])
-        party.x[i], party.y[i], party.vx[i], party.vy[i] = lane[X_A + c], lane[Y_A + c], lane[VX_A + c], lane[VY_A + c]
-        party.x[j], party.y[j], party.vx[j], party.vy[j] = lane[X_B + c], lane[Y_B + c], lane[VX_B + c], lane[VY_B + c]
+        party.x[i], party.y[i], party.vx[i], party.vy[i] = (
+            lane[X_A + c],
+            lane[Y_A + c],
+            lane[VX_A + c],
+            lane[VY_A + c],
+        )
+        party.x[j], party.y[j], party.vx[j], party.vy[j] = (
+            lane[X_B + c],
+            lane[Y_B + c],
+            lane[VX_B + c],
+            lane[VY_B + c],
+        )
         party.turn[i], party.turn[j] = lane[TURN_A + c], lane[TURN_B + c]
 
 
@@ -160,7 +195,9 @@ def set_robot_velocities(robots: int, dt: float, party: Party) -> None:
 
 
 @inlined
-def set_object_velocities(robots: int, members: int, dt: float, deceleration: float, party: Party) -> None:
+def set_object_velocities(
+    robots: int, members: int, dt: float, deceleration: float, party: Party
+) -> None:
     """Slow down the members after the first `robots`."""
     for k in range(robots, members):
         party.vx[k], party.vy[k] = slowed(party.vx[k], party.vy[k], deceleration, dt)
@@ -232,7 +269,9 @@ def resolve_side_by_side(trials: int, pairs: Pairs, party: Party, lanes: Lanes) 
         else:
             push_all_apart(hits, party, lanes)
         for c in range(hits):
-            astray += strays(np.uint64(lanes.hit[c, 0]), party) + strays(np.uint64(lanes.hit[c, 1]), party)
+            astray += strays(np.uint64(lanes.hit[c, 0]), party) + strays(
+                np.uint64(lanes.hit[c, 1]), party
+            )
     return astray
 
 
@@ -341,7 +380,9 @@ def advance_involved(
     while w < stop:
         margin = list_involved(w, end, attempt, world, state, pairs, lanes, tiles)
         robots, members = gather_party(w, end, margin, world, state, pairs, party)
-        if step_cycle(end - w, robots, members, margin == np.inf, pairs, world, party, lanes, tiles):
+        if step_cycle(
+            end - w, robots, members, margin == np.inf, pairs, world, party, lanes, tiles
+        ):
             scatter_party(w, members, world, state, party)
             w, end, attempt = end, end + 1, np.int64(0)
         elif end - w > 1:

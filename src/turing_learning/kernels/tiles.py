@@ -46,12 +46,16 @@ class Tiles(NamedTuple):
 
     order: np.ndarray  # (places,) int64, the body at each place; -1 where there is none
     home: np.ndarray  # (bodies,) int64, the place of each body
-    member: np.ndarray  # (4, places) x, y (cm), sight radius (cm; -inf where there is no body), reach (cm)
+    member: (
+        np.ndarray
+    )  # (4, places) x, y (cm), sight radius (cm; -inf where there is no body), reach (cm)
     tile: np.ndarray  # (6, tiles) box around the centres, largest sight radius and reach (cm)
     block: np.ndarray  # (6, blocks) the same
     bound: np.ndarray  # (2, tiles) least signed entry distance of a ray in each block and tile
     close: np.ndarray  # (tiles,) int64, tiles that are near a tile
-    span: np.ndarray  # (2, bodies) int64, where a body's partners start in `partner`, and their number
+    span: (
+        np.ndarray
+    )  # (2, bodies) int64, where a body's partners start in `partner`, and their number
     partner: np.ndarray  # (pairs,) int64
 
 
@@ -92,7 +96,9 @@ def sort_places(order: np.ndarray, start: int, stop: int, key: np.ndarray) -> No
 
 
 @inlined
-def sort_in_strips(order: np.ndarray, start: int, stop: int, size: int, x: np.ndarray, y: np.ndarray) -> None:
+def sort_in_strips(
+    order: np.ndarray, start: int, stop: int, size: int, x: np.ndarray, y: np.ndarray
+) -> None:
     """Order the bodies at places start ... stop - 1 so that every `size` consecutive ones fill a square, roughly.
 
     Source: sort-tile-recursive packing, Leutenegger, Lopez and Edgington (1997).
@@ -120,7 +126,9 @@ def renew_order(x: np.ndarray, y: np.ndarray, tiles: Tiles) -> None:
 
 
 @inlined
-def enclose(source: np.ndarray, start: int, rows: tuple[int, int, int, int, int, int], box: np.ndarray) -> None:
+def enclose(
+    source: np.ndarray, start: int, rows: tuple[int, int, int, int, int, int], box: np.ndarray
+) -> None:
     """Write the box (6,) around TILE columns of `source`; `rows` hold left, right, bottom, top, sight radius and reach."""
     left = bottom = np.inf
     right = top = sight = reach = -np.inf
@@ -128,11 +136,20 @@ def enclose(source: np.ndarray, start: int, rows: tuple[int, int, int, int, int,
         left, right = min(left, source[rows[0], k]), max(right, source[rows[1], k])
         bottom, top = min(bottom, source[rows[2], k]), max(top, source[rows[3], k])
         sight, reach = max(sight, source[rows[4], k]), max(reach, source[rows[5], k])
-    box[LEFT], box[RIGHT], box[BOTTOM], box[TOP], box[SIGHT], box[REACH] = left, right, bottom, top, sight, reach
+    box[LEFT], box[RIGHT], box[BOTTOM], box[TOP], box[SIGHT], box[REACH] = (
+        left,
+        right,
+        bottom,
+        top,
+        sight,
+        reach,
+    )
 
 
 @inlined
-def renew_boxes(x: np.ndarray, y: np.ndarray, sight: np.ndarray, reach: np.ndarray, tiles: Tiles) -> None:
+def renew_boxes(
+    x: np.ndarray, y: np.ndarray, sight: np.ndarray, reach: np.ndarray, tiles: Tiles
+) -> None:
     """Copy positions, sight radii and reaches (bodies,) to the bodies' places and renew the boxes.
 
     A place without a body takes the position of the last one, so that it widens no box, and can be neither seen
@@ -156,7 +173,14 @@ FARTHEST = float(np.finfo(np.float64).max)
 
 @inlined
 def bound_entries(
-    boxes: np.ndarray, start: int, stop: int, x: float, y: float, c: float, s: float, bounds: np.ndarray
+    boxes: np.ndarray,
+    start: int,
+    stop: int,
+    x: float,
+    y: float,
+    c: float,
+    s: float,
+    bounds: np.ndarray,
 ) -> None:
     """Fill `bounds` with the least signed entry distance of the ray in boxes start ... stop - 1; inf where it meets none."""
     west, east = boxes[LEFT if s >= 0.0 else RIGHT], boxes[RIGHT if s >= 0.0 else LEFT]
@@ -226,7 +250,9 @@ def first_in_sight(i: int, c: float, s: float, tiles: Tiles) -> int:
 
 
 @inlined
-def read_sensors(cosine: np.ndarray, sine: np.ndarray, reading: np.ndarray, world: World, tiles: Tiles) -> None:
+def read_sensors(
+    cosine: np.ndarray, sine: np.ndarray, reading: np.ndarray, world: World, tiles: Tiles
+) -> None:
     """Fill the readings (bodies,) of all robots, whose headings have the given cosines and sines (bodies,)."""
     for i in range(world.robots):
         first = first_in_sight(i, cosine[i], sine[i], tiles)

@@ -45,7 +45,9 @@ def slots_of(bodies: int) -> int:
 
 
 @inlined
-def start_trial(poses: np.ndarray, controllers: np.ndarray, w: int, world: World, state: State) -> None:
+def start_trial(
+    poses: np.ndarray, controllers: np.ndarray, w: int, world: World, state: State
+) -> None:
     """Place the bodies of a trial at rest at `poses` (bodies, 3)."""
     for i in range(world.bodies):
         state.x[i, w], state.y[i, w], state.heading[i, w] = poses[i, 0], poses[i, 1], poses[i, 2]
@@ -55,7 +57,9 @@ def start_trial(poses: np.ndarray, controllers: np.ndarray, w: int, world: World
 
 
 @inlined
-def sense_in_tiles(cycle: int, sectors: np.ndarray | None, world: World, state: State, tiles: Tiles) -> None:
+def sense_in_tiles(
+    cycle: int, sectors: np.ndarray | None, world: World, state: State, tiles: Tiles
+) -> None:
     """Read the sensors of the only trial, one of many bodies, and bring its tiles up to date."""
     x, y = state.x[:, 0], state.y[:, 0]
     if cycle % REORDER_CYCLES == 0:
@@ -92,7 +96,9 @@ def write_speeds(speeds: np.ndarray, cycle: int, w: int, world: World, state: St
         dx = state.x[i, w] - state.start_x[i, w]
         dy = state.y[i, w] - state.start_y[i, w]
         speed = math.sqrt(dx * dx + dy * dy) / world.interval
-        speeds[i, cycle, 0] = -speed if dx * state.cosine[i, w] + dy * state.sine[i, w] < 0.0 else speed
+        speeds[i, cycle, 0] = (
+            -speed if dx * state.cosine[i, w] + dy * state.sine[i, w] < 0.0 else speed
+        )
         speeds[i, cycle, 1] = state.command[i, w]
 
 
@@ -140,18 +146,24 @@ def _advance_trials(
                 for w in range(slots):
                     state.start_x[i, w], state.start_y[i, w] = state.x[i, w], state.y[i, w]
             for w in range(slots):
-                command_wheels(controllers[block + w], keys[block + w], cycle, w, world, state, imperfections)
+                command_wheels(
+                    controllers[block + w], keys[block + w], cycle, w, world, state, imperfections
+                )
             if imperfections is not None:
                 delay_commands(cycle, world, state, imperfections)
             state.near[:] = 0
             for first in range(0, slots, LANES):
-                advance_involved(first, min(first + LANES, slots), world, state, pairs, party, lanes, tiles)
+                advance_involved(
+                    first, min(first + LANES, slots), world, state, pairs, party, lanes, tiles
+                )
             glide_free_robots(world, state)
             for w in range(slots):
                 write_speeds(speeds[block + w], cycle, w, world, state)
 
 
-_advance = compile_cached(_advance_trials, notice="the simulator for {} kind of trials (10 to 20 s)")
+_advance = compile_cached(
+    _advance_trials, notice="the simulator for {} kind of trials (10 to 20 s)"
+)
 
 
 def record_trials(
@@ -169,7 +181,9 @@ def record_trials(
     lanes = new_lanes() if world.bodies <= MANY else None
     tiles = new_tiles(world.bodies, pairs.near.shape[1]) if world.bodies > MANY else None
     if networks is not None:
-        networks = networks._replace(memory=np.zeros((len(state.crowd), *networks.memory.shape[1:])))
+        networks = networks._replace(
+            memory=np.zeros((len(state.crowd), *networks.memory.shape[1:]))
+        )
     if imperfections is not None:
         room = (*imperfections.waiting.shape[:-1], len(state.crowd))
         imperfections = imperfections._replace(waiting=np.zeros(room))
@@ -185,4 +199,6 @@ def observe_trials(
 ) -> None:  # fmt: skip
     """Fill the speeds (R, A, T, 2) alone."""
     nothing = np.empty((0, 0, 0, 0)), np.empty((0, 0, 0), np.int8)
-    record_trials(start, stop, *arrays, *nothing, world=world, networks=networks, imperfections=imperfections)
+    record_trials(
+        start, stop, *arrays, *nothing, world=world, networks=networks, imperfections=imperfections
+    )

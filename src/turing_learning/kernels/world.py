@@ -25,7 +25,9 @@ class World(NamedTuple):
     inverse_inertia: np.ndarray  # 1/(g cm^2)
     sight_radius: np.ndarray  # cm; negative: the ray passes through
     reading: np.ndarray  # int64, sensor state that the body gives
-    sectors: np.ndarray | None  # (2, trials, robots) cosine and sine of half the field of view; None: lines of sight
+    sectors: (
+        np.ndarray | None
+    )  # (2, trials, robots) cosine and sine of half the field of view; None: lines of sight
     deceleration: float  # of objects by dry friction, cm/s^2
     wheel_distance: float  # cm
     maximum_speed: float  # cm/s
@@ -54,12 +56,16 @@ class State(NamedTuple):
     reach: np.ndarray  # radius and the farthest a body is expected to move in a control cycle, cm
     start_x: np.ndarray  # at the start of the cycle, cm
     start_y: np.ndarray
-    seen: np.ndarray  # float, number of items in the line of sight; in a sector, distance of the nearest (cm)
+    seen: (
+        np.ndarray
+    )  # float, number of items in the line of sight; in a sector, distance of the nearest (cm)
     view_cosine: np.ndarray  # of half the field of view; written only where there is one
     view_sine: np.ndarray
     crowd: np.ndarray  # (slots,) float, number of (robot, body) pairs within reach of each other
     reading: np.ndarray  # int64, sensor state
-    near: np.ndarray  # int64: 1 where a contact is possible in this cycle, or the body moves by itself
+    near: (
+        np.ndarray
+    )  # int64: 1 where a contact is possible in this cycle, or the body moves by itself
     work: np.ndarray  # (9, bodies, slots) angles, sines and cosines
 
 
@@ -74,7 +80,9 @@ class Networks(NamedTuple):
 
     weights: np.ndarray  # (K, Q), laid out as in `models.ElmanModel`
     driver: np.ndarray  # (R, A) int64, the network that drives each robot; -1 for a reactive one
-    memory: np.ndarray  # (slots, A, 2 H) activations of the hidden neurons, and room for the next ones
+    memory: (
+        np.ndarray
+    )  # (slots, A, 2 H) activations of the hidden neurons, and room for the next ones
 
 
 def new_networks(weights: np.ndarray, driver: np.ndarray, hidden: int) -> Networks:
@@ -88,10 +96,14 @@ class Imperfections(NamedTuple):
     slip: float
     mistakes: float
     states: int  # of the sensor
-    waiting: np.ndarray  # (lag, 2, robots, slots) forward speeds (cm/s) and turn rates (rad/s) that act later
+    waiting: (
+        np.ndarray
+    )  # (lag, 2, robots, slots) forward speeds (cm/s) and turn rates (rad/s) that act later
 
 
-def new_imperfections(slip: float, mistakes: float, states: int, lag: int, robots: int) -> Imperfections:
+def new_imperfections(
+    slip: float, mistakes: float, states: int, lag: int, robots: int
+) -> Imperfections:
     """Return imperfections without commands that wait, which each thread has for itself."""
     return Imperfections(float(slip), float(mistakes), states, np.zeros((lag, 2, robots, 0)))
 
@@ -108,8 +120,12 @@ PAIRS_PER_BODY = 64
 class Pairs(NamedTuple):
     """Near pairs of the trials of a party."""
 
-    near: np.ndarray  # (trials, room, 2) int64, bodies in the order of the physics, then their places in the party
-    number: np.ndarray  # (trials,) int64, how many of them there are; ALL_PAIRS if every pair counts
+    near: (
+        np.ndarray
+    )  # (trials, room, 2) int64, bodies in the order of the physics, then their places in the party
+    number: (
+        np.ndarray
+    )  # (trials,) int64, how many of them there are; ALL_PAIRS if every pair counts
 
 
 def new_pairs(trials: int, bodies: int) -> Pairs:
@@ -178,11 +194,22 @@ def gather_party(
                 if state.near[i, w] == 1:
                     party.body[k] = (w - first) * world.bodies + i
                     party.place[party.body[k]] = k
-                    party.x[k], party.y[k], party.heading[k] = state.x[i, w], state.y[i, w], state.heading[i, w]
-                    party.vx[k], party.vy[k], party.turn[k] = state.vx[i, w], state.vy[i, w], state.turn[i, w]
+                    party.x[k], party.y[k], party.heading[k] = (
+                        state.x[i, w],
+                        state.y[i, w],
+                        state.heading[i, w],
+                    )
+                    party.vx[k], party.vy[k], party.turn[k] = (
+                        state.vx[i, w],
+                        state.vy[i, w],
+                        state.turn[i, w],
+                    )
                     party.forward[k], party.command[k] = state.forward[i, w], state.command[i, w]
                     party.radius[k] = world.radius[i]
-                    party.inverse_mass[k], party.inverse_inertia[k] = world.inverse_mass[i], world.inverse_inertia[i]
+                    party.inverse_mass[k], party.inverse_inertia[k] = (
+                        world.inverse_mass[i],
+                        world.inverse_inertia[i],
+                    )
                     party.start_x[k], party.start_y[k] = state.x[i, w], state.y[i, w]
                     travel = (state.reach[i, w] - world.radius[i] + 0.5 * margin) * SAFE
                     party.travel[k] = travel * travel

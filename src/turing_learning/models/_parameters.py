@@ -74,17 +74,33 @@ class Parameter(Settings):
             require(fits, name, rule, brief(value))
             object.__setattr__(self, name, None if value is None else float(value))
         low, high, initial, half = self.low, self.high, self.initial, OPEN_WIDTH / 2
-        require(low is None or high is None or low < high, "low", "be below `high`", f"{low} and {high}")
+        require(
+            low is None or high is None or low < high, "low", "be below `high`", f"{low} and {high}"
+        )
         if initial is None:
-            first = self._value(-half if high is None else self._axis(high) - 2 * half) if low is None else low
-            last = self._value(half if low is None else self._axis(low) + 2 * half) if high is None else high
+            first = (
+                self._value(-half if high is None else self._axis(high) - 2 * half)
+                if low is None
+                else low
+            )
+            last = (
+                self._value(half if low is None else self._axis(low) + 2 * half)
+                if high is None
+                else high
+            )
             initial = (first, last)
         else:
-            below = (self._value(-LARGEST_DECADE) if decades else -INITIAL_LARGEST) if low is None else low
+            below = (
+                (self._value(-LARGEST_DECADE) if decades else -INITIAL_LARGEST)
+                if low is None
+                else low
+            )
             above = INITIAL_LARGEST if high is None else high
             pair = len(initial) == 2 and all(map(_is_number, initial))
             rule = f"be two numbers from {below:g} to {above:g}, the lower first"
-            require(pair and below <= initial[0] < initial[1] <= above, "initial", rule, brief(initial))
+            require(
+                pair and below <= initial[0] < initial[1] <= above, "initial", rule, brief(initial)
+            )
         object.__setattr__(self, "initial", (float(initial[0]), float(initial[1])))
 
     def to_units(self, numbers: np.ndarray) -> np.ndarray:
@@ -104,7 +120,10 @@ class Parameter(Settings):
     def bound_at(self, value: float) -> str:
         """Return the bound, with its unit, that a value is at: within `AT` of the initial range; empty if it is at none."""
         for end in (self.low, self.high):
-            if end is not None and abs(float(np.diff(self.to_numbers(np.array([end, value])))[0])) <= 2 * AT:
+            if (
+                end is not None
+                and abs(float(np.diff(self.to_numbers(np.array([end, value])))[0])) <= 2 * AT
+            ):
                 return f"{end:g} {self.unit}".rstrip()
         return ""
 

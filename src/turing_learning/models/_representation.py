@@ -27,12 +27,20 @@ class Behavior:
 
     #: (..., 2 n): Left and right wheel speed for each sensor state, fractions of the maximum; largest of a network
     wheel_speeds: np.ndarray
-    field_of_view: np.ndarray | None = None  #: (...): Of the sensor (rad), from 0 to 2 pi; None: the scenario's
-    weights: np.ndarray | None = None  #: (..., Q): Networks that drive the robots; None for reactive ones
+    field_of_view: np.ndarray | None = (
+        None  #: (...): Of the sensor (rad), from 0 to 2 pi; None: the scenario's
+    )
+    weights: np.ndarray | None = (
+        None  #: (..., Q): Networks that drive the robots; None for reactive ones
+    )
     hidden: int = 0  #: Hidden neurons H of the networks; 0 for none
 
     def __post_init__(self) -> None:
-        for name, shape in (("wheel_speeds", "... W"), ("field_of_view", "..."), ("weights", "... Q")):
+        for name, shape in (
+            ("wheel_speeds", "... W"),
+            ("field_of_view", "..."),
+            ("weights", "... Q"),
+        ):
             value = getattr(self, name)
             if value is not None:
                 numbers = array(name, value, shape, finite=False, empty=True)
@@ -132,7 +140,9 @@ class MorphologyModel(ReactiveModel):
     def jumps(self) -> Jumps:
         """Sensor states exchange the speeds of both wheels, and the field of view, which tells them apart, is drawn anew."""
         speeds = 2 * self.states
-        return Jumps(super().jumps.groups, dependent=(speeds,), reach=(1.0,) * speeds + (VIEW_REACH,))
+        return Jumps(
+            super().jumps.groups, dependent=(speeds,), reach=(1.0,) * speeds + (VIEW_REACH,)
+        )
 
     @property
     def saturation(self) -> tuple[tuple[int, float], ...]:
@@ -146,7 +156,9 @@ class MorphologyModel(ReactiveModel):
     def to_units(self, genomes: np.ndarray) -> np.ndarray:
         """Return genomes (..., 2 n + 1) with the field of view (rad) in the place of its number."""
         parameters = np.array(genomes, dtype=np.float64)
-        parameters[..., -1] = FULL_VIEW * np.exp(-np.logaddexp(0.0, -parameters[..., -1]))  # sig(x) for x of any size
+        parameters[..., -1] = FULL_VIEW * np.exp(
+            -np.logaddexp(0.0, -parameters[..., -1])
+        )  # sig(x) for x of any size
         return parameters
 
     def behavior(self, parameters: np.ndarray) -> Behavior:
@@ -154,7 +166,10 @@ class MorphologyModel(ReactiveModel):
         return Behavior(parameters[..., :-1], parameters[..., -1])
 
 
-REPRESENTATIONS: dict[str, type[ReactiveModel]] = {"reactive": ReactiveModel, "morphology": MorphologyModel}
+REPRESENTATIONS: dict[str, type[ReactiveModel]] = {
+    "reactive": ReactiveModel,
+    "morphology": MorphologyModel,
+}
 """What a scenario may say of its models: name -> the representation of so many sensor states."""
 
 
@@ -248,13 +263,19 @@ class ElmanModel(Representation):
         remedy = f"{h} hidden neurons have {count} weights."
         models = array("models", models, "... Q", empty=True, remedy=remedy, Q=count)
         lead = models.shape[:-1]
-        inputs, recurrent, biases, output, last = np.split(models, np.cumsum([h, h * h, h, 2 * h]), axis=-1)
+        inputs, recurrent, biases, output, last = np.split(
+            models, np.cumsum([h, h * h, h, 2 * h]), axis=-1
+        )
         recurrent, output = recurrent.reshape(*lead, h, h), output.reshape(*lead, 2, h)
         activations = np.zeros((*lead, h))
         outputs = np.empty((*lead, len(readings), 2))
         for t, reading in enumerate(readings):
-            activations = _logistic(inputs * reading + biases + np.einsum("...jk,...k->...j", recurrent, activations))
-            outputs[..., t, :] = 2 * _logistic(np.einsum("...sj,...j->...s", output, activations) + last) - 1
+            activations = _logistic(
+                inputs * reading + biases + np.einsum("...jk,...k->...j", recurrent, activations)
+            )
+            outputs[..., t, :] = (
+                2 * _logistic(np.einsum("...sj,...j->...s", output, activations) + last) - 1
+            )
         return outputs
 
 

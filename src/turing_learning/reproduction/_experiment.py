@@ -18,7 +18,7 @@ import pandas as pd
 
 from turing_learning import studies, swarm
 from turing_learning.analysis import Comparison, compare
-from turing_learning.store import Kind, Store
+from turing_learning.store import FolderKind, Store
 from turing_learning.swarm import Scenario
 from turing_learning.workers import Workers, asked_to_stop
 
@@ -34,7 +34,7 @@ Sizes = dict[str, Any]
 """How many runs, trials, robots: plain values, by the names that experiments.toml gives them."""
 Compute = Callable[..., Found | None]
 """A function of a module: `should_stop`, then what it is given -> arrays by name, None if it was stopped."""
-PIECES = Kind("experiment", "store.json", identity=("experiment", "form", "sizes"))
+PIECES = FolderKind("experiment", "store.json", identity=("experiment", "form", "sizes"))
 PRESETS = ("default", "paper")  # the first one decides; the other stands beside it
 KINDS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
 """What a run infers, and its errors in the result of the run; the first is the paper's rule, and decides."""

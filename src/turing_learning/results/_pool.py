@@ -23,7 +23,7 @@ from turing_learning.analysis import (
     replace_unknown,
 )
 from turing_learning.config import PROSE, flat_settings
-from turing_learning.errors import brief, check, require, said
+from turing_learning.errors import brief, check, in_words, require
 from turing_learning.report import Tabular, counted, shown
 from turing_learning.report.tabular import describe_unknown, judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError, RunStorageError
@@ -306,7 +306,7 @@ def _comparable(given: Any) -> list[Result]:
     for run in runs:
         ahead = "Let it run to its end."
         if run.path is not None and not run.complete:
-            ahead = f"Resume it with {said(how_to_resume(run.path, run.configuration))}."
+            ahead = f"Resume it with {in_words(how_to_resume(run.path, run.configuration))}."
         got = f"seed {run.seed} stopped after {run.length}"
         needed(run.complete, rule="be complete", got=got, remedy=ahead, place=str(run.path or ""))
     first, *others = (flat_settings(run.configuration) for run in runs)

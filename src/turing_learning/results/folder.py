@@ -18,7 +18,7 @@ from turing_learning.config import Configuration, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, refusing_as
 from turing_learning.families import RecordedSystem
 from turing_learning.provenance import now, provenance, this_process, versions
-from turing_learning.store import Kind, Place, Store, check_folder, reject_folder, storage
+from turing_learning.store import FolderKind, Store, StoredPath, check_folder, reject_folder, storage
 from turing_learning.store import RunFolderError as RunFolderError
 from turing_learning.systems import Given, imported
 
@@ -41,7 +41,7 @@ _RESULTS = (
     DIALOGUES,
     "trials", "pool.json", "events.jsonl", "post_evaluation.json", LABORATORY, CAMERA,
 )  # fmt: skip
-_KIND = Kind(
+_KIND = FolderKind(
     "run",
     "manifest.json",
     identity=("started", "configuration_sha256"),
@@ -91,19 +91,23 @@ class RunFolder(Store):
     def __init__(self, path: str | Path) -> None:
         super().__init__(path, _KIND)
 
-    configuration_path = Place("config.toml", "The resolved configuration (TOML).")
-    manifest_path = Place("manifest.json", "What ran where (JSON).")
-    result_path = Place("result.json", "What was inferred (JSON).")
-    history_path = Place("history.zarr", "Every generation's populations (Zarr).")
-    checkpoints_path = Place("checkpoints", "From where a run is resumed.")
-    figures_path = Place("figures", "PNG and SVG pictures.")
-    report_path = Place("report.html", "The page that shows it all.")
-    laboratory_path = Place(LABORATORY, "The laboratory in which the run takes place (JSON); only such a run has one.")
-    motion_path = Place(CALIBRATION, "Motion to calibrate detectors with (NumPy).")
-    trials_path = Place("trials", "Every trial that was observed in a laboratory.")
-    events_path = Place("events.jsonl", "What happened in the laboratory (a JSON object in each line).")
-    post_evaluation_path = Place("post_evaluation.json", "What the last models are worth when observed again (JSON).")
-    lock_path = Place("lock", "Held by the process that writes.")
+    configuration_path = StoredPath("config.toml", "The resolved configuration (TOML).")
+    manifest_path = StoredPath("manifest.json", "What ran where (JSON).")
+    result_path = StoredPath("result.json", "What was inferred (JSON).")
+    history_path = StoredPath("history.zarr", "Every generation's populations (Zarr).")
+    checkpoints_path = StoredPath("checkpoints", "From where a run is resumed.")
+    figures_path = StoredPath("figures", "PNG and SVG pictures.")
+    report_path = StoredPath("report.html", "The page that shows it all.")
+    laboratory_path = StoredPath(
+        LABORATORY, "The laboratory in which the run takes place (JSON); only such a run has one."
+    )
+    motion_path = StoredPath(CALIBRATION, "Motion to calibrate detectors with (NumPy).")
+    trials_path = StoredPath("trials", "Every trial that was observed in a laboratory.")
+    events_path = StoredPath("events.jsonl", "What happened in the laboratory (a JSON object in each line).")
+    post_evaluation_path = StoredPath(
+        "post_evaluation.json", "What the last models are worth when observed again (JSON)."
+    )
+    lock_path = StoredPath("lock", "Held by the process that writes.")
 
     def is_run(self) -> bool:
         """Return whether this is a run folder of any version."""
@@ -191,7 +195,7 @@ class RunFolder(Store):
 
     def known_parts(self) -> set[str]:
         """Return what of a custom system can be found by what the manifest says: "genuine", "simulate"."""
-        manifest = self._peek() or {}
+        manifest = self._unverified_head() or {}
         return {"genuine", "simulate"} & (manifest.keys() if RECORDING not in manifest else {"genuine", "simulate"})
 
     def remembered(self, given: Given) -> Given:

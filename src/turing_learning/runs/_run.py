@@ -17,7 +17,7 @@ from turing_learning.config import Configuration, ConfigurationError, classifier
 from turing_learning.config.parts import give_again, observers_of
 from turing_learning.config.settings import resolved
 from turing_learning.detection import simulated_calibration
-from turing_learning.errors import refusing_as, said
+from turing_learning.errors import in_words, refusing_as
 from turing_learning.identifiability import Check
 from turing_learning.provenance import now
 from turing_learning.purposes import DIALOGUE, REPLAY
@@ -294,7 +294,9 @@ class Run:
         """Say of a folder that cannot be written any further how to resume the run."""
         if self.folder is None:
             return nullcontext()
-        return storage(self.folder.path, f"resume with {said(how_to_resume(self.folder.path, self.configuration))}.")
+        return storage(
+            self.folder.path, f"resume with {in_words(how_to_resume(self.folder.path, self.configuration))}."
+        )
 
     # Generations
 
@@ -314,7 +316,7 @@ class Run:
             if folder is not None:
                 with self.storage():
                     folder.update_manifest(state=STOPPED, seconds=self._seconds)
-                ahead = said(how_to_resume(folder.path, self.configuration))
+                ahead = in_words(how_to_resume(folder.path, self.configuration))
                 where = f"{self.completed} generations are stored; resume with {ahead}."
             if error.explained or not self.completed:
                 raise

@@ -25,7 +25,7 @@ from turing_learning.interaction import describe_stimulated
 from turing_learning.purposes import RANDOM_BEHAVIORS
 from turing_learning.results import resume_command
 from turing_learning.runs import is_custom
-from turing_learning.store import Kind, Place, RunFolderError, Store, check_folder, reject_folder
+from turing_learning.store import FolderKind, RunFolderError, Store, StoredPath, check_folder, reject_folder
 from turing_learning.swarm import AGGREGATION, Scenario
 from turing_learning.systems import CustomOptions, CustomSystem, Range, describe, imported, name_of
 
@@ -43,7 +43,7 @@ MOST_RUNS = 1_000_000
 SAMPLES = "genuine.npy"  # of a custom system
 FAILURE = "failure.json"  # in a run's folder: why it failed
 _IDENTITY = ("scenario", "configuration_sha256", "runs", "simulate")
-STUDY = Kind("study", "study.json", identity=_IDENTITY)
+STUDY = FolderKind("study", "study.json", identity=_IDENTITY)
 _TABLES = ("runs.csv", "summary.csv", "convergence.csv")
 _RESULTS = ("runs", "figures", "report.html", *_TABLES, SAMPLES, SEALS, STUDY.head)
 
@@ -173,10 +173,10 @@ class StudyFolder(Store):
     def __init__(self, path: str | Path) -> None:
         super().__init__(path, STUDY)
 
-    configuration_path = Place("config.toml", "The resolved configuration of the first run (TOML).")
-    study_path = Place(STUDY.head, "The settings in which each run differs (JSON).")
-    figures_path = Place("figures", "PNG and SVG pictures.")
-    report_path = Place("report.html", "The page that shows it all.")
+    configuration_path = StoredPath("config.toml", "The resolved configuration of the first run (TOML).")
+    study_path = StoredPath(STUDY.head, "The settings in which each run differs (JSON).")
+    figures_path = StoredPath("figures", "PNG and SVG pictures.")
+    report_path = StoredPath("report.html", "The page that shows it all.")
 
     def run_path(self, number: int) -> Path:
         """The folder of a run, whose number counts from 1."""

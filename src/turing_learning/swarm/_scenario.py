@@ -51,7 +51,9 @@ def most_disks(sides_cm: tuple[float, float], radius_cm: float) -> float:
     convex region of area A and perimeter P, no two closer than 1, are at most 2 A / sqrt(3) + P / 2 + 1.
     """
     width, height = (side / (2 * radius_cm) for side in sides_cm)
-    return (2 / math.sqrt(3) * width * height + width + height + 1) * (1 + 1e-9)  # rounding never refuses a body
+    return (2 / math.sqrt(3) * width * height + width + height + 1) * (
+        1 + 1e-9
+    )  # rounding never refuses a body
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,12 @@ class Arena(Settings):
     def __post_init__(self) -> None:
         sides = (self.width_cm, self.height_cm)
         both = (sides[0] is None) == (sides[1] is None)
-        require(both, "arena.width_cm and arena.height_cm", "be both given or both left out", brief(sides))
+        require(
+            both,
+            "arena.width_cm and arena.height_cm",
+            "be both given or both left out",
+            brief(sides),
+        )
         for name, side in zip(("width_cm", "height_cm"), sides, strict=True):
             number(f"arena.{name}", 1.0 if side is None else side, above=0)
 
@@ -133,16 +140,25 @@ class Sensor(Settings):
     #: "background", reading 0, then what the sensor tells apart, of "robot" and "object". A kind that is not
     #: listed is invisible: the sensor looks through it
     readings: tuple[str, ...] = ("background", "robot")
-    field_of_view: float = 0.0  #: Of the agents (rad), 0 to 2 pi, centered on the heading; 0 is a line of sight
+    field_of_view: float = (
+        0.0  #: Of the agents (rad), 0 to 2 pi, centered on the heading; 0 is a line of sight
+    )
     #: Probability that a reading is wrong in a control cycle: any of the other states, all equally likely
     mistakes: float = 0.0
 
     def __post_init__(self) -> None:
         known = self.readings[:1] == ("background",) and set(self.readings) <= set(ITEM_KINDS)
         rule = f"be 'background', then any of {ITEM_KINDS[1:]}, each once"
-        require(known and len(set(self.readings)) == len(self.readings), "sensor.readings", rule, brief(self.readings))
+        require(
+            known and len(set(self.readings)) == len(self.readings),
+            "sensor.readings",
+            rule,
+            brief(self.readings),
+        )
         rule = "be an angle from 0 to 2 pi = 6.283185 (rad)"
-        require(0 <= self.field_of_view <= FULL_VIEW, "sensor.field_of_view", rule, self.field_of_view)
+        require(
+            0 <= self.field_of_view <= FULL_VIEW, "sensor.field_of_view", rule, self.field_of_view
+        )
         number("sensor.mistakes", self.mistakes, least=0, most=1)
 
     @property
@@ -163,7 +179,9 @@ class Trial(Settings):
     #: Of a control cycle (s), in which a robot reads its sensor once; also the time step of the samples
     control_interval_s: float = 0.1
     physics_steps: int = 10  #: Steps of the physics in a control cycle
-    start_side_cm: float = 331.66  #: Side (cm) of the square in which all start where there are no walls
+    start_side_cm: float = (
+        331.66  #: Side (cm) of the square in which all start where there are no walls
+    )
 
     def __post_init__(self) -> None:
         for name in ("duration_s", "control_interval_s", "start_side_cm"):
@@ -189,7 +207,9 @@ class Tracking(Settings):
 
     position_noise_cm: float = 0.0  #: Standard deviation (cm) of x and of y in an image
     heading_noise_rad: float = 0.0  #: Standard deviation (rad) of the heading in an image
-    delay_s: float = 0.0  #: How old the poses are that an image shows (s); before the trial, robots rest
+    delay_s: float = (
+        0.0  #: How old the poses are that an image shows (s); before the trial, robots rest
+    )
 
     def __post_init__(self) -> None:
         for name in ("position_noise_cm", "heading_noise_rad", "delay_s"):
@@ -248,14 +268,23 @@ class Scenario(Settings):
         speeds, expected = self.controller, 2 * self.sensor.states
         rule = f"be {expected} wheel speeds, two for each of the {self.sensor.states} sensor states"
         require(len(speeds) == expected, "scenario.controller", rule, brief(speeds))
-        require(all(map(math.isfinite, speeds)), "scenario.controller", "be finite wheel speeds", brief(speeds))
+        require(
+            all(map(math.isfinite, speeds)),
+            "scenario.controller",
+            "be finite wheel speeds",
+            brief(speeds),
+        )
         arena, start = self.arena, self.start()
         for name, side in zip(("width_cm", "height_cm"), start.sides_cm, strict=True):
             rule = f"be more than the diameter of what moves in it, {2 * start.corner_cm:g}"
             require(side > 0, f"scenario.arena.{name}", rule, getattr(arena, name))
         if start.crowd:
             name = "arena" if arena.bounded else "trial.start_side_cm"
-            size = f"{arena.width_cm:g} x {arena.height_cm:g}" if arena.bounded else f"{self.trial.start_side_cm:g}"
+            size = (
+                f"{arena.width_cm:g} x {arena.height_cm:g}"
+                if arena.bounded
+                else f"{self.trial.start_side_cm:g}"
+            )
             remedy = "Enlarge it, or take fewer or smaller bodies (scenario.agents, scenario.robot.radius_cm)."
             rule = "have room for the bodies that start in it"
             refuse(f"scenario.{name}", rule, f"{size} cm, where {start.crowd}", remedy)
@@ -273,7 +302,9 @@ class Scenario(Settings):
         individuals = self.individuals if robots is None else robots
         growth = individuals / self.individuals
         objects = round(self.objects.count * growth)
-        disks = ((individuals, self.robot.radius_cm), (objects, self.objects.radius_cm))[: 2 if objects else 1]
+        disks = ((individuals, self.robot.radius_cm), (objects, self.objects.radius_cm))[
+            : 2 if objects else 1
+        ]
         width, height = self.arena.width_cm, self.arena.height_cm
         if side_cm is not None or width is None or height is None:
             side = self.trial.start_side_cm * math.sqrt(growth) if side_cm is None else side_cm
@@ -292,7 +323,9 @@ class Scenario(Settings):
     def in_world(self, name: str) -> Self:
         """Return the scenario in one of `WORLDS`; all else stays."""
         parts = WORLDS[choice("world", name, WORLDS, noun="world")]
-        return replace(self, **{part: replace(getattr(self, part), **values) for part, values in parts.items()})
+        return replace(
+            self, **{part: replace(getattr(self, part), **values) for part, values in parts.items()}
+        )
 
     @property
     def individuals(self) -> int:
@@ -363,6 +396,7 @@ AGGREGATION_VIEW_60 = replace(
 experiments/4.6.1/search/search.py."""
 
 SCENARIOS: dict[str, Scenario] = {
-    scenario.name: scenario for scenario in (AGGREGATION, OBJECT_CLUSTERING, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60)
+    scenario.name: scenario
+    for scenario in (AGGREGATION, OBJECT_CLUSTERING, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60)
 }
 """The scenarios by their names, as commands and files of configuration use them."""

@@ -28,11 +28,15 @@ class Drivers:
 
     weights: np.ndarray  #: (K, Q): Networks, laid out as in `models.ElmanModel`; finite
     hidden: int  #: Their hidden neurons H, with Q = H^2 + 4 H + 2
-    driver: np.ndarray  #: (R, A): The network, 0 to K - 1, that drives each robot; -1 for a reactive one
+    driver: (
+        np.ndarray
+    )  #: (R, A): The network, 0 to K - 1, that drives each robot; -1 for a reactive one
 
     def __post_init__(self) -> None:
         integer("hidden", self.hidden, 1)
-        weights = array("weights", self.weights, "K Q", empty=True, Q=self.hidden * (self.hidden + 4) + 2)
+        weights = array(
+            "weights", self.weights, "K Q", empty=True, Q=self.hidden * (self.hidden + 4) + 2
+        )
         driver = array("driver", self.driver, "R A", dtype=np.int64, empty=True)
         if driver.size:
             low, high = int(driver.min()), int(driver.max())
@@ -61,7 +65,11 @@ class Simulation:
 
 
 def build_world(
-    scenario: Scenario, robots: int, objects: int, wheel_noise: float, fields_of_view: np.ndarray | None = None
+    scenario: Scenario,
+    robots: int,
+    objects: int,
+    wheel_noise: float,
+    fields_of_view: np.ndarray | None = None,
 ) -> World:
     """Return the constants of trials with the given numbers of robots and objects, and fields of view (R, A), if there are any."""
     robot, item, sensor = scenario.robot, scenario.objects, scenario.sensor
@@ -77,9 +85,13 @@ def build_world(
         radius=bodies(robot.radius_cm, item.radius_cm),
         inverse_mass=bodies(1 / robot.mass_g, 1 / item.mass_g),
         inverse_inertia=bodies(1 / inertia[0], 1 / inertia[1]),
-        sight_radius=bodies(robot.radius_cm if readings[0] else -1.0, item.radius_cm if readings[1] else -1.0),
+        sight_radius=bodies(
+            robot.radius_cm if readings[0] else -1.0, item.radius_cm if readings[1] else -1.0
+        ),
         reading=bodies(*readings).astype(np.int64),
-        sectors=None if fields_of_view is None else np.stack((np.cos(fields_of_view / 2), np.sin(fields_of_view / 2))),
+        sectors=None
+        if fields_of_view is None
+        else np.stack((np.cos(fields_of_view / 2), np.sin(fields_of_view / 2))),
         deceleration=item.friction * item.gravity_cm_s2,
         wheel_distance=robot.wheel_distance_cm,
         maximum_speed=robot.maximum_speed_cm_s,
@@ -130,7 +142,9 @@ def simulate(
     Simulation
         Poses, sensor states and speeds at every control cycle.
     """
-    controllers = np.ascontiguousarray(array("controllers", controllers, "R A S", S=2 * scenario.sensor.states))
+    controllers = np.ascontiguousarray(
+        array("controllers", controllers, "R A S", S=2 * scenario.sensor.states)
+    )
     trials, robots = controllers.shape[:2]
     poses = np.ascontiguousarray(array("initial_poses", initial_poses, "R B 3", R=trials))
     rule = f"hold a pose of each of the {robots} robots, then of objects"
@@ -142,18 +156,39 @@ def simulate(
     if threads is not None:
         integer("threads", threads, 1, remedy="None takes every processor.")
     if fields_of_view is not None:
-        fields, shape = array("fields_of_view", fields_of_view, "...", finite=False, empty=True), (trials, robots)
+        fields, shape = (
+            array("fields_of_view", fields_of_view, "...", finite=False, empty=True),
+            (trials, robots),
+        )
         rule = f"have shape (), (A,) or (R, A) = {shape}"
         require(fields.shape in ((), shape[1:], shape), "fields_of_view", rule, fields.shape)
         wrong = fields[~((fields >= 0) & (fields <= FULL_VIEW))]
-        require(not wrong.size, "fields_of_view", f"be from 0 to 2 pi = {FULL_VIEW:.6f} rad", wrong[:1].tolist())
+        require(
+            not wrong.size,
+            "fields_of_view",
+            f"be from 0 to 2 pi = {FULL_VIEW:.6f} rad",
+            wrong[:1].tolist(),
+        )
     if scenario.arena.bounded:
         size = (scenario.arena.width_cm, scenario.arena.height_cm)
-        radius = np.repeat([scenario.robot.radius_cm, scenario.objects.radius_cm], [robots, poses.shape[1] - robots])
-        outside = (poses[..., :2] < radius[:, None]) | (poses[..., :2] > np.array(size) - radius[:, None])
+        radius = np.repeat(
+            [scenario.robot.radius_cm, scenario.objects.radius_cm],
+            [robots, poses.shape[1] - robots],
+        )
+        outside = (poses[..., :2] < radius[:, None]) | (
+            poses[..., :2] > np.array(size) - radius[:, None]
+        )
         for trial, body in np.argwhere(outside.any(axis=-1))[:1].tolist():
-            got, place = f"x, y = {poses[trial, body, :2].tolist()}", f"body {body} of trial {trial}"
-            refuse("initial_poses", f"lie inside the arena of {size[0]} x {size[1]} cm", got, place=place)
+            got, place = (
+                f"x, y = {poses[trial, body, :2].tolist()}",
+                f"body {body} of trial {trial}",
+            )
+            refuse(
+                "initial_poses",
+                f"lie inside the arena of {size[0]} x {size[1]} cm",
+                got,
+                place=place,
+            )
     keys = np.random.SeedSequence(seed).generate_state(trials, np.uint64)
     room = (trials, control_steps + 1)
     sensors, speeds = np.empty((*room, robots), np.int8), _new_speeds(trials, robots, control_steps)
@@ -161,7 +196,18 @@ def simulate(
     poses = poses.copy()
     poses[..., 2] = _wrapped(poses[..., 2])
     outputs = (result.speeds, result.poses, result.sensors)
-    _run(record_trials, scenario, controllers, poses, keys, noise, fields_of_view, drivers, threads, *outputs)
+    _run(
+        record_trials,
+        scenario,
+        controllers,
+        poses,
+        keys,
+        noise,
+        fields_of_view,
+        drivers,
+        threads,
+        *outputs,
+    )
     if not scenario.tracker.perfect:
         speeds[:] = tracked_speeds(scenario, result.poses[:, :, :robots], keys)
     return result
@@ -227,8 +273,13 @@ def _run(
 ) -> None:  # fmt: skip
     """Let a kernel fill the outputs of trials with these controllers (R, A, 2 n), poses (R, A + O, 3) and keys (R,)."""
     trials, robots = controllers.shape[:2]
-    fields = np.asarray(scenario.sensor.field_of_view if fields_of_view is None else fields_of_view, dtype=np.float64)
-    views = np.broadcast_to(fields, (trials, robots)) if fields.any() else None  # else all have a line of sight
+    fields = np.asarray(
+        scenario.sensor.field_of_view if fields_of_view is None else fields_of_view,
+        dtype=np.float64,
+    )
+    views = (
+        np.broadcast_to(fields, (trials, robots)) if fields.any() else None
+    )  # else all have a line of sight
     world = build_world(scenario, robots, poses.shape[1] - robots, wheel_noise, views)
     networks = None if drivers is None else drivers.networks(trials, robots)
     if networks is not None:
@@ -240,7 +291,9 @@ def _run(
             robot.slip, sensor.mistakes, sensor.states, robot.actuation_lag_cycles, robots
         )
     advance = partial(kernel, world=world, networks=networks, imperfections=imperfections)
-    run_range(advance, trials, threads, poses, controllers, keys, *outputs, grain=slots_of(world.bodies))
+    run_range(
+        advance, trials, threads, poses, controllers, keys, *outputs, grain=slots_of(world.bodies)
+    )
 
 
 def initial_poses(
@@ -272,10 +325,18 @@ def initial_poses(
     number("side_cm", 1.0 if side_cm is None else side_cm, above=0)
     start = scenario.start(robots, side_cm)
     if side_cm is None and start.crowd:
-        rule, remedy = "have room where the scenario lets them start", "Take fewer, or another scenario."
+        rule, remedy = (
+            "have room where the scenario lets them start",
+            "Take fewer, or another scenario.",
+        )
         refuse("robots", rule, f"{robots}, and {start.crowd}", remedy)
     bodies = trials * start.bodies
-    require(bodies <= LARGEST_COUNT, "trials", f"have at most {LARGEST_COUNT} bodies in all", f"{trials} with {bodies}")
+    require(
+        bodies <= LARGEST_COUNT,
+        "trials",
+        f"have at most {LARGEST_COUNT} bodies in all",
+        f"{trials} with {bodies}",
+    )
     poses = rng.random((trials, start.bodies, 3))
     poses[..., 2] = math.pi * (2 * poses[..., 2] - 1)
     poses[..., :2] = start.corner_cm + poses[..., :2] * start.sides_cm
@@ -311,8 +372,12 @@ def execution_of(scenario: Scenario, models: Behavior, executed: np.ndarray) -> 
     speeds, view = models.wheel_speeds, models.field_of_view
     return Execution(
         controllers=np.where(replica[..., None], speeds[executed], scenario.controller),
-        fields_of_view=None if view is None else np.where(replica, view[executed], scenario.sensor.field_of_view),
-        drivers=None if models.weights is None else Drivers(models.weights, models.hidden, executed),
+        fields_of_view=None
+        if view is None
+        else np.where(replica, view[executed], scenario.sensor.field_of_view),
+        drivers=None
+        if models.weights is None
+        else Drivers(models.weights, models.hidden, executed),
     )
 
 
@@ -322,7 +387,9 @@ class Trials:
 
     scenario: Scenario  #: Of the agents, the arena and the duration
     executed: np.ndarray  #: (R, A): The model that each robot executes; -1 for an agent
-    poses: np.ndarray  #: (R, A + O, 3): x, y (cm), heading (rad) at the beginning; robots first, then objects
+    poses: (
+        np.ndarray
+    )  #: (R, A + O, 3): x, y (cm), heading (rad) at the beginning; robots first, then objects
     keys: np.ndarray  #: (R,): Of the wheel noise, one for each trial
 
     @classmethod
@@ -363,19 +430,25 @@ class MixedSwarm:
     """
 
     scenario: Scenario
-    threads: int | None = None  #: Number of threads; None takes every processor. It does not change the samples
+    threads: int | None = (
+        None  #: Number of threads; None takes every processor. It does not change the samples
+    )
     model: Representation | None = None  #: What a model is; None takes the scenario's
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return genuine samples (trials x agents, T, 2) and counterfeit samples (M, replicas, T, 2) of models (M, P)."""
         agents, replicas = self.scenario.agents, self._replicas(models)
-        speeds = Trials.draw(self.scenario, mixed(self.scenario, len(models)), rng).observe(replicas, self.threads)
+        speeds = Trials.draw(self.scenario, mixed(self.scenario, len(models)), rng).observe(
+            replicas, self.threads
+        )
         return Samples(genuine=_one_by_one(speeds[:, :agents]), counterfeit=speeds[:, agents:])
 
     def _replicas(self, models: np.ndarray) -> Behavior:
         """Return what replicas of models (M, P), as the optimizer has them, execute."""
         model = self.model or self.scenario.model
-        models = array("models", models, "M P", finite=False, empty=True, P=len(model.parameter_names))
+        models = array(
+            "models", models, "M P", finite=False, empty=True, P=len(model.parameter_names)
+        )
         return model.behavior(model.to_units(models))
 
 
@@ -390,8 +463,12 @@ class SeparatedSwarm(MixedSwarm):
         """Return genuine samples (M x individuals, T, 2) and counterfeit samples (M, individuals, T, 2) of models (M, P)."""
         scenario, replicas = self.scenario, self._replicas(models)
         groups = np.repeat(np.arange(len(models))[:, None], scenario.individuals, axis=1)
-        genuine = Trials.draw(scenario, alone(scenario, len(models)), rng).observe(None, self.threads)
-        return Samples(_one_by_one(genuine), Trials.draw(scenario, groups, rng).observe(replicas, self.threads))
+        genuine = Trials.draw(scenario, alone(scenario, len(models)), rng).observe(
+            None, self.threads
+        )
+        return Samples(
+            _one_by_one(genuine), Trials.draw(scenario, groups, rng).observe(replicas, self.threads)
+        )
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,9 @@ def importable_name(function: Any) -> str | None:
     return name if not name.startswith("__main__:") and _found(name) is function else None
 
 
-def name_of(function: Any, argument: str = "simulate", error: type[RefusedError] = RefusedError) -> str:
+def name_of(
+    function: Any, argument: str = "simulate", error: type[RefusedError] = RefusedError
+) -> str:
     """Return the name of a function; reject one that cannot be imported by it."""
     name = function if isinstance(function, str) else importable_name(function)
     require(name, argument, _RULE, brief(function), _REMEDY, error=error)
@@ -33,10 +35,16 @@ def name_of(function: Any, argument: str = "simulate", error: type[RefusedError]
     return str(name)
 
 
-def imported(name: Any, argument: str = "simulate", error: type[RefusedError] = RefusedError) -> Any:
+def imported(
+    name: Any, argument: str = "simulate", error: type[RefusedError] = RefusedError
+) -> Any:
     """Return the function of a name, "module:function"; reject a name of nothing."""
     found = _found(name)
-    got = f"{name!r} ({found})" if isinstance(found, Exception) else f"{name!r}, a {type(found).__name__}"
+    got = (
+        f"{name!r} ({found})"
+        if isinstance(found, Exception)
+        else f"{name!r}, a {type(found).__name__}"
+    )
     require(callable(found), argument, _RULE, got, _REMEDY, error=error)
     return found
 
@@ -65,7 +73,11 @@ Answer = np.ndarray | Failed
 
 
 def answer(
-    simulate: Simulator, vectorized: bool, shape: tuple[int, int], parameters: np.ndarray, rng: np.random.Generator
+    simulate: Simulator,
+    vectorized: bool,
+    shape: tuple[int, int],
+    parameters: np.ndarray,
+    rng: np.random.Generator,
 ) -> Answer:
     """Call a simulator for models (m, P); return its samples (m, C, T, D), (T, D) being the shape, or why there are none."""
     given = parameters.copy()
@@ -79,7 +91,11 @@ def answer(
     if returned is None:
         return Failed("it returned None")
     samples = samples if vectorized else samples[None]
-    if samples.ndim in (3, 4) and samples.size and (len(samples), *samples.shape[-2:]) == (len(parameters), *shape):
+    if (
+        samples.ndim in (3, 4)
+        and samples.size
+        and (len(samples), *samples.shape[-2:]) == (len(parameters), *shape)
+    ):
         return samples.reshape(len(samples), -1, *shape)
     got, rule = samples.shape, f"(M, T, D) = {(len(parameters), *shape)} or (M, C, T, D)"
     if not vectorized:
@@ -90,5 +106,9 @@ def answer(
 def _place(error: Exception) -> str:
     """Return file and line where a simulator's own code failed last, nothing if it was not in there."""
     places = [(frame.f_code.co_filename, line) for frame, line in walk_tb(error.__traceback__)]
-    own = [f" [{path}:{line}]" for path, line in places if path != __file__ and not path.startswith(sys.prefix)]
+    own = [
+        f" [{path}:{line}]"
+        for path, line in places
+        if path != __file__ and not path.startswith(sys.prefix)
+    ]
     return own[-1] if own else ""

@@ -40,12 +40,16 @@ class CustomSystem(System, Settings):
 
     name: str  #: Of 1 to 60 letters, digits, _ and -
     title: str
-    parameters: dict[str, Parameter]  #: In the order of the simulator's columns; P >= 1, with names like `name`
+    parameters: dict[
+        str, Parameter
+    ]  #: In the order of the simulator's columns; P >= 1, with names like `name`
     signals: tuple[str, ...]
     steps: int
     #: (D,): The classifiers see (signal - center) / input_scale: here the median of the genuine data
     center: tuple[float, ...]
-    input_scale: tuple[float, ...]  #: (D,): 99th percentile of the distance from the median; see `read_genuine`
+    input_scale: tuple[
+        float, ...
+    ]  #: (D,): 99th percentile of the distance from the median; see `read_genuine`
     samples: int  #: Number of genuine samples; 0 if they come from a live source
     #: How many of them are judged in a generation, drawn anew each time; 0 for as many as there are models
     samples_per_generation: int
@@ -67,13 +71,25 @@ class CustomSystem(System, Settings):
         require(self.parameters, "parameters", "name one parameter or more", brief(self.parameters))
         rule = "have names of 1 to 60 letters, digits, _ and -"
         for name in self.parameters:
-            require(_NAME.fullmatch(name), "parameters", rule, brief(name), "Give the unit to `Parameter`.")
+            require(
+                _NAME.fullmatch(name),
+                "parameters",
+                rule,
+                brief(name),
+                "Give the unit to `Parameter`.",
+            )
         rule, given = "be as many names as the data has signals, one or more", len(self.signals)
         fits = given == len(self.center) == len(self.input_scale) > 0
         require(fits, "signals", rule, f"{given} names of {len(self.center)} signals")
         different = len(set(self.signals)) == len(self.signals)
         require(different, "signals", "have different names", ", ".join(self.signals))
-        least = {"steps": 1, "samples": 0, "samples_per_generation": 0, "batches": 0, "smooth_frames": 1}
+        least = {
+            "steps": 1,
+            "samples": 0,
+            "samples_per_generation": 0,
+            "batches": 0,
+            "smooth_frames": 1,
+        }
         for name, lowest in least.items():
             if integer(name, getattr(self, name), lowest) > MOST:
                 refuse(name, f"be at most {MOST}", getattr(self, name))
@@ -127,8 +143,15 @@ class CustomSystem(System, Settings):
     def require_trials(self) -> None:
         """Refuse a run of few trials on a single sample, whose likeness to others nothing tells."""
         count = self.samples - len(self.held_out)
-        rule, got = "be 2 samples or more to learn from, with a budget in trials", f"{count} of {self.steps} steps"
-        remedy = ("Cut it into several that are shorter, or give ", Setting("generations"), " instead of trials.")
+        rule, got = (
+            "be 2 samples or more to learn from, with a budget in trials",
+            f"{count} of {self.steps} steps",
+        )
+        remedy = (
+            "Cut it into several that are shorter, or give ",
+            Setting("generations"),
+            " instead of trials.",
+        )
         require(self.live or count > 1, "genuine", rule, got, remedy)
 
     def centered(self, samples: np.ndarray) -> np.ndarray:
@@ -138,13 +161,17 @@ class CustomSystem(System, Settings):
     def classifier(self, network: Classifier) -> "CenteredClassifier":
         return CenteredClassifier(network, self)
 
-    def on_scales(self, models: np.ndarray, summarize: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    def on_scales(
+        self, models: np.ndarray, summarize: Callable[[np.ndarray], np.ndarray]
+    ) -> np.ndarray:
         """Return a summary of models (..., P), parameter by parameter: in decades on a logarithmic scale, and within its bounds."""
         found = []
         for place, parameter in enumerate(self.parameters.values()):
             values = models[..., place, None]
             if parameter.scale == "log":
-                summary = 10.0 ** np.clip(summarize(np.log10(values)), -LARGEST_DECADE, LARGEST_DECADE)
+                summary = 10.0 ** np.clip(
+                    summarize(np.log10(values)), -LARGEST_DECADE, LARGEST_DECADE
+                )
             else:
                 summary = summarize(values)
             found.append(np.clip(summary, parameter.low, parameter.high))
@@ -162,7 +189,9 @@ class CustomSystem(System, Settings):
     def open(self, given: Given) -> Source:
         given = self.accept(given)
         self.require_all(given)
-        return CustomSource(self, given.genuine, given.simulate, workers=given.workers, timeout_s=given.timeout_s)
+        return CustomSource(
+            self, given.genuine, given.simulate, workers=given.workers, timeout_s=given.timeout_s
+        )
 
     def accept(self, given: Given) -> Given:
         """Return what is given, its samples checked; refuse samples that a stored run did not begin with, and another simulator."""
@@ -171,15 +200,22 @@ class CustomSystem(System, Settings):
         if given.genuine is None or isinstance(given.genuine, Genuine):
             return given
         genuine, held_out = observed(given.genuine), np.array(self.held_out, dtype=np.int64)
-        rule = f"be {'a live source' if self.live else 'an array of samples'}, as when the run began"
+        rule = (
+            f"be {'a live source' if self.live else 'an array of samples'}, as when the run began"
+        )
         require(callable(genuine) == self.live, "genuine", rule, f"a {type(genuine).__name__}")
         if self.live:
             data = Genuine(np.zeros((1, self.steps, len(self.signals))), held_out, genuine)
             return replace(given, genuine=data)
         steps = np.shape(getattr(genuine, "learning", ()))[1:2]
-        rule, remedy = f"be windows of {self.steps} steps, as when the run began", "Cut them as then."
+        rule, remedy = (
+            f"be windows of {self.steps} steps, as when the run began",
+            "Cut them as then.",
+        )
         require(not steps or steps[0] == self.steps, "genuine", rule, steps and steps[0], remedy)
-        data = Genuine(cut_samples(genuine, self.steps), held_out, excerpt=getattr(genuine, "excerpt", None))
+        data = Genuine(
+            cut_samples(genuine, self.steps), held_out, excerpt=getattr(genuine, "excerpt", None)
+        )
         rule = f"be the samples that the run began with, of SHA-256 {self.digest[:12]}..."
         others, remedy = f"others, {data.digest[:12]}...", "Give the same, or start a new run."
         require(data.digest == self.digest, "genuine", rule, others, remedy)
@@ -189,18 +225,35 @@ class CustomSystem(System, Settings):
         """Refuse a simulator that says itself that it simulates another system, as a family of models can."""
         asked = ("parameters", "signals", "interval_s", "steps")
         parameters, signals, interval, steps = (getattr(simulate, name, None) for name in asked)
-        name, known, headings = type(simulate).__name__, self.interval_s, (self.headings, headings_of(simulate))
+        name, known, headings = (
+            type(simulate).__name__,
+            self.interval_s,
+            (self.headings, headings_of(simulate)),
+        )
         if isinstance(parameters, Mapping) and tuple(parameters) != self.parameter_names:
             rule = f"have the parameters of the run, {', '.join(self.parameters)}, in this order"
-            got, remedy = ", ".join(map(str, parameters)), "Give the simulator that the run has, or its parameters."
-        elif isinstance(signals, tuple) and signals != self.signals and {*signals, *self.signals} <= set(SIGNALS):
+            got, remedy = (
+                ", ".join(map(str, parameters)),
+                "Give the simulator that the run has, or its parameters.",
+            )
+        elif (
+            isinstance(signals, tuple)
+            and signals != self.signals
+            and {*signals, *self.signals} <= set(SIGNALS)
+        ):
             rule = f"have the signals of the samples, {', '.join(self.signals)}, in this order"
             got, remedy = ", ".join(signals), f"Give the family of models signals={self.signals}."
         elif headings == ("without", "with"):
-            rule, got = "have no headings, as the samples have none", f"{name}, whose speeds are negative backwards"
+            rule, got = (
+                "have no headings, as the samples have none",
+                f"{name}, whose speeds are negative backwards",
+            )
             remedy = "Give another family of models, or windows of a recording with headings."
         elif headings == ("with", "without"):
-            rule, got = "have headings, as the samples do", f"{name}, whose speeds are never negative"
+            rule, got = (
+                "have headings, as the samples do",
+                f"{name}, whose speeds are never negative",
+            )
             remedy = "Give a family of models with headings, or measure the samples without: "
             remedy += "dataclasses.replace(recording, headings=None).windows(...)."
         elif known and isinstance(interval, float | int) and not same_time_step(interval, known):
@@ -271,8 +324,17 @@ class CustomSource(FallibleSource):
         timeout_s: float | None = None,
     ) -> None:  # fmt: skip
         super().__init__(system)
-        self.genuine, self._live, self._learning = genuine, genuine.live, system.centered(genuine.learning)
-        require(callable(simulate), "simulate", "be a function of (parameters, rng)", type(simulate).__name__)
+        self.genuine, self._live, self._learning = (
+            genuine,
+            genuine.live,
+            system.centered(genuine.learning),
+        )
+        require(
+            callable(simulate),
+            "simulate",
+            "be a function of (parameters, rng)",
+            type(simulate).__name__,
+        )
         self._simulate, shape = simulate, (system.steps, len(system.signals))
         self._answer = partial(answer, simulate, system.vectorized, shape)
         self._count, self._timeout_s, self._workers = workers, timeout_s, None
@@ -286,7 +348,12 @@ class CustomSource(FallibleSource):
         try:
             self._function = packed(self._answer)
         except Exception as error:  # pickle raises what the object's own methods raise
-            refuse("simulate", "be a function that another process can import", f"{simulate!r} ({error})", _HERE)
+            refuse(
+                "simulate",
+                "be a function that another process can import",
+                f"{simulate!r} ({error})",
+                _HERE,
+            )
 
     def close(self) -> None:
         """End the worker processes, if there are any, at once."""
@@ -309,14 +376,22 @@ class CustomSource(FallibleSource):
         samples: np.ndarray | None = None  # C is that of the first proper answer
         reasons: dict[int, str] = {}
         for places, found in self._answers(parameters, rng):
-            if not isinstance(found, Failed) and samples is not None and found.shape[1] != samples.shape[1]:
-                found = Failed(f"it returned {found.shape[1]} samples of a model, and {samples.shape[1]} of others")
+            if (
+                not isinstance(found, Failed)
+                and samples is not None
+                and found.shape[1] != samples.shape[1]
+            ):
+                found = Failed(
+                    f"it returned {found.shape[1]} samples of a model, and {samples.shape[1]} of others"
+                )
             if isinstance(found, Failed):
                 if self.generation == 0:
                     self._refuse(found, self.system.shown(parameters[places[0]]))
                 reasons |= dict.fromkeys(places.tolist(), found.reason)
             else:
-                samples = np.zeros((len(parameters), *found.shape[1:])) if samples is None else samples
+                samples = (
+                    np.zeros((len(parameters), *found.shape[1:])) if samples is None else samples
+                )
                 samples[places] = found
                 for k in np.flatnonzero(~np.isfinite(found).all(axis=(1, 2, 3))):
                     c, t, d = (int(place) for place in np.argwhere(~np.isfinite(found[k]))[0])
@@ -380,20 +455,28 @@ class CustomSource(FallibleSource):
         try:
             samples = cut_samples(self._live(rng), self.system.steps)
         except Exception as error:
-            raise CustomSystemError(f"{error} [live source, generation {self.generation}]") from error
+            raise CustomSystemError(
+                f"{error} [live source, generation {self.generation}]"
+            ) from error
         if samples.shape[2] != len(self.system.signals):
             rule = f"yield {len(self.system.signals)} signals as in the beginning; got {samples.shape[2]}"
-            raise CustomSystemError(f"`genuine` must {rule} [live source, generation {self.generation}].")
+            raise CustomSystemError(
+                f"`genuine` must {rule} [live source, generation {self.generation}]."
+            )
         return self.system.centered(samples)
 
-    def _answers(self, parameters: np.ndarray, rng: np.random.Generator) -> Iterator[tuple[np.ndarray, Answer]]:
+    def _answers(
+        self, parameters: np.ndarray, rng: np.random.Generator
+    ) -> Iterator[tuple[np.ndarray, Answer]]:
         """Yield what the simulator says of which models: of groups, and of each model of a group that failed.
 
         It is called here, or in worker processes, which are started on the first call and stay. The answers
         come in the order of the calls, and do not depend on the number of workers.
         """
 
-        def asked(groups: list[np.ndarray], generators: list[np.random.Generator]) -> Iterator[Answer]:
+        def asked(
+            groups: list[np.ndarray], generators: list[np.random.Generator]
+        ) -> Iterator[Answer]:
             calls = [(parameters[k], rng) for k, rng in zip(groups, generators, strict=True)]
             if self._count is None:
                 yield from starmap(self._answer, calls)
@@ -409,19 +492,25 @@ class CustomSource(FallibleSource):
                     yield Failed("its worker process died")
                 except NotImportable as error:
                     rule = "be importable by a worker process"
-                    raise CustomSystemError(f"`simulate` must {rule}; got {error}. {_HERE}") from error
+                    raise CustomSystemError(
+                        f"`simulate` must {rule}; got {error}. {_HERE}"
+                    ) from error
 
         count = self.system.batches or len(parameters)
         groups = [part for part in np.array_split(np.arange(len(parameters)), count) if len(part)]
         generators = rng.spawn(len(groups))
         singles: list[np.ndarray] = []
         again: list[np.random.Generator] = []
-        for group, generator, found in zip(groups, generators, asked(groups, generators), strict=True):
+        for group, generator, found in zip(
+            groups, generators, asked(groups, generators), strict=True
+        ):
             if not isinstance(found, Failed) or len(group) == 1:
                 yield group, found
                 continue
             if self.generation == 0 and found.misshapen:
-                self._refuse(found, f"{self.system.shown(parameters[group[0]])} and {len(group) - 1} more")
+                self._refuse(
+                    found, f"{self.system.shown(parameters[group[0]])} and {len(group) - 1} more"
+                )
             singles += [np.array([k]) for k in group]
             again += _untouched(generator).spawn(len(group))
         yield from zip(singles, asked(singles, again), strict=True)
@@ -432,7 +521,10 @@ class CustomSource(FallibleSource):
             )
 
     def _refuse(self, failed: Failed, models: str) -> NoReturn:
-        advice = "; for a function of one model's parameters (P,) set vectorized=False" * self.system.vectorized
+        advice = (
+            "; for a function of one model's parameters (P,) set vectorized=False"
+            * self.system.vectorized
+        )
         raise CustomSystemError(
             f"`simulate` must return samples of every model; {failed.reason} [generation 0, {models}]. Repair it, or narrow "
             f"the bounds of the parameters{advice}."
@@ -443,5 +535,7 @@ def _untouched(rng: np.random.Generator) -> np.random.Generator:
     """Return a generator as it was before a simulator had it, which may have spawned from it, or from a copy in a worker."""
     given = rng.bit_generator.seed_seq
     assert isinstance(given, np.random.SeedSequence)  # what it was spawned from has one
-    seeds = np.random.SeedSequence(given.entropy, spawn_key=given.spawn_key, pool_size=given.pool_size)
+    seeds = np.random.SeedSequence(
+        given.entropy, spawn_key=given.spawn_key, pool_size=given.pool_size
+    )
     return np.random.Generator(type(rng.bit_generator)(seeds))

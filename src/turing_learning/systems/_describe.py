@@ -28,7 +28,9 @@ class CustomOptions(TypedDict, total=False):
 
     name: str  #: A word for folders and tables; "own-system" by default
     title: str  #: What stands above the report; the name by default
-    signals: tuple[str, ...]  #: Names of the D signals per step; by default the samples' `names`, if any
+    signals: tuple[
+        str, ...
+    ]  #: Names of the D signals per step; by default the samples' `names`, if any
     #: How samples of different lengths are cut: "shortest", or a number of steps; None refuses them
     length: int | Literal["shortest"] | None
     #: Share of the genuine samples that are never learned from, 0.2 by default; or which ones, from 0. Samples
@@ -44,7 +46,9 @@ class CustomOptions(TypedDict, total=False):
     batches: int
     workers: int | None  #: Number of processes that call the simulator; None calls it in this one
     timeout_s: float | None  #: Longest duration of a call (s), with workers only
-    provenance: Mapping[str, Any]  #: Name -> value, JSON: where the samples come from, for the run's manifest
+    provenance: Mapping[
+        str, Any
+    ]  #: Name -> value, JSON: where the samples come from, for the run's manifest
     stimulus: Mapping[str, tuple[float, float]]  #: Name -> (low, high) of each
     levels: int  #: 0, or one of how many values
     passive: Any  #: Empty where the classifiers choose, "random", "constant", or series (R, T, S)
@@ -54,7 +58,9 @@ class CustomOptions(TypedDict, total=False):
     interval_s: float  #: Duration of a step (s)
 
 
-def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptions) -> tuple[CustomSystem, Genuine]:
+def describe(
+    genuine: Any, parameters: Mapping[str, Range], options: CustomOptions
+) -> tuple[CustomSystem, Genuine]:
     """Return a custom system as frozen data, and its samples.
 
     Parameters
@@ -66,10 +72,17 @@ def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptio
     asked, rng = (options.get("length"), options.get("held_out")), np.random.default_rng(GENUINE)
     data = read_genuine(genuine, length=asked[0], held_out=asked[1], rng=rng)
     center, scale = data.scales()
-    name, names = options.get("name", "own-system"), options.get("signals") or getattr(genuine, "names", None)
+    name, names = (
+        options.get("name", "own-system"),
+        options.get("signals") or getattr(genuine, "names", None),
+    )
     # its letters would be taken for names
     require(
-        not isinstance(names, str), "signals", "be a tuple of names", brief(names), f"For one signal: ({names!r},)."
+        not isinstance(names, str),
+        "signals",
+        "be a tuple of names",
+        brief(names),
+        f"For one signal: ({names!r},).",
     )
     signals = tuple(names or (f"signal{d}" for d in range(data.samples.shape[2])))
     system = CustomSystem(
@@ -87,7 +100,9 @@ def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptio
         refuse("genuine", "be windows of motion that varies", got, remedy)
     if constant:  # a model without noise can be found by a constant
         remedy = "If that is not what was observed, repair the samples, or leave the signal out."
-        message = "Genuine samples do not vary in every signal: %s, at every step of all of them. %s"
+        message = (
+            "Genuine samples do not vary in every signal: %s, at every step of all of them. %s"
+        )
         _LOGGER.warning(message, constant, remedy)
     return system, data
 
@@ -119,7 +134,14 @@ def read_parameters(given: Any) -> dict[str, Parameter]:
         if not isinstance(value, Parameter):
             bounds, place = tuple(value), repr(name)
             rule = "have two bounds (low, high) or a `Parameter` for each name"
-            require(len(bounds) == 2, "parameters", rule, brief(bounds), "None leaves a side open.", place=place)
+            require(
+                len(bounds) == 2,
+                "parameters",
+                rule,
+                brief(bounds),
+                "None leaves a side open.",
+                place=place,
+            )
             try:
                 value = Parameter(*bounds)
             except ValueError as error:
@@ -134,7 +156,9 @@ def _batches(options: CustomOptions) -> int:
     """Return the number of calls of a simulator of several models in a generation; 0 if it takes one model."""
     vectorized, workers = options.get("vectorized", True), options.get("workers")
     if vectorized:
-        sound = type(workers) is int and workers >= 1  # others are refused by what calls the simulator
+        sound = (
+            type(workers) is int and workers >= 1
+        )  # others are refused by what calls the simulator
         return integer("batches", options.get("batches", workers if sound else 1), 1)
     rule, remedy = "be left out where vectorized is False", "Every model has a call of its own."
     require("batches" not in options, "batches", rule, options.get("batches"), remedy)

@@ -40,7 +40,9 @@ class Genuine:
     samples: np.ndarray  #: (K, T, D): All of them, or the first observation of a live source
     held_out: np.ndarray  #: (H,) int: Which of them are held out for testing, ascending
     live: LiveSource | None = None  #: Where further samples come from, None for data
-    excerpt: np.ndarray | None = None  #: (F, A, 2): Positions in a recording's beginning, see `Windows.excerpt`
+    excerpt: np.ndarray | None = (
+        None  #: (F, A, 2): Positions in a recording's beginning, see `Windows.excerpt`
+    )
 
     @property
     def learning(self) -> np.ndarray:
@@ -57,7 +59,9 @@ class Genuine:
         """SHA-256 of shape and values; empty for a live source, whose samples differ from time to time."""
         if self.live is not None:
             return ""
-        return hashlib.sha256(str(self.samples.shape).encode() + np.ascontiguousarray(self.samples).data).hexdigest()
+        return hashlib.sha256(
+            str(self.samples.shape).encode() + np.ascontiguousarray(self.samples).data
+        ).hexdigest()
 
     @property
     def constant(self) -> tuple[int, ...]:
@@ -101,7 +105,9 @@ def read_genuine(
         require(held_out is None, "held_out", rule, brief(held_out))
         excerpt = getattr(genuine, "excerpt", None)
         return Genuine(samples, np.arange(len(genuine.learning), len(samples)), excerpt=excerpt)
-    return Genuine(samples, _held_out(HELD_OUT if held_out is None else held_out, len(samples), rng))
+    return Genuine(
+        samples, _held_out(HELD_OUT if held_out is None else held_out, len(samples), rng)
+    )
 
 
 def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndarray:
@@ -111,9 +117,7 @@ def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndar
     if isinstance(given, SplitSamples):
         given = [*given.learning, *given.held_out]
     shape, rule = getattr(given, "shape", ()), "be samples (K, T, D), or a list of K tables (T, D)"
-    remedy = (
-        "Give [table] if it is one sample of several signals, table[..., None] if its rows are samples of one signal."
-    )
+    remedy = "Give [table] if it is one sample of several signals, table[..., None] if its rows are samples of one signal."
     one = isinstance(shape, tuple) and len(shape) == 2
     require(not one, "genuine", rule, f"one table of shape {shape}", remedy)
     arrays = [_as_series(sample, k) for k, sample in enumerate(given)]
@@ -123,18 +127,41 @@ def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndar
     steps, place = lengths[shortest], f"sample {shortest}"
     if isinstance(length, int):
         rule = f"be at most that of the shortest sample, {steps}"
-        require(steps >= length, "length", rule, length, "Remove that sample, or ask for less.", place=place)
+        require(
+            steps >= length,
+            "length",
+            rule,
+            length,
+            "Remove that sample, or ask for less.",
+            place=place,
+        )
         steps = length
     got = f"{steps} steps [{place}] and {lengths[longest]} [sample {longest}]"
     remedy = 'Cut them with length="shortest" or a number of steps.'
     same = length is not None or steps == lengths[longest]
     require(same, "genuine", "have samples of one length", got, remedy)
     widths = {array.shape[1] for array in arrays}
-    require(len(widths) == 1, "genuine", "have the same signals in all samples", f"{sorted(widths)} signals")
+    require(
+        len(widths) == 1,
+        "genuine",
+        "have the same signals in all samples",
+        f"{sorted(widths)} signals",
+    )
     samples = np.stack([array[:steps] for array in arrays])
-    for k, t, d in np.argwhere(~(np.abs(samples) <= LARGEST))[:1].tolist():  # so that NaN, too, is refused
-        rule, place = f"be finite and at most {LARGEST:g} in size", f"sample {k}, step {t}, signal {d}"
-        refuse("genuine", rule, shown(samples[k, t, d]), "Cut the gap out, or change the unit.", place=place)
+    for k, t, d in np.argwhere(~(np.abs(samples) <= LARGEST))[
+        :1
+    ].tolist():  # so that NaN, too, is refused
+        rule, place = (
+            f"be finite and at most {LARGEST:g} in size",
+            f"sample {k}, step {t}, signal {d}",
+        )
+        refuse(
+            "genuine",
+            rule,
+            shown(samples[k, t, d]),
+            "Cut the gap out, or change the unit.",
+            place=place,
+        )
     return samples
 
 
@@ -152,7 +179,9 @@ def _as_series(sample: Any, number: int) -> np.ndarray:
     if array.dtype.kind not in "fiu" or array.ndim != 2 or array.size == 0:
         one = "Add an axis for a single signal: samples[..., None]."
         remedy = one if array.ndim == 1 else "Give arrays of numbers."
-        refuse("genuine", f"{rule}, time steps T and signals D at least 1", got, remedy, place=place)
+        refuse(
+            "genuine", f"{rule}, time steps T and signals D at least 1", got, remedy, place=place
+        )
     return array.astype(np.float64)
 
 
@@ -165,8 +194,22 @@ def _held_out(given: float | Sequence[int], count: int, rng: np.random.Generator
     found: set[int] = set()
     for place, number in enumerate(given):
         fits = is_integer(number) and 0 <= number < count
-        require(fits, "held_out", rule, brief(number), "Samples are counted from 0.", place=f"place {place}")
-        require(number not in found, "held_out", rule, f"{number} again", "Leave it out there.", place=f"place {place}")
+        require(
+            fits,
+            "held_out",
+            rule,
+            brief(number),
+            "Samples are counted from 0.",
+            place=f"place {place}",
+        )
+        require(
+            number not in found,
+            "held_out",
+            rule,
+            f"{number} again",
+            "Leave it out there.",
+            place=f"place {place}",
+        )
         found.add(int(number))
     require(len(found) < count, "held_out", rule, f"all {count}", "Leave some to learn from.")
     return np.array(sorted(found), dtype=np.int64)
@@ -181,10 +224,21 @@ def observed(genuine: Any) -> Any:
     first, rule = genuine[0] if listed else genuine, "be samples, into which a recording is cut"
     remedy = "Give windows of it, for example of 4 s: genuine=recording.windows(length_s=4.0), where recording is what "
     remedy += "`load_trajectories` returned; of several: genuine=pooled_windows(recordings, length_s=4.0)."
-    require(not isinstance(first, Trajectories | Signals), "genuine", rule, type(first).__name__, remedy)
+    require(
+        not isinstance(first, Trajectories | Signals), "genuine", rule, type(first).__name__, remedy
+    )
     if isinstance(genuine, str):
-        rule, remedy = "be samples, a scenario or the name of one", "A file is read with `load_trajectories`."
-        require(genuine in SCENARIOS, "genuine", rule, brief(genuine), f"{nearest(genuine, SCENARIOS)} {remedy}")
+        rule, remedy = (
+            "be samples, a scenario or the name of one",
+            "A file is read with `load_trajectories`.",
+        )
+        require(
+            genuine in SCENARIOS,
+            "genuine",
+            rule,
+            brief(genuine),
+            f"{nearest(genuine, SCENARIOS)} {remedy}",
+        )
         genuine = SCENARIOS[genuine]
     if not isinstance(genuine, Scenario):
         return genuine

@@ -21,7 +21,11 @@ SPEEDS = ("speed", "turn")
 
 
 def system_of(
-    scenario: Scenario | CustomSystem, *, hidden: int, threads: int | None, initial: tuple[float, float]
+    scenario: Scenario | CustomSystem,
+    *,
+    hidden: int,
+    threads: int | None,
+    initial: tuple[float, float],
 ) -> System:
     """Return the system of a scenario, a custom system being one already; models are networks of so many hidden neurons, if any."""
     if not isinstance(scenario, Scenario):
@@ -41,7 +45,9 @@ class Swarm(System):
 
     scenario: Scenario  #: What moves and what it senses
     model: Representation  #: What a model is: the agents' parameters, or a network
-    threads: int | None = None  #: Number of threads; None takes every processor. It changes no sample
+    threads: int | None = (
+        None  #: Number of threads; None takes every processor. It changes no sample
+    )
     initial: tuple[float, float] = (-1.0, 1.0)  #: Range of the first models in each parameter
 
     signals = SPEEDS
@@ -54,7 +60,9 @@ class Swarm(System):
         self.name, self.title, self.simulated = scenario.name, scenario.title, scenario
         self.steps, self.interval_s = scenario.control_steps, scenario.trial.control_interval_s
         names, angle = scenario.parameter_names, Parameter(0, FULL_VIEW, unit="rad")
-        networks = self.model.parameter_names != names  # their outputs are from -1 to 1, whatever their weights
+        networks = (
+            self.model.parameter_names != names
+        )  # their outputs are from -1 to 1, whatever their weights
         speed = Parameter(-1, 1) if networks else Parameter(None, None, initial=self.initial)
         self.parameters = {name: angle if name == "theta" else speed for name in names}
         if scenario.representation == "morphology":
@@ -72,8 +80,15 @@ class Swarm(System):
     def imitated(self, values: np.ndarray) -> Scenario:
         """Return the scenario with agents that have these parameters (P,)."""
         robot = self.scenario.model.behavior(values)
-        view = self.scenario.sensor.field_of_view if robot.field_of_view is None else float(robot.field_of_view)
-        controller, sensor = tuple(robot.wheel_speeds.tolist()), replace(self.scenario.sensor, field_of_view=view)
+        view = (
+            self.scenario.sensor.field_of_view
+            if robot.field_of_view is None
+            else float(robot.field_of_view)
+        )
+        controller, sensor = (
+            tuple(robot.wheel_speeds.tolist()),
+            replace(self.scenario.sensor, field_of_view=view),
+        )
         return replace(self.scenario, controller=controller, sensor=sensor, known=True)
 
     def demands(self, models: int) -> tuple[float, float, tuple[str, ...]]:
@@ -153,7 +168,9 @@ class _SwarmSource(Source):
         """Return a sample of one agent in each of as many trials (count, T, 2)."""
         return self._replicas(None, count, rng)[:, 0]
 
-    def _replicas(self, behavior: "Behavior | None", trials: int, rng: np.random.Generator) -> np.ndarray:
+    def _replicas(
+        self, behavior: "Behavior | None", trials: int, rng: np.random.Generator
+    ) -> np.ndarray:
         from ..swarm import Trials, alone, mixed
 
         scenario = self.system.scenario

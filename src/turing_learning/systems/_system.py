@@ -38,7 +38,9 @@ class CustomSystemError(SystemFailedError):
 class Given:
     """What a caller hands over of a custom system, beyond what a run stores."""
 
-    genuine: Any = None  #: Samples, in any form that `describe` takes, or `Genuine` once they are checked
+    genuine: Any = (
+        None  #: Samples, in any form that `describe` takes, or `Genuine` once they are checked
+    )
     simulate: Any = None  #: The simulator
     workers: int | None = None  #: Number of processes that call it, None for this one
     timeout_s: float | None = None  #: The longest duration of a call (s)
@@ -48,7 +50,9 @@ class Given:
     @property
     def named(self) -> dict[str, Any]:
         """Name -> value of everything that may have been given."""
-        return {name: value for name, value in vars(self).items() if name != "more"} | dict(self.more or {})
+        return {name: value for name, value in vars(self).items() if name != "more"} | dict(
+            self.more or {}
+        )
 
 
 class System:
@@ -57,7 +61,9 @@ class System:
     name: str  #: A word for folders and tables
     title: str  #: Heading of the report
     kind: str  #: What a run of it is, in messages: "one in a laboratory"
-    parameters: Mapping[str, Parameter]  #: In which results state models, with units and ranges of first models
+    parameters: Mapping[
+        str, Parameter
+    ]  #: In which results state models, with units and ranges of first models
     signals: tuple[str, ...]  #: Names of the D signals per time step
     steps: int  #: Time steps of a sample, T
     interval_s: float  #: Duration of a step (s), 0 if it is not known
@@ -66,13 +72,17 @@ class System:
     smooth_frames: int = 1  #: Frames over which recorded positions were averaged; 1 for none
     model: Representation  #: From the optimizer's numbers to parameters of models, and to what results state
     simulated: Scenario | None = None  #: The scenario, where the computer can simulate its swarms
-    stimulated: bool = False  #: Whether something is done to it while it is observed, see `Source.dialogues`
+    stimulated: bool = (
+        False  #: Whether something is done to it while it is observed, see `Source.dialogues`
+    )
     step_unit: str = ""  #: What a caption adds on the unit of the models' step sizes
 
     @property
     def parameter_labels(self) -> tuple[str, ...]:
         """Names of the parameters, with units where they have any, for figures."""
-        return tuple(f"{name} ({one.unit})" if one.unit else name for name, one in self.parameters.items())
+        return tuple(
+            f"{name} ({one.unit})" if one.unit else name for name, one in self.parameters.items()
+        )
 
     @property
     def truth(self) -> tuple[float, ...] | None:
@@ -116,7 +126,9 @@ class System:
         """Return the scenario of a system whose truth is a model with parameters (P,), to be simulated."""
         return self
 
-    def on_scales(self, models: np.ndarray, summarize: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    def on_scales(
+        self, models: np.ndarray, summarize: Callable[[np.ndarray], np.ndarray]
+    ) -> np.ndarray:
         """Return a summary of models (..., P), parameter by parameter, on the scale of each and within its bounds."""
         return summarize(models)
 
@@ -132,7 +144,11 @@ class System:
         """Refuse where something is missing that no folder holds, see `resuming`."""
         rule = f"be given for {self.kind.removeprefix('one on ')}, which no folder holds completely"
         names = [piece for setting in self.resuming for piece in (" and ", setting)][1:]
-        remedy = ("Give ", *names, f" as the run began with {'them' if len(names) > 1 else 'it'}, from Python.")
+        remedy = (
+            "Give ",
+            *names,
+            f" as the run began with {'them' if len(names) > 1 else 'it'}, from Python.",
+        )
         for setting in self.resuming:
             require(getattr(given, setting.name) is not None, setting.name, rule, "nothing", remedy)
 
@@ -158,7 +174,9 @@ class Source:
     #: Whether collecting may raise a `SystemFailedError`; the run returns to the generation's beginning then
     fallible: bool = True
     failures: "FailureLog | None" = None  #: Failed simulations; None where none can fail alone
-    genuine: "Genuine | None" = None  #: Samples that the run was given; None where some are observed anew
+    genuine: "Genuine | None" = (
+        None  #: Samples that the run was given; None where some are observed anew
+    )
     together: int = 1  #: Number of models that a trial executes
     #: Lowest and highest of the optimizer's numbers, beyond which a model is that at the end; None without ends
     ends: tuple[float, float] | None = None
@@ -210,7 +228,12 @@ class Source:
 
 def _refuse_simulation() -> NoReturn:
     remedy = "The worth of its models there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` infers the same "
-    refuse("run", "be of a system that can be simulated", "one in a laboratory", f"{remedy}setup in simulation.")
+    refuse(
+        "run",
+        "be of a system that can be simulated",
+        "one in a laboratory",
+        f"{remedy}setup in simulation.",
+    )
 
 
 class FailureLog:
@@ -230,18 +253,26 @@ class FailureLog:
     def summary(self) -> dict[str, Any]:
         """Return the number of failures, and the first ones by generation, parameters and reason, for a result."""
         listed = [
-            {"generation": generation, "parameters": dict(zip(self._names, values, strict=True)), "reason": reason}
+            {
+                "generation": generation,
+                "parameters": dict(zip(self._names, values, strict=True)),
+                "reason": reason,
+            }
             for generation, values, reason in self._listed
         ]
         return {"count": self.count, "listed": listed}
 
     def state(self) -> dict[str, np.ndarray]:
         """Return everything as arrays, without Python objects."""
-        generations, parameters, reasons = zip(*self._listed, strict=True) if self._listed else ((), (), ())
+        generations, parameters, reasons = (
+            zip(*self._listed, strict=True) if self._listed else ((), (), ())
+        )
         return {
             "count": np.array(self.count, dtype=np.int64),
             "generations": np.array(generations, dtype=np.int64),
-            "parameters": np.array(parameters, dtype=np.float64).reshape(len(parameters), len(self._names)),
+            "parameters": np.array(parameters, dtype=np.float64).reshape(
+                len(parameters), len(self._names)
+            ),
             "reasons": np.array(reasons, dtype=f"<U{LONGEST_REASON}"),
         }
 
@@ -249,7 +280,10 @@ class FailureLog:
         """Continue from a `state`."""
         rows = (state[name].tolist() for name in ("generations", "parameters", "reasons"))
         self.count = int(state["count"])
-        self._listed = [(generation, tuple(values), reason) for generation, values, reason in zip(*rows, strict=True)]
+        self._listed = [
+            (generation, tuple(values), reason)
+            for generation, values, reason in zip(*rows, strict=True)
+        ]
 
 
 class FallibleSource(Source):
@@ -303,13 +337,20 @@ class GuardedInterrogation(PassiveInterrogation):
     source: FallibleSource  #: Yields the samples, and says which models failed
 
     def __call__(
-        self, models: np.ndarray, classifiers: np.ndarray, rng: np.random.Generator, referees: np.ndarray | None = None
+        self,
+        models: np.ndarray,
+        classifiers: np.ndarray,
+        rng: np.random.Generator,
+        referees: np.ndarray | None = None,
     ) -> Judgments:
         """Return the judgments of N classifiers (N, Q), and of B archived ones (B, Q) if given, on M models (M, P)."""
         judgments = super().__call__(models, classifiers, rng, referees)
         failed = self.source.failed
         if not failed.any():
             return judgments
-        outputs, archived = np.where(failed[:, None], 0.0, judgments.counterfeit_outputs), judgments.referee_outputs
+        outputs, archived = (
+            np.where(failed[:, None], 0.0, judgments.counterfeit_outputs),
+            judgments.referee_outputs,
+        )
         archived = None if archived is None else np.where(failed[:, None], 0.0, archived)
         return replace(judgments, counterfeit_outputs=outputs, referee_outputs=archived)
