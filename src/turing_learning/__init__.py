@@ -5,7 +5,7 @@ swarm, `swarm`), classifiers that judge motion samples (`classifiers`), and the 
 against classifiers (`coevolution`, on top of `evolution`). `infer` runs all of it, with simulated robots or
 with a custom system (recorded samples and a simulator), whose parameters may be described by `Parameter`;
 `resume` resumes a run; `load_run` opens a stored run; `pool` combines several runs; `study` does many runs, and
-`load_study` opens them. `load_trajectories` reads recorded motion.
+`load_study` opens them. `load_trajectories` reads recorded motion. `test` puts any simulator to the test.
 
 Rejected input raises `errors.RefusedError`, a ValueError; `config.ConfigurationError` and `results.RunFolderError` are kinds of it.
 A run that has begun and fails raises `systems.CustomSystemError`, `results.RunStorageError` or `robots.LaboratoryError`.

@@ -20,6 +20,9 @@ from . import (
     evolution as evolution,
 )
 from . import (
+    examination as examination,
+)
+from . import (
     families as families,
 )
 from . import (
@@ -61,6 +64,7 @@ from . import (
 from . import (
     trajectories as trajectories,
 )
+from .examination import test as test
 from .models import Parameter as Parameter
 from .results import Pooled as Pooled
 from .results import Result as Result

@@ -31,6 +31,8 @@
 `area_under_curve`        How well scores separate two kinds.
 `compare`                 Mann-Whitney tests against a reference, with Bonferroni's correction; a `Comparison`.
 ========================  ============================================================================
+
+The module `statistics` has statistics of single windows of motion, with names.
 """
 
 from ._disks import dispersion, largest_cluster, least_dispersion

@@ -9,12 +9,12 @@ few statistics of each window and a one-class support vector machine, are beside
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import combinations, pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from turing_learning.analysis import area_under_curve
+from turing_learning.analysis.statistics import rhythm_statistics, signal_statistics, signal_trends
 from turing_learning.errors import check, number
 
 FELLOWS = 3
@@ -139,59 +139,21 @@ class Eye:
         return split(self.describe(np.concatenate(windows)[..., self.columns]), windows)
 
 
-def window_statistics(windows: np.ndarray) -> np.ndarray:
-    """Return mean, standard deviation, three quantiles, the spread of changes and the autocorrelation (K, 7 D) of each signal."""
-    steps = np.diff(windows, axis=1)
-    around = windows - windows.mean(axis=1, keepdims=True)
-    correlation = (around[:, 1:] * around[:, :-1]).mean(axis=1) / np.maximum((around**2).mean(axis=1), 1e-12)
-    ordered = np.sort(windows, axis=1)  # much faster than percentiles
-    at = np.array([0.1, 0.5, 0.9]) * (windows.shape[1] - 1)
-    low, part = at.astype(int), (at % 1)[:, None]
-    quantiles = (1 - part) * ordered[:, low] + part * ordered[:, np.ceil(at).astype(int)]
-    parts = (windows.mean(axis=1), windows.std(axis=1), *quantiles.swapaxes(0, 1), steps.std(axis=1), correlation)
-    return np.concatenate(parts, axis=1)
-
-
 def motion_statistics(windows: np.ndarray) -> np.ndarray:
-    """Return window statistics and the trend of signals, and more of the first three (K, F).
+    """Return window statistics and the trend of signals, and the rhythm of the first three (K, F).
 
-    Each of these three has the shares of up to eight frequency bands in its power, and the skewness and kurtosis of
-    its values and changes. Each pair has the correlations of their magnitudes, at lags of 0, 0.05 and 0.125 windows.
     Statistics of the signals that do not describe own motion come last.
     """
-    own = windows[..., :RHYTHM]
-    length, count = own.shape[1], own.shape[2]
-    around = own - own.mean(axis=1, keepdims=True)
-    power = np.abs(np.fft.rfft(around * np.hanning(length)[:, None], axis=1))[:, 1:] ** 2
-    edges = np.unique(np.geomspace(1, power.shape[1] + 1, 9).round().astype(int)) - 1
-    power /= np.maximum(power.mean(axis=1, keepdims=True), 1e-12)
-    parts = [np.log(power[:, low:high].mean(axis=1) + 1e-3) for low, high in pairwise(edges)]
-    for values in (own, np.diff(own, axis=1)):
-        unit = _standardized(values)
-        squares = unit * unit  # much faster than powers
-        skewness = (squares * unit).mean(axis=1)
-        parts += [skewness / (1 + np.abs(skewness)), np.log(1 + (squares * squares).mean(axis=1))]
-    size = np.ascontiguousarray(np.moveaxis(_standardized(np.abs(own)), 2, 0))
-    for one, other in combinations(range(count), 2):
-        for lag in (-(length // 8), -(length // 20), 0, length // 20, length // 8):
-            before, after = (one, other) if lag >= 0 else (other, one)
-            late, early = size[before, :, abs(lag) :], size[after, :, : length - abs(lag)]
-            parts.append(np.einsum("kt,kt->k", late, early)[:, None] / (length - abs(lag)))
-    trends = np.abs(np.einsum("ktd,t->kd", windows, np.linspace(-1.0, 1.0, length))) / length
+    parts = [rhythm_statistics(windows[..., :RHYTHM])]
+    trends = signal_trends(windows)
     for some in (slice(OWN), slice(OWN, MEANS)):
-        parts += [window_statistics(windows[..., some]), trends[:, some]]
+        parts += [signal_statistics(windows[..., some]), trends[:, some]]
     parts.append(windows[..., MEANS:].mean(axis=1))
     return np.concatenate(parts, axis=1)
 
 
-def _standardized(values: np.ndarray) -> np.ndarray:
-    """Return signals in units of their standard deviation in each window, around their mean in it."""
-    around = values - values.mean(axis=1, keepdims=True)
-    return around / np.maximum(values.std(axis=1, keepdims=True), 1e-9)
-
-
-STATISTICS_EYE = Eye(BASELINES[0], window_statistics)
-ONE_CLASS_EYE = Eye(BASELINES[1], window_statistics, one_class)
+STATISTICS_EYE = Eye(BASELINES[0], signal_statistics)
+ONE_CLASS_EYE = Eye(BASELINES[1], signal_statistics, one_class)
 MOTION_EYE = Eye(MOTION, motion_statistics)
 """The only one that is shown planted individuals."""
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from importlib.util import find_spec
 
 import numpy as np
 
@@ -62,8 +61,7 @@ def detect(
     beside = bool(recordings) and all(isinstance(each, RecordedMotion) and each.company for each in everybody)
     own = slice(run.signals if beside else None)  # the last columns are those of company
     eyes = [Eye(CLASSIFIERS, run.outputs, columns=own), replace(STATISTICS_EYE, columns=own)]
-    if find_spec("sklearn") is not None:
-        eyes.append(replace(ONE_CLASS_EYE, columns=own))
+    eyes.append(replace(ONE_CLASS_EYE, columns=own))
     eyes.append(replace(MOTION_EYE, columns=slice(run.signals, None) if beside else own))
     windows = _windows(motion, beside)
     lengths = [len(each) for each in windows if len(each)]

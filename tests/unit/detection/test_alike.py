@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from turing_learning.analysis.statistics import signal_statistics
 from turing_learning.config import ConfigurationError
 from turing_learning.detection import _alike, detect, plant_abnormal, run_classifiers
 from turing_learning.detection._alike import (
@@ -18,7 +19,6 @@ from turing_learning.detection._alike import (
     among,
     judge_alike,
     motion_statistics,
-    window_statistics,
 )
 from turing_learning.detection._kinds import KINDS, plant
 from turing_learning.trajectories import Trajectories
@@ -253,7 +253,7 @@ def test_a_way_to_look_may_be_any_description_of_windows():
 def test_windows_have_seven_statistics_for_each_signal():
     windows = np.zeros((1, 4, 2))
     windows[0, :, 0] = [0, 1, 0, 1]
-    found = window_statistics(windows)[0].reshape(7, 2)
+    found = signal_statistics(windows)[0].reshape(7, 2)
     np.testing.assert_allclose(found[:, 0], [0.5, 0.5, 0, 0.5, 1, np.std([1, -1, 1]), -1.0])
     np.testing.assert_allclose(found[:, 1], 0)
 

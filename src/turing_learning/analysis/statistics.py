@@ -1,0 +1,141 @@
+"""Statistics of single windows of motion: of each signal, of its rhythm, and of how signals go together."""
+
+from collections.abc import Sequence
+from itertools import combinations, pairwise
+
+import numpy as np
+
+BANDS = 8
+"""Bands of frequencies whose shares of the power are statistics, at most."""
+
+QUANTILES = (0.1, 0.5, 0.9)
+"""Quantiles of the values in a window that are statistics."""
+
+LAGS = (-8, -20, 0, 20, 8)
+"""Parts of a window by which one signal is later than another where they are correlated; 0 for no delay."""
+
+
+def signal_statistics(windows: np.ndarray) -> np.ndarray:
+    """Return seven statistics of each signal; `signal_statistic_names` has their names.
+
+    Parameters
+    ----------
+    windows : (K, T, D)
+        Windows of at least two steps, in any units.
+
+    Returns
+    -------
+    (K, 7 D)
+        Mean, standard deviation, three quantiles, the standard deviation of changes, and the correlation of each value
+        with the next.
+    """
+    steps = np.diff(windows, axis=1)
+    around = windows - windows.mean(axis=1, keepdims=True)
+    correlation = (around[:, 1:] * around[:, :-1]).mean(axis=1) / np.maximum((around**2).mean(axis=1), 1e-12)
+    ordered = np.sort(windows, axis=1)  # much faster than percentiles
+    at = np.array(QUANTILES) * (windows.shape[1] - 1)
+    low, part = at.astype(int), (at % 1)[:, None]
+    quantiles = (1 - part) * ordered[:, low] + part * ordered[:, np.ceil(at).astype(int)]
+    parts = (windows.mean(axis=1), windows.std(axis=1), *quantiles.swapaxes(0, 1), steps.std(axis=1), correlation)
+    return np.concatenate(parts, axis=1)
+
+
+def signal_statistic_names(names: Sequence[str]) -> list[str]:
+    """Return the names (7 D,) of what `signal_statistics` returns, for signals with names (D,)."""
+    forms = (
+        "mean {}",
+        "spread of {}",
+        "low {} (10 %)",
+        "median {}",
+        "high {} (90 %)",
+        "change of {} per step",
+        "persistence of {}",
+    )
+    return [form.format(name) for form in forms for name in names]
+
+
+def signal_trends(windows: np.ndarray) -> np.ndarray:
+    """Return how much each signal of windows (K, T, D) rises or falls in them (K, D), without its sign."""
+    slope = np.linspace(-1.0, 1.0, windows.shape[1])
+    return np.abs(np.einsum("ktd,t->kd", windows, slope)) / windows.shape[1]
+
+
+def rhythm_statistics(windows: np.ndarray) -> np.ndarray:
+    """Return statistics of the rhythm of signals; `rhythm_statistic_names` has their names.
+
+    Parameters
+    ----------
+    windows : (K, T, D)
+        Windows, in any units.
+
+    Returns
+    -------
+    (K, F)
+        Of each signal the shares of up to eight bands of frequencies in its power, and the skewness and kurtosis of its
+        values and of its changes. Of each two signals the correlation of their magnitudes, at five delays.
+    """
+    length, count = windows.shape[1], windows.shape[2]
+    around = windows - windows.mean(axis=1, keepdims=True)
+    power = np.abs(np.fft.rfft(around * np.hanning(length)[:, None], axis=1))[:, 1:] ** 2
+    power /= np.maximum(power.mean(axis=1, keepdims=True), 1e-12)
+    parts = [np.log(power[:, low:high].mean(axis=1) + 1e-3) for low, high in pairwise(_edges(length))]
+    for values in (windows, np.diff(windows, axis=1)):
+        unit = standardized(values)
+        squares = unit * unit  # much faster than powers
+        skewness = (squares * unit).mean(axis=1)
+        parts += [skewness / (1 + np.abs(skewness)), np.log(1 + (squares * squares).mean(axis=1))]
+    size = np.ascontiguousarray(np.moveaxis(standardized(np.abs(windows)), 2, 0))
+    for one, other in combinations(range(count), 2):
+        for lag in delays(length):
+            parts.append(delayed_product(size[one], size[other], lag)[:, None])
+    return np.concatenate(parts, axis=1)
+
+
+def rhythm_statistic_names(names: Sequence[str], length: int, interval_s: float) -> list[str]:
+    """Return the names (F,) of what `rhythm_statistics` returns for windows of so many steps of a duration (s)."""
+    found = []
+    for low, high in pairwise(_edges(length)):
+        slow, fast = length * interval_s / (low + 1), length * interval_s / high
+        period = f"{slow:.2g} s" if high == low + 1 else f"{fast:.2g} to {slow:.2g} s"
+        found += [f"rhythm of {name} with a period of {period}" for name in names]
+    found += [f"asymmetry of {name}" for name in names]
+    found += [f"rare large values of {name}" for name in names]
+    found += [f"asymmetry of rises and falls of {name}" for name in names]
+    found += [f"rare large changes of {name}" for name in names]
+    for one, other in combinations(names, 2):
+        for lag in delays(length):
+            found.append(f"magnitudes of {together(one, other, lag * interval_s)}")
+    return found
+
+
+def delays(length: int) -> list[int]:
+    """Return the delays (steps) at which signals of windows of so many steps are correlated."""
+    return [int(np.sign(part)) * (length // abs(part)) if part else 0 for part in LAGS]
+
+
+def together(one: str, other: str, delay_s: float) -> str:
+    """Return in words which two signals go together; the first is later if the delay is above 0."""
+    if delay_s == 0:
+        return f"{one} and {other} together"
+    early, late = (other, one) if delay_s > 0 else (one, other)
+    return f"{early} and {late} {abs(delay_s):.2g} s later"
+
+
+def delayed_product(one: np.ndarray, other: np.ndarray, lag: int) -> np.ndarray:
+    """Return the mean product (K,) of two series (K, T), the first as many steps later as `lag` says, or earlier."""
+    length = one.shape[1]
+    late, early = (one, other) if lag >= 0 else (other, one)
+    product = np.einsum("kt,kt->k", late[:, abs(lag) :], early[:, : length - abs(lag)])
+    return np.asarray(product / (length - abs(lag)))
+
+
+def standardized(values: np.ndarray) -> np.ndarray:
+    """Return signals (K, T, D) in units of their standard deviation in each window, around their mean in it."""
+    around = values - values.mean(axis=1, keepdims=True)
+    return np.asarray(around / np.maximum(values.std(axis=1, keepdims=True), 1e-9))
+
+
+def _edges(length: int) -> np.ndarray:
+    """Return where the bands of frequencies of so many steps begin and end."""
+    frequencies = length // 2
+    return np.unique(np.geomspace(1, frequencies + 1, BANDS + 1).round().astype(int)) - 1

@@ -1,0 +1,18 @@
+"""A Turing test: can anybody tell two sets of recorded or simulated motion apart, and by what?
+
+`test`, `TuringTest`
+    Two sets of recordings or of arrays to an accuracy, a p-value, the power of the test, and what gives one away.
+`examine`, `Examined`
+    The same of samples that are cut and grouped already, without what gives them away.
+`Examiner`, `Ridge`, `Kernel`, `Trees`, `PANEL`, `QUICK`
+    Who judges: anything that has `fit` and `score`. The panel of a test, and that of a quick look.
+`Telling`
+    Signals, statistics and time scales by which one set is told from the other.
+
+A sample has T steps of D signals. Samples belong to groups: recordings, individuals or blocks of time. Only groups
+are left out, and only groups exchange their labels. Source: docs/decisions/0039-examination.md.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

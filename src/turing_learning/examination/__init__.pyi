@@ -1,0 +1,12 @@
+from ._examiners import PANEL as PANEL
+from ._examiners import QUICK as QUICK
+from ._examiners import Examiner as Examiner
+from ._examiners import Kernel as Kernel
+from ._examiners import Ridge as Ridge
+from ._examiners import Trees as Trees
+from ._panel import Examined as Examined
+from ._panel import Member as Member
+from ._panel import examine as examine
+from ._telling import Telling as Telling
+from ._test import TuringTest as TuringTest
+from ._test import test as test

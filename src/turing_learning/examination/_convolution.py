@@ -1,0 +1,96 @@
+"""Random convolution kernels: features of windows that need no idea of what motion consists of."""
+
+from itertools import combinations
+
+import numpy as np
+
+LENGTH = 9
+"""Values under a kernel."""
+
+HIGH = 3
+"""Of them weigh 2, the others -1: the sum is 0, so that a kernel sees changes, not levels."""
+
+LEVELS = 4
+"""Thresholds of each kernel at each dilation."""
+
+MOST_DILATIONS = 5
+"""Distances between the values under a kernel, evenly spread on a logarithmic scale."""
+
+FEATURES = 1000
+"""Features of a window, about."""
+
+
+def convolution_features(windows: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Describe windows by how often random kernels exceed a threshold in them.
+
+    The kernels are those of MiniRocket: nine values, three of which weigh 2 and six -1. A kernel acts at a dilation upon
+    the sum of some signals, or of their changes. Thresholds are values that the same kernel yields in a window drawn
+    at random. The labels of the windows are not used.
+
+    Parameters
+    ----------
+    windows : (K, T, D)
+        Windows, in any units.
+    rng
+        Draws kernels, signals and thresholds.
+
+    Returns
+    -------
+    (K, F)
+        Shares of the steps in which a kernel exceeds a threshold, 0 to 1. F is about `FEATURES`.
+
+    Source
+    ------
+    A. Dempster, D. F. Schmidt, G. I. Webb, MiniRocket: a very fast (almost) deterministic transform for time series
+    classification, KDD 2021; changes beside values: C. W. Tan and others, MultiRocket, 2022.
+    """
+    center = np.median(windows, axis=(0, 1))
+    scale = windows.std(axis=(0, 1))
+    values = ((windows - center) / np.where(scale > 0, scale, 1.0)).astype(np.float32)
+    series = [values]
+    if values.shape[1] > LENGTH:
+        changes = np.diff(values, axis=1)
+        spread = changes.std(axis=(0, 1))
+        series.append(changes / np.where(spread > 0, spread, 1.0))
+    kernels = np.array(list(combinations(range(LENGTH), HIGH)))
+    wanted = max(1, FEATURES // (LEVELS * len(series)))
+    columns = []
+    for one in series:
+        dilations = _dilations(one.shape[1])
+        drawn = rng.permutation(len(kernels) * len(dilations))[:wanted]
+        for number in np.sort(drawn):
+            kernel = kernels[number % len(kernels)]
+            dilation = dilations[number // len(kernels)]
+            response = _response(_mixture(one, rng), kernel, dilation)
+            levels = np.quantile(response[rng.integers(len(response))], rng.uniform(0.05, 0.95, LEVELS))
+            columns += [(response > level).mean(axis=1) for level in levels.astype(np.float32)]
+    return np.stack(columns, axis=1).astype(np.float64)
+
+
+def _dilations(steps: int) -> np.ndarray:
+    """Return distances between the values under a kernel that fit into so many steps."""
+    most = max(1.0, (steps - 1) / (LENGTH - 1))
+    return np.unique(np.geomspace(1, most, MOST_DILATIONS).astype(int))
+
+
+def _mixture(series: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return the sum (K, T) of some of the signals, drawn at random."""
+    signals = series.shape[2]
+    count = int(2 ** rng.uniform(0, np.log2(min(signals, LENGTH) + 1)))
+    chosen = rng.choice(signals, count, replace=False)
+    return series[..., chosen].sum(axis=2)
+
+
+def _response(series: np.ndarray, kernel: np.ndarray, dilation: int) -> np.ndarray:
+    """Return what a kernel yields (K, T) of a series (K, T), which is continued by zeros at both ends."""
+    reach = (LENGTH // 2) * dilation
+    padded = np.pad(series, ((0, 0), (reach, reach)))
+    steps = series.shape[1]
+    response = np.zeros_like(series)
+    for place in range(LENGTH):
+        part = padded[:, place * dilation : place * dilation + steps]
+        if place in kernel:
+            response += 2 * part
+        else:
+            response -= part
+    return response

@@ -1,0 +1,205 @@
+"""Examiners: what learns from labeled samples and scores others."""
+
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from scipy.linalg import eigh, solve
+from scipy.spatial.distance import cdist
+
+PENALTIES = (0.01, 0.1, 1.0, 10.0)
+"""Of ridge regression, in units of the mean variance of the samples along one direction."""
+
+LEAST = 1e-9
+"""Of a variance: what varies less is taken for constant."""
+
+
+class Examiner(Protocol):
+    """Tells genuine samples from others, after it has seen some of both."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in tables."""
+
+    @property
+    def sees(self) -> str:
+        """What its samples are: "statistics", "convolutions" or "windows"."""
+
+    def fit(self, samples: np.ndarray, labels: np.ndarray) -> None:
+        """Learn from samples (K, ...) with labels (K,), True for genuine ones."""
+
+    def score(self, samples: np.ndarray) -> np.ndarray:
+        """Return scores (K,) of samples (K, ...); those above 0 are taken for genuine."""
+
+
+@dataclass
+class Trees:
+    """Boosted trees, by scikit-learn."""
+
+    name: str = "boosted trees on window statistics"
+    sees: str = "statistics"
+    rounds: int = 30  #: Trees; more gained nothing in experiments/examination/members.csv
+    _trees: Any = field(default=None, repr=False)
+
+    def fit(self, samples: np.ndarray, labels: np.ndarray) -> None:
+        """See `Examiner`."""
+        from sklearn.ensemble import HistGradientBoostingClassifier
+
+        self._trees = HistGradientBoostingClassifier(
+            max_iter=self.rounds,
+            learning_rate=0.2,
+            max_leaf_nodes=8,
+            max_bins=31,
+            min_samples_leaf=max(1, min(20, len(samples) // 10)),
+            early_stopping=False,
+            class_weight="balanced",
+            random_state=0,
+        ).fit(samples, labels)
+
+    def score(self, samples: np.ndarray) -> np.ndarray:
+        """See `Examiner`."""
+        return np.asarray(self._trees.decision_function(samples))
+
+
+@dataclass
+class Ridge:
+    """Ridge regression of the labels: a straight line between the kinds, by penalized least squares.
+
+    It is a linear function of the labels. So one decomposition of the samples is enough for every labelling of theirs,
+    and for every group that is left out: `cross_fitted` costs as much for hundreds of labellings as for a few.
+    """
+
+    name: str = "regression on window statistics"
+    sees: str = "statistics"
+    _seen: np.ndarray | None = field(default=None, repr=False)
+    _weights: np.ndarray | None = field(default=None, repr=False)
+    _middle: float = 0.0
+
+    def fit(self, samples: np.ndarray, labels: np.ndarray) -> None:
+        """See `Examiner`."""
+        labels = np.asarray(labels, dtype=float)
+        products = self._products(samples, samples)
+        smoother = Smoother.of(products)
+        chosen = smoother.cross_fitted(labels[:, None], np.arange(len(labels)))[1]
+        kernel = products - products.mean(axis=0)
+        kernel -= kernel.mean(axis=1, keepdims=True)
+        penalty = PENALTIES[chosen[0]] * smoother.unit
+        # the same regression in terms of products with the samples that were seen
+        self._weights = solve(kernel + penalty * np.eye(len(kernel)), labels - labels.mean(), assume_a="pos")
+        self._weights -= self._weights.mean()
+        self._seen = samples
+        raw = products @ self._weights
+        sides = raw[labels > 0.5].mean(), raw[labels < 0.5].mean()
+        self._middle = float(sum(sides) / 2)
+
+    def score(self, samples: np.ndarray) -> np.ndarray:
+        """See `Examiner`."""
+        assert self._seen is not None
+        assert self._weights is not None
+        return np.asarray(self._products(samples, self._seen) @ self._weights - self._middle)
+
+    def cross_fitted(self, samples: np.ndarray, labels: np.ndarray, groups: np.ndarray) -> np.ndarray:
+        """Score each sample by what is learned without its group, for many labellings.
+
+        Parameters
+        ----------
+        samples : (K, F)
+            What the examiner sees.
+        labels : (K, B)
+            B labellings, 1 for genuine.
+        groups : (K,)
+            Numbers of the groups, from 0.
+
+        Returns
+        -------
+        (K, B)
+            Scores, for each labelling with the penalty whose scores of left-out groups differ most in units of their
+            standard deviation. Only differences of scores have a meaning.
+        """
+        return Smoother.of(self._products(samples, samples)).cross_fitted(labels, groups)[0]
+
+    def _products(self, some: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """Return how alike samples are (K, L)."""
+        return some @ others.T
+
+
+@dataclass
+class Kernel(Ridge):
+    """Ridge regression with a Gaussian kernel: a bent border between the kinds."""
+
+    name: str = "kernel regression on window statistics"
+
+    def _products(self, some: np.ndarray, others: np.ndarray) -> np.ndarray:
+        distances = cdist(some, others, "sqeuclidean")
+        # samples come standardized: the mean squared distance of two is twice the number of their features
+        return np.asarray(np.exp(-distances / (2 * some.shape[1])))
+
+
+@dataclass(frozen=True, eq=False)
+class Smoother:
+    """The principal directions of samples, from which all ridge regressions on them follow."""
+
+    vectors: np.ndarray  #: (K, K), in order of variance
+    values: np.ndarray  #: (K,), variances in units of their mean
+    unit: float  #: The mean variance
+
+    @classmethod
+    def of(cls, products: np.ndarray) -> "Smoother":
+        """Decompose products (K, K) of samples."""
+        centered = products - products.mean(axis=0)
+        centered -= centered.mean(axis=1, keepdims=True)
+        unit = max(float(np.trace(centered)) / len(centered), LEAST)
+        values, vectors = eigh(centered / unit)
+        return cls(vectors, np.maximum(values, 0.0), unit)
+
+    def cross_fitted(self, labels: np.ndarray, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the scores of `Ridge.cross_fitted` (K, B), and which penalties they have (B,).
+
+        The residuals of a left-out group are those of the whole regression, times the inverse of what is left of 1 by its
+        part of the hat matrix. Source: Cook and Weisberg, Residuals and influence in regression (1982), section 2.2.
+        """
+        count = len(labels)
+        total = labels.sum(axis=0)
+        scores = np.empty_like(labels, dtype=float)
+        separation = np.full(labels.shape[1], -np.inf)
+        chosen = np.zeros(labels.shape[1], dtype=int)
+        members = [np.flatnonzero(groups == group) for group in range(groups.max() + 1)]
+        means = [(total - labels[own].sum(axis=0)) / (count - len(own)) for own in members]
+        for place, penalty in enumerate(PENALTIES):
+            roots = self.vectors * np.sqrt(self.values / (self.values + penalty))
+            rest = labels - roots @ (roots.T @ labels) - total / count
+            found = np.empty_like(scores)
+            for own, mean in zip(members, means, strict=True):
+                left = (1 + LEAST) * np.eye(len(own)) - roots[own] @ roots[own].T - 1 / count
+                found[own] = labels[own] - solve(left, rest[own], assume_a="pos") - mean
+            apart = _separation(found, labels)
+            better = apart > separation
+            separation[better] = apart[better]
+            chosen[better] = place
+            scores[:, better] = found[:, better]
+        return scores, chosen
+
+
+def _separation(scores: np.ndarray, labels: np.ndarray) -> np.ndarray:
+    """Return the difference of the mean scores (K, B) of the two kinds in units of their standard deviation (B,)."""
+    first, second = _moments(scores, labels), _moments(scores, 1 - labels)
+    difference = first[0] - second[0]
+    return np.asarray(difference / np.sqrt(np.maximum(first[1] + second[1], LEAST**2)))
+
+
+def _moments(scores: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    total = weights.sum(axis=0)
+    mean = (weights * scores).sum(axis=0) / total
+    return mean, (weights * (scores - mean) ** 2).sum(axis=0) / total
+
+
+PANEL: tuple[Examiner, ...] = (
+    Ridge(),
+    Kernel(),
+    Ridge("regression on random convolutions", "convolutions"),
+    Trees(),
+)
+"""Who judges in a test."""
+
+QUICK: tuple[Examiner, ...] = PANEL[:3]
+"""Those that cost little, also under hundreds of permutations."""

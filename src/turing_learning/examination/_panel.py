@@ -1,0 +1,310 @@
+"""The panel: several examiners, cross-fitted by groups, and one p-value by permutations of the groups."""
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass
+from itertools import combinations
+from math import comb
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtr, ndtri, stdtrit
+
+from turing_learning.analysis import LEVEL, area_under_curve
+from turing_learning.errors import integer, require
+
+from ._convolution import convolution_features
+from ._examiners import LEAST, PANEL, Examiner, Ridge
+from ._statistics import named_statistics
+
+PERMUTATIONS = 99
+"""Exchanges of labels; with 99 a p-value can be 0.01."""
+
+FOLDS = 5
+"""Parts in which groups are left out by examiners that have to learn anew for each labelling."""
+
+SURE = 0.8
+"""Share of cases in which a difference of the size of the power must be noticed. Source: Cohen, Statistical power analysis
+for the behavioral sciences (1988), section 2.4."""
+
+CLEARLY = 2 / 3
+"""Accuracy against a clearly wrong model: of three samples two are told."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """What one examiner of the panel found."""
+
+    name: str  #: Of the examiner
+    accuracy: float  #: Share of right answers, both kinds weighing the same
+    p_value: float  #: Of this examiner alone; that of the panel counts
+
+
+@dataclass(frozen=True)
+class Examined:
+    """Whether a panel of examiners tells two kinds of samples apart."""
+
+    #: Share of right answers of the best examiner on left-out groups, both kinds weighing the same; 0.5 is guessing
+    accuracy: float
+    interval: tuple[float, float]  #: Of the accuracy, 95 %, by the spread of the groups
+    p_value: float  #: How often labels that are exchanged between groups give so high an accuracy
+    auc: float  #: Area under the ROC curve of the examiner who judges best
+    auc_interval: tuple[float, float]  #: The same, 95 %
+    critical: float  #: The accuracy from which on the p-value is at most 0.05; above 1 if none is
+    #: The smallest accuracy that would be noticed in 80 % of such tests; None if none would be
+    power_accuracy: float | None
+    power: float  #: Share of such tests that would notice a clearly wrong model, told with an accuracy of 2/3
+    examiners: tuple[Member, ...]  #: What each examiner found
+    samples: tuple[int, int]  #: Genuine and other samples
+    groups: tuple[int, int]  #: Genuine and other groups
+    grouping: str  #: What a group is
+    scores: tuple[float, ...] = ()  #: Of all samples by the examiner who judges best, the genuine ones first
+
+    @property
+    def told_apart(self) -> bool:
+        """Whether the p-value is at most 0.05."""
+        return self.p_value <= LEVEL
+
+    @property
+    def best(self) -> Member:
+        """The examiner with the highest accuracy."""
+        return max(self.examiners, key=lambda member: member.accuracy)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all but the scores by name."""
+        content = {name: value for name, value in vars(self).items() if name != "scores"}
+        content["examiners"] = [dict(vars(member)) for member in self.examiners]
+        return content
+
+
+@dataclass(frozen=True, eq=False)
+class Views:
+    """What examiners see of samples; computed once, without labels."""
+
+    windows: np.ndarray  #: (K, T, D)
+    names: tuple[str, ...]  #: Of the statistics (F,)
+    statistics: np.ndarray  #: (K, F), as they are
+    standardized: dict[str, np.ndarray]  #: What "statistics" and "convolutions" examiners see (K, any)
+
+    @classmethod
+    def of(
+        cls, windows: np.ndarray, names: Sequence[str], interval_s: float, examiners: Sequence[Examiner], seed: int
+    ) -> "Views":
+        """Describe windows (K, T, D) of signals with names (D,) for some examiners."""
+        labels, statistics = named_statistics(windows, names, interval_s)
+        seen = {"windows": windows, "statistics": _standardized(statistics)}
+        if any(examiner.sees == "convolutions" for examiner in examiners):
+            seen["convolutions"] = _standardized(convolution_features(windows, np.random.default_rng(seed)))
+        return cls(windows, tuple(labels), statistics, seen)
+
+
+def examine(
+    genuine: np.ndarray, others: np.ndarray, *, groups: tuple[np.ndarray, np.ndarray] | None = None,
+    names: Sequence[str] | None = None, interval_s: float = 1.0, grouping: str = "samples",
+    examiners: Sequence[Examiner] = PANEL, permutations: int = PERMUTATIONS, seed: int = 0,
+) -> Examined:  # fmt: skip
+    """Ask a panel of examiners to tell genuine samples from others.
+
+    Every sample is judged by examiners that have not seen its group; the accuracy is that of the best of them. The
+    labels of whole groups are exchanged, every examiner learns anew, and the best counts again: if the groups are
+    alike, p-values of at most q are no more frequent than q.
+
+    Parameters
+    ----------
+    genuine, others : (K, T, D), (L, T, D)
+        Samples of both kinds.
+    groups : (K,), (L,)
+        Labels of both; samples with the same one belong together. None: each sample is a group.
+    names : (D,)
+        Of the signals.
+    interval_s
+        Duration of a step (s), for the names of statistics.
+    grouping
+        What a group is, in a word.
+    examiners
+        Who judges.
+    permutations
+        Exchanges of labels, at least 19. If there are fewer ways to exchange them, all are tried.
+    seed
+        Of all random numbers, >= 0.
+
+    Source
+    ------
+    Lopez-Paz and Oquab, Revisiting classifier two-sample tests, ICLR 2017; Ojala and Garriga, Permutation tests for
+    studying classifier performance, Journal of Machine Learning Research 11 (2010); docs/decisions/0039-examination.md.
+    """
+    integer("permutations", permutations, 19)
+    windows = np.concatenate((genuine, others))
+    names = tuple(names or (f"signal {d + 1}" for d in range(windows.shape[2])))
+    views = Views.of(windows, names, interval_s, examiners, seed)
+    owners = group_numbers((len(genuine), len(others)), groups)
+    return examine_views(views, owners, grouping, examiners, permutations, seed)
+
+
+def group_numbers(
+    counts: tuple[int, int], groups: tuple[np.ndarray, np.ndarray] | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return numbers of the groups of genuine samples and of others, from 0; those of the others come after."""
+    sides = groups or (np.arange(counts[0]), np.arange(counts[1]))
+    numbers = []
+    begin = 0
+    for name, side, count in zip(("real", "simulated"), sides, counts, strict=True):
+        require(len(side) == count, "groups", f"be one label for each of the {count} {name} samples", len(side))
+        labels, members = np.unique(np.asarray(side), return_inverse=True)
+        rule = f"tell at least 2 groups of {name} samples apart"
+        require(len(labels) >= 2, "groups", rule, len(labels), "Record more, or name smaller groups.")
+        numbers.append(members.ravel() + begin)
+        begin += len(labels)
+    return numbers[0], numbers[1]
+
+
+def examine_views(
+    views: Views, owners: tuple[np.ndarray, np.ndarray], grouping: str, examiners: Sequence[Examiner],
+    permutations: int, seed: int,
+) -> Examined:  # fmt: skip
+    """Examine samples that have been described; see `examine`."""
+    groups = np.concatenate(owners)
+    counts = len(np.unique(owners[0])), len(np.unique(owners[1]))
+    rng = np.random.default_rng((seed, 1))
+    labellings = group_labellings(counts, permutations, rng)  # (G, B), the true one first
+    labels = labellings[groups]
+    scores = [_cross_fitted(each, views.standardized[each.sees], labels, groups) for each in examiners]
+    right = np.stack([right_answers(each, labels, groups) for each in scores])
+    # both kinds weigh the same
+    sides_right = right.mean(axis=1, where=labels[None] > 0.5), right.mean(axis=1, where=labels[None] < 0.5)
+    single = (sides_right[0] + sides_right[1]) / 2  # (examiners, B)
+    own = single.max(axis=0)
+    best = int(single[:, 0].argmax())
+    order = np.sort(own)
+    # as many of all labellings, the true one among them, may reach the critical accuracy
+    above = int(np.floor(LEVEL * len(own) + 1e-9))
+    critical = float(order[-above] + 1e-12) if above else np.inf
+    spread = float(own[1:].std())
+    needed = critical + ndtri(SURE) * spread
+    of_best, first = scores[best][:, 0], labels[:, 0] > 0.5
+    placement = _placements(of_best, first)
+    members = [Member(each.name, float(single[k, 0]), _p_value(single[k])) for k, each in enumerate(examiners)]
+    return Examined(
+        accuracy=float(own[0]),
+        interval=_interval(right[best, :, 0].astype(float), first, groups),
+        p_value=_p_value(own),
+        auc=float(area_under_curve(of_best[first], of_best[~first])),
+        auc_interval=_interval(placement, first, groups),
+        critical=critical,
+        power_accuracy=float(needed) if needed <= 1 else None,
+        power=float(ndtr((CLEARLY - critical) / max(spread, LEAST))),
+        examiners=tuple(members),
+        samples=(len(owners[0]), len(owners[1])),
+        groups=counts,
+        grouping=grouping,
+        scores=tuple(of_best.tolist()),
+    )
+
+
+def group_labellings(sides: tuple[int, int], permutations: int, rng: np.random.Generator) -> np.ndarray:
+    """Return labels (G, B) of groups, 1 for genuine: the true ones first, then exchanged ones."""
+    count = sum(sides)
+    if comb(count, sides[0]) <= permutations + 1:
+        chosen = np.array(list(combinations(range(count), sides[0])))  # the first of them is the true one
+    else:
+        drawn = [rng.permutation(count)[: sides[0]] for _ in range(permutations)]
+        chosen = np.array([np.arange(sides[0]), *drawn])
+    labellings = np.zeros((count, len(chosen)))
+    for place, groups in enumerate(chosen):
+        labellings[groups, place] = 1.0
+    return labellings
+
+
+def _standardized(values: np.ndarray) -> np.ndarray:
+    """Return features in units of their standard deviation over all samples; constant ones are left out."""
+    spread = values.std(axis=0)
+    varies = spread > LEAST * np.maximum(np.abs(values).max(axis=0), LEAST)
+    if not varies.any():
+        return np.zeros((len(values), 1))
+    return np.asarray((values[:, varies] - values[:, varies].mean(axis=0)) / spread[varies])
+
+
+def _cross_fitted(examiner: Examiner, samples: np.ndarray, labels: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    """Return scores (K, B) of samples by an examiner that has not seen their groups, for each labelling (K, B)."""
+    if isinstance(examiner, Ridge):
+        return examiner.cross_fitted(samples, labels, groups)
+    examiner = copy(examiner)  # what it learns is nobody else's
+    scores = np.empty(labels.shape)
+    for place, own in enumerate(labels.T > 0.5):
+        folds = _folds(own, groups, place)
+        for fold in range(folds.max() + 1):
+            out = folds == fold
+            examiner.fit(samples[~out], own[~out])
+            scores[out, place] = examiner.score(samples[out])
+    return scores
+
+
+def _folds(own: np.ndarray, groups: np.ndarray, seed: int) -> np.ndarray:
+    """Return in which part each sample (K,) is left out: groups of both kinds are spread evenly over the parts."""
+    rng = np.random.default_rng(seed)
+    sides = [np.unique(groups[own]), np.unique(groups[~own])]
+    count = min(FOLDS, *map(len, sides))
+    fold_of = np.zeros(groups.max() + 1, dtype=int)
+    for side in sides:
+        fold_of[rng.permutation(side)] = np.arange(len(side)) % count
+    return np.asarray(fold_of[groups])
+
+
+def right_answers(scores: np.ndarray, labels: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    """Return whether samples are judged right (K, B), by scores (K, B).
+
+    The border of a group lies in the middle between the mean scores of both kinds in all other groups.
+    """
+    middle = np.zeros_like(scores)
+    for kind in (labels, 1 - labels):
+        sums, counts = _per_group(kind * scores, groups), _per_group(kind, groups)
+        middle += ((sums.sum(axis=0) - sums) / np.maximum(counts.sum(axis=0) - counts, 1))[groups] / 2
+    return np.asarray((scores > middle) == (labels > 0.5))
+
+
+def _per_group(values: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    """Return sums (G, B) of values (K, B)."""
+    sums = np.zeros((groups.max() + 1, values.shape[1]))
+    np.add.at(sums, groups, values)
+    return sums
+
+
+def _p_value(values: np.ndarray) -> float:
+    """Return the share of labellings that do as well as the first, the true one."""
+    return float((values >= values[0] - 1e-12).mean())
+
+
+def _placements(scores: np.ndarray, genuine: np.ndarray) -> np.ndarray:
+    """Return for each score (K,) the share of scores of the other kind that it is on the right side of."""
+    found = np.empty(len(scores))
+    for own, sign in ((genuine, 1.0), (~genuine, -1.0)):
+        others = np.sort(sign * scores[~own])
+        mine = sign * scores[own]
+        below = np.searchsorted(others, mine, "left") + np.searchsorted(others, mine, "right")
+        found[own] = below / (2 * len(others))
+    return found
+
+
+def _interval(values: np.ndarray, genuine: np.ndarray, groups: np.ndarray) -> tuple[float, float]:
+    """Return a 95 % interval of the mean of two means of values (K,), from 0 to 1, by the spread of the groups.
+
+    It is that of Student's t with the degrees of freedom of Welch, and no narrower than Wilson's for independent
+    samples, which still has a width if all answers are right.
+    """
+    middle, variance, freedom = 0.0, 0.0, 0.0
+    for own in (genuine, ~genuine):
+        mean = values[own].mean()
+        _, members = np.unique(groups[own], return_inverse=True)
+        rest = np.bincount(members, weights=values[own] - mean)
+        count = len(rest)
+        own_variance = (rest**2).sum() / own.sum() ** 2 * count / max(count - 1, 1) / 4
+        middle += mean / 2
+        variance += own_variance
+        freedom += own_variance**2 / max(count - 1, 1)
+    freedom = variance**2 / freedom if freedom > 0 else np.inf
+    half = stdtrit(max(freedom, 1.0), 0.975) * np.sqrt(variance) if variance > 0 else 0.0
+    z, count = ndtri(0.975), len(values)
+    center = (middle + z**2 / (2 * count)) / (1 + z**2 / count)
+    reach = z / (1 + z**2 / count) * np.sqrt(max(middle * (1 - middle), 0) / count + z**2 / (4 * count**2))
+    low, high = min(middle - half, center - reach), max(middle + half, center + reach)
+    return float(max(low, 0.0)), float(min(high, 1.0))

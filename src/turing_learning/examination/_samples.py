@@ -1,0 +1,265 @@
+"""Recordings to samples, and which of these belong together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from math import comb
+
+import numpy as np
+
+from turing_learning.analysis import polarization
+from turing_learning.errors import RefusedError, nearest, refuse, refusing_as, require
+from turing_learning.trajectories import SIGNALS, Trajectories
+
+OF_GROUPS = {"polarization": "", "area": "cm2"}
+"""Signals of all individuals at a time, beside those of `trajectories.SIGNALS`, and their units."""
+
+WINDOW_S = 5.0
+"""Length of a sample (s), by default; shorter where individuals are not there for three times as long."""
+
+FEWEST_STEPS = 8
+"""Steps of a sample, at least, by default."""
+
+MOST_SAMPLES = 600
+"""Samples of each side; of more some are drawn, as many of each group as possible."""
+
+FEWEST_ARRANGEMENTS = 30
+"""Ways to divide groups into two sides, at least, where there are smaller groups, too: a p-value can be below 0.04."""
+
+BLOCKS = 10
+"""Blocks of time into which a recording is cut where its individuals are too few to be groups."""
+
+FEWEST_COUNTED = 3
+"""Individuals of which an area can be said."""
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """Samples of some recordings, and where each is from."""
+
+    samples: np.ndarray  #: (K, T, D)
+    recording: np.ndarray  #: (K,), number of the recording
+    individual: np.ndarray  #: (K,), number of the individual in it
+    start: np.ndarray  #: (K,), first step
+    block: np.ndarray  #: (K,), number of the block of time in its recording
+    paths: np.ndarray | None = None  #: (K, T + 1, 2), positions; None for arrays
+
+    def taken(self, rows: np.ndarray) -> "Side":
+        """Return some of the samples."""
+        paths = None if self.paths is None else self.paths[rows]
+        return Side(
+            samples=self.samples[rows],
+            recording=self.recording[rows],
+            individual=self.individual[rows],
+            start=self.start[rows],
+            block=self.block[rows],
+            paths=paths,
+        )
+
+    def owners(self, grouping: str) -> np.ndarray:
+        """Return labels (K,) of the groups: "recordings", "individuals" or "blocks of time"."""
+        if grouping == "recordings":
+            return self.recording
+        part = self.individual if grouping == "individuals" else self.block
+        return self.recording * (1 + int(part.max())) + part
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Samples of both sides, in the same signals."""
+
+    real: Side
+    simulated: Side
+    names: tuple[str, ...]  #: Of the signals (D,)
+    units: dict[str, str]  #: Name -> unit
+    interval_s: float  #: Duration of a step (s)
+    remarks: tuple[str, ...] = field(default=())  #: What was done on the way here, in sentences
+
+    @property
+    def groupings(self) -> list[str]:
+        """Return what may be a group, the largest first: several where it is not known which are alike."""
+        choices = []
+        for grouping in ("recordings", "individuals", "blocks of time"):
+            counts = [len(np.unique(side.owners(grouping))) for side in (self.real, self.simulated)]
+            if min(counts) < 2:
+                continue
+            # of sides of the same size each division comes twice, with the sides exchanged
+            divisions = comb(sum(counts), counts[0]) / (2 if counts[0] == counts[1] else 1)
+            enough = divisions >= FEWEST_ARRANGEMENTS
+            if enough and grouping == "recordings":
+                return [grouping]
+            if enough:
+                choices.append(grouping)
+        return choices or ["blocks of time"]
+
+
+def pair_of(
+    real: Sequence[Trajectories], simulated: Sequence[Trajectories], *, names: Sequence[str] | None,
+    window_s: float | None, smooth_frames: int, seed: int,
+) -> Pair:  # fmt: skip
+    """Cut both sides into samples of the same length, in the same signals."""
+    remarks: list[str] = []
+    sides = [list(real), list(simulated)]
+    every = [*real, *simulated]
+    units = sorted({each.unit for each in every})
+    remedy = "Give the scale of those in px, or of none."
+    require(len(units) == 1, "unit", "be the same for all recordings", " and ".join(units), remedy)
+    if any(each.headings is None for each in every):
+        sides = [[replace(each, headings=None) for each in side] for side in sides]
+    sides = [_same_rate(side, every, remarks) for side in sides]
+    every = [each for side in sides for each in side]
+    names = _names(names, every)
+    steps = _steps(every, window_s)
+    fps = every[0].fps
+    remarks.append(f"Samples are windows of {steps} steps ({steps / fps:.3g} s).")
+    rng = np.random.default_rng((seed, 2))
+    cut = []
+    for argument, side in zip(("real", "simulated"), sides, strict=True):
+        with refusing_as(RefusedError, name=argument):
+            parts = [_cut(each, k, names, steps, smooth_frames) for k, each in enumerate(side)]
+        cut.append(_limited(_joined(parts), rng))
+    of_length = {"cm": units[0]}
+    known = {name: unit.replace("cm", of_length["cm"]) for name, unit in (SIGNALS | OF_GROUPS).items()}
+    return Pair(cut[0], cut[1], names, {name: known[name] for name in names}, 1 / fps, tuple(remarks))
+
+
+def pair_of_arrays(
+    real: np.ndarray,
+    simulated: np.ndarray,
+    groups: tuple[np.ndarray, np.ndarray] | None,
+    names: Sequence[str],
+    seed: int,
+) -> tuple[Pair, tuple[np.ndarray, np.ndarray]]:
+    """Return samples (K, T, D) and (L, T, D) as a pair, and the labels of their groups."""
+    rng = np.random.default_rng((seed, 2))
+    sides, owners = [], []
+    for k, samples in enumerate((real, simulated)):
+        labels = np.arange(len(samples)) if groups is None else np.unique(groups[k], return_inverse=True)[1].ravel()
+        where = np.zeros(len(samples), dtype=int)
+        side = _limited(Side(samples, labels, where, np.arange(len(samples)), where), rng)
+        sides.append(side)
+        owners.append(side.recording)
+    return Pair(sides[0], sides[1], tuple(names), {}, 0.0), (owners[0], owners[1])
+
+
+def _same_rate(side: list[Trajectories], every: Sequence[Trajectories], remarks: list[str]) -> list[Trajectories]:
+    """Return recordings at the lowest rate of all; one that is not a whole multiple of it is rejected."""
+    lowest = min(each.fps for each in every)
+    found = []
+    for each in side:
+        times = each.fps / lowest
+        whole = abs(times - round(times)) < 0.01 * times
+        remedy = "Bring all to one frame rate: speeds and turns of another have other noise."
+        rule = f"be a whole multiple of the lowest rate, {lowest:g} per second"
+        require(whole, "fps", rule, f"{each.fps:g}", remedy, place=each.source)
+        if round(times) > 1:
+            remarks.append(f"{each.source or 'A recording'}: one frame in {round(times)} is used, as the others have.")
+            each = replace(each.thinned(round(times)), fps=lowest)
+        found.append(replace(each, fps=lowest))
+    return found
+
+
+def _names(names: Sequence[str] | None, every: Sequence[Trajectories]) -> tuple[str, ...]:
+    """Return the signals that are asked for, or all that every recording has."""
+    known = (*SIGNALS, *OF_GROUPS)
+    fewest = min(each.present.sum(axis=1).max() for each in every)
+    if names is None:
+        possible = list(SIGNALS) if fewest >= 2 else ["speed", "turn"]
+        if fewest >= 2:
+            possible.append("polarization")
+        if fewest >= FEWEST_COUNTED:
+            possible.append("area")
+        return tuple(possible)
+    for name in names:
+        rule = f"be some of {', '.join(known)}"
+        require(name in known, "signals", rule, repr(name), nearest(name, known))
+    alone = [name for name in names if name not in ("speed", "turn")]
+    require(fewest >= 2 or not alone, "signals", "be speed and turn of one individual", ", ".join(alone))
+    return tuple(names)
+
+
+def _steps(every: Sequence[Trajectories], window_s: float | None) -> int:
+    """Return the steps of a sample."""
+    fps = every[0].fps
+    if window_s is not None:
+        steps = round(window_s * fps)
+        require(steps >= 2, "window_s", f"be at least two steps of {1 / fps:.4g} s", window_s)
+        return steps
+    there = [float(np.median(each.present.sum(axis=0))) / fps for each in every]
+    length = min(WINDOW_S, min(there) / 3)
+    return max(FEWEST_STEPS, round(length * fps))
+
+
+def _cut(recording: Trajectories, number: int, names: tuple[str, ...], steps: int, smooth_frames: int) -> Side:
+    """Cut one recording into samples."""
+    own = [name for name in names if name in SIGNALS]
+    windows = recording.windows(steps, signals=own or ["speed"], hold_out=0.0, smooth_frames=smooth_frames)
+    who, start = windows.learning_index.T
+    rows = start[:, None] + np.arange(steps)
+    columns = {name: windows.learning[..., k] for k, name in enumerate(own)}
+    for name in names:
+        if name in OF_GROUPS:
+            columns[name] = _of_group(recording, name)[rows]
+    samples = np.stack([columns[name] for name in names], axis=-1)
+    whole = np.isfinite(samples).all(axis=(1, 2))
+    require(whole.any(), "signals", "be there in at least one window", ", ".join(names), place=recording.source)
+    frames = start[:, None] + np.arange(steps + 1)
+    length = max(2 * steps, -(-len(recording.positions) // BLOCKS))
+    side = Side(
+        samples=samples,
+        recording=np.full(len(samples), number),
+        individual=who,
+        start=start,
+        block=start // length,
+        paths=recording.positions[frames, who[:, None]],
+    )
+    return side.taken(np.flatnonzero(whole))
+
+
+def _of_group(recording: Trajectories, name: str) -> np.ndarray:
+    """Return a signal (F - 1,) of all individuals at each step, NaN where too few are there."""
+    both = recording.present[1:] & recording.present[:-1]
+    values = np.full(len(both), np.nan)
+    if name == "polarization":
+        moved = np.diff(recording.positions, axis=0)
+        directed = (both & (moved != 0).any(axis=-1)).sum(axis=1) >= 2
+        values[directed] = polarization(moved[directed], both[directed])
+        return values
+    count = both.sum(axis=1)
+    enough = count >= FEWEST_COUNTED
+    weights = both[enough].astype(float) / count[enough, None]
+    places = recording.positions[:-1][enough]
+    around = places - np.einsum("fa,fax->fx", weights, places)[:, None]
+    covariance = np.einsum("fa,fax,fay->fxy", weights, around, around)
+    # the ellipse whose axes are twice the standard deviations, as long as those of a disk of evenly spread points
+    values[enough] = 4 * np.pi * np.sqrt(np.maximum(np.linalg.det(covariance), 0.0))
+    return values
+
+
+def _joined(parts: Sequence[Side]) -> Side:
+    names = ("samples", "recording", "individual", "start", "block", "paths")
+    return Side(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+
+
+def _limited(side: Side, rng: np.random.Generator) -> Side:
+    """Return at most `MOST_SAMPLES` samples, drawn evenly from the individuals of each recording."""
+    count = len(side.samples)
+    if count <= MOST_SAMPLES:
+        return side
+    owners = np.unique(side.owners("individuals"), return_inverse=True)[1].ravel()
+    shuffled = rng.permutation(count)
+    order = np.argsort(owners[shuffled], kind="stable")
+    begins = np.searchsorted(owners[shuffled][order], np.arange(owners.max() + 1))
+    # the rank of each sample within its individual, in a random order
+    rank = np.empty(count, dtype=int)
+    rank[shuffled[order]] = np.arange(count) - begins[owners[shuffled][order]]
+    chosen = np.lexsort((rng.random(count), rank))[:MOST_SAMPLES]
+    return side.taken(np.sort(chosen))
+
+
+def recordings_of(value: object, name: str) -> list[Trajectories]:
+    """Return one or several recordings as a list."""
+    if isinstance(value, Trajectories):
+        return [value]
+    if isinstance(value, Sequence) and value and all(isinstance(each, Trajectories) for each in value):
+        return list(value)
+    return refuse(name, "be an array (K, T, D), a recording, or several", type(value).__name__)

@@ -1,0 +1,58 @@
+"""What examiners see of windows of motion, with names."""
+
+from collections.abc import Sequence
+from itertools import permutations
+
+import numpy as np
+
+from turing_learning.analysis.statistics import (
+    delayed_product,
+    delays,
+    rhythm_statistic_names,
+    rhythm_statistics,
+    signal_statistic_names,
+    signal_statistics,
+    signal_trends,
+    standardized,
+    together,
+)
+
+STILL = 0.05
+"""A value is near 0 if it is smaller than this share of the large values (95 %) of its signal."""
+
+RHYTHMS = 6
+"""Signals whose rhythms and pairs are looked at, the first ones: pairs of more would outnumber the windows."""
+
+NEAR_ZERO = {"speed": "share of steps at rest", "turn": "share of straight steps"}
+"""What it is called where a signal is near 0; of others "share of steps with NAME near 0"."""
+
+
+def named_statistics(windows: np.ndarray, names: Sequence[str], interval_s: float) -> tuple[list[str], np.ndarray]:
+    """Return names (F,) and values (K, F) of statistics of windows (K, T, D) of signals with names (D,).
+
+    `interval_s` is the duration of a step (s), which the names of rhythms state.
+    """
+    if windows.shape[1] < 2:
+        return list(names), windows[:, 0]
+    some, length = names[:RHYTHMS], windows.shape[1]
+    own = windows[..., : len(some)]
+    labels = signal_statistic_names(names) + [f"trend of {name}" for name in names]
+    parts = [signal_statistics(windows), signal_trends(windows)]
+    large = np.quantile(np.abs(windows), 0.95, axis=(0, 1))
+    labels += [NEAR_ZERO.get(name, f"share of steps with {name} near 0") for name in names]
+    parts.append((np.abs(windows) <= STILL * large).mean(axis=1))
+    labels += rhythm_statistic_names(some, length, interval_s)
+    parts.append(rhythm_statistics(own))
+    unit = np.moveaxis(standardized(own), 2, 0)
+    for one, other in permutations(range(len(some)), 2):
+        for lag in delays(length):
+            if lag < 0 or (lag == 0 and one > other):
+                continue
+            labels.append(together(some[one], some[other], lag * interval_s))
+            parts.append(delayed_product(unit[one], unit[other], lag)[:, None])
+    for signal, name in enumerate(some):
+        for steps in (2, 4, 8, 16):
+            if 2 * steps < length:
+                labels.append(f"persistence of {name} over {steps * interval_s:.2g} s")
+                parts.append(delayed_product(unit[signal], unit[signal], steps)[:, None])
+    return labels, np.concatenate(parts, axis=1)

@@ -1,0 +1,188 @@
+"""What gives one set of samples away: signals, statistics, time scales, and single windows."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import rankdata
+
+from ._examiners import Ridge
+from ._panel import CLEARLY, Views, right_answers
+from ._statistics import named_statistics
+
+MOST = 600
+"""Samples that are looked at for what gives them away, half of each side."""
+
+LISTED = 8
+"""Statistics that are listed."""
+
+NEARLY = 0.01
+"""Accuracy by which a statistic may be worse than the best and still be named first, if it is simpler."""
+
+ALIKE = 0.9
+"""Correlation of the ranks from which on two statistics say the same; the second is not listed."""
+
+SHORTEST = 4
+"""Steps of a part of a sample, at least."""
+
+PARTS = (1, 2, 4, 8, 16)
+"""Into how many parts samples are cut to see on which time scale they differ."""
+
+WINDOWS = 3
+"""Telltale windows that are shown."""
+
+
+@dataclass(frozen=True)
+class Telling:
+    """Something by which the sides are told apart, or not."""
+
+    kind: str  #: "statistic", "signal", "without" or "scale"
+    what: str  #: In words
+    accuracy: float  #: Share of right answers by it, or without it; 0.5 is guessing
+    real: float | None = None  #: Mean of a statistic of real samples
+    simulated: float | None = None  #: The same of simulated ones
+    unit: str = ""  #: Of both
+
+    @property
+    def words(self) -> str:
+        """Both values in words, such as "74 % against 8 %", simulated first; empty without values."""
+        if self.real is None or self.simulated is None:
+            return ""
+        if self.unit == "%":
+            return f"{self.simulated:.0%} against {self.real:.0%}".replace("%", " %")
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{self.simulated:.3g} against {self.real:.3g}{unit}"
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """Samples of both sides, with what is needed to say what gives them away."""
+
+    windows: np.ndarray  #: (K, T, D), the real ones first
+    labels: np.ndarray  #: (K,), 1 for real
+    groups: np.ndarray  #: (K,), numbers of the groups
+    names: tuple[str, ...]  #: Of the signals
+    units: dict[str, str]  #: Of the signals; empty for numbers
+    interval_s: float  #: Duration of a step (s); 0 if it is not known
+
+    def some(self, rng: np.random.Generator) -> "Given":
+        """Return a part that is quick to look at, of as many samples of both sides."""
+        rows = []
+        for own in (self.labels > 0.5, self.labels < 0.5):
+            where = np.flatnonzero(own)
+            rows.append(np.sort(rng.permutation(where)[: MOST // 2]))
+        chosen = np.concatenate(rows)
+        groups = np.unique(self.groups[chosen], return_inverse=True)[1].ravel()
+        return Given(self.windows[chosen], self.labels[chosen], groups, self.names, self.units, self.interval_s)
+
+    def accuracy(self, windows: np.ndarray, names: Sequence[str]) -> float:
+        """Return how often a regression is right that sees other windows (K, any, any) of the same samples."""
+        views = Views.of(windows, names, self.interval_s or 1.0, (), 0)
+        labels = self.labels[:, None]
+        scores = Ridge().cross_fitted(views.standardized["statistics"], labels, self.groups)
+        return _balanced(right_answers(scores, labels, self.groups), self.labels)[0]
+
+
+def what_tells(given: Given, seed: int) -> list[Telling]:
+    """Return statistics, the most telling first, then signals alone and left out, and time scales."""
+    some = given.some(np.random.default_rng((seed, 3)))
+    return [*statistics_that_tell(some), *_signals(some), *_scales(some)]
+
+
+def statistics_that_tell(given: Given) -> list[Telling]:
+    """Return the statistics that tell most, each alone; those that say the same as a better one are left out."""
+    names, values = named_statistics(given.windows, given.names, given.interval_s or 1.0)
+    ranks = rankdata(values, axis=0) / len(values)
+    labels = np.repeat(given.labels[:, None], len(names), axis=1)
+    own = given.labels > 0.5
+    sign = np.where(ranks[own].mean(axis=0) >= ranks[~own].mean(axis=0), 1.0, -1.0)
+    accuracy = np.array(_balanced(right_answers(sign * ranks, labels, given.groups), given.labels))
+    # names come in the order from simple to intricate: of nearly equal ones the simplest is named
+    order = np.lexsort((np.arange(len(names)), -np.floor(accuracy / NEARLY)))
+    found: list[Telling] = []
+    taken: list[int] = []
+    unlike = ranks - ranks.mean(axis=0)
+    unlike /= np.maximum(unlike.std(axis=0), 1e-9)
+    for place in order:
+        alike = [abs(float((unlike[:, place] * unlike[:, other]).mean())) for other in taken]
+        if len(found) == LISTED or (alike and max(alike) > ALIKE):
+            continue
+        taken.append(int(place))
+        unit = _unit(names[place], given.units)
+        real, simulated = float(values[own, place].mean()), float(values[~own, place].mean())
+        found.append(Telling("statistic", names[place], float(accuracy[place]), real, simulated, unit))
+    return found
+
+
+def _unit(statistic: str, units: dict[str, str]) -> str:
+    """Return the unit of a statistic, "%" for a share, nothing for numbers without unit."""
+    if statistic.startswith("share of"):
+        return "%"
+    if not statistic.startswith(("mean ", "spread of ", "low ", "median ", "high ", "change of ")):
+        return ""
+    known = [name for name in sorted(units, key=len, reverse=True) if name in statistic]
+    return units[known[0]] if known else ""
+
+
+def _signals(given: Given) -> list[Telling]:
+    """Return how well samples are told by each signal alone, and without each."""
+    count = len(given.names)
+    found = []
+    for kind in ("signal", "without"):
+        for place, name in enumerate(given.names):
+            columns = [place] if kind == "signal" else [other for other in range(count) if other != place]
+            if columns and count > 1:
+                names = [given.names[column] for column in columns]
+                what = f"{name} alone" if kind == "signal" else f"all but {name}"
+                found.append(Telling(kind, what, given.accuracy(given.windows[..., columns], names)))
+    return found
+
+
+def _scales(given: Given) -> list[Telling]:
+    """Return how well samples are told by a part of each, as long as parts have enough steps."""
+    length = given.windows.shape[1]
+    found = []
+    for parts in PARTS:
+        steps = length // parts
+        if steps < SHORTEST:
+            break
+        begin = (length - steps) // 2
+        what = f"{steps} steps"
+        if given.interval_s:
+            what = f"windows of {steps * given.interval_s:.2g} s"
+        accuracy = given.accuracy(given.windows[:, begin : begin + steps], given.names)
+        found.append(Telling("scale", what, accuracy))
+    return found
+
+
+def _balanced(right: np.ndarray, labels: np.ndarray) -> list[float]:
+    """Return the share of right answers (K, B), both kinds weighing the same."""
+    own = labels > 0.5
+    return list((right[own].mean(axis=0) + right[~own].mean(axis=0)) / 2)
+
+
+def told_by(found: Sequence[Telling]) -> str:
+    """Say in a sentence what gives the simulated samples away; empty if nothing clearly does."""
+    statistics = [each for each in found if each.kind == "statistic" and each.accuracy >= 0.55]
+    if not statistics:
+        return ""
+    clear = [each for each in statistics if each.accuracy >= CLEARLY] or statistics[:1]
+    listed = ", ".join(f"{each.what} ({each.words})" for each in clear[:3])
+    return f"Told by: {listed}."
+
+
+def telltale_windows(scores: np.ndarray, given: Given) -> list[tuple[int, int]]:
+    """Return the simulated windows that are told most surely, each with the real one nearest to it, by their numbers.
+
+    The nearest has the least distance in all statistics, in units of their standard deviations.
+    """
+    views = Views.of(given.windows, given.names, given.interval_s or 1.0, (), 0)
+    table = views.standardized["statistics"]
+    real = np.flatnonzero(given.labels > 0.5)
+    surest = np.flatnonzero(given.labels < 0.5)
+    surest = surest[np.argsort(scores[surest], kind="stable")]
+    pairs: list[tuple[int, int]] = []
+    for window in surest[:WINDOWS]:
+        distances = ((table[real] - table[window]) ** 2).sum(axis=1)
+        pairs.append((int(window), int(real[distances.argmin()])))
+    return pairs

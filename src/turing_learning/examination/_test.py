@@ -1,0 +1,275 @@
+"""The door: two sets of recordings or arrays to all that is said of them."""
+# ruff: noqa: PT028 - a test of motion, not of this code
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from turing_learning.analysis import LEVEL
+from turing_learning.arrays import array
+from turing_learning.errors import integer, refuse, require
+from turing_learning.report import Tabular, counted
+from turing_learning.trajectories import Trajectories
+
+from ._examiners import PANEL, QUICK, Examiner, Ridge
+from ._panel import PERMUTATIONS, Examined, Views, examine_views, group_numbers
+from ._samples import Pair, pair_of, pair_of_arrays, recordings_of
+from ._telling import Given, Telling, told_by, what_tells
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from rich.text import Text
+
+Motion = np.ndarray | Trajectories | Sequence[Trajectories]
+"""Samples (K, T, D), a recording, or several."""
+
+FEWEST_HALVED = 6
+"""Groups of real samples that are halved for the control; with fewer, blocks of time are."""
+
+
+@dataclass(frozen=True, repr=False)
+class TuringTest(Tabular):
+    """Whether simulated motion is told from real motion, and by what."""
+
+    examined: Examined  #: What the panel found
+    signals: tuple[str, ...]  #: That it saw
+    telling: tuple[Telling, ...]  #: What gives the simulated samples away, the most telling statistics first
+    control: Examined | None = None  #: The same test of one half of the real groups against the other
+    remarks: tuple[str, ...] = ()  #: How samples were made, a sentence each
+    given: Given | None = field(default=None, compare=False)  #: The samples
+    paths: tuple[np.ndarray | None, ...] = field(
+        default=(), compare=False
+    )  #: Of real and simulated samples (K, T + 1, 2)
+
+    @property
+    def accuracy(self) -> float:
+        """Share of right answers; 0.5 is guessing."""
+        return self.examined.accuracy
+
+    @property
+    def p_value(self) -> float:
+        """How often exchanged labels give so high an accuracy."""
+        return self.examined.p_value
+
+    @property
+    def verdict(self) -> str:
+        """What came out: "told apart", "cannot tell" or "cannot say"."""
+        if self.examined.told_apart:
+            return "told apart"
+        power = self.examined.power_accuracy
+        return "cannot tell" if power is not None and power <= NOTICED else "cannot say"
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What was found, sentence by sentence."""
+        found = self.examined
+        low, high = found.interval
+        numbers = f"accuracy {found.accuracy:.3f}, {low:.3f} to {high:.3f}; p = {found.p_value:.3f}"
+        power = found.power_accuracy
+        noticed = f"It would have noticed an accuracy of {power:.2f} in 80 % of such tests." if power else ""
+        if self.verdict == "told apart":
+            said = [f"The simulated motion is told from the real one ({numbers})."]
+            said += [told_by(self.telling) or "No single statistic tells it; the examiners need several together."]
+        elif self.verdict == "cannot tell":
+            said = [f"The panel cannot tell the simulated motion from the real one ({numbers}).", noticed]
+        else:
+            said = [f"The test cannot say whether the simulated motion passes ({numbers})."]
+            said += [noticed or "So few groups could not have noticed any difference.", "Give more recordings."]
+        if self.control is not None:
+            said.append(self._of_control(self.control))
+        return tuple(said)
+
+    @property
+    def text(self) -> str:
+        """All sentences."""
+        return " ".join(self.sentences)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what the command prints with --json."""
+        return {
+            **self.examined.to_json(),
+            "telling": [
+                {name: value for name, value in vars(each).items() if value not in (None, "")} for each in self.telling
+            ],
+            "verdict": self.verdict,
+            "signals": list(self.signals),
+            "control": None if self.control is None else self.control.to_json(),
+            "sentences": [*self.sentences, *self.remarks],
+        }
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Return a row for each examiner: its accuracy and its own p-value."""
+        import pandas as pd
+
+        rows = [vars(member) for member in self.examined.examiners]
+        return pd.DataFrame(rows).set_index("name")
+
+    def _of_control(self, control: Examined) -> str:
+        found = f"(accuracy {control.accuracy:.3f}, p = {control.p_value:.3f})"
+        if control.p_value > LEVEL:
+            return f"Control: one half of the real groups is not told from the other {found}."
+        return (
+            f"Control: even one half of the real groups is told from the other {found}; they differ among themselves."
+        )
+
+    def _shown(self) -> "tuple[str, list[str], list[list[str]], list[str | Text]]":
+        real, simulated = self.examined.samples
+        groups = " and ".join(map(str, self.examined.groups))
+        samples = f"{counted(real, 'real sample')}, {simulated} simulated, in {groups} {self.examined.grouping}"
+        rows = [[each.name, f"{each.accuracy:.3f}", f"{each.p_value:.3f}"] for each in self.examined.examiners]
+        rows += [[f"by {each.what}", f"{each.accuracy:.3f}", each.words or "-"] for each in self.telling]
+        headings = ["examiner", "accuracy", "p-value, or simulated against real"]
+        return f"{self.verdict}: {samples}", headings, rows, [self.text, " ".join(self.remarks)]
+
+
+NOTICED = 0.75
+"""A test that would not notice this accuracy does not say that it cannot tell."""
+
+
+def test(
+    real: Motion, simulated: Motion, groups: Any = None, names: Sequence[str] | None = None, *,
+    control: bool = False, window_s: float | None = None, smooth_frames: int = 1,
+    examiners: Sequence[Examiner] = PANEL, permutations: int = PERMUTATIONS, seed: int = 0,
+) -> TuringTest:  # fmt: skip
+    """Put a simulator to the test: can a panel of examiners tell its motion from the real one?
+
+    Nothing is inferred, and no simulator is needed: both sets may come from anywhere.
+
+    Parameters
+    ----------
+    real, simulated : (K, T, D), (L, T, D)
+        Samples of both, or recordings, which are cut into samples of the same length.
+    groups : (K,), (L,)
+        For samples: two sequences of labels, one for each side. Samples with the same label belong together, as those of one
+        individual. None: each sample is a group. For recordings groups are chosen: recordings if there are enough of
+        them, else individuals or blocks of time, whichever differ more among themselves.
+    names : (D,)
+        Of the signals. For recordings those to look at: "speed", "turn", "neighbor_distance", "neighbor_bearing",
+        "polarization" (0 to 1) and "area" (of the group, cm2). None takes all that there are.
+    control
+        Whether to test one half of the real groups against the other, too.
+    window_s
+        Length of the samples of recordings (s). None takes 5 s, or less where individuals are not there for so long.
+    smooth_frames
+        Frames over which positions of recordings are averaged, an odd number.
+    examiners
+        Who judges: anything with `fit` and `score`, see `Examiner`.
+    permutations
+        Exchanges of labels behind the p-value, at least 19.
+    seed
+        Of all random numbers, >= 0.
+
+    Returns
+    -------
+    TuringTest
+        Accuracy, p-value, power, and what gives the simulated motion away.
+
+    Raises
+    ------
+    ValueError
+        If samples do not have the same T and D, recordings not the same unit and rate, or there are too few groups.
+
+    Source
+    ------
+    Herbert-Read, Romenskyy and Sumpter, A Turing test for collective motion, Biology Letters 11 (2015);
+    docs/decisions/0039-examination.md.
+    """
+    integer("seed", seed)
+    if isinstance(real, np.ndarray) or isinstance(simulated, np.ndarray):
+        pair, owners = _arrays(real, simulated, groups, names, seed)
+        grouping = "samples" if groups is None else "groups"
+    else:
+        require(groups is None, "groups", "be left out for recordings", "labels")
+        sides = recordings_of(real, "real"), recordings_of(simulated, "simulated")
+        pair = pair_of(*sides, names=names, window_s=window_s, smooth_frames=smooth_frames, seed=seed)
+        grouping = _grouping(pair, seed)
+        owners = pair.real.owners(grouping), pair.simulated.owners(grouping)
+    views = _views(pair, examiners, seed)
+    numbers = group_numbers((len(owners[0]), len(owners[1])), owners)
+    examined = examine_views(views, numbers, grouping, examiners, permutations, seed)
+    labels = np.repeat([1.0, 0.0], examined.samples)
+    given = Given(views.windows, labels, np.concatenate(numbers), pair.names, pair.units, pair.interval_s)
+    return TuringTest(
+        examined=examined,
+        signals=pair.names,
+        telling=tuple(what_tells(given, seed)),
+        control=_control(pair, owners[0], grouping, permutations, seed) if control else None,
+        remarks=(*pair.remarks, *_remarks(grouping)),
+        given=given,
+        paths=(pair.real.paths, pair.simulated.paths),
+    )
+
+
+def _arrays(
+    real: Any, simulated: Any, groups: Any, names: Sequence[str] | None, seed: int
+) -> tuple[Pair, tuple[np.ndarray, np.ndarray]]:
+    """Return samples that are arrays, and the labels of their groups."""
+    real = array("real", real, "K T D")
+    sizes = {"T": real.shape[1], "D": real.shape[2]}
+    simulated = array("simulated", simulated, "L T D", **sizes)
+    names = names or [f"signal {d + 1}" for d in range(sizes["D"])]
+    require(len(names) == sizes["D"], "names", f"be one for each of the {sizes['D']} signals", len(names))
+    if groups is not None:
+        sides = list(groups.values()) if isinstance(groups, Mapping) else list(groups)
+        if len(sides) == len(real) + len(simulated) and np.ndim(sides[0]) == 0:
+            sides = [sides[: len(real)], sides[len(real) :]]
+        rule = "be two sequences of labels, for real and simulated samples"
+        require(len(sides) == 2, "groups", rule, counted(len(sides), "sequence"))
+        for name, labels, samples in zip(("real", "simulated"), sides, (real, simulated), strict=True):
+            if np.shape(labels) != (len(samples),):
+                refuse("groups", f"be one label for each of the {len(samples)} {name} samples", str(np.shape(labels)))
+        groups = np.asarray(sides[0]), np.asarray(sides[1])
+    return pair_of_arrays(real, simulated, groups, names, seed)
+
+
+def _views(pair: Pair, examiners: Sequence[Examiner], seed: int) -> Views:
+    windows = np.concatenate((pair.real.samples, pair.simulated.samples))
+    return Views.of(windows, pair.names, pair.interval_s or 1.0, examiners, seed)
+
+
+def _grouping(pair: Pair, seed: int) -> str:
+    """Return what a group is: of several choices the one under which chance alone reaches the highest accuracy.
+
+    Individuals that differ lastingly are alike within individuals; individuals that influence each other are alike within a
+    block of time. Where it is not known which holds, the more careful choice counts.
+    """
+    choices = pair.groupings
+    if len(choices) == 1:
+        return choices[0]
+    views = _views(pair, (), seed)
+    reached = []
+    for grouping in choices:
+        owners = pair.real.owners(grouping), pair.simulated.owners(grouping)
+        numbers = group_numbers((len(owners[0]), len(owners[1])), owners)
+        reached.append(examine_views(views, numbers, grouping, (Ridge(),), PERMUTATIONS, seed).critical)
+    return choices[int(np.argmax(reached))]
+
+
+def _control(pair: Pair, owners: np.ndarray, grouping: str, permutations: int, seed: int) -> Examined | None:
+    """Examine one half of the real groups against the other; None if they are too few."""
+    labels = np.unique(owners)
+    if len(labels) < FEWEST_HALVED and pair.real.paths is not None:
+        owners, grouping = pair.real.owners("blocks of time"), "blocks of time"
+        labels = np.unique(owners)
+    if len(labels) < 4:
+        return None
+    first = np.random.default_rng((seed, 4)).permutation(labels)[: len(labels) // 2]
+    own = np.isin(owners, first)
+    halves = pair.real.taken(np.flatnonzero(own)), pair.real.taken(np.flatnonzero(~own))
+    split = Pair(*halves, pair.names, pair.units, pair.interval_s)
+    numbers = group_numbers((int(own.sum()), int((~own).sum())), (owners[own], owners[~own]))
+    return examine_views(_views(split, QUICK, seed), numbers, grouping, QUICK, permutations, seed)
+
+
+def _remarks(grouping: str) -> list[str]:
+    """Return what to know about the groups."""
+    about = {
+        "recordings": "Groups are recordings.",
+        "individuals": "Groups are individuals: what all of one recording share counts as a difference.",
+        "blocks of time": "Groups are blocks of time: lasting differences between individuals count as differences.",
+        "samples": "Each sample is a group: name `groups` if some belong together.",
+        "groups": "Groups are those that were named.",
+    }
+    return [about[grouping]]

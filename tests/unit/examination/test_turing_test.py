@@ -1,0 +1,115 @@
+import json
+
+import numpy as np
+import pytest
+
+import turing_learning as tl
+from turing_learning.examination import QUICK, TuringTest
+from turing_learning.examination._samples import pair_of
+from turing_learning.trajectories import Trajectories
+
+RNG = np.random.default_rng(5)
+OPTIONS = {"window_s": None, "smooth_frames": 1, "seed": 0}
+
+
+def walkers(individuals=6, frames=400, turn=0.3, fps=10.0, **more):
+    """Return a recording of individuals that walk with a speed of their own at every step."""
+    headings = np.cumsum(turn * RNG.standard_normal((frames, individuals)), axis=0)
+    steps = (0.5 + 0.1 * RNG.random((frames, individuals)))[..., None]
+    positions = np.cumsum(steps * np.stack((np.cos(headings), np.sin(headings)), axis=-1), axis=0)
+    names = tuple(f"walker {k}" for k in range(individuals))
+    return Trajectories(positions, np.ones((frames, individuals), dtype=bool), fps, names, **more)
+
+
+def test_two_recordings_are_told_apart_by_the_signal_that_differs():
+    found = tl.test(walkers(), walkers(turn=0.9), examiners=QUICK, control=True)
+    assert isinstance(found, TuringTest)
+    assert found.verdict == "told apart"
+    assert found.accuracy > 0.95
+    first = found.telling[0]
+    assert first.kind == "statistic"
+    assert "turn" in first.what or "straight" in first.what
+    assert found.control.p_value > 0.01
+    assert "Told by:" in found.text
+    assert "individuals" in found.text or "blocks of time" in " ".join(found.remarks)
+    json.dumps(found.to_json())
+    assert str(found).startswith("told apart: ")
+
+
+def test_recordings_of_the_same_walkers_are_not_told_apart():
+    found = tl.test(walkers(), walkers(), names=["speed", "turn"], examiners=QUICK)
+    assert found.p_value > 0.05
+    assert found.verdict in ("cannot tell", "cannot say")
+    assert "told from" not in found.text
+
+
+def test_arrays_are_samples():
+    real, simulated = RNG.standard_normal((30, 20, 2)), 2 * RNG.standard_normal((30, 20, 2))
+    found = tl.test(real, simulated, names=("x", "y"), examiners=QUICK)
+    assert found.verdict == "told apart"
+    assert found.signals == ("x", "y")
+    groups = [np.arange(30) // 3] * 2
+    assert tl.test(real, simulated, groups, examiners=QUICK).examined.groups == (10, 10)
+    flat = np.concatenate((np.arange(30) // 3, np.arange(30) // 5))
+    assert tl.test(real, simulated, flat, examiners=QUICK).examined.groups == (10, 6)
+
+
+def test_the_keys_of_the_command_are_there():
+    found = tl.test(RNG.standard_normal((20, 20, 1)), RNG.standard_normal((20, 20, 1)), examiners=QUICK).to_json()
+    wanted = {"accuracy", "interval", "p_value", "auc", "power_accuracy", "examiners", "telling"}
+    assert wanted <= found.keys()
+    assert {"name", "accuracy", "p_value"} == found["examiners"][0].keys()
+    assert {"what", "accuracy"} <= found["telling"][0].keys()
+
+
+def test_many_recordings_are_groups_and_few_are_not():
+    four = [walkers(individuals=2, frames=120) for _ in range(4)]
+    assert pair_of(four, four, names=None, **OPTIONS).groupings == ["recordings"]
+    one = [walkers()]
+    assert pair_of(one, one, names=None, **OPTIONS).groupings == ["individuals", "blocks of time"]
+    two = [walkers(individuals=2)]
+    assert pair_of(two, two, names=None, **OPTIONS).groupings == ["blocks of time"]
+
+
+def test_signals_of_the_group_are_there_where_there_is_one():
+    pair = pair_of([walkers()], [walkers()], names=None, **OPTIONS)
+    assert pair.names == ("speed", "turn", "neighbor_distance", "neighbor_bearing", "polarization", "area")
+    aligned = pair.real.samples[..., 4]
+    assert ((aligned >= 0) & (aligned <= 1)).all()
+    alone = pair_of([walkers(individuals=1)], [walkers()], names=None, **OPTIONS)
+    assert alone.names == ("speed", "turn")
+
+
+def test_the_area_is_that_of_a_disk_of_evenly_spread_points():
+    places = RNG.uniform(-1, 1, (40_000, 2))
+    places = 3 * places[(places**2).sum(axis=1) < 1]
+    still = np.repeat(places[None], 12, axis=0) + 0.01 * RNG.standard_normal((12, *places.shape)).cumsum(axis=0)
+    names = tuple(map(str, range(len(places))))
+    recording = Trajectories(still, np.ones(still.shape[:2], dtype=bool), 10.0, names)
+    pair = pair_of([recording], [recording], names=["area"], **OPTIONS)
+    assert pair.real.samples.mean() == pytest.approx(9 * np.pi, rel=0.05)
+
+
+def test_a_faster_recording_is_thinned_to_the_rate_of_the_other():
+    pair = pair_of([walkers(fps=30.0, frames=900)], [walkers(fps=10.0)], names=["speed"], **OPTIONS)
+    assert pair.interval_s == 0.1
+    assert any("one frame in 3" in remark for remark in pair.remarks)
+
+
+@pytest.mark.parametrize(
+    ("real", "simulated", "options", "message"),
+    [
+        (walkers(fps=25.0), walkers(), {}, "`fps` must be a whole multiple of the lowest rate, 10 per second; got 25"),
+        (walkers(unit="px"), walkers(), {}, "`unit` must be the same for all recordings; got cm and px"),
+        (walkers(), walkers(), {"names": ["sped"]}, "`signals` must be some of speed, .* got 'sped'. Did you mean"),
+        (walkers(), walkers(), {"window_s": 0.1}, "`window_s` must be at least two steps"),
+        (walkers(), 5, {}, "`simulated` must be an array"),
+        (np.zeros((3, 4, 2)), np.zeros((3, 5, 2)), {}, r"`simulated` must be of shape \(L, T, D\)"),
+        (np.zeros((3, 4, 2)), np.zeros((3, 4, 2)), {"names": ["x"]}, "`names` must be one for each of the 2 signals"),
+        (np.zeros((3, 4, 2)), np.zeros((3, 4, 2)), {"groups": [[1, 2], [1]]}, "`groups` must be one label for each"),
+        (walkers(), walkers(), {"groups": [1]}, "`groups` must be left out for recordings"),
+    ],
+)
+def test_what_cannot_be_compared_is_rejected(real, simulated, options, message):
+    with pytest.raises(ValueError, match=message):
+        tl.test(real, simulated, **options)
