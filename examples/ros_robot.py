@@ -2,8 +2,8 @@
 
 On each robot, or anywhere in its network (see docs/robots/any-robot.md):
 
-    python ros_robot.py robot_3 5003                                  # a replica, at TCP port 5003
-    python ros_robot.py robot_1 5001 -0.7 -1.0 1.0 -1.0               # an agent with the paper's controller
+    python ros_robot.py robot_3 10.0.0.1 5003                         # a replica, at TCP port 5003, for the PC 10.0.0.1
+    python ros_robot.py robot_1 10.0.0.1 5001 -0.7 -1.0 1.0 -1.0      # an agent with the paper's controller
 
 It subscribes to /robot_3/proximity0 ... proximity7 (sensor_msgs/Range, from the front right one clockwise) and /robot_3/sight
 (std_msgs/Bool: a robot is ahead), and publishes /robot_3/cmd_vel (geometry_msgs/Twist). The PC needs the poses alone, /robot_3/pose
@@ -116,6 +116,8 @@ class PoseTopics:
 
 
 if __name__ == "__main__":
-    robot, port, *controller = sys.argv[1:]
+    robot, pc, port, *speeds = sys.argv[1:]
+    controller = tuple(float(speed) for speed in speeds) or None
     rospy.init_node(robot)
-    live(RosBody(robot), port=int(port), controller=tuple(map(float, controller)) or None, ended=rospy.is_shutdown)
+    reached = {"host": "0.0.0.0", "port": int(port), "peers": [pc]}
+    live(RosBody(robot), **reached, controller=controller, ended=rospy.is_shutdown)

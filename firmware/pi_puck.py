@@ -1,11 +1,11 @@
 """A replica, or an agent, on a Pi-puck: run it on its Raspberry Pi, with its port as the address in the laboratory's file.
 
     pip install 'turing-learning[vision]' smbus2
-    python pi_puck.py 5000                                  # a replica
-    python pi_puck.py 5000 -0.7 -1.0 1.0 -1.0               # the paper's agent
+    python pi_puck.py 10.0.0.1 5000                         # a replica; 10.0.0.1 is the PC, nobody else may connect
+    python pi_puck.py 10.0.0.1 5000 -0.7 -1.0 1.0 -1.0      # the paper's agent
 
-The e-puck2 below answers at I2C channel 4, address 0x1F: 20 bytes in, 47 out, the last of each the exclusive or of the others
-(github.com/gctronic/Pi-puck, e-puck2/e-puck2_test.py). It has not been tried on a robot.
+The e-puck2 below answers at I2C channel 12, or 4 in older systems, address 0x1F: 20 bytes in, 47 out, the last of each the
+exclusive or of the others (github.com/gctronic/Pi-puck, e-puck2/e-puck2_test.py). It has not been tried on a robot.
 """
 
 import struct
@@ -17,11 +17,13 @@ from typing import Any
 
 from turing_learning.robots import LiveCapture, live
 
-CHANNEL, ADDRESS, DARK = 4, 0x1F, 60
+CHANNELS = (12, 4)  # the makers' code tries them in this order
+ADDRESS = 0x1F
+DARK = 60  # brightness (0 to 255) below which the middle of the image is a robot's skirt
 
 
 class PiPuck:
-    """A `RobotBody`; `exchange` takes 20 bytes to the robot and returns its 47."""
+    """A `RobotBody`; `exchange` takes 20 bytes to the robot and returns its 47. `live` bears its OSErrors."""
 
     def __init__(self, exchange: Callable[[bytes], bytes], camera: Any) -> None:
         self._exchange, self._camera = exchange, camera
@@ -48,14 +50,22 @@ class PiPuck:
 
 
 def exchange(data: bytes) -> bytes:
-    """Write and read over I2C."""
+    """Write and read over I2C, at the first channel where the robot answers; raise OSError where it does at none."""
     from smbus2 import SMBus, i2c_msg
 
-    with SMBus(CHANNEL) as bus:
-        write, read = i2c_msg.write(ADDRESS, data), i2c_msg.read(ADDRESS, 47)
-        bus.i2c_rdwr(write, read)
-        return bytes(read)
+    write = i2c_msg.write(ADDRESS, data)
+    read = i2c_msg.read(ADDRESS, 47)
+    for channel in CHANNELS:
+        try:
+            with SMBus(channel) as bus:
+                bus.i2c_rdwr(write, read)
+            return bytes(read)
+        except OSError as error:
+            failed = error
+    raise failed
 
 
 if __name__ == "__main__":
-    live(PiPuck(exchange, LiveCapture(0)), port=int(sys.argv[1]), controller=tuple(map(float, sys.argv[2:])) or None)
+    pc, port, *speeds = sys.argv[1:]
+    controller = tuple(float(speed) for speed in speeds) or None
+    live(PiPuck(exchange, LiveCapture(0)), host="0.0.0.0", port=int(port), peers=[pc], controller=controller)

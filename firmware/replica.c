@@ -5,19 +5,20 @@
 enum { R0, R1, R2, R3, R4, R5 };
 static const uint32_t lasts_ms[] = {0, 1000, 8000, 1000, 1000, 7000};
 #define LOOP_MS 18000u
-#define ALONE_MS 2000u /* without a word from a PC that says that it is there: stand */
+#define ALONE_MS 2000u /* without a word from a PC that drives it, has started it, or says that it is there: stand */
 #define MOST_LOOPS 5u  /* without a question from the PC: halt */
 #define LONGEST 256
 #define OBSTACLE 120   /* infrared readings, see docs/robots/arena.md */
 #define WALL 400
 #define FULL 10000
+#define LARGEST 32767  /* of the public protocol's numbers, which have 16 bits */
 
 typedef struct { int sequence, count, speeds[MOST_PARAMETERS]; } model;
 static const model NONE = {-1, 0, {0}};
 
 static model waiting, executing, agent;
 static int state, trial, called, stood, heard_alive, asked, manual[2], speed[2], side;
-static uint32_t entered_ms, until_ms, alive_ms, asked_ms, turn_until_ms;
+static uint32_t entered_ms, until_ms, alive_ms, asked_ms, heard_ms, turn_until_ms;
 static char line[LONGEST + 1];
 static int length, in_line, in_binary, arguments;
 static unsigned char command, given[4];
@@ -40,7 +41,7 @@ static void say(const char *text) { /* with its checksum */
 static void forget(uint32_t now_ms) {
     waiting = executing = NONE;
     state = R0, trial = called = heard_alive = asked = 0;
-    entered_ms = now_ms;
+    entered_ms = heard_ms = now_ms;
 }
 
 static void halt(uint32_t now_ms) {
@@ -89,7 +90,11 @@ static void drive(int left, int right) { board_wheels(left, right); }
 
 void replica_step(uint32_t now_ms, int sight, const int proximity[8]) {
     if (called) called = 0, replica_remote(now_ms);
-    if (state == R0) { drive(manual[0], manual[1]); return; }
+    if (state == R0) {
+        if (now_ms - heard_ms > ALONE_MS) manual[0] = manual[1] = 0; /* nobody commands these wheels any more */
+        drive(manual[0], manual[1]);
+        return;
+    }
     while ((int32_t)(now_ms - until_ms) >= 0) enter(state == R5 ? R1 : state + 1, until_ms, now_ms);
     if (agent.count == 0 && asked && now_ms - asked_ms > MOST_LOOPS * LOOP_MS) halt(now_ms);
     if (heard_alive && now_ms - alive_ms > ALONE_MS) { stood |= state == R5; drive(0, 0); return; }
@@ -139,6 +144,21 @@ static int read_model(const char *field, const char *end, model *got) { /* "sequ
     }
 }
 
+/* Read the number after a comma as `sscanf(",%d")` does, in 16 bits; return what follows, or NULL and no number. */
+static const char *scan(const char *text, int *number) {
+    if (!text || *text++ != ',') return NULL;
+    while (*text == ' ' || (*text >= '\t' && *text <= '\r')) text++;
+    int sign = *text == '-' ? -1 : 1, value = 0;
+    if (*text == '-' || *text == '+') text++;
+    if (*text < '0' || *text > '9') return NULL;
+    for (; *text >= '0' && *text <= '9'; text++) {
+        value = 10 * value + (*text - '0');
+        if (value > LARGEST) value = LARGEST;
+    }
+    *number = sign * value;
+    return text;
+}
+
 static void converse(uint32_t now_ms) {
     char text[96], seal[5], *star = strrchr(line, '*');
     int count = star ? (int)(star - line) : 0;
@@ -148,11 +168,11 @@ static void converse(uint32_t now_ms) {
     const char *rest = memchr(line, ',', (size_t)count);
     int left = rest ? (int)(star - ++rest) : 0;
     model got;
-    if (left == 1 && *rest == 'A') { heard_alive = 1, alive_ms = now_ms; return; }
-    asked = 1, asked_ms = now_ms;
+    if (left == 1 && *rest == 'A') { heard_alive = 1, alive_ms = heard_ms = now_ms; return; }
+    asked = 1, asked_ms = heard_ms = now_ms;
     if (heard_alive) alive_ms = now_ms;
     if (left == 1 && *rest == 'H') { halt(now_ms); say("x,H"); return; }
-    if (left == 1 && *rest == 'G') { called = 1; say("x,G"); return; }
+    if (left == 1 && *rest == 'G') { called = heard_alive = 1, alive_ms = now_ms; say("x,G"); return; }
     if (left == 1 && *rest == 'Q') {
         snprintf(text, sizeof text, "x,Q,R%d,%lu,%d,%d,%d", state, (unsigned long)(now_ms - entered_ms), waiting.sequence,
                  executing.sequence, board_battery_ok() ? 1 : 0);
@@ -167,14 +187,16 @@ static void converse(uint32_t now_ms) {
 
 static int within(int value) { return value > 1000 ? 1000 : value < -1000 ? -1000 : value; }
 
-static void set_speeds(int left, int right) {
-    speed[0] = within(left), speed[1] = within(right);
-    manual[0] = 10 * speed[0], manual[1] = 10 * speed[1];
+static void set_speeds(int left, int right, uint32_t now_ms) {
+    speed[0] = left, speed[1] = right; /* what is answered to E, as in the makers' code */
+    manual[0] = 10 * within(left), manual[1] = 10 * within(right);
+    heard_ms = now_ms;
 }
 
 static void obey(uint32_t now_ms) { /* what is left of the public protocol beside a replica's loop */
     char text[48];
-    int wheels[2] = {speed[0], speed[1]}, k = 0;
+    int wheels[2] = {speed[0], speed[1]};
+    if (line[0] && strchr("VvbSsEeDd", line[0])) heard_ms = now_ms;
     switch (line[0]) {
     case 'X': case 'x': converse(now_ms); return;
     case 'V': case 'v': board_send("v,Version 1 replica\r\nHW version: 0\r\n"); return;
@@ -185,12 +207,8 @@ static void obey(uint32_t now_ms) { /* what is left of the public protocol besid
         board_send(text);
         return;
     case 'D': case 'd':
-        for (char *field = strchr(line, ','); field && k < 2; k++) {
-            char *comma = strchr(++field, ',');
-            if (!whole_number(field, comma ? comma : field + strlen(field), &wheels[k])) break;
-            field = comma;
-        }
-        set_speeds(wheels[0], wheels[1]);
+        scan(scan(line + 1, &wheels[0]), &wheels[1]);
+        set_speeds(wheels[0], wheels[1], now_ms);
         board_send("d\r\n");
         return;
     default: board_send("z,Command not found\r\n");
@@ -204,7 +222,7 @@ void replica_receive(unsigned char byte, uint32_t now_ms) {
     if (in_binary) { /* until a zero; only speeds are obeyed, arguments of other commands are skipped */
         if (arguments > 0) {
             given[4 - arguments--] = byte;
-            if (!arguments && command == (unsigned char)-'D') set_speeds(word(given), word(given + 2));
+            if (!arguments && command == (unsigned char)-'D') set_speeds(word(given), word(given + 2), now_ms);
             return;
         }
         command = byte, in_binary = byte != 0;

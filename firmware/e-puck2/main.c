@@ -15,6 +15,10 @@
 
 #define DARK 60        /* brightness (0 to 255) below which the middle of the image is a robot's skirt, not a white wall */
 #define CYCLE_MS 100
+/* Keys of the remote control that start the loop: 5, and standby of those without numbers. ir_remote.c stops the
+ * wheels at both, and drives the robot at the other numbers. */
+#define START_KEY 5
+#define STANDBY_KEY 12
 static const int AGENT[] = {-7000, -10000, 10000, -10000};
 static MUTEX_DECL(one_at_a_time);
 messagebus_t bus;
@@ -82,7 +86,11 @@ int main(void) {
         int proximity[8], seen = sight();
         for (unsigned int k = 0; k < 8; k++) proximity[k] = get_calibrated_prox(k);
         chMtxLock(&one_at_a_time);
-        if (ir_remote_get_toggle() != toggle) toggle = ir_remote_get_toggle(), replica_remote(now_ms());
+        if (ir_remote_get_toggle() != toggle) {
+            uint8_t key = ir_remote_get_data();
+            toggle = ir_remote_get_toggle();
+            if (key == START_KEY || key == STANDBY_KEY) replica_remote(now_ms());
+        }
         replica_step(now_ms(), seen, proximity);
         chMtxUnlock(&one_at_a_time);
         due += MS2ST(CYCLE_MS);

@@ -202,6 +202,21 @@ def optional(module: str, name: str, extra: str) -> ModuleType:
         raise MissingExtraError(f"{name} must be installed; got no such module. Run: {command}") from error
 
 
+def require_extras(*libraries: tuple[str, str, str]) -> None:
+    """Raise `MissingExtraError` unless all libraries (module, name, extra) are installed; one command installs them all."""
+    names, extras = [], []
+    for module, name, extra in libraries:
+        try:
+            import_module(module)
+        except ImportError:
+            names.append(name)
+            extras.append(extra)
+    if names:
+        modules = "module" if len(names) == 1 else "modules"
+        command = f"pip install 'turing-learning[{','.join(extras)}]'"
+        raise MissingExtraError(f"{' and '.join(names)} must be installed; got no such {modules}. Run: {command}")
+
+
 def brief(value: object, most: int = 200) -> str:
     """Return a value as Python writes it, cut to `most` characters.
 

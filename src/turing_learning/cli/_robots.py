@@ -3,6 +3,7 @@
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -26,7 +27,9 @@ robots = App(
 
 
 @robots.command(sort_key=0)
-def check(*, config: Path = LABORATORY_FILE, emulated: bool = False, picture: Path | None = None) -> int | None:
+def check(
+    *, config: Path = LABORATORY_FILE, emulated: bool = False, picture: Path | None = None, trust: bool = False
+) -> int | None:
     """Look at links, batteries, camera, calibration and markers; nothing moves.
 
     Example: turing-learning robots check --config lab.toml
@@ -34,11 +37,12 @@ def check(*, config: Path = LABORATORY_FILE, emulated: bool = False, picture: Pa
     :param config: The laboratory's file, see `turing-learning docs robots/laboratory`; lab.toml by default.
     :param emulated: Rehearse with emulated robots, as fast as the computer can.
     :param picture: File for an image from the camera with the markers that were found (.png or .jpg).
+    :param trust: Execute the functions, module:function, that the file names. Read them first.
     """
     if picture is not None:
         fits = picture.suffix.lower() in (".png", ".jpg", ".jpeg") and picture.absolute().parent.is_dir()
         require(fits, "picture", "be a .png or .jpg file in a folder that exists", str(picture))
-    with _opened(tl.robots.load_laboratory(config), emulated) as (laboratory, equipment):
+    with _opened(tl.robots.load_laboratory(config), emulated, trust, config) as (laboratory, equipment):
         return None if _inspected(laboratory, equipment, picture) else REFUSED
 
 
@@ -58,7 +62,8 @@ def run(
 ) -> int | None:
     """Infer the behavior of the robots in a laboratory; the operator is asked for help where it is needed.
 
-    Ctrl-C stops after the present batch or generation, a second one at once; --resume executes no trial again.
+    Ctrl-C stops after the present batch or generation, a second one halts the robots at once; --resume executes no
+    trial again.
 
     Examples:
 
@@ -73,7 +78,8 @@ def run(
     :param out: Folder of the run; a new one under runs/ by default.
     :param force: Replace a run that is in the folder already.
     :param resume: Resume this run instead.
-    :param trust: Beside --resume, with a laboratory.json that you have edited: it names functions that are executed.
+    :param trust: Execute the functions, module:function, that the file or the run's laboratory.json names, and trust
+        one that you have edited. Read them first.
     :param emulated: Rehearse with emulated robots, as fast as the computer can.
     :param settings: Any setting, for example models.parents=20. Repeatable.
     """
@@ -83,15 +89,14 @@ def run(
         others = {"a file": config is not None, "settings": overrides, "a folder": out is not None, "--force": force}
         if got := [name for name, given in others.items() if given]:
             rule = "be given without a file, settings or a folder, which the run has, and without --force"
-            remedy = (
-                f"Its laboratory may be edited in {tl.results.RunFolder(resume).laboratory_path}; then add --trust."
-            )
+            edited = tl.results.RunFolder(resume).laboratory_path
+            remedy = f"Its laboratory may be edited in {edited}; then add --trust."
             refuse("resume", rule, " and ".join(got), remedy)
         return resume_run(resume, emulated=emulated, trust=trust)
-    require(not trust, "--trust", "be given beside --resume", "it alone")
-    loaded = tl.robots.load_laboratory(config or LABORATORY_FILE, overrides, labels)
+    file = config or LABORATORY_FILE
+    loaded = tl.robots.load_laboratory(file, overrides, labels)
     path = out or tl.runs.new_run_path(loaded.configuration.scenario.name, loaded.configuration.run.seed)
-    with _opened(loaded, emulated) as (laboratory, equipment):
+    with _opened(loaded, emulated, trust, file) as (laboratory, equipment):
         begin = partial(tl.runs.start_laboratory, laboratory, path, equipment=equipment, force=force)
         return _execute(laboratory, equipment, path, begin)
 
@@ -112,10 +117,11 @@ def resume_run(
     if emulated and real:
         rule, remedy = "be left out for a run with real robots", "Rehearse in another folder."
         refuse("--emulated", rule, "it", remedy, place=str(path))
-    with _opened(stored, emulated) as (laboratory, equipment):
+    file = tl.results.RunFolder(path).laboratory_path
+    with _opened(stored, emulated, trust, file) as (laboratory, equipment):
         ahead = partial(tl.runs.resume_laboratory, path, equipment=equipment, trials=trials, tolerance=tolerance)
         needed = trials is not None or tl.runs.awaits_robots(path)
-        addresses = tl.results.RunFolder(path).laboratory_path if real else None
+        addresses = file if real else None
         return _execute(laboratory, equipment, path, ahead, needed=needed, stored=addresses)
 
 
@@ -135,6 +141,7 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
     from turing_learning.store import os_errors_as
 
     laboratory = tl.robots.load_laboratory(config)
+    tl.robots.require_libraries()
     path = out or video.with_suffix(".csv")
     tracker = laboratory_tracker(laboratory.setup, laboratory.configuration.swarm.robot)
     try:
@@ -188,6 +195,7 @@ def arena(
     from turing_learning.robots.emulation import obey, usage
     from turing_learning.store import os_errors_as
 
+    tl.robots.require_libraries(emulated=True)
     require(seed >= 0, "seed", "be 0 or more", str(seed), place="--seed")
     print("preparing the laboratory", flush=True)
     with refusing_as(RefusedError):
@@ -215,17 +223,73 @@ def arena(
 
 @contextmanager
 def _opened(
-    laboratory: "tl.robots.Laboratory", emulated: bool
+    laboratory: "tl.robots.Laboratory", emulated: bool, trust: bool, file: Path
 ) -> "Iterator[tuple[tl.robots.Laboratory, tl.robots.Equipment]]":
-    """Lend the laboratory and its doors; for a rehearsal as it can be emulated, and say what is made up."""
-    if not (emulated or laboratory.setup.emulated):
+    """Lend the laboratory and its doors; for a rehearsal as it can be emulated, and say what is made up.
+
+    Refuse functions that its `file` names before anything is imported, unless they are trusted.
+    """
+    setup = laboratory.setup
+    rehearsed = emulated or setup.emulated
+    if not rehearsed:
+        for name, function in _named_functions(setup).items():
+            remedy = f"Read {function.partition(':')[0]}; then add --trust. Packages may register a name instead."
+            require(trust, name, "be trusted before it is executed", repr(function), remedy, place=str(file))
+    tl.robots.require_libraries(setup, emulated=rehearsed)
+    if not rehearsed:
         yield laboratory, tl.robots.real_equipment(laboratory)
         return
-    with tl.robots.as_emulated(laboratory) as rehearsed:
-        asked = laboratory.setup.camera.calibration
-        if rehearsed.setup.camera.calibration != asked:
+    with tl.robots.as_emulated(laboratory) as rehearsal:
+        asked = setup.camera.calibration
+        if rehearsal.setup.camera.calibration != asked:
             print(f"rehearsal with a calibration of its own, as there is none yet: {asked}", file=sys.stderr)
-        yield rehearsed, tl.robots.rehearse(rehearsed)
+        yield rehearsal, tl.robots.rehearse(rehearsal)
+
+
+def _named_functions(setup: "tl.robots.LaboratorySetup") -> dict[str, str]:
+    """Return the functions, module:function, that a laboratory names; names without a colon are those of installed packages."""
+    named = {"open_replica": setup.open_replica, "tracker": setup.tracker}
+    return {name: function for name, function in named.items() if function and ":" in function}
+
+
+class _Pace:
+    """How long the present batch or generation still takes: by its own trials so far, before by the loop of the robots."""
+
+    def __init__(self, laboratory: "tl.robots.Laboratory") -> None:
+        self._setup, self._configuration = laboratory.setup, laboratory.configuration
+        self._stage = ""
+        self._done = 0
+        self._began_s = time.monotonic()
+
+    def note(self, event: "tl.robots.Event") -> None:
+        if event.stage != self._stage:
+            self._stage, self._done = event.stage, 0
+            self._began_s = time.monotonic()
+        if event.trial is not None and not event.trial.faults:
+            self._done += 1
+
+    def announce(self) -> str:
+        """Return what the first Ctrl-C is answered."""
+        name = "batch" if self._configuration.run.trials else "generation"
+        minutes = max(self._remaining_s() / 60, 0.0)
+        length = "less than a minute" if minutes < 1 else f"about {minutes:.0f} min"
+        return f"stopping after this {name} ({length}); Ctrl-C again halts the robots now"
+
+    def _remaining_s(self) -> float:
+        trial_s = self._setup.timing.loop_s
+        if self._done:
+            trial_s = (time.monotonic() - self._began_s) / self._done
+        return (self._trials() - self._done) * trial_s
+
+    def _trials(self) -> int:
+        """Return the number of trials of the present batch or generation."""
+        configuration, (_, _, number) = self._configuration, self._stage.rpartition("-")
+        if configuration.run.trials and number.isdecimal():
+            batch = int(number)
+            before = configuration.trials_after(batch) if batch else 0
+            return configuration.trials_after(batch + 1) - before
+        models = configuration.models.parents + configuration.models.offspring
+        return models // len(self._setup.replicas)
 
 
 def _inspected(
@@ -259,7 +323,9 @@ def _execute(
             )
             print(text, file=sys.stderr)
         return REFUSED
-    ahead, of_trials = f"resume with: {tl.results.resume_command(path)}", laboratory.configuration.run.trials > 0
+    trusted = " --trust" if _named_functions(laboratory.setup) else ""
+    ahead = f"resume with: {tl.results.resume_command(path)}{trusted}"
+    of_trials = laboratory.configuration.run.trials > 0
     repeats, console = 0 if of_trials else laboratory.setup.evaluation.repeats, plain_console()
     line = partial(console.print, soft_wrap=True)
 
@@ -269,14 +335,19 @@ def _execute(
         each = f"{progress.seconds_per_generation:.0f} s each {'batch' if of_trials else 'generation'}"
         line(f"{progress.place}  {each}  {models}")
 
+    pace = _Pace(laboratory)
+
     def happened(event: "tl.robots.Event") -> None:
+        pace.note(event)
         stage, _, number = event.stage.rpartition("-")
         if event.kind in ("disturbed", "batteries"):
             line(f"{event.stage}, attempt {event.attempt}, {event.state}: {event.fault or event.asked}")
+        elif event.kind in ("halted", "moving") and not laboratory.setup.emulated:
+            line(f"{event.fault}. {event.asked}".strip())
         elif event.kind == "complete" and stage == "post-evaluation":
             line(f"last models observed again, {number}/{repeats}")
 
-    with stopping(ahead) as should_stop:
+    with stopping(ahead, pace.announce) as should_stop:
         result = run(observer=progressed, should_stop=should_stop, on_event=happened)
     if not result.complete:
         raise Interrupted(f"stopped after {result.length}; {ahead}")

@@ -2,8 +2,9 @@
 
 import shlex
 import signal
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 
 from turing_learning.errors import Call, Setting, Words
@@ -45,10 +46,15 @@ class Interrupted(Exception):
 
 
 class StopRequest:
-    """Whether somebody has asked the run to stop; call it to know."""
+    """Whether somebody has asked the run to stop; call it to know.
 
-    def __init__(self) -> None:
-        self._asked = False
+    With `announce`, of a run with robots, the first signal says what it returns, and later ones than the second
+    are only answered, because the robots are being halted.
+    """
+
+    def __init__(self, announce: Callable[[], str] | None = None) -> None:
+        self._asked = self._halting = False
+        self._announce = announce
 
     def __call__(self) -> bool:
         """Return whether the run should stop."""
@@ -56,9 +62,21 @@ class StopRequest:
 
     def receive(self, number: int, frame: FrameType | None) -> None:
         """Take note of a signal; the second one raises KeyboardInterrupt."""
+        if self._halting and self._announce is not None:
+            _say("the robots are being halted")
+            return
         if self._asked:
+            self._halting = True
             raise KeyboardInterrupt
         self._asked = True
+        if self._announce is not None:
+            _say(self._announce())
+
+
+def _say(text: str) -> None:
+    with suppress(RuntimeError, OSError):  # a signal may come while something else is being written
+        sys.stderr.write(f"\n{text}\n")
+        sys.stderr.flush()
 
 
 @contextmanager
@@ -75,9 +93,11 @@ def handling(
 
 
 @contextmanager
-def stopping(ahead: str | Callable[[], str]) -> Iterator[StopRequest]:
-    """Let signals ask for a stop inside the block; one that was ended at once says how to resume."""
-    request = StopRequest()
+def stopping(
+    ahead: str | Callable[[], str], announce: Callable[[], str] | None = None
+) -> Iterator[StopRequest]:
+    """Let signals ask for a stop inside the block; one that was ended at once says how to resume. See `StopRequest`."""
+    request = StopRequest(announce)
     try:
         with handling(_SIGNALS, request.receive):
             yield request

@@ -15,7 +15,8 @@ Laboratory
     `LaboratoryError`. `LaboratorySource` goes through the states P1 to P5 in step with the replicas, makes
     samples of trials, repeats those that were disturbed, and reports every `Event`. It uses an `Equipment`,
     whose `PoseSource` says where everybody is (`CameraPoses`, by default): `real_equipment`, or that of
-    `rehearse` for a laboratory `as_emulated`. `inspect` looks at everything before anything moves.
+    `rehearse` for a laboratory `as_emulated`. `inspect` looks at everything before anything moves;
+    `require_libraries` names the extras that are missing.
 Emulation
     `EmulatedLaboratory` has robots, an arena, a camera (`EmulatedCamera` with `Optics`, at the place of an
     `overhead_camera`), an operator and faults on demand, by a `Clock` in virtual time, under `Conditions`;

@@ -24,6 +24,7 @@ from .program._equipment import Equipment as Equipment
 from .program._equipment import PoseSource as PoseSource
 from .program._equipment import inspect as inspect
 from .program._equipment import real_equipment as real_equipment
+from .program._equipment import require_libraries as require_libraries
 from .program._setup import Laboratory as Laboratory
 from .program._setup import LaboratoryError as LaboratoryError
 from .program._setup import LaboratorySetup as LaboratorySetup

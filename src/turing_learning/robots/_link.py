@@ -100,6 +100,8 @@ def opened(line: str) -> str | None:
     return text if star and text.isascii() and line == sealed(text) and len(seal) == 4 else None
 
 
+ALIVE = sealed("X,A").encode("ascii") + b"\r"  #: What a PC sends to say that it is there
+ALIVE_S = 0.5  #: How often (s), at the ordinary speed
 LARGEST_LINE = 4096
 _POLL_S = 0.02
 _GRACE_S = 1.0  # after a deadline, in which a busy program reads what came before it
@@ -180,7 +182,7 @@ class Link(AbstractContextManager["Link"]):
     def _stay_alive(self, device: Device, closed: threading.Event) -> None:
         while not closed.is_set():  # the first time at once, before any model is sent
             with self._writing, suppress(Exception):  # of a device that is being closed; others notice a lost line
-                device.write(sealed("X,A").encode("ascii") + b"\r")
+                device.write(ALIVE)
             closed.wait(self._alive_s)
 
     def read_line(self, deadline: float) -> str | None:
@@ -241,7 +243,8 @@ MAXIMUM_SPEED = 1000  #: Wheel speed (steps per second) that an e-puck reaches; 
 SENSORS = 8
 _EXPECTED = ("WELCOME", "the EPFL education robot", "HW version", "s", "r")  # greetings, versions, the stop above
 LEAST_CHARGE = 15  #: Percent
-_WHOLE = r", *(-?\d+) *"  # a number in an answer
+_WHOLE = r", *(-?\d{1,9}) *"  # a number in an answer; a longer one is noise
+_MOST_SIGNALS = 1000  # that wait for the program; a replica sends two in a loop
 _SIGNAL = re.compile(rf"x,({'|'.join(SIGNALS)}){2 * _WHOLE}")
 RESYNCHRONIZE = b"\0" * 36 + b"\rS\r"
 """Ends any unfinished command: 35 bytes of arguments and the end of a binary request, or of a line. Whatever
@@ -261,7 +264,7 @@ class EPuck(Replica):
     def __init__(self, link: Link, *, timeout_s: float = 0.5, retries: int = 3) -> None:
         self._link, self._timeout_s = link, number("timeout_s", timeout_s, above=0)
         self._retries = integer("retries", retries)
-        self._signals: deque[Signal] = deque()
+        self._signals: deque[Signal] = deque(maxlen=_MOST_SIGNALS)
         self.garbled = self.reconnections = 0
         self._refused = 0  # how often a command, since it was first sent, was answered as one that is not known
 
@@ -286,7 +289,7 @@ class EPuck(Replica):
 
     def battery_ok(self) -> bool:
         """Return whether the battery is above its limit; of a robot that states its charge, whether that is above 15 %."""
-        found = self._ask("b", r"b,(\d+)(?: \((\d+)%\))?")  # of an e-puck, and of an e-puck2
+        found = self._ask("b", r"b,(\d{1,9})(?: \((\d{1,9})%\))?")  # of an e-puck, and of an e-puck2
         return int(found[2]) > LEAST_CHARGE if found[2] else int(found[1]) > 0
 
     def stop(self) -> None:

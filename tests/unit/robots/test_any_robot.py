@@ -54,6 +54,12 @@ class JsonLine(Line):
             with suppress(OSError), self._client, self._client.makefile() as lines:
                 for line in lines:
                     self._say(self._answer(json.loads(line)))
+            self._client = None
+
+    def stay(self):
+        """Let the robot know that its PC is there, as long as it is connected."""
+        if self._client is not None:
+            self._tell(sealed("X,A"))
 
     def _answer(self, message):
         did, told = message["do"], {}
@@ -123,6 +129,8 @@ def laboratory(tmp_path, monkeypatch):
                 served.clock.sleep_until(served.clock.now() + 0.05)
                 poses = dict(zip(served.names, served.poses().tolist(), strict=True))
                 now = served.clock.now()
+                for name in served.names:
+                    served.robot(name).line.stay()
             sender.sendto(json.dumps({"time": now / SPEED, "poses": poses}).encode(), ("127.0.0.1", port))
             time.sleep(max(0.0, (now - ahead) / SPEED - time.monotonic()))
 
@@ -282,3 +290,92 @@ def test_parts_have_names_in_an_installed_package_or_none_at_all(laboratory, tmp
     (package / "entry_points.txt").write_text("")
     with pytest.raises(ConfigurationError, match=r"`open_replica` must .*json-robot"):
         real_equipment(loaded)
+
+
+class Peer:
+    """A robot that answers whatever is asked with bytes of a test's choice, again and again."""
+
+    def __init__(self, data, times=10**9):
+        self._listening = socket.create_server(("127.0.0.1", 0))
+        self.address = f"127.0.0.1:{self._listening.getsockname()[1]}"
+        self._data, self._times = data, times
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self):
+        client, _ = self._listening.accept()
+        with suppress(OSError), client:
+            client.recv(100)
+            for _ in range(self._times):
+                client.sendall(self._data)
+            time.sleep(60)
+
+    def close(self):
+        self._listening.close()
+
+
+@pytest.mark.parametrize(
+    ("data", "times", "error"),
+    [
+        (b"x" * 1000, 10**9, "a line of more than"),  # an endless line
+        (b'{"did": "other"}\n', 10**9, "never stops sending"),  # a flood
+        (b"not JSON\n", 1, "makes no sense"),
+        (b'{"signal": "STOP"}\n', 1, "makes no sense"),
+        (b"[" * 5000 + b"\n", 1, "makes no sense"),
+        (b'{"did": "status", "state": 1}\n', 1, "status makes no sense"),
+        (b"", 1, "timed out"),
+    ],
+)
+def test_a_robot_that_sends_nonsense_is_a_lost_link_within_its_time(data, times, error, monkeypatch):
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    import any_robot
+
+    monkeypatch.setattr(any_robot, "ANSWER_S", 0.5)
+    peer, began = Peer(data, times), time.monotonic()
+    robot = any_robot.JsonRobot(peer.address)
+    with pytest.raises(OSError, match=error):
+        robot.status()
+    with suppress(OSError):
+        robot.drop_signals()
+    assert time.monotonic() - began < 5.0
+    robot.close()
+    peer.close()
+
+
+def test_datagrams_that_make_no_sense_are_left_out_and_silence_is_a_lost_tracker(laboratory, monkeypatch):
+    _, file = laboratory
+    import any_robot
+
+    port = free_port()
+    setup = load_laboratory(file).setup
+    poses = any_robot.UdpPoses(setup, port)
+    assert poses._socket.getsockname() == ("127.0.0.1", port)  # not every network
+    sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    done = threading.Event()
+
+    def send():
+        nonsense = [b"\xff", b"[]", b'{"time": "x", "poses": {}}', b'{"time": NaN, "poses": {}}', b'{"time": 1, "poses": 3}',
+                    b'{"time": 1e999, "poses": {}}', b"[" * 9000]  # fmt: skip
+        begun = time.monotonic()
+        while not done.wait(0.004):
+            now_s = time.monotonic() - begun
+            seen = {"agent-1": [1.0, 2.0, 0.5], "agent-2": [1.0, 2.0], "replica-1": [1.0, float("inf"), 0.0]}
+            for data in [*nonsense, json.dumps({"time": now_s, "poses": seen}).encode()]:
+                sender.sendto(data, ("127.0.0.1", port))
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    track = poses.track(time.monotonic() + 0.05, 8)
+    done.set()
+    thread.join()
+    assert track.present.tolist() == [[True, False, False, False]] * 8
+    monkeypatch.setattr(any_robot, "SILENCE_S", 0.2)
+    for _ in range(1000):  # what waits in the socket is taken first
+        try:
+            poses.track(time.monotonic(), 8)
+        except TimeoutError as error:
+            assert "no poses come" in str(error)  # noqa: PT017 - how many are taken before is not known
+            break
+    else:
+        pytest.fail("poses without end")
+    poses.close()
+    sender.close()

@@ -130,10 +130,20 @@ def test_a_speed_that_cannot_be_read_leaves_the_old_one(robot):
     assert robot.wheels == (7, 200)
 
 
-@pytest.mark.parametrize("size", ["300,40,40", "1,-7,40", "0,70000,1000"])
-def test_an_image_of_a_size_that_cannot_be_has_some_size(robot, size):
+@pytest.mark.parametrize(
+    ("size", "head"),
+    [
+        ("300,40,40", (44, 40, 40)),
+        ("1,-7,40", (1, 40, 40)),
+        ("0,70000,1000", (1, 40, 40)),
+        ("0,160,120", (0, 160, 120)),
+    ],
+)
+def test_an_image_of_a_size_that_cannot_be_has_the_usual_size(robot, size, head):
     assert answers(robot, f"J,{size},8\r".encode()) == ["j"]
-    assert robot.receive(bytes([256 - ord("I"), 0]))[:3] == bytes(int(number) & 255 for number in size.split(","))
+    image = robot.receive(bytes([256 - ord("I"), 0]))
+    assert image[:3] == bytes(head)
+    assert len(image) == 3 + head[1] * head[2] * (2 if head[0] else 1)
     assert answers(robot, b"E\r") == ["e,0,0"]
 
 

@@ -346,16 +346,25 @@ MISSING = {"cv2": ("OpenCV", "vision"), "serial": ("pyserial", "robot")}
 def test_a_library_that_is_not_installed_is_named_in_one_line(hidden, command, laboratory, call, monkeypatch):
     monkeypatch.setitem(sys.modules, hidden, None)
     (laboratory / "trial.avi").touch()
-    code, _, err = call(*command.split())
+    code, out, err = call(*command.split())
     name, extra = MISSING[hidden]
     told = f"error: {name} must be installed; got no such module. Run: pip install 'turing-learning[{extra}]'"
-    assert (code, err.splitlines()[-1]) == (2, told)
+    assert (code, err.splitlines()) == (2, [told])
+    assert out == ""  # nothing is prepared, or compiled, before
     assert not (laboratory / "new").exists()
+
+
+def test_an_extra_is_named_before_a_calibration_that_is_missing(laboratory, call, monkeypatch):
+    (laboratory / "camera.json").unlink()
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    for command in ("robots check", "robots run --out new", "robots track trial.avi"):
+        assert call(*command.split())[2].startswith("error: OpenCV must be installed;")
 
 
 def test_after_a_plain_installation_the_commands_need_no_extra_before_they_name_it(laboratory):
     hide = "".join(f"sys.modules[{name!r}] = None; " for name in MISSING)
     program = f"import sys; {hide}from turing_learning.cli import main; main(['robots', 'check'])"
     done = subprocess.run([sys.executable, "-c", program], cwd=laboratory, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr.splitlines()[-1][:32]) == (2, "error: OpenCV must be installed;")
+    both = "error: OpenCV and pyserial must be installed; got no such modules. Run: pip install 'turing-learning[vision,robot]'"
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (2, both)
     assert "Traceback" not in done.stderr

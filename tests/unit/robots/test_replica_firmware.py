@@ -2,15 +2,18 @@
 
 import contextlib
 import ctypes
+import re
 import shutil
 import socket
 import struct
 import subprocess
+import sys
 import threading
 import time
 from functools import reduce
 from operator import xor
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -140,7 +143,8 @@ def some_line(rng):
         "X,M,9,1,",
     ]
     data = bytearray(line(str(rng.choice(texts))))
-    plain = [b"S\r", b"D,100,-200\r", b"D,7\r", b"d,5,x\n", b"E\r\n", b"b\r", b"?\r", b"\0\0", b"\xbc\x2c\x01\x9c\xff\0",
+    plain = [b"S\r", b"D,100,-200\rE\r", b"D,+50, 60\r", b"D,1.5,2\r", b"D,3000,-99999999999\r",
+             b"D, \t-7,8 9\r", b"D;1,2\r", b"D,7\r", b"d,5,x\n", b"E\r\n", b"b\r", b"?\r", b"\0\0", b"\xbc\x2c\x01\x9c\xff\0",
              b"\xb4\x01\x02\0", b"D,1\0,2\r", b"\r\n\xbc\r", b"X" * 300 + b"\r"]  # fmt: skip
     if rng.random() < 0.4:
         return plain[rng.integers(len(plain))]
@@ -200,7 +204,7 @@ STUBS = {
     "camera/dcmi_camera.h": "typedef enum { CAPTURE_CONTINUOUS = 1 } capture_mode_t; int8_t dcmi_start(void);"
         "int8_t dcmi_prepare(void); void dcmi_set_capture_mode(capture_mode_t); void dcmi_capture_start(void);"
         "uint8_t *dcmi_get_last_image_ptr(void);",
-    "ir_remote.h": "void ir_remote_start(void); uint8_t ir_remote_get_toggle(void);",
+    "ir_remote.h": "void ir_remote_start(void); uint8_t ir_remote_get_toggle(void); uint8_t ir_remote_get_data(void);",
     "motors.h": "void left_motor_set_speed(int); void right_motor_set_speed(int); void motors_init(void);",
     "msgbus/messagebus.h": "typedef int messagebus_t; void messagebus_init(messagebus_t *, mutex_t *, condition_variable_t *);",
     "selector.h": "int get_selector(void);",
@@ -221,6 +225,44 @@ def test_the_main_program_of_the_epuck2_fits_the_functions_of_its_board(tmp_path
         (tmp_path / name).write_text(text + "\n")
     command = [compiler, "-std=gnu11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I", str(tmp_path)]
     subprocess.run([*command, str(FOLDER / "e-puck2" / "main.c")], check=True)
+
+
+def test_a_pi_puck_answers_at_one_of_two_channels_and_its_error_is_one_that_live_bears(monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    import pi_puck
+
+    class Bus:
+        there, opened = 4, []
+
+        def __init__(self, channel):
+            self.channel = channel
+
+        def __enter__(self):
+            self.opened.append(self.channel)
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def i2c_rdwr(self, write, read):
+            if self.channel != self.there:
+                raise OSError(121, "Remote I/O error")
+            read[:] = bytes(47)
+
+    messages = SimpleNamespace(write=lambda address, data: bytearray(data), read=lambda address, size: bytearray(size))
+    monkeypatch.setitem(sys.modules, "smbus2", SimpleNamespace(SMBus=Bus, i2c_msg=messages))
+    assert pi_puck.exchange(bytes(20)) == bytes(47)
+    assert Bus.opened == [12, 4]
+    Bus.there = None
+    with pytest.raises(OSError, match="Remote I/O error"):
+        pi_puck.exchange(bytes(20))
+
+
+def test_the_keys_that_start_an_epuck2_drive_no_wheels():
+    text = (FOLDER / "e-puck2" / "main.c").read_text()
+    keys = [int(key) for key in re.findall(r"#define (?:START|STANDBY)_KEY (\d+)", text)]
+    assert keys == [5, 12]  # both are "stop motors" in the makers' ir_remote.c (d2e0dbb)
+    assert "key == START_KEY || key == STANDBY_KEY" in text
 
 
 def test_a_pi_puck_executes_a_model_that_its_pc_sends_and_stands_at_the_end(monkeypatch):
@@ -250,7 +292,7 @@ def test_a_pi_puck_executes_a_model_that_its_pc_sends_and_stands_at_the_end(monk
     deadline = time.monotonic() + 60
     while time.monotonic() < deadline:
         with contextlib.suppress(LinkError):
-            pc = EPuck(open_link(f"socket://127.0.0.1:{port}"), timeout_s=20.0)
+            pc = EPuck(open_link(f"socket://127.0.0.1:{port}", alive_s=0.025), timeout_s=20.0)
             break
     pc.send_model(Model(3, (0.1, 0.2, -0.3, 0.4)))
     pc.start()

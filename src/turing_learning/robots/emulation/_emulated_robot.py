@@ -4,14 +4,15 @@ Source: paper, sections 5.1.2 and 5.2. How the robots disperse and avoid walls i
 supplement; the rules here are ours (docs/robots/arena.md).
 """
 
+import logging
 import math
+import re
 import struct
 import threading
 import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import suppress
-from itertools import takewhile
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -21,6 +22,12 @@ from turing_learning.robots._link import LARGEST_SEQUENCE, PARAMETER_UNIT, SIGNA
 GREETING = b'\f\aWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 NOT_FOUND = b"z,Command not found\r\n"
 LONGEST_COMMAND = 256
+LARGEST_NUMBER = 32767  #: Numbers of the public protocol have 16 bits, as on an e-puck
+LARGEST_IMAGE = 38_400  #: Bytes; the buffer of an e-puck2 (`MAX_BUFF_SIZE` of its dcmi_camera.h)
+_USUAL_IMAGE = 1, 40, 40, 8  # mode (color), width, height, zoom; also where a larger one is asked for
+LARGEST_ANSWER = 65_536  #: Bytes that wait to be sent; what goes beyond is lost, as on a line that is full
+_NUMBER = re.compile(r",[ \t\n\v\f\r]*([+-]?[0-9]+)")  # what `sscanf(",%d")` of the firmware reads
+_LOGGER = logging.getLogger(__name__)
 _VERSIONS = {"e-puck": "Version 1.2.2", "e-puck2": "Version 2.0"}
 _HELP = "A B,# b C D,#,# E F,# G g H I J,#,#,#,# K L,#,# M N O P,#,# Q R S T,# U V W,#,#,# X Y,#,#"
 _SENSED = {"A": (12, -9, 812), "g": (3, -2, 1), "M": (890, 874, 901, 512, 498), "O": (3400,) * 8, "U": (10, 12, 9)}
@@ -29,6 +36,7 @@ _ANSWERS = {letter: letter.lower() for letter in "BFJLPTW"} | {
     "G": "g IR check : 0x0, address : 0x0, data : 0x0",
     "K": "k, Starting calibration\r\nk, Calibration finished",
 }
+_COMMANDS = frozenset("AEgMNOQUbCDHIRSVYZ") | _ANSWERS.keys()  # beside X
 _BINARY_ARGUMENTS = {"D": 4, "L": 2, "P": 4, "W": 3, "w": 35}
 _SECOND_ARGUMENTS = {"Y": 2, "\x09": 19, "\x0a": 12, "\x0f": 1, "\x10": 1, "\x11": 1}  # of an e-puck2
 
@@ -44,7 +52,9 @@ _AHEAD, _ALONG = math.cos(math.radians(75)), math.cos(math.radians(100))
 _ANYWHERE_S = (0.0, 1.25)  # up to once around in place, at full speed
 _AWAY_S = (0.2, 0.8)
 _TICK = 1e-9
-ALONE_S = 2.0  #: A replica stands when its PC, which says that it is there, was not heard so long; its loop goes on
+ALONE_S = 2.0
+"""A robot stands when its PC was not heard so long (s): one that commands its wheels, has started it, or has said
+that it is there. Its loop goes on."""
 MOST_LOOPS = 5  #: A replica that its PC has asked nothing for so many loops halts, and waits for the remote control
 Wheels = tuple[float, float]  #: Left and right wheel speed, fractions of the maximum
 STILL: Wheels = (0.0, 0.0)
@@ -88,7 +98,7 @@ class EmulatedRobot:
     It reads byte by byte, as the firmware does, so that noise has the same effect: a byte above 127 begins a
     binary request that ends with a zero; after an end of line whatever comes next begins a text. The PC wants
     the speeds `wheels` (steps per second), and the loop to begin where `called`. `lights` are 0 to 7, 8 (body)
-    and 9 (front), 0 off, 1 on; `selector` is a switch, 0 to 15.
+    and 9 (front), 0 off, 1 on; `selector` is a switch, 0 to 15. `understood` counts commands that made sense.
 
     An agent has a `controller` (2 n,), wheel speeds for each sensor state; a replica has none. Both `tell` when
     they have to signal START and STOP. `rng` is that of dispersal.
@@ -104,7 +114,7 @@ class EmulatedRobot:
         self._controller, self._tell, self._rng = controller, tell, rng or np.random.default_rng()
         self._until, self._turn_until, self._side = 0.0, 0.0, 1.0
         self._stood = False  # in this trial, for want of the PC
-        self._answer = bytearray()
+        self._answer, self.understood = bytearray(), 0
         self._lock = threading.RLock()
         self.restart()
 
@@ -122,14 +132,17 @@ class EmulatedRobot:
             self.wheels: tuple[int, ...] = (0, 0)
             self._speed: tuple[int, ...] = (0, 0)  # what is answered to E
             self._steps: tuple[int, ...] = (0, 0)
-            self._image: tuple[int, ...] = (1, 40, 40, 8)  # mode (color), width, height, zoom
+            self._image: tuple[int, ...] = _USUAL_IMAGE
+            self._light_set: tuple[int, ...] = (0, 0)  # number and action; what a command leaves out stays
+            self._heard_at = self._clock()
             self.executing: Model | None = None
             self._waiting: Model | None = None
             self.state, self._entered, self._trial, self.called = "R0", self._clock(), 0, False
-            self._alive_at = math.inf  # when the PC was heard that says that it is there
+            self._alive_at = math.inf  # when the PC was heard on which the loop depends
             self._asked_at = math.inf  # when it asked anything
 
     def receive(self, data: bytes) -> bytes:
+        """Return the answers to bytes; one that cannot be given, as a sensor fails, is left out."""
         with self._lock:
             for byte in data:
                 self._listener.send(byte)
@@ -157,12 +170,14 @@ class EmulatedRobot:
         if self.called:
             self.called = False
             self.start(time_s)
+        now = self._clock()
         if self.state not in LOOP:
+            if now - self._heard_at > ALONE_S:
+                self.wheels = (0, 0)
             left, right = self.wheels
             return left / FULL_SPEED, right / FULL_SPEED
         while time_s >= self._until - _TICK:
             self._go_on(_AFTER[self.state], self._until)
-        now = self._clock()
         if self._controller is None and now - self._asked_at > MOST_LOOPS * sum(LOOP.values()):
             self.halt()
         if now - self._alive_at > ALONE_S:
@@ -213,20 +228,37 @@ class EmulatedRobot:
                 while (byte := (yield)) not in b"\r\n":
                     if len(line) < LONGEST_COMMAND:
                         line.append(byte)
-                answer += self._obey(line.partition(b"\0")[0].decode("latin-1"))
+                text = line.partition(b"\0")[0].decode("latin-1")
+                answer += self._executed(self._obey, text)
             else:
                 while first:
                     letter, arguments = chr(256 - first), bytearray()
                     for _ in range(counts.get(letter, 0)):
                         arguments.append((yield))
-                    answer += self._obey_binary(letter, bytes(arguments))
+                    part = self._executed(self._obey_binary, letter, bytes(arguments))
+                    if len(answer) + len(part) <= LARGEST_ANSWER:
+                        answer += part
                     first = yield
-            self._answer += answer
+            if len(self._answer) + len(answer) <= LARGEST_ANSWER:
+                self._answer += answer
+
+    def _executed(self, obey: Callable[..., bytes], *command: Any) -> bytes:
+        """Return the answer to a command, nothing if it fails: the next ones must be heard, as one may be a halt."""
+        try:
+            return obey(*command)
+        except Exception as error:  # of the body, whatever it is
+            _LOGGER.warning("A command was not executed: %s", error)
+            return b""
+
+    def _hear(self) -> None:
+        self._heard_at = self._clock()
+        self.understood += 1
 
     def _obey_binary(self, letter: str, arguments: bytes = b"") -> bytes:
         """Return the answer to a binary request; unknown ones are ignored. Those from \\x08 on are an e-puck2's alone."""
         match letter:
             case "D":
+                self._hear()
                 self._drive(*struct.unpack("<hh", arguments))
             case "P":
                 self._steps = struct.unpack("<hh", arguments)
@@ -235,7 +267,7 @@ class EmulatedRobot:
             case "A":
                 return struct.pack("<3f", 812.0, 37.0, 1.0)
             case "I":
-                return bytes(value & 255 for value in self._image[:3]) + bytes(self._size & 65535)
+                return bytes(value & 255 for value in self._image[:3]) + bytes(self._size)
             case "U":
                 return b"" if self._second else bytes(601)
             case "t":
@@ -268,7 +300,9 @@ class EmulatedRobot:
     def _obey(self, line: str) -> bytes:
         """Return the answer to a line. Lower case means upper case, except where both exist."""
         letter = line[:1] if line[:1] in ("b", "g") else line[:1].upper()
-        fields = line.split(",")[1:]
+        numbers = line[1:]
+        if letter in _COMMANDS:
+            self._hear()
         match letter:
             case "A" | "E" | "g" | "M" | "N" | "O" | "Q" | "U":
                 return _line(f"{letter.lower()},{','.join(map(str, self._numbers(letter)))}")
@@ -277,7 +311,7 @@ class EmulatedRobot:
             case "C":
                 return _line(f"c,{self._selector}")
             case "D":
-                self._drive(*self._scanned(fields, self._speed))
+                self._drive(*_scanned(numbers, self._speed))
                 return _line("d")
             case "H":
                 return b"\n" + b"".join(_line(f'"{command}"') for command in _HELP.split())
@@ -298,20 +332,26 @@ class EmulatedRobot:
                 answer = self._converse(line)
                 return _line(sealed(f"x,{answer}")) if answer else b""
             case "Y":
-                return _line("y," + ",".join(map(str, self._scanned(fields, (0, 0))))) + _line("y,0")
+                return _line("y," + ",".join(map(str, _scanned(numbers, (0, 0))))) + _line("y,0")
             case "Z":
                 return b""  # no device answers
         if letter not in _ANSWERS:
             return NOT_FOUND
-        numbers = _whole_numbers(fields[:2])
-        if letter in "BF" and numbers:
-            self._light(8 if letter == "B" else 9, numbers[0])
-        elif letter == "L" and numbers is not None and len(numbers) == 2:
-            self._light(numbers[0] if 0 <= numbers[0] < 8 else -1, numbers[1])
-        elif letter == "P":
-            self._steps = self._scanned(fields, self._steps)
-        elif letter == "J":
-            self._image = self._scanned(fields, self._image)
+        light, action = self._light_set
+        match letter:
+            case "B" | "F":
+                (action,) = _scanned(numbers, (action,))
+                self._light_set = light, action
+                self._light(8 if letter == "B" else 9, action)
+            case "L":
+                light, action = self._light_set = _scanned(numbers, self._light_set)
+                self._light(light if 0 <= light < 8 else -1, action)
+            case "P":
+                self._steps = _scanned(numbers, self._steps)
+            case "J":
+                self._image = _scanned(numbers, self._image)
+                if not 0 <= self._size <= LARGEST_IMAGE:
+                    self._image = (*_USUAL_IMAGE[:3], self._image[3])
         return _line(_ANSWERS[letter])
 
     def _numbers(self, letter: str) -> Sequence[int]:
@@ -333,14 +373,9 @@ class EmulatedRobot:
         """Bytes of an image; a color takes two."""
         return self._image[1] * self._image[2] * (2 if self._image[0] else 1)
 
-    def _scanned(self, fields: list[str], before: tuple[int, ...]) -> tuple[int, ...]:
-        """Replace the numbers that can be parsed, up to the first that cannot, as the firmware does."""
-        numbers = (_whole_numbers([field]) for field in fields[: len(before)])
-        found = tuple(number[0] for number in takewhile(lambda number: number is not None, numbers) if number)
-        return found + before[len(found) :]
-
     def _drive(self, left: int, right: int) -> None:
-        self.wheels = self._speed = (max(-1000, min(left, 1000)), max(-1000, min(right, 1000)))
+        self._speed = left, right
+        self.wheels = max(-FULL_SPEED, min(left, FULL_SPEED)), max(-FULL_SPEED, min(right, FULL_SPEED))
 
     def _light(self, light: int, action: int) -> None:
         for one in [light] if 0 <= light < 10 else range(8):
@@ -351,6 +386,7 @@ class EmulatedRobot:
         text, now = opened(line), self._clock()
         if text is None:
             return "E,checksum"
+        self._hear()
         kind, *rest = text.split(",")[1:] or [""]
         if (kind, rest) == ("A", []):
             self._alive_at = now
@@ -363,7 +399,7 @@ class EmulatedRobot:
                 self.halt()
                 return "H"
             case "G", []:
-                self.called = True
+                self.called, self._alive_at = True, now
                 return "G"
             case "Q", []:
                 elapsed, battery = round(1000 * (now - self._entered)), int(self._body.battery_ok())
@@ -373,6 +409,16 @@ class EmulatedRobot:
                     self._waiting = Model(sequence, tuple(round(each * PARAMETER_UNIT, 4) for each in parameters))
                     return f"M,{sequence}"
         return "E,message"
+
+
+def _scanned(text: str, before: tuple[int, ...]) -> tuple[int, ...]:
+    """Return numbers before each of which there is a comma; those after the first that cannot be read stay as before."""
+    numbers: list[int] = []
+    position = 0
+    while len(numbers) < len(before) and (field := _NUMBER.match(text, position)):
+        numbers.append(max(-LARGEST_NUMBER, min(int(field[1]), LARGEST_NUMBER)))
+        position = field.end()
+    return (*numbers, *before[len(numbers) :])
 
 
 def _whole_numbers(fields: Sequence[str]) -> list[int] | None:
@@ -386,7 +432,8 @@ def _line(text: str) -> bytes:
 
 
 def _packed(numbers: Sequence[int]) -> bytes:
-    return struct.pack(f"<{len(numbers)}h", *numbers)
+    low_bits = [number & 0xFFFF for number in numbers]
+    return struct.pack(f"<{len(low_bits)}H", *low_bits)
 
 
 def _sequence(model: Model | None) -> int:

@@ -1,5 +1,6 @@
 """A robot's end of a line: in virtual time in this process, on a TCP port, a real robot's too, or on a pseudo-terminal."""
 
+import logging
 import os
 import select
 import selectors
@@ -8,22 +9,27 @@ import tempfile
 import threading
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, suppress
 from functools import partial
+from ipaddress import ip_address, ip_network
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
+from turing_learning.errors import require
 from turing_learning.robots._clock import Clock, RealClock, VirtualClock
-from turing_learning.robots._link import Link, open_link
+from turing_learning.robots._link import ALIVE, ALIVE_S, Link, open_link
 
-from ._emulated_robot import FULL_SPEED, GREETING, Body, EmulatedRobot
+from ._emulated_robot import ALONE_S, FULL_SPEED, GREETING, STILL, Body, EmulatedRobot
 
 _PAUSE_S = 0.05  # between the pieces of a spoiled answer
 _POLL_S, _WRITING_S = 0.02, 1.0
-IDLE_S = 5.0  # a client that has said nothing for so long gives way to the next one
+IDLE_S = 5.0  # a client that has said nothing that makes sense for so long gives way to the next one
+_WATCHING_S = 0.2
+_STOPPING_TRIES = 20  # at the end, where a body takes no command
+_LOGGER = logging.getLogger(__name__)
 Spoil = Callable[[bytes], Iterable[bytes]]
 """Turns the bytes that a robot sends into the pieces that arrive: where tests put noise."""
 
@@ -82,8 +88,10 @@ class VirtualLine(Line):
         self._there, self._near = True, _NearEnd(self, there=False)
         self._last = {"in": 0.0, "out": 0.0}
 
-    def link(self) -> Link:
-        return Link(self.port, clock=self.clock, connect=self._connect).open()
+    def link(self, alive_s: float = ALIVE_S) -> Link:
+        """Return an open link, whose PC says every `alive_s`, in virtual time, that it is there; never if that is 0."""
+        connect = partial(self._connect, alive_s)
+        return Link(self.port, clock=self.clock, connect=connect).open()
 
     def drop(self) -> None:
         self._there = self._near.there = False
@@ -100,12 +108,20 @@ class VirtualLine(Line):
             for number, piece in enumerate(self.spoil(data)):
                 self._later("out", number * _PAUSE_S, partial(self._near.arrived.extend, piece))
 
-    def _connect(self) -> "_NearEnd":
+    def _connect(self, alive_s: float) -> "_NearEnd":
         if not self._there:
             raise OSError("no connection")
         self._near.there = False
         self._near = _NearEnd(self)
+        if alive_s:
+            self._say_alive(self._near, alive_s)
         return self._near
+
+    def _say_alive(self, near: "_NearEnd", alive_s: float) -> None:
+        if near.there and not near.closed:
+            self.receive(ALIVE)
+            again = partial(self._say_alive, near, alive_s)
+            self.clock.call_at(self.clock.now() + alive_s, again)
 
     def _later(self, way: str, pause_s: float, action: Callable[[], None]) -> None:
         """Do something when the bytes have arrived; they do not overtake each other."""
@@ -118,7 +134,8 @@ class _NearEnd:
     """The PC's end of a virtual line, a `Device`."""
 
     def __init__(self, line: VirtualLine, there: bool = True) -> None:
-        self._line, self.there, self.arrived = line, there, bytearray()
+        self._line, self.there, self.closed = line, there, False
+        self.arrived = bytearray()
 
     @property
     def in_waiting(self) -> int:
@@ -139,7 +156,8 @@ class _NearEnd:
             self._line.receive(bytes(data))
 
     def close(self) -> None:
-        """Leave the line as it is."""
+        """Leave the line as it is, and say no more."""
+        self.closed = True
 
 
 class _Server(Line):
@@ -190,11 +208,16 @@ class _Server(Line):
 class TcpServer(_Server):
     """Serve a robot on a TCP port (0: any free one); raise OSError if it is taken.
 
-    One client at a time; one that has been silent gives way to the next.
+    One client at a time; one that has said nothing that makes sense for a while gives way to the next. With
+    `peers`, addresses or networks such as "10.0.0.0/24", anybody else is hung up on.
     """
 
-    def __init__(self, robot: EmulatedRobot, *, host: str = "127.0.0.1", port: int = 0) -> None:
+    def __init__(
+        self, robot: EmulatedRobot, *, host: str = "127.0.0.1", port: int = 0, peers: Sequence[str] = ()
+    ) -> None:
         self._address, self._heard_s = (host, port), 0.0
+        self._peers = [ip_network(peer) for peer in peers]
+        self._understood = 0
         self._client: socket.socket | None = None
         super().__init__(robot)
 
@@ -214,24 +237,32 @@ class TcpServer(_Server):
             client.close()
 
     def _read(self) -> bytes:
-        client = self._client
+        client, understood = self._client, self.robot.understood
+        if understood != self._understood:
+            self._understood, self._heard_s = understood, time.monotonic()
         idle = client is None or time.monotonic() - self._heard_s > IDLE_S
         try:
             ends = [self._listening] if idle else []
             ready, _, _ = select.select([*ends, *filter(None, [client])], [], [], _POLL_S)
             if self._listening in ready:
-                self._hang_up()
-                self._client, _ = self._listening.accept()
-                self._client.settimeout(_WRITING_S)
-                self._heard_s = time.monotonic()
+                self._take(*self._listening.accept())
             if client is None or client not in ready or client is not self._client:
                 return b""
-            self._heard_s, data = time.monotonic(), client.recv(4096)
+            data = client.recv(4096)
         except (OSError, ValueError):  # also of a socket that a failed answer has closed meanwhile
             data = b""
         if not data:
             self._hang_up()
         return data
+
+    def _take(self, client: socket.socket, address: tuple[str, int]) -> None:
+        if self._peers and not any(ip_address(address[0]) in network for network in self._peers):
+            _LOGGER.warning("%s was hung up on: it is none of the peers.", address[0])
+            client.close()
+            return
+        self._hang_up()
+        client.settimeout(_WRITING_S)
+        self._client, self._heard_s = client, time.monotonic()
 
     def _write(self, data: bytes) -> None:
         try:
@@ -290,24 +321,111 @@ class RobotBody(Body, Protocol):
         """Return the reading I of the line-of-sight sensor: 1 if a robot is ahead."""
 
 
+class _SteadyBody(RobotBody):
+    """A body whose devices may fail for a moment (OSError): the readings before stand in, and the next cycle tries again.
+
+    It is `stopped` where its readings are older than the watchdog's time: nothing then says what it may run into.
+    """
+
+    def __init__(self, body: RobotBody, clock: Clock) -> None:
+        self._body, self._clock = body, clock
+        self._last: dict[str, Any] = {"sight": 0, "proximity": (0,) * 8, "battery_ok": True}
+        self._read_s = dict.fromkeys(("sight", "proximity"), clock.now())
+        self._commanding = threading.Lock()
+
+    def _reading(self, name: str) -> Any:
+        try:
+            self._last[name] = getattr(self._body, name)()
+            self._read_s[name] = self._clock.now()
+        except OSError as error:
+            _LOGGER.warning("The robot's %s cannot be read: %s", name, error)
+        return self._last[name]
+
+    def sight(self) -> int:
+        return int(self._reading("sight"))
+
+    def proximity(self) -> Sequence[int]:
+        return tuple(self._reading("proximity"))
+
+    def battery_ok(self) -> bool:
+        return bool(self._reading("battery_ok"))
+
+    def set_speed(self, left: int, right: int) -> None:
+        """Turn the wheels, if the body takes the command."""
+        with self._commanding:
+            try:
+                self._body.set_speed(left, right)
+            except OSError as error:
+                _LOGGER.warning("The wheels cannot be commanded: %s", error)
+
+    @property
+    def stopped(self) -> bool:
+        oldest_s = min(self._read_s["sight"], self._read_s["proximity"])
+        return self._clock.now() - oldest_s > ALONE_S
+
+    def stop(self) -> None:
+        """Let it stand, also where the first commands fail."""
+        for _ in range(_STOPPING_TRIES):
+            with suppress(OSError), self._commanding:
+                self._body.set_speed(0, 0)
+                return
+            time.sleep(_PAUSE_S)
+
+
 def live(
-    body: RobotBody, *, controller: tuple[float, ...] | None = None, host: str = "0.0.0.0", port: int = 5000,
-    clock: Clock | None = None, interval_s: float = 0.1, ended: Callable[[], bool] = lambda: False,
+    body: RobotBody, *, controller: tuple[float, ...] | None = None, host: str = "127.0.0.1", port: int = 5000,
+    peers: Sequence[str] = (), clock: Clock | None = None, interval_s: float = 0.1,
+    ended: Callable[[], bool] = lambda: False,
 ) -> None:  # fmt: skip
     """Be a replica on a robot's own computer, or with a `controller` an agent, at a TCP port: docs/robots/firmware.md.
 
     Speaks the protocol, and goes through the loop, dispersing and avoiding walls, until `ended` returns true.
-    Then, and after an error, it stands. The PC must have an address of it, and starts it.
+    Then, and after an error, it stands. The PC must have an address of it, and starts it. A body that raises
+    OSError is asked again in the next cycle. The robot stands where its PC, or all readings, or its own control
+    cycle are out for 2 s.
+
+    Parameters
+    ----------
+    body, controller
+        The hardware; the wheel speeds of an agent for each sensor state, fractions of the maximum.
+    host, port
+        Where it listens. Only programs on the robot's computer reach "127.0.0.1"; "0.0.0.0" is every network.
+    peers
+        Addresses or networks that may connect, such as the PC's "10.0.0.1". Required for other hosts than
+        loopback: who connects moves the robot.
+    clock, interval_s
+        The computer's clock by default; seconds of a control cycle.
+    ended
+        Whether to end.
     """
+    remedy = "Give the PC's address, as peers=('10.0.0.1',)."
+    local = ip_address(socket.gethostbyname(host)).is_loopback
+    require(local or peers, "peers", f"name who may move the robot at host {host!r}", "nobody", remedy)
     clock = clock or RealClock()
-    robot = EmulatedRobot(body, clock=clock.now, controller=controller, tell=lambda kind: line.signal(kind))
+    steady = _SteadyBody(body, clock)
+    robot = EmulatedRobot(steady, clock=clock.now, controller=controller, tell=lambda kind: line.signal(kind))
+    stepped_s, over = clock.now(), threading.Event()
+
+    def watch() -> None:
+        """Let the robot stand where its control cycle hangs, in a camera that gives no image for example."""
+        while not over.wait(_WATCHING_S):
+            if clock.now() - stepped_s > ALONE_S:
+                steady.set_speed(0, 0)
+
+    watchdog = threading.Thread(target=watch, daemon=True)
     try:
-        with TcpServer(robot, host=host, port=port) as line:
+        with TcpServer(robot, host=host, port=port, peers=peers) as line:
+            watchdog.start()
             due = clock.now()
             while not ended():
-                left, right = robot.step(clock.now(), body.sight(), body.proximity())
-                body.set_speed(round(FULL_SPEED * left), round(FULL_SPEED * right))
+                sight, proximity = steady.sight(), steady.proximity()
+                left, right = robot.step(clock.now(), sight, proximity)
+                if steady.stopped:
+                    left, right = STILL
+                stepped_s = clock.now()
+                steady.set_speed(round(FULL_SPEED * left), round(FULL_SPEED * right))
                 due = max(due + interval_s, clock.now())
                 clock.sleep(due - clock.now())
     finally:
-        body.set_speed(0, 0)
+        over.set()
+        steady.stop()

@@ -1,8 +1,10 @@
 """What the PC program works with: clock, replicas, tracker, operator; and its inspection before anything moves."""
 
+import signal
+import threading
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib.metadata import entry_points
@@ -13,7 +15,7 @@ import numpy as np
 
 from turing_learning._files import whole
 from turing_learning.config import ConfigurationError, part_of
-from turing_learning.errors import refuse, refusing_as, require
+from turing_learning.errors import refuse, refusing_as, require, require_extras
 from turing_learning.swarm import Robot, Scenario
 
 from .._clock import Clock, RealClock
@@ -131,13 +133,31 @@ class Operator(Protocol):
 
 
 class TerminalOperator(Operator):
-    """A human at the terminal, who presses Enter when it is done; `LaboratoryError` if nobody can answer."""
+    """A human at the terminal, who presses Enter when it is done, or Ctrl-C, once, to leave.
+
+    `ask` raises KeyboardInterrupt then, and `LaboratoryError` if nobody can answer.
+    """
 
     def ask(self, what_to_do: str) -> None:
         try:
-            input(f"\a\n{what_to_do}\nPress Enter when it is done: ")
+            with _interruptible():
+                input(f"\a\n{what_to_do}\nPress Enter when it is done, Ctrl-C to leave: ")
         except EOFError as error:
             raise LaboratoryError(f"nobody answers at the terminal. To do: {what_to_do}") from error
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Let Ctrl-C and a request to terminate raise KeyboardInterrupt, also where a command waits for the end of a batch."""
+    if threading.current_thread() is not threading.main_thread():  # signals are handled there
+        yield
+        return
+    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 @dataclass(frozen=True)
@@ -148,6 +168,35 @@ class Equipment:
     open_replica: Callable[[str], Replica]  #: Address -> robot there; raises LinkError if nobody answers
     open_tracker: Callable[[], PoseSource]  #: Raises CameraError, or FileNotFoundError, if there is none
     operator: Operator  #: Helps when asked
+
+    def replica(self, address: str) -> Replica:
+        """Open the robot at an address; raise ConfigurationError for one that lacks a method of `Replica`."""
+        return _complete("open_replica", self.open_replica(address), Replica)
+
+    def tracker(self) -> PoseSource:
+        """Open the tracker; raise ConfigurationError for one that lacks a method of `PoseSource`."""
+        return _complete("tracker", self.open_tracker(), PoseSource)
+
+
+def _complete(argument: str, device: Any, protocol: type) -> Any:
+    """Return a device that has all that its protocol says; a run would find out in its middle."""
+    members = {*vars(protocol), *protocol.__annotations__}
+    needed = sorted(name for name in members if not name.startswith("_"))
+    missing = [name for name in needed if not hasattr(device, name)]
+    got = f"{type(device).__name__} without {', '.join(missing)}"
+    rule, remedy = f"give a `{protocol.__name__}`", "See docs/robots/any-robot.md."
+    require(not missing, argument, rule, got, remedy, error=ConfigurationError)
+    return device
+
+
+def require_libraries(setup: LaboratorySetup | None = None, *, emulated: bool = False) -> None:
+    """Raise `MissingExtraError` that names all libraries that a laboratory needs and that are not installed."""
+    libraries = []
+    if emulated or setup is None or not setup.tracker:
+        libraries.append(("cv2", "OpenCV", "vision"))
+    if not emulated and setup is not None and not setup.open_replica:
+        libraries.append(("serial", "pyserial", "robot"))
+    require_extras(*libraries)
 
 
 class CameraPoses(PoseSource):
@@ -258,7 +307,7 @@ def inspect(
     """
 
     def look_at(robot: RobotSection) -> str:
-        with closing(equipment.open_replica(str(robot.address))) as opened:
+        with closing(equipment.replica(str(robot.address))) as opened:
             version, status = opened.version(), opened.status()
         if not status.battery_ok:
             raise ValueError(f"the battery of {robot.name} must be charged; got a low one. Change it.")
@@ -267,7 +316,7 @@ def inspect(
     for robot in setup.linked:
         yield _look(f"{robot.role} {robot.name}", look_at, robot)
     try:
-        poses = equipment.open_tracker()
+        poses = equipment.tracker()
     except OSError as error:
         yield Finding("camera", str(error), False)
         return

@@ -128,7 +128,7 @@ class PcProgram:
         self.moving = {robot.name for robot in self._setup.linked}
         for robot in self._setup.linked:
             try:
-                opened = self._robots[robot.name] = self._equipment.open_replica(str(robot.address))
+                opened = self._robots[robot.name] = self._equipment.replica(str(robot.address))
                 status = opened.status()
             except OSError as error:
                 raise self._lost(robot.name, str(error)) from error
@@ -137,7 +137,7 @@ class PcProgram:
             self._in_step &= status.state != "R0"
             self._sequence = max(self._sequence, status.waiting + 1, status.executing + 1)
         try:
-            self._poses = self._equipment.open_tracker()
+            self._poses = self._equipment.tracker()
         except OSError as error:
             raise Disturbance(BEGIN, str(error), "Connect the camera", tries=ALONE) from error
         if not self._in_step:
@@ -151,7 +151,7 @@ class PcProgram:
             if robot.name in self.moving:
                 with suppress(OSError):
                     if robot.name not in self._robots:
-                        self._robots[robot.name] = self._equipment.open_replica(str(robot.address))
+                        self._robots[robot.name] = self._equipment.replica(str(robot.address))
                     self._robots[robot.name].halt()
                     self.moving.remove(robot.name)
 
@@ -360,8 +360,8 @@ class Event:
     """What happened in a laboratory."""
 
     #: "state": the program enters a state; "trial": a trial was confirmed, or disturbed; "disturbed": a
-    #: trial is repeated; "batteries": they are replaced; "complete": all trials are observed; "moving": replicas could
-    #: not be halted
+    #: trial is repeated; "batteries": they are replaced; "complete": all trials are observed; "halted": who was
+    #: halted at the end, and who has no address; "moving": who could not be halted
     kind: str
     stage: str  #: The generation, or which post-evaluation
     #: At the first trial of this stage, from 1; a later trial that is repeated belongs to the same attempt
@@ -408,17 +408,26 @@ class LaboratorySource(Source):
         self._program = PcProgram(setup, scenario, equipment, self._follow)
 
     def close(self) -> None:
-        """Halt the replicas, if they were to be reached in this session, and close links and camera. The log,
-        and an event, name those that do not answer: they may still be moving.
+        """Halt the robots with an address, if they were to be reached in this session, and close links and camera.
+
+        Events name those that were halted, and those that may still be moving, as they do not answer or have no
+        address. The log names those that do not answer.
         """
+        program = self._program
+        reached = set(program.moving)
         try:
-            self._program.halt()
+            program.halt()
         finally:
-            self._program.disconnect()
-            if self._program.moving:
-                fault = f"robots are still moving: {', '.join(sorted(self._program.moving))}"
+            program.disconnect()
+            if reached:
+                halted = ", ".join(sorted(reached - program.moving)) or "none"
+                without = [robot.name for robot in self._setup.robots if not robot.address]
+                todo = f"Without an address, and perhaps still moving: {', '.join(without)}. Stop them by hand."
+                self._tell("halted", program.state, f"robots halted: {halted}", todo if without else "")
+            if program.moving:
+                fault = f"robots are still moving: {', '.join(sorted(program.moving))}"
                 _LOGGER.warning("%s. Switch them off.", fault)
-                self._tell("moving", self._program.state, fault, "Switch them off.")
+                self._tell("moving", program.state, fault, "Switch them off.")
 
     def to_units(self, models: np.ndarray) -> np.ndarray:
         """Return the wheel speeds (M, P), fractions of the maximum, of models (M, P) as the optimizer has them:
