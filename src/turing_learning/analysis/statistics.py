@@ -97,7 +97,7 @@ def rhythm_statistic_names(names: Sequence[str], length: int, interval_s: float)
     for low, high in pairwise(_edges(length)):
         slow, fast = length * interval_s / (low + 1), length * interval_s / high
         period = f"{slow:.2g} s" if high == low + 1 else f"{fast:.2g} to {slow:.2g} s"
-        found += [f"rhythm of {name} with a period of {period}" for name in names]
+        found += [f"rhythm of {name}, {period}" for name in names]
     found += [f"asymmetry of {name}" for name in names]
     found += [f"rare large values of {name}" for name in names]
     found += [f"asymmetry of rises and falls of {name}" for name in names]

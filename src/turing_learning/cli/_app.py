@@ -5,7 +5,7 @@ from importlib.metadata import version
 
 from cyclopts import App, Parameter
 
-from . import _beside, _detect, _robots, _runs
+from . import _beside, _detect, _examine, _robots, _runs
 
 app = App(
     name="turing-learning",
@@ -32,6 +32,7 @@ _ORDER: tuple[Callable[..., object], ...] = (
         _runs.check,
     ),
     *(
+        _examine.test,
         _detect.detect,
         _beside.reproduce,
         _robots.arena,

@@ -9,6 +9,8 @@
 `Telling`
     Signals, statistics and time scales by which one set is told from the other.
 
+The module `present` has the page of a test.
+
 A sample has T steps of D signals. Samples belong to groups: recordings, individuals or blocks of time. Only groups
 are left out, and only groups exchange their labels. Source: docs/decisions/0039-examination.md.
 """

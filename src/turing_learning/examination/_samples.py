@@ -82,9 +82,7 @@ class Pair:
             counts = [len(np.unique(side.owners(grouping))) for side in (self.real, self.simulated)]
             if min(counts) < 2:
                 continue
-            # of sides of the same size each division comes twice, with the sides exchanged
-            divisions = comb(sum(counts), counts[0]) / (2 if counts[0] == counts[1] else 1)
-            enough = divisions >= FEWEST_ARRANGEMENTS
+            enough = _enough(*counts)
             if enough and grouping == "recordings":
                 return [grouping]
             if enough:
@@ -107,7 +105,7 @@ def pair_of(
         sides = [[replace(each, headings=None) for each in side] for side in sides]
     sides = [_same_rate(side, every, remarks) for side in sides]
     every = [each for side in sides for each in side]
-    names = _names(names, every)
+    names = _names(names, every, of_groups=_enough(len(real), len(simulated)))
     steps = _steps(every, window_s)
     fps = every[0].fps
     remarks.append(f"Samples are windows of {steps} steps ({steps / fps:.3g} s).")
@@ -158,15 +156,26 @@ def _same_rate(side: list[Trajectories], every: Sequence[Trajectories], remarks:
     return found
 
 
-def _names(names: Sequence[str] | None, every: Sequence[Trajectories]) -> tuple[str, ...]:
-    """Return the signals that are asked for, or all that every recording has."""
+def _enough(real: int, simulated: int) -> bool:
+    """Return whether so many groups of both sides can be exchanged in enough ways."""
+    # of sides of the same size each division comes twice, with the sides exchanged
+    divisions = comb(real + simulated, real) / (2 if real == simulated else 1)
+    return divisions >= FEWEST_ARRANGEMENTS
+
+
+def _names(names: Sequence[str] | None, every: Sequence[Trajectories], *, of_groups: bool) -> tuple[str, ...]:
+    """Return the signals that are asked for, or all that every recording has.
+
+    Signals of the whole group are among the latter only where recordings are groups: all individuals of a recording
+    share them, so they would tell any recording from any other.
+    """
     known = (*SIGNALS, *OF_GROUPS)
     fewest = min(each.present.sum(axis=1).max() for each in every)
     if names is None:
         possible = list(SIGNALS) if fewest >= 2 else ["speed", "turn"]
-        if fewest >= 2:
+        if of_groups and fewest >= 2:
             possible.append("polarization")
-        if fewest >= FEWEST_COUNTED:
+        if of_groups and fewest >= FEWEST_COUNTED:
             possible.append("area")
         return tuple(possible)
     for name in names:

@@ -168,7 +168,7 @@ def told_by(found: Sequence[Telling]) -> str:
         return ""
     clear = [each for each in statistics if each.accuracy >= CLEARLY] or statistics[:1]
     listed = ", ".join(f"{each.what} ({each.words})" for each in clear[:3])
-    return f"Told by: {listed}."
+    return f"Told by (simulated against real): {listed}."
 
 
 def telltale_windows(scores: np.ndarray, given: Given) -> list[tuple[int, int]]:

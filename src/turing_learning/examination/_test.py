@@ -1,5 +1,4 @@
 """The door: two sets of recordings or arrays to all that is said of them."""
-# ruff: noqa: PT028 - a test of motion, not of this code
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -118,9 +117,11 @@ class TuringTest(Tabular):
         real, simulated = self.examined.samples
         groups = " and ".join(map(str, self.examined.groups))
         samples = f"{counted(real, 'real sample')}, {simulated} simulated, in {groups} {self.examined.grouping}"
-        rows = [[each.name, f"{each.accuracy:.3f}", f"{each.p_value:.3f}"] for each in self.examined.examiners]
-        rows += [[f"by {each.what}", f"{each.accuracy:.3f}", each.words or "-"] for each in self.telling]
-        headings = ["examiner", "accuracy", "p-value, or simulated against real"]
+        rows = [[each.name, f"{each.accuracy:.3f}", f"p = {each.p_value:.3f}"] for each in self.examined.examiners]
+        for each in self.telling:
+            if each.kind in ("statistic", "signal"):
+                rows.append([each.what, f"{each.accuracy:.3f}", each.words or "-"])
+        headings = ["who, or by what", "accuracy", "simulated against real"]
         return f"{self.verdict}: {samples}", headings, rows, [self.text, " ".join(self.remarks)]
 
 
@@ -147,7 +148,8 @@ def test(
         them, else individuals or blocks of time, whichever differ more among themselves.
     names : (D,)
         Of the signals. For recordings those to look at: "speed", "turn", "neighbor_distance", "neighbor_bearing",
-        "polarization" (0 to 1) and "area" (of the group, cm2). None takes all that there are.
+        "polarization" (0 to 1) and "area" (of the group, cm2). None takes all that there are, the last two only where
+        recordings are groups.
     control
         Whether to test one half of the real groups against the other, too.
     window_s

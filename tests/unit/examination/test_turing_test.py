@@ -30,7 +30,7 @@ def test_two_recordings_are_told_apart_by_the_signal_that_differs():
     assert first.kind == "statistic"
     assert "turn" in first.what or "straight" in first.what
     assert found.control.p_value > 0.01
-    assert "Told by:" in found.text
+    assert "Told by (simulated against real):" in found.text
     assert "individuals" in found.text or "blocks of time" in " ".join(found.remarks)
     json.dumps(found.to_json())
     assert str(found).startswith("told apart: ")
@@ -72,10 +72,12 @@ def test_many_recordings_are_groups_and_few_are_not():
 
 
 def test_signals_of_the_group_are_there_where_there_is_one():
-    pair = pair_of([walkers()], [walkers()], names=None, **OPTIONS)
+    four = [walkers(frames=100) for _ in range(4)]
+    pair = pair_of(four, four, names=None, **OPTIONS)
     assert pair.names == ("speed", "turn", "neighbor_distance", "neighbor_bearing", "polarization", "area")
     aligned = pair.real.samples[..., 4]
     assert ((aligned >= 0) & (aligned <= 1)).all()
+    assert pair_of(four[:1], four[:1], names=None, **OPTIONS).names == pair.names[:4]
     alone = pair_of([walkers(individuals=1)], [walkers()], names=None, **OPTIONS)
     assert alone.names == ("speed", "turn")
 

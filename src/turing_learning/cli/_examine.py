@@ -1,0 +1,140 @@
+"""The command that puts a simulator to the test."""
+
+import json
+import shlex
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from cyclopts import Parameter
+
+import turing_learning as tl
+from turing_learning.errors import refuse, require
+
+from ._options import Integer, Real, Tracks
+from ._tables import plain_console
+
+ARRAYS = (".npy", ".npz")
+"""Endings of files that hold samples (K, T, D)."""
+
+
+def test(
+    *real: Path,
+    against: Annotated[list[Path] | None, Parameter(negative="", consume_multiple=True)] = None,
+    signals: str | None = None,
+    window: Real | None = None,
+    control: bool = False,
+    quick: bool = False,
+    seed: Integer = 0,
+    tracks: Tracks = Tracks(),  # noqa: B008 - frozen
+    against_fps: Real | None = None,
+    against_scale: Real | None = None,
+    against_y_axis: str | None = None,
+    out: Path | None = None,
+    force: bool = False,
+    as_json: Annotated[bool, Parameter("--json")] = False,
+) -> None:
+    """Say whether simulated motion can be told from real motion, and by what.
+
+    Two sets of recordings, from anywhere. Nothing is inferred, and no simulator is needed. Files are those of trackers,
+    or arrays (K, T, D) of samples (.npy, or .npz with `samples`). See `turing-learning docs examination`.
+
+    Examples:
+
+      turing-learning test fish.csv --against simulated.csv --fps 25 --scale 20 --out test.html
+      turing-learning test monday.csv tuesday.csv --against model/*.csv --signals speed,turn --json
+
+    :param real: Recordings of the real thing.
+    :param against: Simulated recordings, or any others.
+    :param signals: What the examiners see, with commas: speed, turn, neighbor_distance, neighbor_bearing, polarization,
+        area. By default all that there are, the last two where recordings are groups.
+    :param window: Length of the samples (s); by default 5, or less where individuals are not there for so long.
+    :param control: Test one half of the real groups against the other, too.
+    :param quick: Leave the boosted trees out, which take most of the time.
+    :param seed: Seed of all that is drawn; 0 by default.
+    :param against_fps: Frames per second of the simulated recordings; by default as stated, or as the real ones.
+    :param against_scale: Their pixels per cm; the same.
+    :param against_y_axis: Where y points in them; the same.
+    :param out: Write a page (.html).
+    :param force: Replace a page that is there.
+    :param as_json: Print JSON.
+    """
+    from turing_learning.examination import PANEL, QUICK
+    from turing_learning.examination.present import test_page
+    from turing_learning.targets import refuse_target
+
+    example = "For example: turing-learning test fish.csv --against simulated.csv"
+    if not real:
+        refuse("REAL", "be one recording or several", "none", example)
+    if not against:
+        refuse("--against", "be one recording or several", "none", example)
+    if out is not None:
+        refuse_target(out, name="out", suffixes=(".html",), force=force)
+    options: dict[str, Any] = {"control": control, "seed": seed}
+    options["examiners"] = QUICK if quick else PANEL
+    names = None if signals is None else [name.strip() for name in signals.split(",")]
+    arrays = [
+        path.suffix.lower() in ARRAYS and tl.detection.holds_motion(path)
+        for path in (*real, *against)
+    ]
+    if any(arrays):
+        got = "samples and recordings"
+        require(all(arrays), "REAL", "be recordings where the others are, or samples", got)
+        remedy = "Arrays hold samples that are measured already."
+        tracks.refuse_beside("be left out for samples", remedy, window=window)
+        sides = [_samples(real), _samples(against)]
+        several = len(real) > 1 and len(against) > 1
+        groups = [owners for _, owners in sides] if several else None
+        found = tl.test(sides[0][0], sides[1][0], groups, names, **options)
+    else:
+        recordings = [tracks.read(path, "REAL") for path in real]
+        usual = {
+            name: value
+            for name, value in tracks.given.items()
+            if name in ("fps", "scale", "y_axis")
+        }
+        # faster recordings are thinned to the rate of the others, so `every` is for the real ones
+        others = replace(
+            tracks, fps=against_fps, scale=against_scale, y_axis=against_y_axis, every=None
+        )
+        simulated = [others.read(path, "--against", usual) for path in against]
+        for each in (*recordings, *simulated):
+            each.announce()
+        options |= {"window_s": window, "smooth_frames": tracks.smooth or 1}
+        found = tl.test(recordings, simulated, names=names, **options)
+    if as_json:
+        print(json.dumps(found.to_json(), indent=2, allow_nan=False))
+    else:
+        plain_console().print(found)
+    if out is not None:
+        title = f"{_named(real)} against {_named(against)}"
+        command = shlex.join(
+            ["turing-learning", "test", *map(str, real), "--against", *map(str, against)]
+        )
+        tl.report.write_page(test_page(found, title, command), out)
+        print(out, file=sys.stderr if as_json else sys.stdout)
+
+
+def _samples(paths: "tuple[Path, ...] | list[Path]") -> tuple[np.ndarray, np.ndarray]:
+    """Return the samples (K, T, D) of some files, and of which file each is."""
+    parts: list[np.ndarray] = []
+    for path in paths:
+        content = np.load(path, allow_pickle=False)
+        samples = content["samples"] if isinstance(content, np.lib.npyio.NpzFile) else content
+        require(
+            samples.ndim == 3, "REAL", "hold samples (K, T, D)", str(samples.shape), place=str(path)
+        )
+        same = samples.shape[1:] == (parts[0] if parts else samples).shape[1:]
+        rule = f"hold samples of the same T and D as {paths[0]}"
+        require(same, "REAL", rule, str(samples.shape), place=str(path))
+        parts.append(samples)
+    owners = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    return np.concatenate(parts), owners
+
+
+def _named(paths: "tuple[Path, ...] | list[Path]") -> str:
+    """Return the name of the first file, and how many more there are."""
+    more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
+    return f"{paths[0].name}{more}"
