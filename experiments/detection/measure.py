@@ -27,18 +27,17 @@ from turing_learning.detection import (
     recorded_motion,
     run_classifiers,
 )
-from turing_learning.detection._alike import (
-    CLASSIFIERS,
-    MOTION_EYE,
-    ONE_CLASS_EYE,
-    STATISTICS_EYE,
-    Case,
-    Eye,
-    Normal,
-    among,
-)
+from turing_learning.detection._alike import Case, NormalIndividuals, TrainedMethod, beside_fellows
 from turing_learning.detection._detect import _planted, _windows
-from turing_learning.detection._kinds import KINDS, Kind, plant
+from turing_learning.detection._methods import (
+    CLASSIFIERS,
+    MOTION_STATISTICS,
+    ONE_CLASS,
+    WINDOW_STATISTICS,
+    Features,
+    Method,
+)
+from turing_learning.detection._planted import PLANTED_KINDS, Planting, plant
 from turing_learning.families import FAMILIES
 from turing_learning.models import Behavior
 from turing_learning.swarm import Trials, alone, mixed
@@ -119,13 +118,13 @@ def unlike(path: Path, name: str, seed: int) -> list[list[object]]:
         others[size] = Trials.draw(scenario, mixed(scenario, 300), rng).observe(models, 1)[:, agents]
     rows: list[list[object]] = []
     flat = fresh.reshape(-1, *fresh.shape[2:])
-    for eye in eyes(run):
+    for method in methods_of(run):
         groups = [[each[None] for each in group] for group in normal]
-        score = eye.learn([each for group in groups for each in among(eye.see(group), False)], False, ())
-        usual = np.concatenate([score(each) for each in among(eye.see([each[None] for each in flat]), False)])
+        score = method.learn([each for group in groups for each in features_alone(method, group)], False, ())
+        usual = np.concatenate([score(each) for each in features_alone(method, [each[None] for each in flat])])
         for size, motion in others.items():
-            found = np.concatenate([score(each) for each in among(eye.see([each[None] for each in motion]), False)])
-            rows.append([eye.name, size, f"{area_under_curve(found, usual):.4f}"])
+            found = np.concatenate([score(each) for each in features_alone(method, [each[None] for each in motion])])
+            rows.append([method.name, size, f"{area_under_curve(found, usual):.4f}"])
     for rule in ("discriminant", "fittest"):
         detector = Detector.from_run(result, rule=rule, threads=1)
         usual = -detector.judge(flat)
@@ -154,7 +153,7 @@ def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
     dimension, agents = len(scenario.controller), scenario.agents
     axes = [np.linspace(-1, 1, 11 if dimension == 4 else 5)] * dimension
     models = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, dimension)
-    looks = eyes(run)
+    looks = methods_of(run)
 
     def observed(swarms: int) -> np.ndarray:
         """Return samples (individuals, 10, T, D) of agents in swarms of their own."""
@@ -165,15 +164,15 @@ def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
 
     normal, calibration, fresh = observed(100), observed(200), observed(200)
     learned = {}
-    for eye in looks:
+    for method in looks:
         for count in (1, GRID_TRIALS):
-            seen = among([eye.see([each])[0] for each in normal[:, :count]], False)
-            learned[eye.name, count] = eye, eye.learn(seen, False, ())
+            seen = [Features(method.features([each])[0]) for each in normal[:, :count]]
+            learned[method.name, count] = method, method.learn(seen, False, ())
 
     def scores(samples: np.ndarray) -> dict[tuple[str, int], np.ndarray]:
         return {
-            (way, count): np.array([score(each).mean() for each in among(eye.see(list(samples[:, :count])), False)])
-            for (way, count), (eye, score) in learned.items()
+            (way, count): np.array([score(each).mean() for each in features_alone(method, list(samples[:, :count]))])
+            for (way, count), (method, score) in learned.items()
         }
 
     usual, new = scores(calibration), scores(fresh)
@@ -241,10 +240,10 @@ def planted(
     known = {id(before): _windows(recorded_motion(before, run), True) for _, before, _, _ in cases}
     moved = [_windows(recorded_motion(after, run), True) for _, _, after, _ in cases]
     found: dict[str, list[np.ndarray]] = {}
-    for eye, _, score in looked_at(run, genuine):
-        usual = {key: eye.see(windows) for key, windows in known.items()}
-        found[eye.name] = [
-            np.stack([score(usual[id(case[1])], case[0]), score(eye.see(windows), case[0])])
+    for method, _, score in looked_at(run, genuine):
+        usual = {key: method.features(windows) for key, windows in known.items()}
+        found[method.name] = [
+            np.stack([score(usual[id(case[1])], case[0]), score(method.features(windows), case[0])])
             for case, windows in zip(cases, moved, strict=True)
         ]
     found["read first"] = found[said[0].name]
@@ -259,31 +258,41 @@ def planted(
     return rows
 
 
-def eyes(run: RunClassifiers) -> tuple[Eye, ...]:
-    """Return the ways to look."""
-    return Eye(CLASSIFIERS, run.outputs), STATISTICS_EYE, ONE_CLASS_EYE, MOTION_EYE
+def methods_of(run: RunClassifiers) -> tuple[Method, ...]:
+    """Return the methods, on the signals of a run."""
+    return Method(CLASSIFIERS, run.outputs), WINDOW_STATISTICS, ONE_CLASS, MOTION_STATISTICS
+
+
+def features_alone(method: Method, windows: list[np.ndarray]) -> list[Features]:
+    """Return features of individuals that have no fellows."""
+    return [Features(each) for each in method.features(windows)]
 
 
 Scored = Callable[..., np.ndarray]
 
 
-def looked_at(run: RunClassifiers, genuine: list[RecordedMotion]) -> Iterator[tuple[Eye, np.ndarray, Scored]]:
-    """Yield ways to look, scores of normal individuals, each by what was learned without it, and a scorer, as `judge_alike` has."""
+def looked_at(run: RunClassifiers, genuine: list[RecordedMotion]) -> Iterator[tuple[Method, np.ndarray, Scored]]:
+    """Yield methods, scores of normal individuals, each by what was learned without it, and a scorer, as `judge_alike` has."""
     examples = _planted(genuine, run, 0, True)[0]
-    for eye in eyes(run):
-        eye = replace(eye, columns=slice(run.signals, None) if eye is MOTION_EYE else slice(run.signals))
-        yield eye, *scaled(eye, Normal.of([_windows(each, True) for each in genuine], np.inf), examples)
+    for method in methods_of(run):
+        method = replace(
+            method, columns=slice(run.signals, None) if method is MOTION_STATISTICS else slice(run.signals)
+        )
+        yield (
+            method,
+            *scaled(method, NormalIndividuals.of([_windows(each, True) for each in genuine], np.inf), examples),
+        )
 
 
-def scaled(eye: Eye, normal: Normal, examples: list[Case]) -> tuple[np.ndarray, Scored]:
+def scaled(method: Method, normal: NormalIndividuals, examples: list[Case]) -> tuple[np.ndarray, Scored]:
     """Return the scores of normal individuals in units of their scatter, and a scorer of others."""
-    look = normal.look(eye, normal.pieces[0], (), examples, True)
-    scores = look.normal
+    trained = TrainedMethod.learn(method, normal, (), examples, True)
+    scores = trained.normal_scores()
     middle = np.median(scores)
     scatter = np.median(np.abs(scores - middle))
 
     def score(features: list[np.ndarray], without: str = "") -> np.ndarray:
-        shares = look.score(among(features, True), without)
+        shares = trained.shares(beside_fellows(features, True), without)
         means = np.array([each.mean() if len(each) else -np.inf for each in shares])
         return np.arcsinh((means - middle) / scatter)
 
@@ -313,7 +322,7 @@ def families(work: Path) -> Measured:
                     rng, cases = np.random.default_rng((32, drawn)), []
                     for k, each in enumerate(fresh):
                         who = k % INDIVIDUALS
-                        cases += [(kind, each, plant(each, who, kind, rng), who) for kind in KINDS]
+                        cases += [(kind, each, plant(each, who, kind, rng), who) for kind in PLANTED_KINDS]
                     return planted(result, normal[:count], cases)
 
                 yield key, measure
@@ -339,7 +348,7 @@ def recordings(work: Path) -> Measured:
                     cases = [
                         (kind, each, plant(each, who, kind, rng), who)
                         for who in range(len(each.individuals))
-                        for kind in KINDS
+                        for kind in PLANTED_KINDS
                     ]
                     return planted(result, [piece for k, piece in enumerate(pieces) if k != out], cases)
 
@@ -432,14 +441,14 @@ def bolting(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> 
 
 FRESH = {"mirrored": mirrored, "walking": walking, "wiggling": wiggling, "cornered": cornered, "bolting": bolting}
 """Kinds that were written down last."""
-GROUPS: dict[str, dict[str, Kind]] = {"fresh": FRESH, "blind": BLIND, "second blind": SECOND}
+GROUPS: dict[str, dict[str, Planting]] = {"fresh": FRESH, "blind": BLIND, "second blind": SECOND}
 
 
 def held_out(work: Path) -> Measured:
     """All kinds, and new ones, in other parts, with other seeds, than those of the other tables."""
-    _detect.KINDS = dict(KINDS)  # what `detect` plants itself has none of the new ones
-    every = dict(KINDS) | NEW
-    KINDS.update(NEW | FRESH | BLIND | SECOND)
+    _detect.PLANTED_KINDS = dict(PLANTED_KINDS)  # what `detect` plants itself has none of the new ones
+    every = dict(PLANTED_KINDS) | NEW
+    PLANTED_KINDS.update(NEW | FRESH | BLIND | SECOND)
     for name, (file, fps, scale, parts) in RECORDED.items():
         whole = tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down").bridged(15).thinned(3)
         ends = np.linspace(0, len(whole.positions), parts).astype(int)
@@ -488,7 +497,7 @@ def held_out(work: Path) -> Measured:
 
 def direct(work: Path) -> Measured:
     """What can be told at all: each kind by a classifier that was trained on that very kind, in the other parts."""
-    KINDS.update(NEW)
+    PLANTED_KINDS.update(NEW)
     for name, (file, fps, scale, parts) in RECORDED.items():
         whole = tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down").bridged(15).thinned(3)
         ends = np.linspace(0, len(whole.positions), parts).astype(int)
@@ -499,16 +508,16 @@ def direct(work: Path) -> Measured:
             from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
             run = run_classifiers(learned(work, pieces[0], "couzin", "all", 7, name))
-            eye = replace(MOTION_EYE, columns=slice(run.signals, None))
+            method = replace(MOTION_STATISTICS, columns=slice(run.signals, None))
 
             def seen(recording: tl.Trajectories) -> list[np.ndarray]:
                 """Return windows relative to the median of all individuals."""
-                found = eye.see(_windows(recorded_motion(recording, run), True))
+                found = method.features(_windows(recorded_motion(recording, run), True))
                 middle = np.median([each.mean(axis=0) for each in found if len(each)], axis=0)
                 return [each - middle for each in found]
 
             normal, rows = [seen(each) for each in pieces], []
-            for kind in KINDS:
+            for kind in PLANTED_KINDS:
                 moved = [
                     [
                         seen(plant(each, k, kind, np.random.default_rng((43, p, k))))
@@ -566,9 +575,9 @@ def alarms(work: Path) -> Measured:
                     fresh = [recorded_motion(each, run) for each in group(name, 10, 50000 + part)]
                     said = detect(run, fresh[0], genuine=genuine).rankings
                     usual, new = {}, {}
-                    for eye, scores, score in looked_at(run, genuine):
-                        usual[eye.name] = scores
-                        new[eye.name] = np.stack([score(eye.see(_windows(each, True))) for each in fresh])
+                    for method, scores, score in looked_at(run, genuine):
+                        usual[method.name] = scores
+                        new[method.name] = np.stack([score(method.features(_windows(each, True))) for each in fresh])
                     usual["read first"], new["read first"] = usual[said[0].name], new[said[0].name]
                     for way, scores in usual.items():
                         chances = (1 + (scores >= new[way][..., None]).sum(axis=-1)) / (len(scores) + 1)

@@ -79,7 +79,7 @@ def problem(case: str, seed: int) -> Problem:
         scenario = SCENARIOS[case] if case in SCENARIOS else curves.system(f"three-state-{seed}")
         genuine = methods.Groups(scenario, GROUP).observe(1000, np.random.default_rng([seed, 5]))
         truth, swarm = np.array(scenario.controller), MixedSwarm(scenario, threads=1)
-        end = np.full(len(truth), methods.LARGEST)
+        end = np.full(len(truth), methods.HIGHEST_SPEED)
         return Problem(
             scenario.parameter_names, truth, -end, end,
             lambda models, rng: swarm.collect(models, rng).counterfeit, genuine,
@@ -107,7 +107,7 @@ def abc_smc(given: Problem, trials: int, seed: int) -> methods.Inferred:
     """Return what ABC-SMC infers, as in 4.5+, whose prior has the same range for all parameters."""
 
     def units(models: np.ndarray) -> np.ndarray:
-        return given.low + (models / methods.LARGEST + 1) / 2 * (given.high - given.low)
+        return given.low + (models / methods.HIGHEST_SPEED + 1) / 2 * (given.high - given.low)
 
     groups = SimpleNamespace(
         scenario=SimpleNamespace(parameter_names=given.names),
@@ -288,7 +288,7 @@ def npe_raw(given: Problem, trials: int, seed: int) -> methods.Inferred:
     low, high = (torch.as_tensor(end, dtype=torch.float32) for end in (given.low, given.high))
     network, prior = _embedding(motion.body()), utils.BoxUniform(low, high)
     flow = posterior_nn("maf", z_score_x="none", embedding_net=network)
-    trainer = inference.NPE(prior, density_estimator=flow, show_progress_bars=False, tracker=methods.NO_TRACKER)
+    trainer = inference.NPE(prior, density_estimator=flow, show_progress_bars=False, tracker=methods.SILENT_TRACKER)
     genuine, proposal = motion.tensor(given.recorded)[None], prior
     for part in np.array_split(np.arange(trials // GROUP), ROUNDS):
         models = proposal.sample((len(part),))
@@ -326,7 +326,7 @@ def neural(method: str, given: Problem, trials: int, seed: int) -> methods.Infer
     low, high = tensor(given.low), tensor(given.high)
     prior = utils.BoxUniform(low, high)
     kinds = {"npe": inference.NPE, "snle": inference.NLE, "snre": inference.NRE}
-    trainer = kinds[method](prior, show_progress_bars=False, tracker=methods.NO_TRACKER)
+    trainer = kinds[method](prior, show_progress_bars=False, tracker=methods.SILENT_TRACKER)
     seen, posterior, proposal = tensor(given.observed.mean(axis=0, keepdims=True) / scale), None, prior
     for part in np.array_split(np.arange(trials // GROUP), ROUNDS):
         models = proposal.sample((len(part),))
@@ -382,7 +382,7 @@ def ours() -> pd.DataFrame:
         names = ("vl0", "vr0", "vl1", "vr1", "vl2", "vr2")
         numbers = [np.fromstring(each[name], sep=" ") for name in ("truth", "estimate", "low", "high")]
         for name, truth, estimate, low, high in zip(names, *numbers, strict=True):
-            error = abs(estimate - truth) / (2 * methods.LARGEST)
+            error = abs(estimate - truth) / (2 * methods.HIGHEST_SPEED)
             rows.append(("three-state-0", each.trials, each.seed, name, truth, estimate, low, high, error, each.cpu_s))
     columns = [name for name in FIELDS if name != "method"]
     known = pd.concat([walks.rename(columns={"seconds": "cpu_s"}), families, pd.DataFrame(rows, columns=columns)])

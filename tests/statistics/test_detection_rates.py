@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from turing_learning.detection._alike import STATISTICS_EYE, judge_alike
+from turing_learning.detection._alike import judge_alike
 from turing_learning.detection._chance import Scan, p_values
+from turing_learning.detection._methods import WINDOW_STATISTICS
 
 DETECTORS, INDIVIDUALS = 500, 8
 DRAWS = 10_000
@@ -96,7 +97,7 @@ def test_judged_alike_keeps_its_rate_where_individuals_differ_lastingly(share):
     for _ in range(12):
         normal = [group() for _ in range(12)]
         for _ in range(3):
-            found = judge_alike([STATISTICS_EYE], group(), normal, names="abcdef", false_alarms=share)
+            found = judge_alike([WINDOW_STATISTICS], group(), normal, names="abcdef", false_alarms=share)
             called.append([each.abnormal for each in found.individuals])
     # 216 individuals by 12 calibrations with 72 normal ones each: a standard error of sqrt(s (1 - s) (1 / 216 + 1 / 864)),
     # 0.017 and 0.030; three of them

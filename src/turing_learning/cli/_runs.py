@@ -320,7 +320,7 @@ def study(
     from turing_learning.studies import refuse_script
 
     require_scenario(scenario, config, [*SCENARIOS, tl.studies.BEHAVIORS.name])
-    hands = tl.studies.Hands(workers, cluster=cluster)
+    executors = tl.studies.ExecutorChoice(workers, cluster=cluster)
     values, labels = settings_of(settings, {"run.generations": generations, "run.trials": trials})
     plan = tl.studies.plan_study(
         scenario,
@@ -334,9 +334,9 @@ def study(
     path = out or tl.studies.new_study_path(plan)
     if write_slurm is None:
         return _execute_study(
-            partial(tl.studies.execute_study, plan, path, hands, force=force), path
+            partial(tl.studies.execute_study, plan, path, executors, force=force), path
         )
-    if hands.cluster is not None or hands.workers is not None:
+    if executors.cluster is not None or executors.workers is not None:
         rule = "be given without workers and cluster"
         refuse("write-slurm", rule, f"{write_slurm} beside one", "Slurm is the cluster.")
     refuse_script(write_slurm.absolute(), force=force)

@@ -1,6 +1,3 @@
-from ._alike import Detection as Detection
-from ._alike import Ranking as Ranking
-from ._alike import Standing as Standing
 from ._chance import TimedVerdict as TimedVerdict
 from ._detect import detect as detect
 from ._motion import MOTION_SUFFIXES as MOTION_SUFFIXES
@@ -8,6 +5,9 @@ from ._motion import Motion as Motion
 from ._motion import RecordedMotion as RecordedMotion
 from ._motion import holds_motion as holds_motion
 from ._motion import load_motion as load_motion
+from ._ranking import Detection as Detection
+from ._ranking import Ranking as Ranking
+from ._ranking import Standing as Standing
 from ._run import RunClassifiers as RunClassifiers
 from ._run import recorded_motion as recorded_motion
 from ._run import run_classifiers as run_classifiers

@@ -11,8 +11,14 @@ from scipy.special import ndtri
 DIGITS = 9
 """Of a score; what comes after them depends on the order of summation."""
 DRAWS = 20_000
-MOST_DRAWN = 10_000_000  # samples, or scores, in all draws
-AT_ONCE = 64  # individuals
+"""Random choices, by which a p-value of 0.01 has a standard error of 0.0007."""
+FEWEST_DRAWS = 1000
+MOST_DRAWN = 10_000_000
+"""Samples, or scores, in all draws, at most; they must fit into memory."""
+INDIVIDUALS_AT_ONCE = 64
+"""Individuals whose p-values are computed together: more take memory, fewer time."""
+DRAWN_AT_ONCE = 1_000_000
+"""Scores that are drawn together."""
 
 
 def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
@@ -25,24 +31,40 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
     Where no sample of an individual has a higher score than any of the n, the choices are counted. Source:
     Pitman, Significance tests which may be applied to samples from any populations (1937); docs/decisions/0022.
     """
-    known, samples = len(genuine), scores.shape[1]
+    known = len(genuine)
+    samples = scores.shape[1]
     chosen = _choices(known, samples)
-    sums = np.append(genuine, np.zeros(samples))[chosen].sum(axis=1)
-    own = np.zeros((len(chosen), samples))
-    rows, places = np.nonzero(chosen >= known)
-    own[rows, chosen[rows, places] - known] = 1.0
-    found = np.empty(len(scores))
-    for begin in range(0, len(scores), AT_ONCE):
-        some = scores[begin : begin + AT_ONCE].T
-        low = sums[:, None] + own @ some <= some.sum(axis=0) + 10.0**-DIGITS / 2
-        found[begin : begin + AT_ONCE] = low.mean(axis=0)
+    # A choice is the sum of the genuine samples in it, and of those of the individual (in `has_own`).
+    genuine_sums = np.append(genuine, np.zeros(samples))[chosen].sum(axis=1)
+    has_own = np.zeros((len(chosen), samples))
+    rows, columns = np.nonzero(chosen >= known)
+    has_own[rows, chosen[rows, columns] - known] = 1.0
+    values = np.empty(len(scores))
+    for begin in range(0, len(scores), INDIVIDUALS_AT_ONCE):
+        individuals = slice(begin, begin + INDIVIDUALS_AT_ONCE)
+        individual_scores = scores[individuals].T
+        low = (
+            genuine_sums[:, None] + has_own @ individual_scores
+            <= individual_scores.sum(axis=0) + 10.0**-DIGITS / 2
+        )
+        values[individuals] = low.mean(axis=0)
+    _count_where_nothing_is_lower(values, genuine, scores)
+    return values
+
+
+def _count_where_nothing_is_lower(
+    values: np.ndarray, genuine: np.ndarray, scores: np.ndarray
+) -> None:
+    """Replace p-values of individuals with no score above the lowest genuine one: draws would not see so rare choices.
+
+    A choice with so low a mean holds all scores that are lower, and ties, its own or genuine ones, beside them.
+    """
     lowest = genuine.min(initial=np.inf)
-    below = scores.max(axis=1) <= lowest
-    # choices with so low a mean hold all of the S that are lower, and in place of the tied ones any of these and of the ties
-    ties, choices = int((genuine == lowest).sum()), comb(known + samples, samples)
-    tied = (scores[below] == lowest).sum(axis=1).tolist()
-    found[below] = [comb(ties + k, k) / choices for k in tied]
-    return found
+    genuine_ties = int((genuine == lowest).sum())
+    choices = comb(len(genuine) + scores.shape[1], scores.shape[1])
+    for k in np.flatnonzero(scores.max(axis=1) <= lowest):
+        own_ties = int((scores[k] == lowest).sum())
+        values[k] = comb(genuine_ties + own_ties, own_ties) / choices
 
 
 def known_needed(share: float, samples: int) -> int:
@@ -54,8 +76,9 @@ def known_needed(share: float, samples: int) -> int:
 
 @lru_cache(maxsize=2)
 def _choices(known: int, samples: int) -> np.ndarray:
-    """Return choices (any, samples) of numbers below known + samples; the individual's own are the last."""
-    total, draws = known + samples, max(1000, min(DRAWS, MOST_DRAWN // samples))
+    """Return choices (any, samples) of numbers below known + samples; the individual's own samples are the last ones."""
+    total = known + samples
+    draws = max(FEWEST_DRAWS, min(DRAWS, MOST_DRAWN // samples))
     if samples == 1 or comb(total, samples) <= draws:
         return np.array(list(combinations(range(total), samples)), dtype=np.int32)
     rng = np.random.default_rng((known, samples))
@@ -83,9 +106,9 @@ class TimedVerdict:
 class Scan:
     """Look for the stretch of consecutive windows whose scores lie lowest among those (n,) of single genuine samples.
 
-    A score counts by its place k among these: the evidence is the normal score of the place, with the sign
-    turned, the value above which a share (k + 1/2) / (n + 1) of a standard normal distribution lies. A score
-    that equals genuine ones has the mean for the places before, between and after them. Source: Van der
+    A score counts by its place k among these: its evidence is the value above which a share
+    (k + 1/2) / (n + 1) of a standard normal distribution lies (the normal score, with its sign turned). A score
+    that equals genuine ones has the mean evidence of the places before, between and after them. Source: Van der
     Waerden, Order tests for the two-sample problem and their power (1952); docs/decisions/0022.
     """
 
@@ -103,62 +126,102 @@ class Scan:
         between equal genuine scores have their evidence. Source: Vovk, Gammerman and Shafer, Algorithmic
         Learning in a Random World (2005).
         """
-        ordered, evidence = np.sort(self.genuine_scores), self._of_places()
-        known, equal = len(ordered), np.flatnonzero(ordered[1:] == ordered[:-1]) + 1
+        ordered = np.sort(self.genuine_scores)
+        known = len(ordered)
+        evidence = self._evidence_of_places()
+        equal = np.flatnonzero(ordered[1:] == ordered[:-1]) + 1
         evidence[equal] = self._evidence(ordered[equal])
-        draws = max(1000, min(draws, MOST_DRAWN // (windows + known)))
-        rng, drawn = np.random.default_rng(windows), []
-        for part in np.array_split(np.arange(draws), max(1, draws * (windows + known) // 1_000_000)):
-            rows = np.arange(len(part))[:, None]  # one row of samples behind the other: one search does for all
-            samples = np.sort(rng.random((len(part), known)), axis=1) + rows
-            places = np.searchsorted(samples.ravel(), (rng.random((len(part), windows)) + rows).ravel())
-            drawn.append(self._strongest(evidence[places.reshape(len(part), windows) - rows * known]))
-        return float(np.sort(np.concatenate(drawn))[-int(false_alarms * draws) - 1])
+        scores = windows + known
+        draws = max(FEWEST_DRAWS, min(draws, MOST_DRAWN // scores))
+        rng = np.random.default_rng(windows)
+        strengths = []
+        for draw in np.array_split(np.arange(draws), max(1, draws * scores // DRAWN_AT_ONCE)):
+            # Rows of genuine samples stand one behind the other, so that one search does for all.
+            rows = np.arange(len(draw))[:, None]
+            genuine = np.sort(rng.random((len(draw), known)), axis=1) + rows
+            individual = rng.random((len(draw), windows)) + rows
+            ranks = np.searchsorted(genuine.ravel(), individual.ravel())
+            ranks = ranks.reshape(len(draw), windows) - rows * known
+            strengths.append(self._strongest(evidence[ranks]))
+        return float(np.sort(np.concatenate(strengths))[-int(false_alarms * draws) - 1])
 
     def spells(self, scores: np.ndarray, threshold: float) -> list[slice]:
-        """Return the stretches of scores (W,) above the threshold: the strongest of any length, then those before and after it."""
+        """Return the stretches of scores (W,) above the threshold, in order.
+
+        The first that is found is the strongest of any length, then those before and after it follow.
+        """
         sums = np.append(0.0, np.cumsum(self._evidence(scores)))
-        best, found = threshold, None
-        for n in range(1, len(scores) + 1):
-            strengths = (sums[n:] - sums[:-n]) / self._error(n)
+        highest = threshold
+        strongest = None
+        for length in range(1, len(scores) + 1):
+            strengths = (sums[length:] - sums[:-length]) / self._standard_error(length)
             begin = int(np.argmax(strengths))
-            if strengths[begin] > best:
-                best, found = strengths[begin], slice(begin, begin + n)
-        if found is None:
+            if strengths[begin] > highest:
+                highest = strengths[begin]
+                strongest = slice(begin, begin + length)
+        if strongest is None:
             return []
-        before, after = (self.spells(some, threshold) for some in (scores[: found.start], scores[found.stop :]))
-        return [*before, found, *(slice(each.start + found.stop, each.stop + found.stop) for each in after)]
+        before = self.spells(scores[: strongest.start], threshold)
+        after = self.spells(scores[strongest.stop :], threshold)
+        begin = strongest.stop
+        return [
+            *before,
+            strongest,
+            *(slice(begin + spell.start, begin + spell.stop) for spell in after),
+        ]
 
-    def verdict(self, name: str, times: np.ndarray, scores: np.ndarray, threshold: float) -> TimedVerdict:
+    def verdict(
+        self, name: str, times: np.ndarray, scores: np.ndarray, threshold: float
+    ) -> TimedVerdict:
         """Return the verdict on an individual with windows at times (W, 2) and their scores (W,)."""
-        strength = float(self.strengths(scores)) if len(scores) else 0.0
+        score = 1.0
+        strength = 0.0
+        if len(scores):
+            score = float(scores.mean())
+            strength = float(self.strengths(scores))
         flagged = np.zeros(len(scores), dtype=bool)
-        spells = self.spells(scores, threshold) if strength > threshold else []
-        for spell in spells:
-            flagged[spell] = True
-        when = tuple((float(times[spell.start, 0]), float(times[spell.stop - 1, 1])) for spell in spells)
-        score = float(scores.mean()) if len(scores) else 1.0
-        said = (name, len(scores), score, strength, threshold, strength > threshold)
-        return TimedVerdict(*said, when, times, scores, flagged)
+        spells = []
+        if strength > threshold:
+            for spell in self.spells(scores, threshold):
+                flagged[spell] = True
+                spells.append((float(times[spell.start, 0]), float(times[spell.stop - 1, 1])))
+        return TimedVerdict(
+            individual=name,
+            windows=len(scores),
+            score=score,
+            strength=strength,
+            threshold=threshold,
+            abnormal=strength > threshold,
+            spells=tuple(spells),
+            times=times,
+            scores=scores,
+            flagged=flagged,
+        )
 
-    def _of_places(self) -> np.ndarray:
+    def _evidence_of_places(self) -> np.ndarray:
         """Return the evidence (n + 1,) of the places among n genuine scores of which no two are equal."""
         known = len(self.genuine_scores)
         return np.asarray(-ndtri((np.arange(known + 1) + 0.5) / (known + 1)))
 
     def _evidence(self, scores: np.ndarray) -> np.ndarray:
+        """Return the evidence of scores: the mean over the places before, between and after equal genuine ones."""
         ordered = np.sort(self.genuine_scores)
-        first, last = (np.searchsorted(ordered, scores, side) for side in ("left", "right"))
-        sums = np.append(0.0, np.cumsum(self._of_places()))
-        return (sums[last + 1] - sums[first]) / (last + 1 - first)
+        lowest = np.searchsorted(ordered, scores, "left")
+        highest = np.searchsorted(ordered, scores, "right")
+        sums = np.append(0.0, np.cumsum(self._evidence_of_places()))
+        return (sums[highest + 1] - sums[lowest]) / (highest + 1 - lowest)
 
     def _strongest(self, evidence: np.ndarray) -> np.ndarray:
         windows = evidence.shape[-1]
-        sums = np.concatenate((np.zeros((*evidence.shape[:-1], 1)), np.cumsum(evidence, axis=-1)), axis=-1)
-        spans = [*(2**k for k in range(windows.bit_length()) if 2**k < windows), windows]
-        strengths = [(sums[..., n:] - sums[..., :-n]).max(axis=-1) / self._error(n) for n in spans]
+        zero = np.zeros((*evidence.shape[:-1], 1))
+        sums = np.concatenate((zero, np.cumsum(evidence, axis=-1)), axis=-1)
+        lengths = [2**k for k in range(windows.bit_length()) if 2**k < windows]
+        strengths = []
+        for length in (*lengths, windows):
+            stretches = sums[..., length:] - sums[..., :-length]
+            strengths.append(stretches.max(axis=-1) / self._standard_error(length))
         return np.round(np.max(strengths, axis=0), DIGITS)
 
-    def _error(self, windows: int) -> float:
-        """Return the standard error of the sum of the evidence of so many windows: the n genuine samples have an error, too."""
+    def _standard_error(self, windows: int) -> float:
+        """Return that of the sum of the evidence of so many windows: the n genuine samples have an error, too."""
         return float(np.sqrt(windows * (1 + windows / len(self.genuine_scores))))

@@ -1,7 +1,8 @@
 """The door of detection: a run, motion, and recordings of normal individuals, to a ranking."""
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,28 +10,45 @@ from turing_learning.errors import check, reject
 from turing_learning.report import counted
 from turing_learning.swarm import Scenario, Trials, alone
 
-from ._alike import CLASSIFIERS, MOTION_EYE, ONE_CLASS_EYE, STATISTICS_EYE, Case, Detection, Eye, Windows, judge_alike
+from ._alike import Case, judge_alike
 from ._company import paths_of, usual_motion
-from ._kinds import KINDS, SOCIAL, plant
+from ._methods import CLASSIFIERS, MOTION_STATISTICS, ONE_CLASS, WINDOW_STATISTICS, Method, Windows
 from ._motion import Motion, RecordedMotion
+from ._planted import PLANTED_KINDS, SOCIAL_KINDS, plant
+from ._ranking import Detection
 from ._run import RunClassifiers, motion_of
 from ._simulated import ALIKE, CASES, by_individual, simulate_behaviors, stream
 
-Moved = Motion | RecordedMotion
-SIMULATED = 96  # robots with other parameters
-PLACES = 4  # individuals of recordings that each kind is planted into
-PLANTED_S = 180.0
-"""Of the recordings that individuals are planted into, at most."""
-NORMAL = 600  # simulated individuals, about
-UNLIKE = 0.2
+AnyMotion = Motion | RecordedMotion
+SIMULATED_CASES = 96
+"""Simulated robots with other parameters."""
+SIMULATED_NORMAL = 600
+"""Simulated normal individuals, about; their number depends on the size of a swarm."""
+PARAMETER_DEVIATION = 0.2
 """Standard deviation of the parameters of simulated cases around the agents'."""
+PLANTED_INDIVIDUALS = 4
+"""Individuals of the normal recordings, in whose stead each kind is planted."""
+PLANTED_S = 180.0
+"""Duration (s) of the recordings that individuals are planted into, at most: more takes time, and tells no more."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Normal:
+    """What motion is compared with."""
+
+    recordings: list[Windows]
+    cases: list[Case]
+    cases_in_words: str
+    promised: bool = True
+    relative: bool | None = False
 
 
 def detect(
-    run: RunClassifiers, motion: Moved, *, genuine: Sequence[Moved] = (), abnormal: Sequence[Moved] = (),
-    learned: Sequence[Moved] = (), false_alarms: float = 0.01, seed: int = 0, threads: int | None = None,
+    run: RunClassifiers, motion: AnyMotion, *, genuine: Sequence[AnyMotion] = (),
+    abnormal: Sequence[AnyMotion] = (), learned: Sequence[AnyMotion] = (), false_alarms: float = 0.01,
+    seed: int = 0, threads: int | None = None,
 ) -> Detection:  # fmt: skip
-    """Rank individuals by how unlike normal ones a run's classifiers judge them, beside baselines; read the first ranking.
+    """Rank individuals by how unlike normal ones they move, by several methods; read the first ranking.
 
     Source: docs/decisions/0031-judged-alike.md.
 
@@ -45,7 +63,7 @@ def detect(
         others. None: simulated robots are simulated; samples that a run has stored are taken; a recording is
         ranked and nobody called abnormal.
     abnormal
-        Motion of individuals that are known to be abnormal, by which the ways to look are compared. None plants
+        Motion of individuals that are known to be abnormal, by which the methods are compared. None plants
         some.
     learned
         Recordings that the run has learned from. Individuals are ranked beside these where no `genuine` is given.
@@ -57,87 +75,171 @@ def detect(
         Number of threads of a simulation; None takes every processor.
     """
     recordings = genuine or learned
-    everybody = (motion, *recordings, *abnormal)
-    beside = bool(recordings) and all(isinstance(each, RecordedMotion) and each.company for each in everybody)
-    own = slice(run.signals if beside else None)  # the last columns are those of company
-    eyes = [Eye(CLASSIFIERS, run.outputs, columns=own), replace(STATISTICS_EYE, columns=own)]
-    eyes.append(replace(ONE_CLASS_EYE, columns=own))
-    eyes.append(replace(MOTION_EYE, columns=slice(run.signals, None) if beside else own))
-    windows = _windows(motion, beside)
-    lengths = [len(each) for each in windows if len(each)]
+    with_company = bool(recordings) and all(map(_has_company, (motion, *recordings, *abnormal)))
+    windows = _windows(motion, with_company)
+    lengths = [len(individual) for individual in windows if len(individual)]
     check(lengths, "motion", "hold a window", "none", "Record for longer.")
     samples = int(np.median(lengths))
-    normal: list[Windows]
-    cases: list[Case] = []
-    said, promised = "", True
-    relative: bool | None = False
     if recordings:
-        normal, relative, promised = [_windows(each, beside) for each in recordings], None, bool(genuine)
-        cases, said = _planted(recordings, run, seed, beside)
+        cases, in_words = _planted(recordings, run, seed, with_company)
+        normal_windows: list[Windows] = [
+            _windows(recording, with_company) for recording in recordings
+        ]
+        normal = _Normal(normal_windows, cases, in_words, promised=bool(genuine), relative=None)
     elif run.scenario is not None:
-        normal, cases = _simulated(run.scenario, samples, seed, threads)
-        said = f"{len(cases)} simulated robots with other parameters"
+        normal = _simulated(run.scenario, samples, seed, threads)
     elif run.calibration is not None:
-        pool = run.calibration[0][len(run.calibration[0]) // 2 :, 0]  # the run has not learned from these
-        # windows of one recording are not independent
-        alike = run.in_laboratory or not isinstance(motion, RecordedMotion)
-        promised = alike and len(pool) >= 2 * samples
-        order, size = stream(seed, ALIKE).permutation(len(pool)), samples if promised else 1
-        normal = [[pool[order[k : k + size]]] for k in range(0, len(pool) - size + 1, size)]
+        normal = _stored(run, run.calibration[0], isinstance(motion, RecordedMotion), samples, seed)
     else:
         remedy = "Give motion of normal individuals, or let the run end."
         reject("genuine", "be given for a run that has stored no motion", "none", remedy)
-    planted = cases if beside else []
+    # Without company, statistics of the run's few signals learn nothing from planted individuals.
+    planted = normal.cases if with_company else []
     if abnormal:
-        cases = [Case(each) for some in abnormal for each in _windows(some, beside) if len(each)]
-        said, relative = f"{len(cases)} individuals that are known to be abnormal", False
+        cases = []
+        for recording in abnormal:
+            cases += [Case(own) for own in _windows(recording, with_company) if len(own)]
+        in_words = f"{len(cases)} individuals that are known to be abnormal"
+        normal = replace(normal, cases=cases, cases_in_words=in_words, relative=False)
     return judge_alike(
-        eyes, windows, normal, names=motion.individuals, cases=cases, planted=planted, said_of_cases=said,
-        false_alarms=false_alarms, relative=relative, promised=promised, recordings=len(recordings),
-    )  # fmt: skip
+        _methods(run, with_company),
+        windows,
+        normal.recordings,
+        names=motion.individuals,
+        cases=normal.cases,
+        planted=planted,
+        cases_in_words=normal.cases_in_words,
+        false_alarms=false_alarms,
+        relative=normal.relative,
+        promised=normal.promised,
+        recordings=len(recordings),
+    )
 
 
-def _windows(motion: Moved, beside: bool) -> list[np.ndarray]:
+def _methods(run: RunClassifiers, with_company: bool) -> list[Method]:
+    """Return the methods; signals of the run come first, those of company after them."""
+    own = slice(run.signals if with_company else None)
+    methods = [
+        Method(CLASSIFIERS, run.outputs, columns=own),
+        replace(WINDOW_STATISTICS, columns=own),
+    ]
+    methods.append(replace(ONE_CLASS, columns=own))
+    company = slice(run.signals, None)
+    methods.append(replace(MOTION_STATISTICS, columns=company if with_company else own))
+    return methods
+
+
+def _has_company(motion: AnyMotion) -> bool:
+    return isinstance(motion, RecordedMotion) and bool(motion.company)
+
+
+def _windows(motion: AnyMotion, with_company: bool) -> list[np.ndarray]:
     """Return the windows (W, T, D) of each individual, or (W, T, D + 16) with what it does beside others."""
-    if not (beside and isinstance(motion, RecordedMotion)):
+    if not (with_company and isinstance(motion, RecordedMotion)):
         return list(motion.samples)
-    return [np.concatenate(both, axis=2) for both in zip(motion.samples, motion.company, strict=True)]
+    pairs = zip(motion.samples, motion.company, strict=True)
+    return [np.concatenate(pair, axis=2) for pair in pairs]
 
 
-def _planted(genuine: Sequence[Moved], run: RunClassifiers, seed: int, beside: bool) -> tuple[list[Case], str]:
-    """Plant individuals that behave otherwise into recordings of normal ones."""
+def _planted(
+    recordings: Sequence[AnyMotion], run: RunClassifiers, seed: int, with_company: bool
+) -> tuple[list[Case], str]:
+    """Plant abnormal individuals into recordings of normal ones; return them, and what they are in words."""
     rng = stream(seed, CASES)
-    places = [(r, k) for r, each in enumerate(genuine) for k, own in enumerate(each.samples) if len(own)]
-    drawn = [places[k] for k in rng.permutation(len(places))]
-    drawn = sorted(drawn, key=lambda one: [r for r, _ in drawn[: drawn.index(one)]].count(one[0]))  # recordings in turn
-    cases = []
-    for recording, k in drawn[:PLACES]:
-        one = genuine[recording]
-        if isinstance(one, RecordedMotion) and one.recording is not None:
-            whole, begin = one.recording, max(0, round(one.times[k][0, 0] * one.recording.fps) - 1)
-            early = replace(whole, **whole._arrays(slice(begin, begin + int(PLANTED_S * whole.fps))))
-            usual = usual_motion(paths_of(early, run.smooth_frames), early.fps) if beside else None
-            for kind in KINDS:
-                if len(one.individuals) > 1 or kind not in SOCIAL:
-                    moved = motion_of(plant(early, k, kind, rng), run, run.smooth_frames, [k], usual, jump_factor=None)
-                    cases.append(Case(_windows(moved, beside)[0], recording, k, kind))
+    cases: list[Case] = []
+    for r, k in _individuals_in_turn(recordings, rng)[:PLANTED_INDIVIDUALS]:
+        motion = recordings[r]
+        if isinstance(motion, RecordedMotion) and motion.recording is not None:
+            cases += _planted_into_recording(motion, run, r, k, with_company, rng)
         else:
-            mean = one.samples[k].mean(axis=(0, 1))
-            for change in (0.5, 2.0):
-                cases.append(Case(mean + change * (one.samples[k] - mean), recording, k, "scatter"))
-                cases.append(Case(one.samples[k] - (1 - change) * mean, recording, k, "mean"))
-    kinds = {each.kind for each in cases}
-    said = "signals halved or doubled" if "mean" in kinds else counted(len(kinds), "kind")
-    return cases, f"{len(cases)} planted individuals ({said})"
+            cases += _planted_into_samples(motion.samples[k], r, k)
+    kinds = {case.kind for case in cases}
+    in_words = "signals halved or doubled" if "mean" in kinds else counted(len(kinds), "kind")
+    return cases, f"{len(cases)} planted individuals ({in_words})"
 
 
-def _simulated(scenario: Scenario, samples: int, seed: int, threads: int | None) -> tuple[list[Windows], list[Case]]:
-    """Return swarms of agents, with as many samples of each, and replicas of models that are not quite the agents."""
+def _individuals_in_turn(
+    recordings: Sequence[AnyMotion], rng: np.random.Generator
+) -> list[tuple[int, int]]:
+    """Return the recording and the index of individuals with windows in random order, the recordings in turn."""
+    candidates = []
+    for r, motion in enumerate(recordings):
+        candidates += [(r, k) for k, samples in enumerate(motion.samples) if len(samples)]
+    drawn: Counter[int] = Counter()
+    in_turn = []
+    for number in rng.permutation(len(candidates)):
+        recording = candidates[number][0]
+        in_turn.append((drawn[recording], candidates[number]))
+        drawn[recording] += 1
+    in_turn.sort(key=lambda entry: entry[0])
+    return [candidate for _, candidate in in_turn]
+
+
+def _planted_into_recording(
+    motion: RecordedMotion,
+    run: RunClassifiers,
+    r: int,
+    k: int,
+    with_company: bool,
+    rng: np.random.Generator,
+) -> list[Case]:
+    """Plant an individual of each kind in the stead of the k-th one of a recording, from its first window on."""
+    recording = motion.recording
+    assert recording is not None
+    fps = recording.fps
+    begin = max(0, round(motion.times[k][0, 0] * fps) - 1)
+    frames = slice(begin, begin + int(PLANTED_S * fps))
+    recording = replace(recording, **recording._arrays(frames))
+    usual = None
+    if with_company:
+        usual = usual_motion(paths_of(recording, run.smooth_frames), fps)
+    cases = []
+    for kind in PLANTED_KINDS:
+        if len(motion.individuals) == 1 and kind in SOCIAL_KINDS:
+            continue
+        changed = plant(recording, k, kind, rng)
+        planted = motion_of(changed, run, run.smooth_frames, [k], usual, jump_factor=None)
+        cases.append(Case(_windows(planted, with_company)[0], r, k, kind))
+    return cases
+
+
+def _planted_into_samples(samples: np.ndarray, r: int, k: int) -> list[Case]:
+    """Halve and double the scatter and the mean of the signals of an individual without positions."""
+    mean = samples.mean(axis=(0, 1))
+    cases = []
+    for factor in (0.5, 2.0):
+        cases.append(Case(mean + factor * (samples - mean), r, k, "scatter"))
+        cases.append(Case(samples - (1 - factor) * mean, r, k, "mean"))
+    return cases
+
+
+def _simulated(scenario: Scenario, samples: int, seed: int, threads: int | None) -> _Normal:
+    """Simulate swarms of agents, and replicas of models that are not quite the agents."""
     rng = stream(seed, ALIKE)
-    swarms = -(-NORMAL // scenario.individuals)
-    speeds = Trials.draw(scenario, alone(scenario, swarms * samples), rng).observe(None, threads)
+    swarms = -(-SIMULATED_NORMAL // scenario.individuals)
+    trials = Trials.draw(scenario, alone(scenario, swarms * samples), rng)
+    agents = by_individual(trials.observe(None, threads), samples)
     truth = np.asarray(scenario.controller)
-    models = truth + UNLIKE * rng.standard_normal((SIMULATED, len(truth)))
-    others = simulate_behaviors(scenario, models, trials=samples, rng=rng, threads=threads).abnormal
-    groups = by_individual(speeds, samples)
-    return [list(group) for group in groups], [Case(each) for each in others[:: scenario.replicas]]
+    models = truth + PARAMETER_DEVIATION * rng.standard_normal((SIMULATED_CASES, len(truth)))
+    replicas = simulate_behaviors(
+        scenario, models, trials=samples, rng=rng, threads=threads
+    ).abnormal
+    # One replica of each model: the others are much like it.
+    cases = [Case(replica) for replica in replicas[:: scenario.replicas]]
+    in_words = f"{len(cases)} simulated robots with other parameters"
+    return _Normal([list(swarm) for swarm in agents], cases, in_words)
+
+
+def _stored(
+    run: RunClassifiers, genuine: np.ndarray, recorded: bool, samples: int, seed: int
+) -> _Normal:
+    """Take the genuine samples that a run has stored, in groups as large as an individual that is judged."""
+    # The run has learned from the first half.
+    pool = genuine[len(genuine) // 2 :, 0]
+    # Windows of one recording are not independent.
+    alike = run.in_laboratory or not recorded
+    promised = alike and len(pool) >= 2 * samples
+    size = samples if promised else 1
+    order = stream(seed, ALIKE).permutation(len(pool))
+    begins = range(0, len(pool) - size + 1, size)
+    return _Normal([[pool[order[k : k + size]]] for k in begins], [], "", promised)

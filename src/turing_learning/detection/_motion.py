@@ -19,18 +19,32 @@ from turing_learning.trajectories import Trajectories
 MOTION_SUFFIXES = (".npy", ".npz", ".csv")
 """Endings of the files that hold samples of named individuals."""
 
-_KEYS = ("individual", "sample", "step")
+_KEY_COLUMNS = ("individual", "sample", "step")
+ALWAYS_UNPACKED_BYTES = 1 << 26
+"""An archive may unpack to so many bytes, however small it is."""
+MOST_COMPRESSION = 200
+"""Of a larger one: recordings do not compress by more, and zip bombs do."""
 
 
-def checked_motion(name: str, motion: Any, *, where: Callable[[int], str] = str, **sizes: int) -> np.ndarray:
+def checked_motion(
+    name: str, motion: Any, *, where: Callable[[int], str] = str, **sizes: int
+) -> np.ndarray:
     """Return motion (individuals, samples, T, D) as floats; reject what is not that, of other sizes T or D, or not finite."""
     remedy = "A classifier is calibrated for samples of one length."
-    about: dict[str, Any] = {"finite": False, "remedy": remedy, "error": ConfigurationError, **sizes}
+    about: dict[str, Any] = {
+        "finite": False,
+        "remedy": remedy,
+        "error": ConfigurationError,
+        **sizes,
+    }
     motion = array(name, motion, "individuals samples T D", **about)
     if not np.isfinite(motion).all():
-        individual, *rest = (int(k) for k in np.argwhere(~np.isfinite(motion))[0])
-        place = "individual {}, sample {}, step {}, signal {}".format(where(individual), *rest)
-        reject(name, "be finite", str(motion[individual, *rest]), "Leave such samples out.", place=place)
+        individual, sample, step, signal = np.argwhere(~np.isfinite(motion))[0]
+        location = (
+            f"individual {where(int(individual))}, sample {sample}, step {step}, signal {signal}"
+        )
+        value = str(motion[individual, sample, step, signal])
+        reject(name, "be finite", value, "Leave such samples out.", place=location)
     return motion
 
 
@@ -56,8 +70,10 @@ class Motion:
 def holds_motion(path: str | Path) -> bool:
     """Return whether a file can be read and begins as those for `load_motion` do: numbers, archive with ``samples``, heading."""
     path = Path(path)
-    with suppress(Exception):  # a damaged file can raise anything
-        match path.suffix.lower() if path.is_file() else "":  # nobody may ever write to a pipe
+    # A damaged file can raise anything.
+    with suppress(Exception):
+        # Reading a pipe could wait forever.
+        match path.suffix.lower() if path.is_file() else "":
             case ".npy":
                 return np.lib.format.open_memmap(path, mode="r").dtype.kind in "fiuc"
             case ".npz":
@@ -65,11 +81,13 @@ def holds_motion(path: str | Path) -> bool:
                     return "samples.npy" in archive.namelist()
             case ".csv":
                 with path.open(encoding="utf-8-sig", newline="") as file:
-                    return bool(_keys([name.strip() for name in next(csv.reader(file), [])]))
+                    return bool(_key_columns([name.strip() for name in next(csv.reader(file), [])]))
     return False
 
 
-def load_motion(path: str | Path, *, steps: int, signals: int, names: Sequence[str] | None = None) -> Motion:
+def load_motion(
+    path: str | Path, *, steps: int, signals: int, names: Sequence[str] | None = None
+) -> Motion:
     """Read motion from a file.
 
     Parameters
@@ -90,100 +108,149 @@ def load_motion(path: str | Path, *, steps: int, signals: int, names: Sequence[s
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    check(
-        suffix in MOTION_SUFFIXES, "motion", f"be a file that ends with one of {', '.join(MOTION_SUFFIXES)}", str(path)
-    )
+    rule = f"be a file that ends with one of {', '.join(MOTION_SUFFIXES)}"
+    check(suffix in MOTION_SUFFIXES, "motion", rule, str(path))
     regular = path.is_file() or not path.exists() or path.is_dir()
-    check(regular, "motion", "be a file", f"{path}, a pipe or device", "Write what comes out of it to a file.")
+    check(
+        regular,
+        "motion",
+        "be a file",
+        f"{path}, a pipe or device",
+        "Write what comes out of it to a file.",
+    )
     try:
         individuals, values = _read_csv(path, names) if suffix == ".csv" else _read_arrays(path)
     except OSError as error:
         reject("motion", "be a file that can be read", f"{path} ({error.strerror or error})")
     if values.ndim == 3:
-        length, rule = values.shape[1], f"be at least one sample of {steps} steps long"
-        check(1 <= steps <= length, "recordings", rule, f"{length} steps", "Record for longer.")
-        count = length // steps
-        values = values[:, : count * steps].reshape(len(values), count, steps, values.shape[2])
+        values = _cut_into_samples(values, steps)
     if values.ndim == 4:
-        fits, rule = len(individuals) == len(values), f"be one name for each of the {len(values)} individuals"
+        fits = len(individuals) == len(values)
+        rule = f"be one name for each of the {len(values)} individuals"
         check(fits, "individuals", rule, len(individuals), place=str(path))
-    return Motion(individuals, checked_motion("motion", values, where=individuals.__getitem__, T=steps, D=signals))
+    samples = checked_motion("motion", values, where=individuals.__getitem__, T=steps, D=signals)
+    return Motion(individuals, samples)
+
+
+def _cut_into_samples(recordings: np.ndarray, steps: int) -> np.ndarray:
+    """Cut recordings (individuals, L, D) into samples (individuals, L // T, T, D) of T steps."""
+    length = recordings.shape[1]
+    rule = f"be at least one sample of {steps} steps long"
+    check(1 <= steps <= length, "recordings", rule, f"{length} steps", "Record for longer.")
+    count = length // steps
+    shape = (len(recordings), count, steps, recordings.shape[2])
+    return recordings[:, : count * steps].reshape(shape)
 
 
 def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
+    """Return the names of the individuals and the samples, or recordings, in a file of NumPy's."""
     names = None
     try:
         if path.suffix.lower() == ".npz":
-            with path.open("rb") as file, zipfile.ZipFile(file) as members:  # np.load takes other files, too
-                most = max(1 << 26, 200 * path.stat().st_size)  # recordings do not compress by more, and bombs do
-                size = sum(each.file_size for each in members.infolist())
-                check(size <= most, "motion", f"unpack to at most {most} bytes", size, place=str(path))
-                file.seek(0)
-                with np.load(file, allow_pickle=False) as archive:
-                    found = sorted(archive.files)
-                    check("samples" in found, "motion", "hold an array `samples`", found, place=str(path))
-                    values = archive["samples"]
-                    names = archive["individuals"] if "individuals" in found else None
-        else:  # mapped, so that a shape that the file is too short for is rejected before any memory is taken
+            names, values = _read_archive(path)
+        else:
+            # Mapped: a shape that the file is too short for is rejected before any memory is taken.
             values = np.array(np.lib.format.open_memmap(path, mode="r"))
     except (ConfigurationError, OSError, MemoryError):
         raise
-    except Exception as error:  # a damaged header can raise anything
+    # A damaged header can raise anything.
+    except Exception as error:
         reject("motion", "be a file of numbers in NumPy's format", f"{path} ({error})")
     if names is None:
         names = np.arange(1, 1 + (len(values) if values.ndim else 0))
     return tuple(str(name) for name in np.ravel(names)), values
 
 
-def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...], np.ndarray]:
-    def hold(fits: object, rule: str, got: object, line: int | None = None, remedy: str = "") -> None:
-        check(fits, "motion", rule, got, remedy, place=str(path) if line is None else f"{path}:{line}")
+def _read_archive(path: Path) -> tuple[np.ndarray | None, np.ndarray]:
+    """Return the names of the individuals, None if there are none, and the samples in an archive."""
+    # np.load takes other files, too: zipfile refuses them.
+    with path.open("rb") as file, zipfile.ZipFile(file) as members:
+        largest = max(ALWAYS_UNPACKED_BYTES, MOST_COMPRESSION * path.stat().st_size)
+        size = sum(member.file_size for member in members.infolist())
+        check(
+            size <= largest, "motion", f"unpack to at most {largest} bytes", size, place=str(path)
+        )
+        file.seek(0)
+        with np.load(file, allow_pickle=False) as archive:
+            arrays = sorted(archive.files)
+            check("samples" in arrays, "motion", "hold an array `samples`", arrays, place=str(path))
+            names = archive["individuals"] if "individuals" in arrays else None
+            return names, archive["samples"]
 
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if row or number == 1]
-    except UnicodeDecodeError as error:
-        remedy = "It may be in UTF-16, Latin-1 or another encoding: save it as UTF-8."
-        hold(False, "be text in UTF-8", f"byte {error.object[error.start]:#04x}", remedy=remedy)
-    except csv.Error as error:
-        hold(False, "be a text file with commas", str(error))
-    heading = [name.strip() for name in rows[0][1]] if rows else []
-    keys = _keys(heading)
-    rule = "begin with individual,step or individual,sample,step and the names of signals"
-    hold(keys and len(heading) > len(keys), rule, repr(",".join(heading)), 1)
-    cells: dict[tuple[str, int, int], list[float]] = {}
-    for line, row in rows[1:]:
-        hold(len(row) == len(heading), f"have {len(heading)} entries in each row", len(row), line)
-        try:
-            sample, step = (0, *map(int, row[1 : len(keys)]))[-2:]
-            values = [float(value) for value in row[len(keys) :]]
-        except ValueError:
-            hold(False, "hold numbers", repr(",".join(row)), line)
-        name = row[0].strip()
-        again = f"individual {name!r}, sample {sample}, step {step} again"
-        hold((name, sample, step) not in cells, "hold each step once", again, line)
-        cells[name, sample, step] = values
-    hold(cells, "hold at least one step", "none")
+
+def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...], np.ndarray]:
+    """Return the names of the individuals and the samples, or recordings, in a table."""
+    heading, keys, cells = _read_cells(path)
     columns = heading[len(keys) :]
-    names, samples, steps = (list(dict.fromkeys(each)) for each in zip(*cells, strict=True))  # as they appear
-    for axis, found in (("sample", samples), ("step", steps)):
-        for before, after in pairwise(sorted(found)):
-            hold(after == before + 1, f"count each {axis} consecutively", f"{after} after {before}")
-    axes = names, sorted(samples), sorted(steps)
-    for name, sample, step in (each for each in product(*axes) if each not in cells):
-        got = f"no row for individual {name!r}, sample {sample}, step {step}"
-        hold(False, "hold the same samples and steps for each individual", got)
-    motion = np.array([cells[each] for each in product(*axes)]).reshape(*map(len, axes), len(columns))
+    # Individuals stand in the order in which they appear.
+    names, samples, steps = (list(dict.fromkeys(values)) for values in zip(*cells, strict=True))
+    for axis, numbers in (("sample", samples), ("step", steps)):
+        for before, after in pairwise(sorted(numbers)):
+            rule = f"count each {axis} consecutively"
+            check(after == before + 1, "motion", rule, f"{after} after {before}", place=str(path))
+    order = list(product(names, sorted(samples), sorted(steps)))
+    for name, sample, step in order:
+        if (name, sample, step) not in cells:
+            rule = "hold the same samples and steps for each individual"
+            got = f"no row for individual {name!r}, sample {sample}, step {step}"
+            reject("motion", rule, got, place=str(path))
+    shape = (len(names), len(samples), len(steps), len(columns))
+    motion = np.array([cells[key] for key in order]).reshape(shape)
     if signals is not None:
         rule = f"have the signals of the run, {', '.join(signals)}, in any order"
-        hold(sorted(columns) == sorted(signals), rule, ", ".join(columns), 1, "Name its columns so.")
+        same = sorted(columns) == sorted(signals)
+        check(same, "motion", rule, ", ".join(columns), "Name its columns so.", place=f"{path}:1")
         motion = motion[..., [columns.index(name) for name in signals]]
     return tuple(names), motion if "sample" in keys else motion[:, 0]
 
 
-def _keys(heading: list[str]) -> list[str]:
+def _read_cells(path: Path) -> tuple[list[str], list[str], dict[tuple[str, int, int], list[float]]]:
+    """Return heading, key columns, and the signals by individual, sample and step."""
+
+    def require(
+        fits: object, rule: str, got: object, line: int | None = None, remedy: str = ""
+    ) -> None:
+        location = str(path) if line is None else f"{path}:{line}"
+        check(fits, "motion", rule, got, remedy, place=location)
+
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            rows = [
+                (line, row)
+                for line, row in enumerate(csv.reader(file), start=1)
+                if row or line == 1
+            ]
+    except UnicodeDecodeError as error:
+        remedy = "It may be in UTF-16, Latin-1 or another encoding: save it as UTF-8."
+        require(False, "be text in UTF-8", f"byte {error.object[error.start]:#04x}", remedy=remedy)
+    except csv.Error as error:
+        require(False, "be a text file with commas", str(error))
+    heading = [name.strip() for name in rows[0][1]] if rows else []
+    keys = _key_columns(heading)
+    rule = "begin with individual,step or individual,sample,step and the names of signals"
+    require(keys and len(heading) > len(keys), rule, repr(",".join(heading)), 1)
+    cells: dict[tuple[str, int, int], list[float]] = {}
+    for line, row in rows[1:]:
+        require(
+            len(row) == len(heading), f"have {len(heading)} entries in each row", len(row), line
+        )
+        try:
+            # A recording is sample 0 of its individual.
+            sample, step = (0, *map(int, row[1 : len(keys)]))[-2:]
+            values = [float(value) for value in row[len(keys) :]]
+        except ValueError:
+            require(False, "hold numbers", repr(",".join(row)), line)
+        name = row[0].strip()
+        again = f"individual {name!r}, sample {sample}, step {step} again"
+        require((name, sample, step) not in cells, "hold each step once", again, line)
+        cells[name, sample, step] = values
+    require(cells, "hold at least one step", "none")
+    return heading, keys, cells
+
+
+def _key_columns(heading: list[str]) -> list[str]:
     """Return the columns before the signals; none if a heading does not begin with them."""
-    keys = [name for name in _KEYS if name in heading]
+    keys = [name for name in _KEY_COLUMNS if name in heading]
     return keys if heading[: len(keys)] == keys and {"individual", "step"} <= set(keys) else []
 
 

@@ -18,10 +18,14 @@ from ._company import Usual, company, paths_of
 from ._motion import RecordedMotion
 from ._simulated import CALIBRATION, JURORS, random_controllers, simulate_behaviors, stream
 
-ARCHIVE = 100
-JURY = 300
+ARCHIVED_GENERATIONS = 100
+"""Generations whose best classifiers are among the voters of rules by votes."""
+JURORS_DRAWN = 300
+"""Jurors of a run by generations, each of another generation."""
 FITTEST = 20
-LATEST = 20  # of the jury of a run of trials: those of its last batch
+"""Classifiers of a generation from which its juror is drawn: the best one alone is too often the same."""
+LAST_BATCH = 20
+"""Jurors of a run of trials that are its last generation: those of its last batch."""
 
 
 class StoredRun(Protocol):
@@ -73,14 +77,20 @@ class RunClassifiers:
 
     def outputs(self, windows: np.ndarray) -> np.ndarray:
         """Return what all jurors say (K, J) of windows (K, T, D)."""
-        juries = [(self.classifier, self.jurors), *([] if self.observers is None else [self.observers])]
-        found = [classifier.judge(genomes, windows).T for classifier, genomes in juries]
-        return np.concatenate(found, axis=1).astype(np.float64)
+        outputs = [self.classifier.judge(self.jurors, windows).T]
+        if self.observers is not None:
+            classifier, genomes = self.observers
+            outputs.append(classifier.judge(genomes, windows).T)
+        return np.concatenate(outputs, axis=1).astype(np.float64)
 
     def voters(self, rule: str) -> np.ndarray:
         """Return the classifiers (N, Q) among which a rule of `Detector` chooses."""
-        both = (self.last, self.best)
-        return {"fittest": self.best[-1:], "unanimous": self.last, "discriminant": np.concatenate(both)}[rule]
+        voters = {
+            "fittest": self.best[-1:],
+            "unanimous": self.last,
+            "discriminant": np.concatenate((self.last, self.best)),
+        }
+        return voters[rule]
 
     def simulated_scenario(self) -> Scenario:
         """Return the scenario; reject a run that has none."""
@@ -94,39 +104,40 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     """Return the classifiers of a run that is stored in a folder with its full history: ``turing_learning.load_run(path)``."""
     if result.path is None:
         reject("run", "be stored in a folder", "one that is kept in memory", "Run it with `out`.")
-    path, history = result.path / "config.toml", result.history
+    path = result.path / "config.toml"
     configuration = load_configuration(path)
-    system, stored, jury = result.system, result.calibration, result.jury
+    system = result.system
+    observers = None
+    jury = result.jury
     if jury:
-        (network, jurors), (random, drawn) = jury
-        last, best = jurors[-LATEST:], jurors
+        (network, jurors), (random_network, random_genomes) = jury
+        observers = (system.classifier(random_network), random_genomes)
+        last = jurors[-LAST_BATCH:]
+        best = jurors
     else:
+        history = result.history
         if "classifier" not in history:
             got = f'{result.path} with run.history = "thin", which keeps no classifiers'
             reject("run", "have a full history", got, system.again(str(path)))
-        network, random = classifier_of(configuration), None
-        populations, fitness = history["classifier"], np.asarray(history["classifier_fitness"])
-        total, rng = len(fitness), stream(0, JURORS)
-        archived = np.unique(np.linspace(total - 1, 0, min(ARCHIVE, total)).round().astype(int))
-        some = np.sort(rng.permutation(total)[:JURY])
-        ranks = rng.integers(min(FITTEST, fitness.shape[1]), size=len(some))
-        order = np.argsort(-fitness[some], axis=1, kind="stable")
-        chosen = (archived, fitness[archived].argmax(axis=1)), (some, order[np.arange(len(some)), ranks])
-        last = np.asarray(populations[-1])
-        best, jurors = (np.asarray(populations[g])[np.arange(len(g)), places] for g, places in chosen)
+        network = classifier_of(configuration)
+        last, best, jurors = _evolved_classifiers(history)
+    calibration = None
+    stored = result.calibration
+    if stored is not None:
+        calibration = (stored["genuine"][:, None], stored["abnormal"][:, None])
     return RunClassifiers(
         classifier=system.classifier(network),
         last=last,
         best=best,
         jurors=jurors,
-        observers=None if random is None else (system.classifier(random), drawn),
+        observers=observers,
         steps=system.steps,
         signals=len(configuration.input_scale),
         scenario=system.simulated,
         names=system.signals,
         interval_s=system.interval_s,
         headings=system.headings,
-        calibration=None if stored is None else (stored["genuine"][:, None], stored["abnormal"][:, None]),
+        calibration=calibration,
         complete=result.complete,
         in_laboratory=result.in_laboratory,
         kind=system.kind,
@@ -134,23 +145,46 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     )
 
 
+def _evolved_classifiers(history: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the last generation, the best of generations spread over the run, and jurors, of a run by generations."""
+    populations = history["classifier"]
+    fitness = np.asarray(history["classifier_fitness"])
+    total = len(fitness)
+    spread = np.linspace(total - 1, 0, min(ARCHIVED_GENERATIONS, total))
+    archived = np.unique(spread.round().astype(int))
+    best = np.asarray(populations[archived])[
+        np.arange(len(archived)), fitness[archived].argmax(axis=1)
+    ]
+    rng = stream(0, JURORS)
+    drawn = np.sort(rng.permutation(total)[:JURORS_DRAWN])
+    ranks = rng.integers(min(FITTEST, fitness.shape[1]), size=len(drawn))
+    order = np.argsort(-fitness[drawn], axis=1, kind="stable")
+    rows = np.arange(len(drawn))
+    jurors = np.asarray(populations[drawn])[rows, order[rows, ranks]]
+    return np.asarray(populations[-1]), best, jurors
+
+
 def motion_to_calibrate(
     run: RunClassifiers, behaviors: int, trials: int, seed: int, threads: int | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Simulate genuine and abnormal motion for a run that has stored none; reject one that cannot be simulated."""
     if run.scenario is None:
-        rule, given = "have stored motion to calibrate with", "give `genuine` and `abnormal`."
+        rule = "have stored motion to calibrate with"
+        otherwise = "give `genuine` and `abnormal`."
         if not run.complete:
-            reject("run", rule, "one that was stopped before its end", f"Resume it first, or {given}")
+            got = "one that was stopped before its end"
+            reject("run", rule, got, f"Resume it first, or {otherwise}")
         if run.in_laboratory:
-            remedy = "It does once its last models have been observed again: resume it, with `evaluation.repeats` of at least 1 "
-            remedy += f"in its laboratory.json, or {given}"
-            reject("run", rule, "one in a laboratory that has not", remedy)
+            remedy = "It does once its last models have been observed again: resume it, "
+            remedy += "with `evaluation.repeats` of at least 1 in its laboratory.json, "
+            reject("run", rule, "one in a laboratory that has not", f"{remedy}or {otherwise}")
         remedy = "Give motion (individuals, samples, T, D) of both kinds."
         reject("genuine", "be given for a run on a custom system", "one without", remedy)
     rng = stream(seed, CALIBRATION)
     controllers = random_controllers(run.scenario, behaviors, rng)
-    simulated = simulate_behaviors(run.scenario, controllers, trials=trials, rng=rng, threads=threads)
+    simulated = simulate_behaviors(
+        run.scenario, controllers, trials=trials, rng=rng, threads=threads
+    )
     return simulated.genuine, simulated.abnormal
 
 
@@ -162,24 +196,12 @@ def recorded_motion(
     For a run without headings, those of the recording are left out of account. `smooth_frames` is
     by default that of the run.
     """
-    files = "motion in a .npy, .npz or .csv file, see docs/detection.md."
-    unknown = [name for name in run.names if name not in SIGNALS]
-    rule = f"have signals that a recording yields, {', '.join(SIGNALS)}"
-    check(not unknown, "run", rule, ", ".join(unknown), f"Give {files}")
-    headings = run.headings != "with" or recording.headings is not None
-    rule = "have headings, as the run has, whose speeds are negative backwards"
-    check(headings, "motion", rule, "a recording without", f"Give one with headings, or {files}")
-    check(recording.unit == "cm", "motion", "be in cm", recording.unit, "Say how many pixels are 1 cm.")
-    rule = "know its time step, as runs on windows of recorded motion do"
-    check(run.interval_s != 0, "run", rule, "one on samples alone", f"Give {files}")
-    remedy = "Speeds and turns of another frame rate have other noise. "
-    remedy += "Thin the faster recording, and infer again if that is the run's."
-    same, rule = same_time_step(run.interval_s, 1 / recording.fps), f"be that of the run, {1 / run.interval_s:.6g}"
-    check(same, "fps", rule, f"{recording.fps:.6g}", remedy)
+    _check_recording(recording, run)
     if run.headings == "without":
         recording = replace(recording, headings=None)
     smooth = run.smooth_frames if smooth_frames is None else smooth_frames
-    recording = recording.cleared(longest_rest_s=None)  # one who stands still may be the abnormal one
+    # One that stands still may be the abnormal one.
+    recording = recording.cleared(longest_rest_s=None)
     try:
         return motion_of(recording, run, smooth)
     except ValueError as error:
@@ -190,29 +212,64 @@ def recorded_motion(
         reject("motion", rule, got, "Record for longer, or bridge gaps.")
 
 
+def _check_recording(recording: Trajectories, run: RunClassifiers) -> None:
+    """Reject a recording that the classifiers of a run cannot judge."""
+    files = "motion in a .npy, .npz or .csv file, see docs/detection.md."
+    unknown = [name for name in run.names if name not in SIGNALS]
+    rule = f"have signals that a recording yields, {', '.join(SIGNALS)}"
+    check(not unknown, "run", rule, ", ".join(unknown), f"Give {files}")
+    headings = run.headings != "with" or recording.headings is not None
+    rule = "have headings, as the run has, whose speeds are negative backwards"
+    check(headings, "motion", rule, "a recording without", f"Give one with headings, or {files}")
+    check(
+        recording.unit == "cm",
+        "motion",
+        "be in cm",
+        recording.unit,
+        "Say how many pixels are 1 cm.",
+    )
+    rule = "know its time step, as runs on windows of recorded motion do"
+    check(run.interval_s != 0, "run", rule, "one on samples alone", f"Give {files}")
+    remedy = "Speeds and turns of another frame rate have other noise. "
+    remedy += "Thin the faster recording, and infer again if that is the run's."
+    same = same_time_step(run.interval_s, 1 / recording.fps)
+    rule = f"be that of the run, {1 / run.interval_s:.6g}"
+    check(same, "fps", rule, f"{recording.fps:.6g}", remedy)
+
+
 def motion_of(
-    recording: Trajectories, run: RunClassifiers, smooth_frames: int, whose: Sequence[int] | None = None,
+    recording: Trajectories, run: RunClassifiers, smooth_frames: int, individuals: Sequence[int] | None = None,
     usual: Usual | None = None, **options: Any,
 ) -> RecordedMotion:  # fmt: skip
     """Return the windows of some individuals of a recording, all by default, and what they do beside the others.
 
     `usual` is what they are compared with, see `company`.
     """
-    whose = range(len(recording.individuals)) if whose is None else whose
-    names = tuple(recording.individuals[k] for k in whose)
+    if individuals is None:
+        individuals = range(len(recording.individuals))
+    names = tuple(recording.individuals[k] for k in individuals)
     windows = recording.windows(
         run.steps, signals=run.names, individuals=names, hold_out=0.0, smooth_frames=smooth_frames,
         longest_rest_s=None, **options,
     )  # fmt: skip
-    who, first = windows.learning_index.T
-    places = [np.flatnonzero(who == k) for k in whose]
-    paths, steps = paths_of(recording, smooth_frames), np.arange(run.steps)
-    beside = zip(company(paths, whose, recording.fps, usual), places, strict=True) if paths.shape[1] > 1 else ()
+    individual_of, begin_of = windows.learning_index.T
+    samples = []
+    begins = []
+    for k in individuals:
+        samples.append(windows.learning[individual_of == k])
+        begins.append(begin_of[individual_of == k])
+    beside: list[np.ndarray] = []
+    paths = paths_of(recording, smooth_frames)
+    if paths.shape[1] > 1:
+        steps = np.arange(run.steps)
+        related = company(paths, individuals, recording.fps, usual)
+        beside = [own[begin[:, None] + steps] for own, begin in zip(related, begins, strict=True)]
+    times = (np.stack((begin, begin + run.steps), axis=1) / recording.fps for begin in begins)
     return RecordedMotion(
         individuals=names,
-        samples=tuple(windows.learning[place] for place in places),
-        times=tuple(np.stack((first[p], first[p] + run.steps), axis=1) / recording.fps for p in places),
+        samples=tuple(samples),
+        times=tuple(times),
         duration_s=recording.duration_s,
         recording=recording,
-        company=tuple(each[first[p, None] + steps] for each, p in beside),
+        company=tuple(beside),
     )

@@ -19,7 +19,18 @@ from ._motion import Motion
 
 NEAR = 0.2
 """Controllers whose mean absolute difference from the agents' is below this are not called abnormal."""
-CALIBRATION, _, PLANTING, _, OWN_CALIBRATION, JURORS, ALIKE, CASES = range(8)
+OBSERVED_SAMPLES = 1000
+"""Samples of a half of the genuine motion that a run keeps to calibrate with, at most."""
+RANDOM_MODELS = 200
+"""Random models whose motion a run keeps as abnormal, at most."""
+# Uses of random numbers: each has a stream of its own. Results of stored runs depend on these numbers.
+CALIBRATION = 0
+PLANTING = 2
+OWN_CALIBRATION = 4
+JURORS = 5
+ALIKE = 6
+CASES = 7
+_LOGGER = logging.getLogger("turing_learning")
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +47,9 @@ def stream(seed: int, use: int) -> np.random.Generator:
     return np.random.default_rng((DETECTION, seed, use))
 
 
-def random_controllers(scenario: Scenario, count: int, rng: np.random.Generator, *, near: float = NEAR) -> np.ndarray:
+def random_controllers(
+    scenario: Scenario, count: int, rng: np.random.Generator, *, near: float = NEAR
+) -> np.ndarray:
     """Draw controllers (count, P), fractions of the maximum, uniformly from [-1, 1], without those that are nearly the agents'.
 
     Parameters
@@ -49,13 +62,15 @@ def random_controllers(scenario: Scenario, count: int, rng: np.random.Generator,
     return _unlike(np.asarray(scenario.controller), count, rng, near)
 
 
-def _unlike(known: np.ndarray, count: int, rng: np.random.Generator, near: float = NEAR) -> np.ndarray:
-    """Draw models (count, P) uniformly from [-1, 1], without those that are near a known one (P,)."""
-    found = np.empty((0, len(known)))
-    while len(found) < count:
-        drawn = rng.uniform(-1, 1, (count, len(known)))
-        found = np.concatenate((found, drawn[mean_absolute_error(drawn, known) >= near]))
-    return found[:count]
+def _unlike(
+    model: np.ndarray, count: int, rng: np.random.Generator, near: float = NEAR
+) -> np.ndarray:
+    """Draw models (count, P) uniformly from [-1, 1], without those that are near a model (P,)."""
+    unlike = np.empty((0, len(model)))
+    while len(unlike) < count:
+        drawn = rng.uniform(-1, 1, (count, len(model)))
+        unlike = np.concatenate((unlike, drawn[mean_absolute_error(drawn, model) >= near]))
+    return unlike[:count]
 
 
 def simulate_behaviors(
@@ -73,12 +88,16 @@ def simulate_behaviors(
     trials
         Number of trials of each swarm, >= 1, each from new initial poses: the samples of an individual.
     """
-    controllers = array("controllers", controllers, "M P", error=ConfigurationError, P=len(scenario.controller))
+    controllers = array(
+        "controllers", controllers, "M P", error=ConfigurationError, P=len(scenario.controller)
+    )
     integer("trials", trials, 1, LARGEST_COUNT // len(controllers), error=ConfigurationError)
     drawn = Trials.draw(scenario, mixed(scenario, len(controllers), trials), rng)
     swarms = by_individual(drawn.observe(Behavior(controllers), threads), trials)
-    sides = swarms[:, : scenario.agents], swarms[:, scenario.agents :]
-    return SimulatedBehaviors(*(side.reshape(-1, *swarms.shape[2:]) for side in sides))
+    genuine = swarms[:, : scenario.agents]
+    abnormal = swarms[:, scenario.agents :]
+    shape = (-1, *swarms.shape[2:])
+    return SimulatedBehaviors(genuine.reshape(shape), abnormal.reshape(shape))
 
 
 def by_individual(speeds: np.ndarray, trials: int) -> np.ndarray:
@@ -100,20 +119,23 @@ def plant_abnormal(
     integer("simulate", count, 1, size - 1, remedy=remedy, error=ConfigurationError)
     rng = stream(seed, PLANTING)
     controllers = random_controllers(scenario, count, rng)
-    executed = np.repeat(np.append(np.full(size - count, AGENT), np.arange(count))[None], samples, axis=0)
-    speeds = Trials.draw(scenario, executed, rng).observe(Behavior(controllers), threads).swapaxes(0, 1)
+    agents = size - count
+    executed = np.append(np.full(agents, AGENT), np.arange(count))
+    trials = Trials.draw(scenario, np.repeat(executed[None], samples, axis=0), rng)
+    speeds = trials.observe(Behavior(controllers), threads).swapaxes(0, 1)
+    names = [f"agent {k + 1}" for k in range(agents)]
+    names += [f"planted {k + 1}" for k in range(count)]
     order = rng.permutation(size)
-    names = (f"agent {k + 1}" if k < size - count else f"planted {k + 1 - size + count}" for k in order)
-    return Motion(tuple(names), speeds[order])
-
-
-MOST = 1000  # samples of each kind
-MODELS = 200
-_LOGGER = logging.getLogger("turing_learning")
+    return Motion(tuple(names[k] for k in order), speeds[order])
 
 
 def observed_calibration(
-    *, learned: np.ndarray, held_out: np.ndarray, replicas: np.ndarray, models: np.ndarray, estimate: np.ndarray
+    *,
+    learned: np.ndarray,
+    held_out: np.ndarray,
+    replicas: np.ndarray,
+    models: np.ndarray,
+    estimate: np.ndarray,
 ) -> dict[str, np.ndarray] | None:
     """Return what ``calibration.npz`` shall hold of samples (any, T, D) that a run has observed in a laboratory.
 
@@ -121,14 +143,15 @@ def observed_calibration(
     run `learned` from, and `held_out` after it. "abnormal" are `replicas` (M, T, D) of the first of its models
     (M, P), which are nearly random, that are not near the estimate (P,). None if one kind is missing.
     """
-    far = replicas[mean_absolute_error(models, estimate) >= NEAR][:MODELS]
-    count = min(len(learned), len(held_out), MOST)
-    if count < 2 or len(far) == 0:
+    abnormal = replicas[mean_absolute_error(models, estimate) >= NEAR][:RANDOM_MODELS]
+    count = min(len(learned), len(held_out), OBSERVED_SAMPLES)
+    if count < 2 or len(abnormal) == 0:
         return None
-    return {"genuine": np.concatenate((spread(learned, count), spread(held_out, count))), "abnormal": far}
+    genuine = np.concatenate((_spread(learned, count), _spread(held_out, count)))
+    return {"genuine": genuine, "abnormal": abnormal}
 
 
-def spread(samples: np.ndarray, count: int) -> np.ndarray:
+def _spread(samples: np.ndarray, count: int) -> np.ndarray:
     """Return `count` of the samples, evenly spread."""
     return samples[np.linspace(0, len(samples) - 1, count).round().astype(int)]
 
@@ -146,15 +169,18 @@ def simulated_calibration(
     try:
         data = source.genuine
         assert data is not None
-        genuine = source.genuine_samples(1, rng)[: 2 * MOST]
+        genuine = source.genuine_samples(1, rng)[: 2 * OBSERVED_SAMPLES]
         if data.live is None:
-            held_out = data.testing[:MOST]
-            genuine = np.concatenate((spread(data.learning, len(held_out)), held_out))
+            held_out = data.testing[:OBSERVED_SAMPLES]
+            genuine = np.concatenate((_spread(data.learning, len(held_out)), held_out))
         if len(genuine) < 4:
             return None
         pairs = zip(parameters.values(), estimate, strict=True)
-        known = np.array([float(parameter.to_numbers(np.array(value))) for parameter, value in pairs])
-        samples = source.simulate(source.to_units(_unlike(known, MODELS, rng)), rng)
+        numbers = np.array(
+            [float(parameter.to_numbers(np.array(value))) for parameter, value in pairs]
+        )
+        models = _unlike(numbers, RANDOM_MODELS, rng)
+        samples = source.simulate(source.to_units(models), rng)
     except (SystemFailedError, ValueError) as error:
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
         return None

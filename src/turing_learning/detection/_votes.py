@@ -12,17 +12,20 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import check, integer, nearest, number
 from turing_learning.report import counted
 
-from ._alike import split
 from ._chance import DIGITS, DRAWS, Scan, TimedVerdict, known_needed, p_values
+from ._methods import split_by_individual
 from ._motion import Motion, RecordedMotion, checked_motion
 from ._run import StoredRun, motion_to_calibrate, run_classifiers
 
 RULES = ("fittest", "unanimous", "discriminant")
 """Names of the rules; see `Detector`."""
 DEFAULT_RULE = "discriminant"
-SHRINKAGE = 0.5  # of covariances towards none between classifiers: many votes are nearly the same
-FLOOR = 1e-3  # of variances: a classifier that never erred may err yet
-_ANY = 10.0**-DIGITS
+COVARIANCE_SHRINKAGE = 0.5
+"""Of covariances towards none between classifiers: many votes are nearly the same."""
+LEAST_VARIANCE = 1e-3
+"""Added to variances: a classifier that never erred may err yet."""
+LEAST_SCORE = 10.0**-DIGITS
+"""The least score above 0, as scores are rounded."""
 _LOGGER = logging.getLogger("turing_learning")
 
 
@@ -115,16 +118,24 @@ class Detector:
         steps, signals = genuine.shape[2:]
         abnormal = checked_motion("abnormal", abnormal, T=steps, D=signals)
         check(len(genuine) >= 2, "genuine", "hold at least 2 individuals", len(genuine))
-        known, others = ({one.tobytes() for one in each.reshape(-1, *each.shape[2:])} for each in (genuine, abnormal))
+        same = _distinct_samples(abnormal) <= _distinct_samples(genuine)
         got = f"{abnormal.shape[0] * abnormal.shape[1]} samples that are all in `genuine`, too"
         remedy = "Give motion of individuals that behave otherwise."
-        check(not others <= known, "abnormal", "be other motion than `genuine`", got, remedy)
+        check(not same, "abnormal", "be other motion than `genuine`", got, remedy)
         everybody = Jury(classifier, np.asarray(genomes), np.ones(len(genomes)))
         half = len(genuine) // 2
         weights = weigh(rule, everybody.votes(genuine[:half]), everybody.votes(abnormal))
-        jury = Jury(classifier, everybody.genomes[weights > 0], weights[weights > 0])
-        scores = [np.round(jury.score(each), DIGITS).ravel() for each in (genuine[half:], abnormal)]
-        return cls(jury, rule, false_alarms, scores[0], scores[1], steps, signals)
+        voters = weights > 0
+        jury = Jury(classifier, everybody.genomes[voters], weights[voters])
+        return cls(
+            jury=jury,
+            rule=rule,
+            false_alarms=false_alarms,
+            genuine_scores=np.round(jury.score(genuine[half:]), DIGITS).ravel(),
+            abnormal_scores=np.round(jury.score(abnormal), DIGITS).ravel(),
+            steps=steps,
+            signals=signals,
+        )
 
     @classmethod
     def from_run(
@@ -149,10 +160,17 @@ class Detector:
             integer("threads", threads, 1, error=ConfigurationError)
         run = run_classifiers(result)
         if genuine is None or abnormal is None:
-            own, other = run.calibration or motion_to_calibrate(run, behaviors, trials, seed, threads)
-            genuine, abnormal = own if genuine is None else genuine, other if abnormal is None else abnormal
-        motion: dict[str, Any] = {"genuine": genuine, "abnormal": abnormal}
-        return cls.calibrate(run.classifier, run.voters(rule), **motion, rule=rule, false_alarms=false_alarms)
+            stored = run.calibration or motion_to_calibrate(run, behaviors, trials, seed, threads)
+            genuine = stored[0] if genuine is None else genuine
+            abnormal = stored[1] if abnormal is None else abnormal
+        return cls.calibrate(
+            run.classifier,
+            run.voters(rule),
+            genuine=genuine,
+            abnormal=abnormal,
+            rule=rule,
+            false_alarms=false_alarms,
+        )
 
     @property
     def genomes(self) -> np.ndarray:
@@ -166,7 +184,9 @@ class Detector:
 
     def judge(self, samples: np.ndarray) -> np.ndarray:
         """Return the weighted shares (S,) of the votes that say genuine, 0 to 1, of samples (S, T, D)."""
-        return self._judge_all(samples[None] if isinstance(samples, np.ndarray) else [samples], "samples")[0]
+        return self._judge_all(
+            samples[None] if isinstance(samples, np.ndarray) else [samples], "samples"
+        )[0]
 
     def p_values(self, motion: np.ndarray) -> np.ndarray:
         """Return for each individual of motion (individuals, S, T, D) how often chance makes its mean score as low as it is.
@@ -186,8 +206,10 @@ class Detector:
 
     def _called(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the p-values of individuals with the scores (individuals, S), and whether they are called abnormal."""
-        found = p_values(self.genuine_scores, scores)
-        return found, _mean(scores) < _ANY if self.rule == "unanimous" else found <= self.false_alarms
+        chances = p_values(self.genuine_scores, scores)
+        if self.rule == "unanimous":
+            return chances, _mean(scores) < LEAST_SCORE
+        return chances, chances <= self.false_alarms
 
     def verdicts(self, motion: Motion | np.ndarray) -> tuple[SampleVerdict, ...]:
         """Say of each individual whether its p-value, or the rule, calls it abnormal, and since when.
@@ -203,17 +225,35 @@ class Detector:
             Samples of individuals in the order of observation, an array (individuals, samples, T, D) or with
             names.
         """
-        samples, names = (motion.samples, motion.individuals) if isinstance(motion, Motion) else (motion, None)
+        names = None
+        samples = motion
+        if isinstance(motion, Motion):
+            names = motion.individuals
+            samples = motion.samples
         scores = self._judge_all(samples, "motion", names)
-        names = names or tuple(str(k + 1) for k in range(len(scores)))
+        if names is None:
+            names = tuple(str(k + 1) for k in range(len(scores)))
         self._warn_if_blind()
         self._warn_if_no_score_is_low_enough(scores.shape[1])
         middle = float(self.genuine_scores.mean() + self.abnormal_scores.mean()) / 2
+        chances, abnormal = self._called(scores)
         verdicts = []
-        for name, row, p_value, called in zip(names, scores, *self._called(scores), strict=True):
-            since = int(np.argmax(np.cumsum((middle - row)[::-1])[::-1])) + 1 if called else None
-            score, share = float(_mean(row)), float(np.mean(row >= middle))
-            verdicts.append(SampleVerdict(name, score, float(p_value), share, bool(called), since))
+        for k, name in enumerate(names):
+            since = None
+            if abnormal[k]:
+                # Sums from each sample to the end.
+                evidence = np.cumsum((middle - scores[k])[::-1])[::-1]
+                since = int(np.argmax(evidence)) + 1
+            verdicts.append(
+                SampleVerdict(
+                    individual=name,
+                    score=float(_mean(scores[k])),
+                    p_value=float(chances[k]),
+                    genuine_share=float(np.mean(scores[k] >= middle)),
+                    abnormal=bool(abnormal[k]),
+                    since=since,
+                )
+            )
         return tuple(verdicts)
 
     def timeline(self, motion: RecordedMotion) -> tuple[TimedVerdict, ...]:
@@ -227,22 +267,18 @@ class Detector:
 
         Source: Glaz, Naus and Wallenstein, Scan statistics (2001); docs/decisions/0022.
         """
-        scores = split(self.judge(np.concatenate(motion.samples)), motion.samples)
-        counts, scan = [len(samples) for samples in motion.samples], Scan(self.genuine_scores)
-        thresholds = {count: scan.threshold(count, self.false_alarms, DRAWS) for count in set(counts) if count}
+        scores = split_by_individual(self.judge(np.concatenate(motion.samples)), motion.samples)
         self._warn_if_blind()
-        most = {count: float(scan.strengths(np.zeros(count))) for count in thresholds}
-        blind = [count for count in counts if count and most[count] <= thresholds[count]]
-        if blind:
-            _LOGGER.warning(
-                "%d of %s cannot be called abnormal, whatever they do: the evidence in %s is at most %.2f, and the threshold %.2f, "
-                "by %s and a share of false alarms of %.3g. Record for longer, calibrate with more genuine motion, or allow more "
-                "false alarms.",
-                len(blind), counted(len(counts), "individual"), counted(max(blind), "window"), most[max(blind)],
-                thresholds[max(blind)], counted(len(self.genuine_scores), "genuine sample"), self.false_alarms,
-            )  # fmt: skip
+        scan = Scan(self.genuine_scores)
+        counts = [len(samples) for samples in motion.samples]
+        thresholds = {0: 0.0}
+        for count in set(counts) - {0}:
+            thresholds[count] = scan.threshold(count, self.false_alarms, DRAWS)
+        self._warn_if_windows_are_too_few(scan, counts, thresholds)
         individuals = zip(motion.individuals, motion.times, scores, strict=True)
-        return tuple(scan.verdict(*each, thresholds.get(len(each[2]), 0.0)) for each in individuals)
+        return tuple(
+            scan.verdict(name, times, own, thresholds[len(own)]) for name, times, own in individuals
+        )
 
     def mean_scores(self, motion: np.ndarray) -> np.ndarray:
         """Return the mean score (individuals,) of motion (individuals, samples, T, D); see `judge`."""
@@ -264,25 +300,55 @@ class Detector:
                 counted(len(self.genuine_scores), "genuine sample"), genuine, abnormal,
             )  # fmt: skip
 
+    def _warn_if_windows_are_too_few(
+        self, scan: Scan, counts: list[int], thresholds: dict[int, float]
+    ) -> None:
+        """Log a warning if individuals have so few windows that the strongest evidence is below the threshold."""
+        strongest = {count: float(scan.strengths(np.zeros(count))) for count in thresholds if count}
+        blind = [count for count in counts if count and strongest[count] <= thresholds[count]]
+        if blind:
+            longest = max(blind)
+            _LOGGER.warning(
+                "%d of %s cannot be called abnormal, whatever they do: the evidence in %s is at most %.2f, "
+                "and the threshold %.2f, by %s and a share of false alarms of %.3g. Record for longer, "
+                "calibrate with more genuine motion, or allow more false alarms.",
+                len(blind),
+                counted(len(counts), "individual"),
+                counted(longest, "window"),
+                strongest[longest],
+                thresholds[longest],
+                counted(len(self.genuine_scores), "genuine sample"),
+                self.false_alarms,
+            )
+
     def _warn_if_no_score_is_low_enough(self, samples: int) -> None:
-        """Log why nobody with so many samples can have so small a p-value: genuine samples are too few, or have score 0."""
-        least = float(p_values(self.genuine_scores, np.zeros((1, samples)))[0])
-        if self.rule == "unanimous" or least <= self.false_alarms:
+        """Log why nobody with so many samples can have so small a p-value: few genuine samples, or scores of 0."""
+        lowest = float(p_values(self.genuine_scores, np.zeros((1, samples)))[0])
+        if self.rule == "unanimous" or lowest <= self.false_alarms:
             return
-        known, needed = len(self.genuine_scores), known_needed(self.false_alarms, samples)
-        remedy = "Take more samples of each, another rule"
-        reason = f"{np.mean(self.genuine_scores <= 0):.3g} of {counted(known, 'genuine sample')} have that score"
+        known = len(self.genuine_scores)
+        needed = known_needed(self.false_alarms, samples)
         if known < needed:
-            remedy = "Calibrate with more, take more samples of each"
             who = "genuine samples without a part in the weights (the second half of `genuine`)"
             reason = f"{needed} {who} are needed, and there are {known}"
+            remedy = "Calibrate with more, take more samples of each"
+        else:
+            share = np.mean(self.genuine_scores <= 0)
+            reason = f"{share:.3g} of {counted(known, 'genuine sample')} have that score"
+            remedy = "Take more samples of each, another rule"
         _LOGGER.warning(
-            "Nobody can be called abnormal by %s each: with score 0 throughout the p-value is %.3g, and at most %.3g is asked for; "
-            "%s. %s, or allow more false alarms.",
-            counted(samples, "sample"), least, self.false_alarms, reason, remedy,
-        )  # fmt: skip
+            "Nobody can be called abnormal by %s each: with score 0 throughout the p-value is %.3g, "
+            "and at most %.3g is asked for; %s. %s, or allow more false alarms.",
+            counted(samples, "sample"),
+            lowest,
+            self.false_alarms,
+            reason,
+            remedy,
+        )
 
-    def _judge_all(self, motion: Any, name: str, names: tuple[str, ...] | None = None) -> np.ndarray:
+    def _judge_all(
+        self, motion: Any, name: str, names: tuple[str, ...] | None = None
+    ) -> np.ndarray:
         where = str if names is None else names.__getitem__
         motion = checked_motion(name, motion, where=where, T=self.steps, D=self.signals)
         return np.round(self.jury.score(motion), DIGITS)
@@ -301,22 +367,33 @@ def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
     """
     if rule == "fittest" and len(genuine):
         return np.full(len(genuine), 1 / len(genuine))
-    by_individual = rule == "unanimous"
-    if by_individual:
-        found = competence(np.asarray(genuine.any(axis=-1)), np.asarray(abnormal.any(axis=-1)))
+    if rule == "unanimous":
+        # An individual is judged genuine if one of its samples is.
+        informedness = competence(
+            np.asarray(genuine.any(axis=-1)), np.asarray(abnormal.any(axis=-1))
+        )
     else:
-        found = competence(genuine, abnormal)
-    tells, told = found.max(initial=0.0) > 0, "hold a classifier that tells genuine from abnormal motion"
-    check(tells, "genomes", told, f"{len(genuine)} that cannot", "Run more generations.")
-    if by_individual:
-        return (np.arange(len(found)) == found.argmax()).astype(float)
-    weights, some = np.maximum(found, 0), found > 0
-    within = _covariance(genuine[some]) + _covariance(abnormal[some])
-    variances = np.diag(np.diag(within) + FLOOR)
-    shrunk = (1 - SHRINKAGE) * within + SHRINKAGE * variances + FLOOR * np.eye(len(within))
-    apart = genuine[some].mean(axis=(1, 2)) - abnormal[some].mean(axis=(1, 2))
-    weights[some] = np.maximum(np.round(np.linalg.solve(shrunk, apart), DIGITS), 0)
+        informedness = competence(genuine, abnormal)
+    tells = informedness.max(initial=0.0) > 0
+    requirement = "hold a classifier that tells genuine from abnormal motion"
+    got = f"{len(genuine)} that cannot"
+    check(tells, "genomes", requirement, got, "Run more generations.")
+    if rule == "unanimous":
+        return (np.arange(len(informedness)) == informedness.argmax()).astype(float)
+    able = informedness > 0
+    within = _covariance(genuine[able]) + _covariance(abnormal[able])
+    variances = np.diag(np.diag(within) + LEAST_VARIANCE)
+    shrunk = (1 - COVARIANCE_SHRINKAGE) * within + COVARIANCE_SHRINKAGE * variances
+    shrunk = shrunk + LEAST_VARIANCE * np.eye(len(within))
+    difference = genuine[able].mean(axis=(1, 2)) - abnormal[able].mean(axis=(1, 2))
+    weights = np.zeros(len(informedness))
+    weights[able] = np.maximum(np.round(np.linalg.solve(shrunk, difference), DIGITS), 0)
     return weights / weights.sum()
+
+
+def _distinct_samples(motion: np.ndarray) -> set[bytes]:
+    samples = motion.reshape(-1, *motion.shape[2:])
+    return {sample.tobytes() for sample in samples}
 
 
 def _covariance(votes: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ import re
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from turing_learning._files import whole
 from turing_learning.errors import require
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 DOTS_PER_INCH = 200
 SALT = "turing-learning"
+"""Makes the ids of a figure the same each time it is written."""
+# Without the version and the date, so that the same figure gives the same bytes.
 _METADATA: dict[str, dict[str, str | None]] = {"png": {"Software": None}, "svg": {"Date": None}}
 
 
@@ -80,14 +82,17 @@ def save_figure(figure: "Figure", folder: str | Path, name: str) -> tuple[Path, 
 
     fits = name and Path(name).name == name and not name.startswith(".")
     require(fits, "name", "be a file name without folder and leading dot", repr(name))
-    if figure.get_layout_engine() is not None:  # lay it out once; otherwise it is drawn twice for each file
+    # Lay it out once: otherwise it is drawn twice for each file.
+    if figure.get_layout_engine() is not None:
         figure.draw_without_rendering()
         figure.set_layout_engine("none")
-    png, svg = Path(folder) / f"{name}.png", Path(folder) / f"{name}.svg"
+    png = Path(folder) / f"{name}.png"
+    svg = Path(folder) / f"{name}.svg"
+    look: dict[str, Any] = {"dpi": DOTS_PER_INCH, "facecolor": "white"}
     for path in (png, svg):
-        kind = path.suffix[1:]
+        format = path.suffix[1:]
         with whole(path) as temporary, mpl.rc_context({"svg.hashsalt": SALT}):
-            figure.savefig(temporary, format=kind, dpi=DOTS_PER_INCH, facecolor="white", metadata=_METADATA[kind])
+            figure.savefig(temporary, format=format, metadata=_METADATA[format], **look)
     return png, svg
 
 
@@ -109,13 +114,18 @@ def svg_markup(figure: "Figure", prefix: str, description: str) -> str:
     drawing = re.sub(r'\bid="', f'id="{prefix}-', drawing)
     drawing = re.sub(r"(url\(|href=\")#", rf"\1#{prefix}-", drawing)
     # Hundredths of a point are finer than any screen; the digits behind them are half of the file.
-    drawing = re.sub(r"\bd=\"[^\"]*\"", lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]).replace("\n", ""), drawing)
+    drawing = re.sub(r"\bd=\"[^\"]*\"", _shortened, drawing)
     drawing = re.sub(r"('DejaVu Sans'[^;\"]*?)(?=[;\"])", "system-ui, sans-serif", drawing)
     for color, variable in PAGE_COLORS.items():
         drawing = drawing.replace(color, f"var({variable}, {color})")
     width, height = 72 * figure.get_size_inches()
+    content = drawing.split("<svg", 1)[1].split(">", 1)[1].strip()
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
         f'viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(description)}" stroke-linejoin="round">'
-        f"{drawing.split('<svg', 1)[1].split('>', 1)[1].strip()}"
+        f"{content}"
     )
+
+
+def _shortened(path: re.Match[str]) -> str:
+    return re.sub(r"(\.\d\d)\d+", r"\1", path[0]).replace("\n", "")

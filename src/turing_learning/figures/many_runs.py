@@ -8,7 +8,21 @@ import numpy as np
 from turing_learning.arrays import array
 from turing_learning.errors import require
 
-from .style import BLUE, DASHED, GREEN, INK, MUTED, ORANGE, RULE, SKY, draw_line, note, one_panel, panel_row, series
+from .style import (
+    BLUE,
+    DASHED,
+    GREEN,
+    INK,
+    MUTED,
+    ORANGE,
+    RULE,
+    SKY,
+    draw_line,
+    note,
+    one_panel,
+    panel_row,
+    series,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,10 +30,14 @@ if TYPE_CHECKING:
 
 Numbers = Sequence[float] | np.ndarray | None
 """True values of parameters, None where they are unknown."""
-WHISKERS = 1.5  # interquartile ranges: paper, footnote on box plots
-SMALLEST = 1e-6  # error that a logarithmic axis can show
-MOST_LEVEL_LABELS = 12  # names that fit side by side
-HIGHEST = 4.0  # dispersions that are drawn, in multiples of the agents' largest
+WHISKERS = 1.5
+"""Interquartile ranges: paper, footnote on box plots."""
+SMALLEST_ERROR = 1e-6
+"""Error that a logarithmic axis can show."""
+LEVEL_LABELS = 12
+"""Names that fit side by side, at most."""
+HIGHEST_DISPERSION = 4.0
+"""Dispersions that are drawn, in multiples of the agents' largest."""
 MARKERS = ("o", "s", "^", "D", "v", "P")
 ERRORS: dict[str, dict[str, Any]] = {
     "average": {"color": ORANGE, "linestyle": (0, (1.5, 1.2)), "label": "average of all models"},
@@ -57,52 +75,72 @@ def box_figure(
     """
     values = array("values", values, "R P")
     parameters = values.shape[1]
-    require(len(names) == parameters, "names", f"hold one name per parameter, {parameters}", len(names))
-    truth = None if truth is None else array("truth", truth, "P", P=parameters)
+    require(
+        len(names) == parameters, "names", f"hold one name per parameter, {parameters}", len(names)
+    )
+    if truth is not None:
+        truth = array("truth", truth, "P", P=parameters)
     return box_panels_figure({"": values}, names=names, truth=truth)
 
 
 def box_panels_figure(
-    groups: Mapping[str, np.ndarray], *, names: Sequence[str], truth: Numbers, what: str = "Value of the parameter"
+    groups: Mapping[str, np.ndarray],
+    *,
+    names: Sequence[str],
+    truth: Numbers,
+    what: str = "Value of the parameter",
 ) -> "Figure":
     """Draw `box_figure` for groups of runs (R, P) with titles, side by side at one scale: figures 11 and 13 of the paper."""
-    size = (max(3.6, 2.7 * len(groups)), 3.2) if len(groups) > 1 else (max(3.6, 0.9 * len(names) + 1.4), 3.4)
-    panels = panel_row(list(groups), *size)
-    known, limits = [] if truth is None else list(truth), []
+    width, height = (max(3.6, 0.9 * len(names) + 1.4), 3.4)
+    if len(groups) > 1:
+        width, height = (max(3.6, 2.7 * len(groups)), 3.2)
+    panels = panel_row(list(groups), width, height)
+    true_values = [] if truth is None else list(truth)
+    places = np.arange(1, len(true_values) + 1)
+    limits = []
     for axes, values in zip(panels.axes, groups.values(), strict=True):
         _draw_boxes(axes, list(values.T), names=names)
-        if known:
-            places, look = np.arange(1, len(known) + 1), dict[str, Any](color=INK, linewidth=1.1, linestyle=DASHED)
-            axes.hlines(known, places - 0.42, places + 0.42, label="true value", zorder=3, **look)
-        limits.append(_focus(axes, values, known))
+        if true_values:
+            axes.hlines(
+                true_values,
+                places - 0.42,
+                places + 0.42,
+                label="true value",
+                zorder=3,
+                color=INK,
+                linewidth=1.1,
+                linestyle=DASHED,
+            )
+        limits.append(_limits(axes, values, true_values))
     panels.label(what, "Parameter")
     lows, highs = zip(*limits, strict=True)
     panels.axes[0].set_ylim(min(lows), max(highs))
     return panels.with_legend(ncols=1)
 
 
-def _focus(axes: "Axes", values: np.ndarray, truth: list[float]) -> tuple[float, float]:
+def _limits(axes: "Axes", values: np.ndarray, truth: list[float]) -> tuple[float, float]:
     """Return limits that show all whiskers, the truth, and as much again on both sides; note how many values are beyond."""
     lower, upper = np.quantile(values, (0.25, 0.75), axis=0)
     reach = WHISKERS * (upper - lower)
     inside = values[(values >= lower - reach) & (values <= upper + reach)]
-    low, high = min([inside.min(), *truth]), max([inside.max(), *truth])
+    low = min([inside.min(), *truth])
+    high = max([inside.max(), *truth])
     span = (high - low) or 1.0
-    seen = values[(values >= low - span) & (values <= high + span)]
-    if beyond := values.size - seen.size:
+    visible = values[(values >= low - span) & (values <= high + span)]
+    if beyond := values.size - visible.size:
         note(axes, f"{beyond} outliers beyond")
-    return min(seen.min(), low) - 0.05 * span, max(seen.max(), high) + 0.05 * span
+    return min(visible.min(), low) - 0.05 * span, max(visible.max(), high) + 0.05 * span
 
 
 def error_box_figure(
     errors: Mapping[str, np.ndarray], *, what: str = "Absolute error", where: str = "Parameter"
 ) -> "Figure":
     """Draw groups of errors (R,) as boxes on a logarithmic axis, as in figure 14b of the paper; the least is drawn at 1e-6."""
-    groups = [np.maximum(group, SMALLEST) for group in errors.values()]
+    groups = [np.maximum(group, SMALLEST_ERROR) for group in errors.values()]
     panels, axes = one_panel(min(12.0, max(3.6, 1.1 * len(errors) + 1.4)), 3.4)
     _draw_boxes(axes, groups, names=list(errors))
     panels.logarithmic(*groups)
-    if len(errors) > MOST_LEVEL_LABELS:
+    if len(errors) > LEVEL_LABELS:
         axes.tick_params(axis="x", rotation=60)
     panels.label(what, where)
     return panels.figure
@@ -113,7 +151,8 @@ def error_groups_figure(groups: Mapping[str, np.ndarray], *, names: Sequence[str
     from matplotlib.patches import Patch
 
     panels, axes = one_panel(max(5.2, 0.45 * len(names) * len(groups) + 1.4), 3.3)
-    width, handles = len(groups) + 1, []
+    width = len(groups) + 1
+    handles = []
     for k, (kind, errors) in enumerate(groups.items()):
         color = series(k)["color"]
         places = [width * p + k for p in range(len(names))]
@@ -125,7 +164,9 @@ def error_groups_figure(groups: Mapping[str, np.ndarray], *, names: Sequence[str
     return panels.with_legend(handles=handles)
 
 
-def dispersion_figure(agents: np.ndarray, models: np.ndarray, *, least: float, gathered: str) -> "Figure":
+def dispersion_figure(
+    agents: np.ndarray, models: np.ndarray, *, least: float, gathered: str
+) -> "Figure":
     """Draw the dispersion that agents (R,), hatched, and replicas of several models (M, R) have reached: a box for each.
 
     The least possible dispersion is dashed. Values above four times the agents' largest are left out, and
@@ -137,10 +178,12 @@ def dispersion_figure(agents: np.ndarray, models: np.ndarray, *, least: float, g
     _draw_boxes(axes, list(models), positions=numbers, facecolor="white")
     axes.axhline(least, color=INK, linewidth=1.1, linestyle=DASHED, label="least possible")
     axes.set_xlim(-0.9, len(models) + 0.9)
-    named = [k for k in numbers if len(models) <= 12 or k % 5 == 0]  # so that "agents" has room
+    # With many models few numbers are named, so that "agents" has room.
+    named = [k for k in numbers if len(models) <= LEVEL_LABELS or k % 5 == 0]
     axes.set_xticks([0, *named], ["agents", *map(str, named)])
     values = np.concatenate([agents, models.ravel()])
-    top, bottom = min(float(values.max()), HIGHEST * float(agents.max())), min(least, float(values.min()))
+    top = min(float(values.max()), HIGHEST_DISPERSION * float(agents.max()))
+    bottom = min(least, float(values.min()))
     margin = 0.06 * (top - bottom)
     axes.set_ylim(bottom - margin, top + margin)
     if beyond := int(np.count_nonzero(values > top)):
@@ -171,20 +214,30 @@ def _draw_boxes(
 
 
 def convergence_figure(
-    medians: Mapping[str, np.ndarray], *, names: Sequence[str], truth: Numbers = None, trials: np.ndarray | None = None
+    medians: Mapping[str, np.ndarray],
+    *,
+    names: Sequence[str],
+    truth: Numbers = None,
+    trials: np.ndarray | None = None,
 ) -> "Figure":
     """Draw medians over the runs (G, P), of runs of trials over those spent (G,), as in figure 5 of the paper.
 
     Several kinds of runs, by titles, are side by side on one scale, as in figure 19. True values are thin and
     dashed.
     """
-    size = (7.4, 3.3) if len(medians) > 1 else (6.4, 3.4)
-    panels = panel_row(list(medians), *size, loc="center", fontsize=9.5)
+    width, height = (7.4, 3.3) if len(medians) > 1 else (6.4, 3.4)
+    panels = panel_row(list(medians), width, height, loc="center", fontsize=9.5)
     for axes, values in zip(panels.axes, medians.values(), strict=True):
         for k, name in enumerate(names):
             draw_line(axes, values[:, k], trials, linewidth=1.3, label=name, **series(k))
             if truth is not None:
-                axes.axhline(truth[k], color=series(k)["color"], linewidth=0.7, linestyle=(0, (2, 3)), label="_")
+                axes.axhline(
+                    truth[k],
+                    color=series(k)["color"],
+                    linewidth=0.7,
+                    linestyle=(0, (2, 3)),
+                    label="_",
+                )
     panels.over_generations("Median over the runs", len(values), trials)
     return panels.with_legend(ncols=min(len(names), 6))
 
@@ -211,8 +264,9 @@ def error_histogram_figure(maes: np.ndarray, *, limits: tuple[float, float]) -> 
     edges = np.linspace(0, end, 31)
     axes.hist(np.minimum(maes, end), bins=edges.tolist(), color=SKY, edgecolor=BLUE, linewidth=0.7)
     axes.locator_params(axis="y", integer=True)
-    for limit in (each for each in limits if each < end):
-        axes.axvline(limit, color=INK, linewidth=0.9, linestyle=DASHED)
+    for limit in limits:
+        if limit < end:
+            axes.axvline(limit, color=INK, linewidth=0.9, linestyle=DASHED)
     if beyond := int(np.count_nonzero(maes > end)):
         note(axes, f"{beyond} beyond {end:g}")
     panels.label("Number of runs", "Mean absolute error")
@@ -226,8 +280,24 @@ def prediction_figure(
     low, middle, high = np.quantile(values, (0.25, 0.5, 0.75), axis=0)
     places = np.arange(len(names))
     panels, axes = one_panel(max(4.2, 0.8 * len(names) + 1.4), 3.2)
-    axes.hlines(truth, places - 0.36, places + 0.36, color=INK, linewidth=1.1, linestyle=DASHED, label="true value")
-    axes.plot(places - 0.14, predicted, "D", color=ORANGE, markersize=6, markerfacecolor="none", label="predicted")
+    axes.hlines(
+        truth,
+        places - 0.36,
+        places + 0.36,
+        color=INK,
+        linewidth=1.1,
+        linestyle=DASHED,
+        label="true value",
+    )
+    axes.plot(
+        places - 0.14,
+        predicted,
+        "D",
+        color=ORANGE,
+        markersize=6,
+        markerfacecolor="none",
+        label="predicted",
+    )
     axes.errorbar(
         places + 0.14, middle, np.stack([middle - low, high - middle]),
         fmt="o", color=BLUE, ecolor=SKY, markersize=5, capsize=3, label="inferred: median, quartiles",
@@ -246,34 +316,57 @@ def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) 
 
     row = panel_row(list(panels), 4.1 * len(panels), 3.6, loc="center", fontsize=9.5)
     for axes, methods in zip(row.axes, panels.values(), strict=True):
-        for place, (name, errors) in enumerate(methods.items()):
-            look, marker = series(place), MARKERS[place % len(MARKERS)]
+        for number, (name, errors) in enumerate(methods.items()):
+            look = series(number)
+            marker = MARKERS[number % len(MARKERS)]
             dots = {"color": look["color"], "markersize": 3.5, "alpha": 0.45, "markeredgewidth": 0}
             for trials in sorted(errors):
                 axes.plot(np.full(len(errors[trials]), trials), errors[trials], marker, **dots)
             medians = [float(np.median(errors[trials])) for trials in sorted(errors)]
-            axes.plot(sorted(errors), medians, marker=marker, markersize=5.5, linewidth=1.3, label=name, **look)
+            axes.plot(
+                sorted(errors),
+                medians,
+                marker=marker,
+                markersize=5.5,
+                linewidth=1.3,
+                label=name,
+                **look,
+            )
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.0f}"))
     row.label("Mean absolute error", "Trials")
-    everything = (runs for methods in panels.values() for errors in methods.values() for runs in errors.values())
-    row.logarithmic(*everything)
+    every_error: list[np.ndarray] = []
+    for methods in panels.values():
+        for errors in methods.values():
+            every_error += errors.values()
+    row.logarithmic(*every_error)
     return row.with_legend(loc="center")
 
 
-def dynamic_outputs_figure(outputs: Mapping[str, np.ndarray], *, readings: np.ndarray, truth: np.ndarray) -> "Figure":
+def dynamic_outputs_figure(
+    outputs: Mapping[str, np.ndarray], *, readings: np.ndarray, truth: np.ndarray
+) -> "Figure":
     """Draw both outputs (T, 2) of networks, by titles, while the sensor reading (T,) changes; those of agents are dashed.
 
     A panel is shaded where the reading is not 0. As in figure 12 of the paper.
     """
     panels = panel_row(list(outputs), max(3.6, 2.7 * len(outputs)), 3.0)
     steps = np.arange(1, len(readings) + 1)
-    for axes, one in zip(panels.axes, outputs.values(), strict=True):
+    for axes, values in zip(panels.axes, outputs.values(), strict=True):
         for step in steps[readings != 0]:
             axes.axvspan(step - 0.5, step + 0.5, color=RULE, alpha=0.6, linewidth=0, zorder=0)
         for side, color, name in ((0, BLUE, "left wheel"), (1, ORANGE, "right wheel")):
-            axes.plot(steps, truth[:, side], color=color, linewidth=1.0, linestyle=DASHED, drawstyle="steps-mid")
-            axes.plot(steps, one[:, side], "o-", color=color, markersize=3, linewidth=1.2, label=name)
+            axes.plot(
+                steps,
+                truth[:, side],
+                color=color,
+                linewidth=1.0,
+                linestyle=DASHED,
+                drawstyle="steps-mid",
+            )
+            axes.plot(
+                steps, values[:, side], "o-", color=color, markersize=3, linewidth=1.2, label=name
+            )
         axes.plot([], [], color=MUTED, linewidth=1.0, linestyle=DASHED, label="agents")
         axes.axvspan(0, 0, color=RULE, alpha=0.6, linewidth=0, label="I = 1")
         axes.set_xlim(0.5, len(steps) + 0.5)

@@ -35,10 +35,14 @@ from .style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-CENTRAL = (0.5, 99.5)  # percentiles that a panel shows in any case
-MOST_POINTS = 1000  # corners of a band's edge; more could not be seen
-MOST_NAMES = 60  # rows of a timeline that make it higher
-WIDTH_OF_NAMES = 75  # characters that fit side by side above a figure, with 4 for each line that a name explains
+CENTRAL_PERCENTILES = (0.5, 99.5)
+"""Values between them are shown by a panel in any case."""
+BAND_POINTS = 1000
+"""Corners of a band's edge, at most; more could not be seen."""
+TIMELINE_ROWS = 60
+"""Rows that make a timeline higher; more are drawn closer."""
+LEGEND_CHARACTERS = 75
+"""Characters that fit side by side above a figure, with 4 for each line that a name explains."""
 
 
 def parameters_figure(
@@ -58,11 +62,12 @@ def parameters_figure(
     panels = panels or panel_grid(names, 2.15, sharex=True)
     panels.over_generations("", len(best_models), trials)
     for k, axes in enumerate(panels.axes):
-        best, typical = best_models[:, k], typical_models[:, k]
+        best = best_models[:, k]
+        typical = typical_models[:, k]
         draw_line(axes, best, trials, color=SKY, linewidth=0.6, alpha=0.9, label="best model")
         draw_line(axes, typical, trials, color=BLUE, linewidth=1.2, label=_typical(trials))
         values = np.concatenate([best, typical])
-        limits = np.percentile(values, CENTRAL)
+        limits = np.percentile(values, CENTRAL_PERCENTILES)
         if truth is not None:
             axes.axhline(truth[k], color=INK, linewidth=1.1, linestyle=DASHED, label="true value")
             limits = np.append(limits, truth[k])
@@ -72,7 +77,8 @@ def parameters_figure(
         if values.min() < low - margin or values.max() > high + margin:
             text = f"whole range {values.min():.3g} to {values.max():.3g}"
             note(axes, text.replace("-", "\N{MINUS SIGN}"), height=1.03)
-        if k + panels.columns < len(panels.axes):  # another panel is below
+        has_panel_below = k + panels.columns < len(panels.axes)
+        if has_panel_below:
             axes.set_xlabel("")
         axes.tick_params(labelbottom=bool(axes.get_xlabel()))
     return panels.with_legend(ncols=3)
@@ -83,7 +89,9 @@ def _typical(trials: np.ndarray | None) -> str:
     return "median of the better half" if trials is None else "estimate so far"
 
 
-def error_figure(mae_best: np.ndarray, mae_typical: np.ndarray, *, trials: np.ndarray | None = None) -> "Figure":
+def error_figure(
+    mae_best: np.ndarray, mae_typical: np.ndarray, *, trials: np.ndarray | None = None
+) -> "Figure":
     """Draw the mean absolute errors (G,) of the best and of the typical model on a logarithmic axis."""
     panels, axes = one_panel(5.2, 3.1)
     draw_line(axes, mae_best, trials, color=SKY, linewidth=0.7, label="best model")
@@ -109,13 +117,26 @@ def fitness_figure(
     (axes,) = panels.axes
     edges = np.flatnonzero(np.diff(np.asarray(stopped, dtype=bool), prepend=False, append=False))
     for number, (start, stop) in enumerate(edges.reshape(-1, 2)):
+        # Named once in the legend.
         name = "selection stopped" if number == 0 else "_"
-        axes.axvspan(start - 0.5, stop - 0.5, facecolor=MUTED, alpha=0.3, edgecolor=MUTED, linewidth=0.5, label=name)
-    lines = (("models", model_fitness, ORANGE, (0, (5, 1.2))), ("classifiers", classifier_fitness, BLUE, "-"))
+        axes.axvspan(
+            start - 0.5,
+            stop - 0.5,
+            facecolor=MUTED,
+            alpha=0.3,
+            edgecolor=MUTED,
+            linewidth=0.5,
+            label=name,
+        )
+    lines = (
+        ("models", model_fitness, ORANGE, (0, (5, 1.2))),
+        ("classifiers", classifier_fitness, BLUE, "-"),
+    )
     for name, fitness, color, line in lines:
         lower, middle, upper = np.quantile(fitness, (0.25, 0.5, 0.75), axis=1)
-        starts = np.arange(0, len(middle), -(-len(middle) // MOST_POINTS))
-        low, high = np.minimum.reduceat(lower, starts), np.maximum.reduceat(upper, starts)
+        starts = np.arange(0, len(middle), -(-len(middle) // BAND_POINTS))
+        low = np.minimum.reduceat(lower, starts)
+        high = np.maximum.reduceat(upper, starts)
         over = starts if trials is None else trials[starts]
         axes.fill_between(over, low, high, color=color, alpha=0.22, linewidth=0)
         draw_line(axes, middle, trials, color=color, linewidth=1.2, linestyle=line, label=name)
@@ -136,45 +157,64 @@ def step_sizes_figure(
     panels.logarithmic(model_step_sizes, classifier_step_sizes)
     panels.over_generations("Step size (median)", len(model_step_sizes))
     longest = max(map(len, (*names, "classifiers")))
-    return panels.with_legend(ncols=max(1, min(5, WIDTH_OF_NAMES // (longest + 4))))
+    return panels.with_legend(ncols=max(1, min(5, LEGEND_CHARACTERS // (longest + 4))))
 
 
 def dialogues_figure(
-    dialogues: Mapping[str, np.ndarray], *, names: Sequence[str], rows: Sequence[str], interval_s: float
+    dialogues: Mapping[str, np.ndarray],
+    *,
+    names: Sequence[str],
+    rows: Sequence[str],
+    interval_s: float,
 ) -> "Figure":
     """Draw stimuli (n, 2, T, S) beside answers (n, 2, T, D), in n rows with these titles; names are of answers, then stimuli.
 
     Stimuli have the `ranges` (S, 2). `outputs` (n, 2) and `accuracy` (n,) are written above the rows, where
     classifiers chose.
     """
-    stimuli, answers, outputs = dialogues["stimuli"], dialogues["answers"], dialogues.get("outputs")
-    count, _, steps, width = stimuli.shape
-    own = answers.shape[3]
-    order = [*range(own, own + width), *range(own)]  # of the columns
-    figure = new_figure(max(7.2, 2.4 * len(order)), 0.7 + 1.6 * count)
-    grid = figure.subplots(count, len(order), sharex=True, squeeze=False)
-    panels, time = Panels(figure, list(grid.flat), len(order)), np.arange(1, steps + 1) * (interval_s or 1.0)
+    stimuli = dialogues["stimuli"]
+    answers = dialogues["answers"]
+    outputs = dialogues.get("outputs")
+    count, _, steps, stimulus_count = stimuli.shape
+    answer_count = answers.shape[3]
+    # Stimuli stand in the first columns, though their names are the last.
+    signals = [*range(answer_count, answer_count + stimulus_count), *range(answer_count)]
+    figure = new_figure(max(7.2, 2.4 * len(signals)), 0.7 + 1.6 * count)
+    grid = figure.subplots(count, len(signals), sharex=True, squeeze=False)
+    panels = Panels(figure, list(grid.flat), len(signals))
+    time = np.arange(1, steps + 1) * (interval_s or 1.0)
     for row, axes_of_row in enumerate(grid):
-        for place, axes in zip(order, axes_of_row, strict=True):
+        for signal, axes in zip(signals, axes_of_row, strict=True):
             prepare_axes(axes)
-            drawn = answers[row, ..., place] if place < own else stimuli[row, ..., place - own]
-            look = {"linewidth": 1.1, "drawstyle": "default" if place < own else "steps-post"}
-            axes.plot(time, drawn[0], color=BLUE, linestyle="-", label="system", **look)
-            axes.plot(time, drawn[1], color=ORANGE, linestyle=DASHED, label="estimate", **look)
-            if place >= own:
-                low, high = dialogues["ranges"][place - own]
-                axes.set_ylim(low - 0.06 * (high - low), high + 0.06 * (high - low))
-            axes.set_ylabel(names[place].replace("_", " "))
+            if signal < answer_count:
+                values = answers[row, ..., signal]
+                look: dict[str, Any] = {"linewidth": 1.1, "drawstyle": "default"}
+            else:
+                values = stimuli[row, ..., signal - answer_count]
+                look = {"linewidth": 1.1, "drawstyle": "steps-post"}
+                low, high = dialogues["ranges"][signal - answer_count]
+                margin = 0.06 * (high - low)
+            axes.plot(time, values[0], color=BLUE, linestyle="-", label="system", **look)
+            axes.plot(time, values[1], color=ORANGE, linestyle=DASHED, label="estimate", **look)
+            if signal >= answer_count:
+                axes.set_ylim(low - margin, high + margin)
+            axes.set_ylabel(names[signal].replace("_", " "))
             if row == count - 1:
                 axes.set_xlabel("Time (s)" if interval_s else "Step")
         if outputs is not None:
             text = f"{rows[row]}: {dialogues['accuracy'][row]:.0%} right; output {outputs[row, 0]:.2f} for the system, "
-            axes_of_row[0].set_title(f"{text}{outputs[row, 1]:.2f} for the estimate", loc="left", fontsize="small")
+            axes_of_row[0].set_title(
+                f"{text}{outputs[row, 1]:.2f} for the estimate", loc="left", fontsize="small"
+            )
     return panels.with_legend(ncols=2)
 
 
 def accuracy_figure(
-    generations: np.ndarray, *, subjective: np.ndarray, objective: np.ndarray, jury: np.ndarray | None = None
+    generations: np.ndarray,
+    *,
+    subjective: np.ndarray,
+    objective: np.ndarray,
+    jury: np.ndarray | None = None,
 ) -> "Figure":
     """Draw the decision accuracy (R, G) of the best classifiers of some generations (G,), as in figure 7 of the paper.
 
@@ -202,14 +242,22 @@ def accuracy_figure(
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.set_xlim(-0.2, last)
-    ends = [values.mean(axis=0) + sign * values.std(axis=0) for values in (objective, subjective) for sign in (-1, 1)]
-    axes.set_ylim(min(0.5, 100 * np.min(ends) // 5 / 20), max(1.0, np.max(ends)) + 0.01)
+    edges: list[np.ndarray] = []
+    for values in (objective, subjective):
+        edges += [
+            values.mean(axis=0) - values.std(axis=0),
+            values.mean(axis=0) + values.std(axis=0),
+        ]
+    # The lower limit is a multiple of 0.05.
+    axes.set_ylim(min(0.5, 100 * np.min(edges) // 5 / 20), max(1.0, np.max(edges)) + 0.01)
     panels.label("Decision accuracy", "Generation")
     return panels.with_legend(ncols=2)
 
 
 def quantities_figure(
-    distributions: Mapping[str, tuple[np.ndarray, np.ndarray, np.ndarray]], *, panels: Panels | None = None
+    distributions: Mapping[str, tuple[np.ndarray, np.ndarray, np.ndarray]],
+    *,
+    panels: Panels | None = None,
 ) -> "Figure":
     """Draw distributions of genuine motion and of motion simulated at the estimate, one panel each.
 
@@ -219,7 +267,9 @@ def quantities_figure(
     panels = panels or panel_grid(list(distributions), 2.1)
     for axes, (edges, genuine, simulated) in zip(panels.axes, distributions.values(), strict=True):
         axes.stairs(genuine, edges, fill=True, color=SKY, alpha=0.45, label="genuine")
-        axes.stairs(simulated, edges, color=ORANGE, linewidth=1.3, label="simulated at the estimate")
+        axes.stairs(
+            simulated, edges, color=ORANGE, linewidth=1.3, label="simulated at the estimate"
+        )
         axes.set_ylim(bottom=0)
     panels.label("Share", "")
     return panels.with_legend(ncols=2)
@@ -235,25 +285,27 @@ class ParameterProfile:
     criticals: np.ndarray  # accuracies above which the classifiers do not guess (G,)
     estimate: float
     interval: Sequence[float] | None  # None, and not drawn, where it is not known
-    recovered: Sequence[float] = field(default=())  # what runs found whose truth was the estimate
+    recovered: Sequence[float] = field(default=())  # estimates of runs whose truth was the estimate
     logarithmic: bool = False
 
 
 def profiles_figure(profiles: Sequence[ParameterProfile]) -> "Figure":
     """Draw how well fresh classifiers tell genuine samples from models in which one parameter is moved, one panel each."""
-    panels = panel_grid([each.name for each in profiles], 2.1)
-    for axes, each in zip(panels.axes, profiles, strict=True):
-        if each.interval is not None:
-            axes.axvspan(*each.interval, color=MUTED, alpha=0.22, linewidth=0, label="interval")
-        axes.axvline(each.estimate, color=INK, linewidth=1.0, label="estimate")
-        look = dict[str, Any](linewidth=1.3, marker="o", markersize=3.5)
-        axes.plot(each.values, each.accuracies, color=BLUE, label="fresh classifiers", **look)
-        axes.plot(each.values, each.criticals, color=MUTED, linewidth=1.0, linestyle=DASHED, label="guessing, 95 %")
-        if len(each.recovered):
-            foot, mark = np.full(len(each.recovered), 0.42), dict[str, Any](marker="^", markersize=6, linestyle="none")
-            axes.plot(each.recovered, foot, color=GREEN, label="recovered", **mark)
-        axes.set_ylim(min(0.38, float(each.accuracies.min()) - 0.03), 1.02)
-        if each.logarithmic:
+    panels = panel_grid([profile.name for profile in profiles], 2.1)
+    for axes, profile in zip(panels.axes, profiles, strict=True):
+        if profile.interval is not None:
+            axes.axvspan(*profile.interval, color=MUTED, alpha=0.22, linewidth=0, label="interval")
+        axes.axvline(profile.estimate, color=INK, linewidth=1.0, label="estimate")
+        look: dict[str, Any] = {"linewidth": 1.3, "marker": "o", "markersize": 3.5}
+        axes.plot(profile.values, profile.accuracies, color=BLUE, label="fresh classifiers", **look)
+        look = {"linewidth": 1.0, "linestyle": DASHED}
+        axes.plot(profile.values, profile.criticals, color=MUTED, label="guessing, 95 %", **look)
+        if len(profile.recovered):
+            foot = np.full(len(profile.recovered), 0.42)
+            look = {"marker": "^", "markersize": 6, "linestyle": "none"}
+            axes.plot(profile.recovered, foot, color=GREEN, label="recovered", **look)
+        axes.set_ylim(min(0.38, float(profile.accuracies.min()) - 0.03), 1.02)
+        if profile.logarithmic:
             axes.set_xscale("log")
     panels.label("Accuracy", "")
     return panels.with_legend()
@@ -286,15 +338,19 @@ def timeline_figure(
     -------
     matplotlib.figure.Figure
     """
-    alike = len(names) == len(windows) == len(scores) == len(abnormal) > 0
-    require(alike, "names", "be one name for each of the individuals, at least one", len(names))
-    panels, axes = one_panel(8.4, 0.34 * min(len(names), MOST_NAMES) + 1.1)
+    fits = len(names) == len(windows) == len(scores) == len(abnormal) > 0
+    require(fits, "names", "be one name for each of the individuals, at least one", len(names))
+    panels, axes = one_panel(8.4, 0.34 * min(len(names), TIMELINE_ROWS) + 1.1)
     axes.grid(visible=False)
-    for row, (spans, values, bad) in enumerate(zip(windows, scores, abnormal, strict=True)):
-        spans = array("windows", spans, "W 2")
-        values, bad = array("scores", values, "W", W=len(spans)), array("abnormal", bad, "W", dtype=bool, W=len(spans))
+    for row in range(len(names)):
+        spans = array("windows", windows[row], "W 2")
+        values = array("scores", scores[row], "W", W=len(spans))
+        is_abnormal = array("abnormal", abnormal[row], "W", dtype=bool, W=len(spans))
         axes.axhline(row + 0.4, color=RULE, linewidth=0.6)
-        for chosen, color, name in ((~bad, SKY, "normal"), (bad, ORANGE, "abnormal")):
+        for chosen, color, name in (
+            (~is_abnormal, SKY, "normal"),
+            (is_abnormal, ORANGE, "abnormal"),
+        ):
             if chosen.any():
                 axes.bar(
                     spans[chosen, 0], -0.8 * values[chosen] - 0.02, width=np.diff(spans[chosen])[:, 0], bottom=row + 0.4,
@@ -303,21 +359,29 @@ def timeline_figure(
         axes.axhline(row + 0.4, color=RULE, linewidth=0.6)
     axes.set_xlim(0, limit)
     axes.set_ylim(len(names) - 0.5, -0.6)
-    axes.set_yticks(np.arange(len(names)), [str(name) for name in names], color=INK, parse_math=False)
+    axes.set_yticks(
+        np.arange(len(names)), [str(name) for name in names], color=INK, parse_math=False
+    )
     panels.label("", "Time (s)")
     return panels.with_legend(ncols=2)
 
 
-def paths_figure(names: Sequence[str], paths: Sequence[np.ndarray], abnormal: Sequence[bool]) -> "Figure":
+def paths_figure(
+    names: Sequence[str], paths: Sequence[np.ndarray], abnormal: Sequence[bool]
+) -> "Figure":
     """Draw where some individuals were, paths (F, 2) in cm with NaN for gaps, a panel each, on the same scale."""
     panels = panel_grid(names, 2.4)
     panels.figure.set_layout_engine("constrained", hspace=0.08)
-    places = np.concatenate(paths)
-    low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
-    low, high = low - 0.04 * (high - low), high + 0.04 * (high - low)
-    for axes, path, bad in zip(panels.axes, paths, abnormal, strict=True):
-        axes.plot(path[:, 0], path[:, 1], color=ORANGE if bad else BLUE, linewidth=0.8)
-        axes.plot(*path[np.flatnonzero(np.isfinite(path[:, 0]))[-1]], color=INK, marker="o", markersize=4)
+    positions = np.concatenate(paths)
+    low = np.nanmin(positions, axis=0)
+    high = np.nanmax(positions, axis=0)
+    margin = 0.04 * (high - low)
+    low = low - margin
+    high = high + margin
+    for axes, path, is_abnormal in zip(panels.axes, paths, abnormal, strict=True):
+        axes.plot(path[:, 0], path[:, 1], color=ORANGE if is_abnormal else BLUE, linewidth=0.8)
+        last_seen = np.flatnonzero(np.isfinite(path[:, 0]))[-1]
+        axes.plot(*path[last_seen], color=INK, marker="o", markersize=4)
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
         axes.grid(visible=False)
     return panels.figure

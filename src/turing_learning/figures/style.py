@@ -31,7 +31,14 @@ DASHED = (0, (4, 2.5))
 """Line style of true values and limits."""
 
 _COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER)
-_DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)), (0, (9, 2)), (0, (3, 3)))
+_DASHES: tuple[Any, ...] = (
+    "-",
+    (0, (5, 1.5)),
+    (0, (1.5, 1.2)),
+    (0, (6, 1.5, 1.5, 1.5)),
+    (0, (9, 2)),
+    (0, (3, 3)),
+)
 
 
 def series(k: int) -> dict[str, Any]:
@@ -41,12 +48,12 @@ def series(k: int) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class Panels:
-    """Axes with the common look, so many in a row, of a new figure; or axes that are `given`, with what is around them."""
+    """Axes with the common look, so many in a row: of a new figure, or those of a caller's figure."""
 
     figure: "Figure"
     axes: "list[Axes]"
     columns: int
-    given: bool = False
+    callers_axes: bool = False
 
     def label(self, y: str, x: str) -> None:
         """Label all panels, the vertical axes of those in the first column alone."""
@@ -60,34 +67,46 @@ class Panels:
         self.label(y, "Generation" if trials is None else "Trials")
         for axes in self.axes:
             axes.set_xlim(0, generations if trials is None else trials[-1])
-            axes.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True, steps=[1, 2, 2.5, 5, 10]))
+            axes.xaxis.set_major_locator(
+                MaxNLocator(nbins=5, integer=True, steps=[1, 2, 2.5, 5, 10])
+            )
 
     def logarithmic(self, *values: np.ndarray) -> None:
         """Make the vertical axis logarithmic with plain numbers as labels, if there is a positive value to show."""
         from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-        everything, axes = np.concatenate([np.ravel(value) for value in values]), self.axes[0]
-        positive = everything[everything > 0]
+        axes = self.axes[0]
+        every_value = np.concatenate([np.ravel(value) for value in values])
+        positive = every_value[every_value > 0]
         if not positive.size:
             return
         axes.set_yscale("log", nonpositive="mask")
         decades = np.log10(positive.max() / positive.min())
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 2 else (1.0,), numticks=12))
+        # Powers of ten alone would be too few labels.
+        steps = (1.0, 2.0, 5.0) if decades < 2 else (1.0,)
+        axes.yaxis.set_major_locator(LogLocator(subs=steps, numticks=12))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.yaxis.set_minor_formatter(NullFormatter())
 
-    def with_legend(self, *, ncols: int | None = None, loc: str = "left", handles: Sequence[Any] = ()) -> "Figure":
-        """Add one legend, above a new figure or in the first of the given axes, in which each name stands once."""
-        found = {handle.get_label(): handle for handle in handles}
+    def with_legend(
+        self, *, ncols: int | None = None, loc: str = "left", handles: Sequence[Any] = ()
+    ) -> "Figure":
+        """Add one legend, above a new figure or in the first of the caller's axes, in which each name stands once."""
+        handle_of = {handle.get_label(): handle for handle in handles}
         for axes in self.axes:
             for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
-                found.setdefault(name, handle)
-        look: dict[str, Any] = {"frameon": False, "fontsize": 8.5, "labelcolor": INK, "handlelength": 2.6}
-        if found and self.given:
+                handle_of.setdefault(name, handle)
+        look: dict[str, Any] = {
+            "frameon": False,
+            "fontsize": 8.5,
+            "labelcolor": INK,
+            "handlelength": 2.6,
+        }
+        if handle_of and self.callers_axes:
             self.axes[0].legend(**look)
-        elif found:
-            look |= {"loc": f"outside upper {loc}", "ncols": ncols or len(found)}
-            self.figure.legend(list(found.values()), list(found), **look)
+        elif handle_of:
+            look |= {"loc": f"outside upper {loc}", "ncols": ncols or len(handle_of)}
+            self.figure.legend(list(handle_of.values()), list(handle_of), **look)
         return self.figure
 
 
@@ -104,7 +123,9 @@ def one_panel(width: float, height: float) -> "tuple[Panels, Axes]":
     return panels, panels.axes[0]
 
 
-def panel_row(titles: Sequence[str], width: float, height: float, *, sharey: bool = True, **look: Any) -> Panels:
+def panel_row(
+    titles: Sequence[str], width: float, height: float, *, sharey: bool = True, **look: Any
+) -> Panels:
     """Return a figure with panels side by side."""
     figure = new_figure(width, height)
     axes = list(figure.subplots(1, len(titles), sharey=sharey, squeeze=False)[0])
@@ -112,17 +133,23 @@ def panel_row(titles: Sequence[str], width: float, height: float, *, sharey: boo
 
 
 def panel_grid(
-    titles: Sequence[str], height: float, *, sharex: bool = False, new: "Callable[[float, float], Figure]" = new_figure
+    titles: Sequence[str],
+    height: float,
+    *,
+    sharex: bool = False,
+    make: "Callable[[float, float], Figure]" = new_figure,
 ) -> Panels:
-    """Return a figure, made by `new`, with panels in rows."""
+    """Return a figure, which `make` gives, with panels in rows."""
     count = len(titles)
     columns = min(count, 2 if count in (2, 4) else 3)
     rows = -(-count // columns)
-    figure = new(8.4, height * rows + 0.55)
+    figure = make(8.4, height * rows + 0.55)
     axes = list(figure.subplots(rows, columns, sharex=sharex, squeeze=False).flat)
     for unused in axes[count:]:
         unused.set_visible(False)
-    return titled(Panels(figure, axes[:count], columns), titles, fontweight="bold", parse_math=False)
+    return titled(
+        Panels(figure, axes[:count], columns), titles, fontweight="bold", parse_math=False
+    )
 
 
 def titled(panels: Panels, titles: Sequence[str], **look: Any) -> Panels:
@@ -151,10 +178,22 @@ def label(axes: "Axes", y: str, x: str) -> None:
 
 def note(axes: "Axes", text: str, *, height: float = 1.02) -> None:
     """Write a remark above the right end of a panel."""
-    axes.text(1, height, text, transform=axes.transAxes, ha="right", va="bottom", fontsize=7.5, color=MUTED)
+    axes.text(
+        1,
+        height,
+        text,
+        transform=axes.transAxes,
+        ha="right",
+        va="bottom",
+        fontsize=7.5,
+        color=MUTED,
+    )
 
 
-def draw_line(axes: "Axes", values: np.ndarray, trials: np.ndarray | None = None, **options: Any) -> None:
+def draw_line(
+    axes: "Axes", values: np.ndarray, trials: np.ndarray | None = None, **options: Any
+) -> None:
     """Draw one value per generation, or over the trials spent by then; a single generation becomes a dot."""
-    marker: dict[str, Any] = {"marker": "o", "markersize": 4} if len(values) == 1 else {}
-    axes.plot(np.arange(len(values)) if trials is None else trials, values, **marker, **options)
+    if len(values) == 1:
+        options |= {"marker": "o", "markersize": 4}
+    axes.plot(np.arange(len(values)) if trials is None else trials, values, **options)

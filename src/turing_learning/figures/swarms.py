@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SMALLEST_BODY = 0.008  # radius of a robot as drawn, over the side of its panel: smaller ones could not be seen
+SMALLEST_BODY = 0.008
+"""Radius of a robot as drawn, over the side of its panel: smaller ones could not be seen."""
 
 
 def swarm_frame(
@@ -53,24 +54,42 @@ def swarm_frame(
 
     poses = array("poses", poses, "B 3")
     robots = integer("robots", robots, 0, len(poses))
-    given = np.zeros(robots, dtype=bool) if replicas is None else replicas
-    is_replica = array("replicas", given, "A", dtype=bool, empty=True, A=robots)
+    if replicas is None:
+        replicas = np.zeros(robots, dtype=bool)
+    is_replica = array("replicas", replicas, "A", dtype=bool, empty=True, A=robots)
     if trail is not None:
         paths = array("trail", trail, "F B 3", B=len(poses))[:, :robots]
         for k, replica in enumerate(is_replica):
             color = ORANGE if replica else BLUE
-            axes.plot(paths[:, k, 0], paths[:, k, 1], color=color, linewidth=0.6, alpha=0.35, zorder=2)
+            axes.plot(
+                paths[:, k, 0], paths[:, k, 1], color=color, linewidth=0.6, alpha=0.35, zorder=2
+            )
     for x, y, _ in poses[robots:]:
         disk(x, y, object_radius_cm, facecolor=GREEN, edgecolor="none", alpha=0.75)
     for (x, y, heading), replica in zip(poses[:robots], is_replica, strict=True):
         ahead = robot_radius_cm * np.array([np.cos(heading), np.sin(heading)])
         if replica:
             disk(x, y, robot_radius_cm, facecolor=ORANGE, edgecolor="none", alpha=0.35, zorder=3)
-            disk(x, y, 0.88 * robot_radius_cm, facecolor="none", edgecolor=ORANGE, linewidth=1.2, zorder=3)
+            disk(
+                x,
+                y,
+                0.88 * robot_radius_cm,
+                facecolor="none",
+                edgecolor=ORANGE,
+                linewidth=1.2,
+                zorder=3,
+            )
         else:
             disk(x, y, robot_radius_cm, facecolor=BLUE, edgecolor="none", zorder=3)
         color = INK if replica else "white"
-        axes.plot([x, x + ahead[0]], [y, y + ahead[1]], color=color, linewidth=1, solid_capstyle="butt", zorder=4)
+        axes.plot(
+            [x, x + ahead[0]],
+            [y, y + ahead[1]],
+            color=color,
+            linewidth=1,
+            solid_capstyle="butt",
+            zorder=4,
+        )
     axes.set_aspect("equal")
     axes.axis("off")
 
@@ -89,8 +108,10 @@ def snapshots_figure(
     In a wide arena robots and objects are enlarged, together, until they can be seen; the figure says how much.
     As in figures 2, 3 and 22 of the paper.
     """
-    low, high = poses[..., :2].min(axis=(0, 1)), poses[..., :2].max(axis=(0, 1))
-    center, reach = (low + high) / 2, float((high - low).max()) / 2 + 2 * max(robot_radius_cm, object_radius_cm)
+    low = poses[..., :2].min(axis=(0, 1))
+    high = poses[..., :2].max(axis=(0, 1))
+    center = (low + high) / 2
+    reach = float((high - low).max()) / 2 + 2 * max(robot_radius_cm, object_radius_cm)
     growth = max(1.0, SMALLEST_BODY * 2 * reach / robot_radius_cm)
     columns = min(columns or len(times_s), len(times_s))
     rows = -(-len(times_s) // columns)
@@ -98,17 +119,25 @@ def snapshots_figure(
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for unused in panels[len(times_s) :]:
         unused.axis("off")
-    radii = dict[str, Any](robot_radius_cm=growth * robot_radius_cm, object_radius_cm=growth * object_radius_cm)
+    radii: dict[str, Any] = {
+        "robot_radius_cm": growth * robot_radius_cm,
+        "object_radius_cm": growth * object_radius_cm,
+    }
     for axes, moment, time_s in zip(panels[: len(times_s)], poses, times_s, strict=True):
         swarm_frame(axes, moment, robots=robots, **radii)
         axes.axis("on")
-        axes.set(xlim=(center[0] - reach, center[0] + reach), ylim=(center[1] - reach, center[1] + reach))
+        axes.set(
+            xlim=(center[0] - reach, center[0] + reach), ylim=(center[1] - reach, center[1] + reach)
+        )
         axes.set_xticks([])
         axes.set_yticks([])
         axes.spines[:].set_color(MUTED)
-        axes.set_title(f"after {time_s:g} s" if time_s else "initial configuration", fontsize=9, color=INK)
+        axes.set_title(
+            f"after {time_s:g} s" if time_s else "initial configuration", fontsize=9, color=INK
+        )
     enlarged = f"; drawn {growth:.1f} times as large" if growth > 1 else ""
-    figure.suptitle(" ", fontsize=2)  # room above the titles of the panels
+    # Room above the titles of the panels.
+    figure.suptitle(" ", fontsize=2)
     text = f"side of a panel: {2 * reach / 100:.1f} m{enlarged}"
     figure.supxlabel(text, fontsize=8, color=MUTED, x=0.995, ha="right")
     return figure
@@ -122,19 +151,27 @@ def draw_paths(
     object_radius_cm: float,
 ) -> None:
     """Draw paths and ends of each swarm (poses (F, A + O, 3), A, replicas (A,)) into a panel, all at the same scale."""
-    places = np.concatenate([poses[..., :2].reshape(-1, 2) for poses, *_ in swarms])
-    (low, high), room = (places.min(axis=0), places.max(axis=0)), 2 * max(robot_radius_cm, object_radius_cm)
-    radii: dict[str, Any] = {"robot_radius_cm": robot_radius_cm, "object_radius_cm": object_radius_cm}
+    positions = np.concatenate([poses[..., :2].reshape(-1, 2) for poses, *_ in swarms])
+    room = 2 * max(robot_radius_cm, object_radius_cm)
+    low = positions.min(axis=0) - room
+    high = positions.max(axis=0) + room
+    radii: dict[str, Any] = {
+        "robot_radius_cm": robot_radius_cm,
+        "object_radius_cm": object_radius_cm,
+    }
     for axes, (poses, robots, replicas) in zip(panels.axes, swarms, strict=True):
         swarm_frame(axes, poses[-1], robots=robots, replicas=replicas, trail=poses, **radii)
         axes.axis("on")
         axes.grid(visible=False)
-        axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room))
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     panels.label("y (cm)", "x (cm)")
 
 
 def gathering_figure(
-    times_s: np.ndarray, curves: Mapping[str, Mapping[str, np.ndarray]], *, limits: Mapping[str, float]
+    times_s: np.ndarray,
+    curves: Mapping[str, Mapping[str, np.ndarray]],
+    *,
+    limits: Mapping[str, float],
 ) -> "Figure":
     """Draw quantities of swarms over time (K,), a panel each: mean over trials as a line, standard deviation as a band.
 
@@ -143,11 +180,17 @@ def gathering_figure(
     """
     panels = panel_row([""] * len(curves), 7.4, 3.2, sharey=False)
     for axes, (quantity, swarms) in zip(panels.axes, curves.items(), strict=True):
-        for (name, values), color, dashes in zip(swarms.items(), (ORANGE, BLUE), ("-", (0, (5, 1.5))), strict=True):
-            mean, deviation = values.mean(axis=0), values.std(axis=0)
-            axes.fill_between(times_s, mean - deviation, mean + deviation, color=color, alpha=0.15, linewidth=0)
+        looks = ((ORANGE, "-"), (BLUE, (0, (5, 1.5))))
+        for (name, values), (color, dashes) in zip(swarms.items(), looks, strict=True):
+            mean = values.mean(axis=0)
+            deviation = values.std(axis=0)
+            axes.fill_between(
+                times_s, mean - deviation, mean + deviation, color=color, alpha=0.15, linewidth=0
+            )
             axes.plot(times_s, mean, color=color, linestyle=dashes, linewidth=1.4, label=name)
-        axes.axhline(limits[quantity], color=INK, linewidth=1.1, linestyle=DASHED, label="best possible")
+        axes.axhline(
+            limits[quantity], color=INK, linewidth=1.1, linestyle=DASHED, label="best possible"
+        )
         axes.set_xlim(0, times_s[-1])
         axes.set_ylim(bottom=0)
         label(axes, quantity, "Time (s)")

@@ -19,7 +19,15 @@
 The module `tabular` has tables of parameters, for terminals and data frames.
 """
 
-from ._page import Listing, Report, describe_selection, is_page, replay_page, report_page, write_page
+from ._page import (
+    Listing,
+    Report,
+    describe_selection,
+    is_page,
+    replay_page,
+    report_page,
+    write_page,
+)
 from ._replay import Replay, Swarm, write_gif, write_mp4
 from .tabular import Tabular, counted, short_number, shown
 

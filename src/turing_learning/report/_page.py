@@ -23,13 +23,16 @@ from ._replay import Replay
 from .tabular import aligned, counted
 
 GENERATOR = "Turing Learning for Python"
-"""By which a page is known."""
-HEAD = 2048  # bytes of a page, within which it says so
-STEPS = 65535  # of a pose's coordinate, over the view or one turn
+"""By which a page is recognized."""
+HEAD_BYTES = 2048
+"""Bytes of a page within which it says so."""
+POSE_STEPS = 65535
+"""Of a coordinate over the view, or of a heading over one turn, in 16 bits."""
 NOTHING = "&ndash;"
 """Stands in a cell without a number, as markup."""
 ACTIVE = "active"
-MOST_SPANS = 6  # listed one by one
+MOST_SPANS = 6
+"""Spans of generations that are listed one by one, at most."""
 
 Cell = str | float | int | None
 """A text, a number, or None where there is nothing."""
@@ -46,7 +49,9 @@ class Listing:
     note: str = ""  # what a reader needs to read it
     folded: bool = False  # whether it is closed until it is asked for, because it is long
     foot: Sequence[Cell] = ()  # a last row, set apart
-    looks: Mapping[str, str] = field(default_factory=dict)  # heading of a column -> "strong" or "apart"
+    looks: Mapping[str, str] = field(
+        default_factory=dict
+    )  # heading of a column -> "strong" or "apart"
 
 
 @dataclass(frozen=True)
@@ -60,8 +65,12 @@ class Report:
     warning: str = ""  # what a reader must not miss
     configuration: str = ""  # as text (TOML): the resolved one, of a study that of the first run
     judgment: Judgment | None = None  # whether to believe a run
-    facts: Sequence[tuple[str, str]] = ()  # names and values that belong at the top: seed, date, command, citation
-    data: Mapping[str, str] = field(default_factory=dict)  # name of a file -> its content, for download
+    facts: Sequence[
+        tuple[str, str]
+    ] = ()  # names and values that belong at the top: seed, date, command, citation
+    data: Mapping[str, str] = field(
+        default_factory=dict
+    )  # name of a file -> its content, for download
     check: Listing | None = None
     check_figures: Sequence[Picture] = ()
     steps: Sequence[tuple[str, str]] = ()  # what to do next: commands, and what they are for
@@ -71,29 +80,66 @@ class Report:
 
 def report_page(report: Report) -> str:
     """Return one HTML page that works offline: its Content-Security-Policy forbids it to load anything."""
-    facts = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in report.facts)
-    coded = {escape(name): base64.b64encode(text.encode()).decode() for name, text in report.data.items()}
-    links = (f'<a download="{name}" href="data:text/csv;base64,{text}">{name}</a>' for name, text in coded.items())
-    steps = "".join(f"<li>{escape(why)}<pre><code>{escape(command)}</code></pre></li>" for command, why in report.steps)
-    code = f"<pre><code>{escape(report.configuration)}</code></pre>"
-    rows = (f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>' for name, value in report.manifest)
-    manifest = '<table class="facts"><tbody>' + "\n".join(rows) + "</tbody></table>"
-    sections = [
-        "" if report.judgment is None else _verdict(report.judgment),
-        f'<dl class="top">{facts}</dl>' if report.facts else "",
-        *(_listing(each) for each in report.listings if not each.folded),
-        f'<p class="note">Data: {", ".join(links)}</p>' if report.data else "",
-        f'<p class="health warning" role="note">{escape(report.warning)}</p>' if report.warning else "",
-        "" if report.judgment is None else _asset("_reading.html"),
-        "" if report.check is None else _listing(report.check) + _figures(report.check_figures),
-        _section("next", "Next steps", f"<ul>{steps}</ul>") if report.steps else "",
-        _replay(report.replay) if report.replay is not None else "",
-        _section("figures", "Figures", _figures(report.figures)) if report.figures else "",
-        *(_listing(each) for each in report.listings if each.folded),
-        _folded("configuration", "Configuration", code) if report.configuration else "",
-        _folded("manifest", "Manifest", _scroll("Manifest", manifest)) if report.manifest else "",
-    ]
+    sections = []
+    if report.judgment is not None:
+        sections.append(_verdict(report.judgment))
+    if report.facts:
+        sections.append(f'<dl class="top">{_facts(report.facts)}</dl>')
+    sections += [_listing(listing) for listing in report.listings if not listing.folded]
+    if report.data:
+        sections.append(f'<p class="note">Data: {_downloads(report.data)}</p>')
+    if report.warning:
+        sections.append(f'<p class="health warning" role="note">{escape(report.warning)}</p>')
+    if report.judgment is not None:
+        sections.append(_asset("_reading.html"))
+    if report.check is not None:
+        sections.append(_listing(report.check) + _figures(report.check_figures))
+    if report.steps:
+        sections.append(_section("next", "Next steps", f"<ul>{_steps(report.steps)}</ul>"))
+    if report.replay is not None:
+        sections.append(_replay(report.replay))
+    if report.figures:
+        sections.append(_section("figures", "Figures", _figures(report.figures)))
+    sections += [_listing(listing) for listing in report.listings if listing.folded]
+    if report.configuration:
+        code = f"<pre><code>{escape(report.configuration)}</code></pre>"
+        sections.append(_folded("configuration", "Configuration", code))
+    if report.manifest:
+        sections.append(
+            _folded("manifest", "Manifest", _scroll("Manifest", _manifest(report.manifest)))
+        )
     return _page(report.title, report.summary, sections, report.replay)
+
+
+def _facts(facts: Iterable[tuple[str, str]]) -> str:
+    return "".join(
+        f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts
+    )
+
+
+def _downloads(data: Mapping[str, str]) -> str:
+    links = []
+    for name, text in data.items():
+        coded = base64.b64encode(text.encode()).decode()
+        links.append(
+            f'<a download="{escape(name)}" href="data:text/csv;base64,{coded}">{escape(name)}</a>'
+        )
+    return ", ".join(links)
+
+
+def _steps(steps: Iterable[tuple[str, str]]) -> str:
+    items = ""
+    for command, purpose in steps:
+        items += f"<li>{escape(purpose)}<pre><code>{escape(command)}</code></pre></li>"
+    return items
+
+
+def _manifest(entries: Iterable[tuple[str, str]]) -> str:
+    rows = [
+        f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>'
+        for name, value in entries
+    ]
+    return '<table class="facts"><tbody>' + "\n".join(rows) + "</tbody></table>"
 
 
 def describe_selection(selection: Sequence[str]) -> str:
@@ -102,15 +148,20 @@ def describe_selection(selection: Sequence[str]) -> str:
     >>> describe_selection(["active", "all rejected", "all rejected"])
     'Selection stopped in 2 of 3 generations: 1 to 2 (all rejected).'
     """
-    stopped, spans, first = sum(state != ACTIVE for state in selection), [], 0
+    stopped = sum(state != ACTIVE for state in selection)
+    if not stopped:
+        return ""
+    spans = []
+    begin = 0
     for state, group in groupby(selection):
-        last = first + sum(1 for _ in group) - 1
+        stop = begin + sum(1 for _ in group) - 1
         if state != ACTIVE:
-            spans.append(f"{first} ({state})" if first == last else f"{first} to {last} ({state})")
-        first = last + 1
-    rest = f", and {len(spans) - MOST_SPANS} more times" if len(spans) > MOST_SPANS else ""
-    which = f"{stopped} of {len(selection)} generations: {', '.join(spans[:MOST_SPANS])}{rest}"
-    return f"Selection stopped in {which}." if stopped else ""
+            spans.append(f"{begin} ({state})" if begin == stop else f"{begin} to {stop} ({state})")
+        begin = stop + 1
+    listing = ", ".join(spans[:MOST_SPANS])
+    if len(spans) > MOST_SPANS:
+        listing += f", and {len(spans) - MOST_SPANS} more times"
+    return f"Selection stopped in {stopped} of {len(selection)} generations: {listing}."
 
 
 def replay_page(replay: Replay, title: str | None = None) -> str:
@@ -123,7 +174,12 @@ def replay_page(replay: Replay, title: str | None = None) -> str:
     title
         Title of the page; the replay's own by default.
     """
-    return _page(title or replay.title, "", [_replay(replay, heading=bool(title) and title != replay.title)], replay)
+    return _page(
+        title or replay.title,
+        "",
+        [_replay(replay, heading=bool(title) and title != replay.title)],
+        replay,
+    )
 
 
 def write_page(page: str, path: str | Path) -> Path:
@@ -148,7 +204,7 @@ def write_page(page: str, path: str | Path) -> Path:
 def is_page(path: Path, mark: str = f'<meta name="generator" content="{GENERATOR}">') -> bool:
     """Return whether a file is a page that has been written here, by what stands near its beginning."""
     with path.open("rb") as file:
-        return mark.encode() in file.read(HEAD)
+        return mark.encode() in file.read(HEAD_BYTES)
 
 
 @cache
@@ -195,48 +251,72 @@ def _scroll(label: str, body: str) -> str:
 
 def _listing(listing: Listing) -> str:
     """Return a table as markup."""
-    looks = [listing.looks.get(heading, "") for heading in listing.columns]
-
-    def row(cells: Iterable[str], *, head: bool = False, body: bool = False) -> str:
-        markup = ""
-        for k, (cell, look) in enumerate(zip(cells, looks, strict=True)):
-            shown = f' class="{look}"' if look == "apart" or (look and body) else ""
-            scope = "col" if head else "" if k else "row"
-            markup += f'<th scope="{scope}"{shown}>{cell}</th>' if scope else f"<td{shown}>{cell}</td>"
-        return f"<tr>{markup}</tr>"
-
-    def column(cells: Sequence[Cell]) -> list[str]:
-        numbers = iter(aligned([each for each in cells if each is None or isinstance(each, float)], NOTHING))
-        return [next(numbers) if each is None or isinstance(each, float) else escape(str(each)) for each in cells]
-
-    given = [*listing.rows, *([listing.foot] if listing.foot else [])]
-    rows = list(zip(*map(column, zip(*given, strict=True)), strict=True))
-    foot = f"\n<tfoot>{row(rows.pop())}</tfoot>" if listing.foot else ""
-    head, lines = row(map(escape, listing.columns), head=True), "\n".join(row(each, body=True) for each in rows)
-    table = f'<table class="numbers"><thead>{head}</thead>\n<tbody>{lines}</tbody>{foot}</table>'
+    head = _row(map(escape, listing.columns), listing, ["col"] * len(listing.columns), strong=False)
+    # The foot is aligned with the rows.
+    rows = list(listing.rows)
+    if listing.foot:
+        rows.append(listing.foot)
+    columns = [_column(cells) for cells in zip(*rows, strict=True)]
+    scopes = ["row"] + [""] * (len(listing.columns) - 1)
+    lines = []
+    foot = ""
+    for k, cells in enumerate(zip(*columns, strict=True)):
+        if k < len(listing.rows):
+            lines.append(_row(cells, listing, scopes, strong=True))
+        else:
+            foot = f"\n<tfoot>{_row(cells, listing, scopes, strong=False)}</tfoot>"
+    body = "\n".join(lines)
+    table = f'<table class="numbers"><thead>{head}</thead>\n<tbody>{body}</tbody>{foot}</table>'
     note = f'<p class="note">{escape(listing.note)}</p>' if listing.note else ""
-    name, heading = escape(listing.name), escape(listing.heading)
-    return (_folded if listing.folded else _section)(name, heading, _scroll(heading, table) + note)
+    heading = escape(listing.heading)
+    put = _folded if listing.folded else _section
+    return put(escape(listing.name), heading, _scroll(heading, table) + note)
+
+
+def _row(cells: Iterable[str], listing: Listing, scopes: Sequence[str], *, strong: bool) -> str:
+    """Return a row of markup; cells with a scope are headings. Columns that stand apart do so in every row."""
+    markup = ""
+    for heading, cell, scope in zip(listing.columns, cells, scopes, strict=True):
+        look = listing.looks.get(heading, "")
+        style = f' class="{look}"' if look == "apart" or (look and strong) else ""
+        markup += f'<th scope="{scope}"{style}>{cell}</th>' if scope else f"<td{style}>{cell}</td>"
+    return f"<tr>{markup}</tr>"
+
+
+def _column(cells: Sequence[Cell]) -> list[str]:
+    """Return the cells of a column as markup, its numbers aligned."""
+    numbers = iter(
+        aligned([cell for cell in cells if cell is None or isinstance(cell, float)], NOTHING)
+    )
+    return [
+        next(numbers) if cell is None or isinstance(cell, float) else escape(str(cell))
+        for cell in cells
+    ]
 
 
 def _figures(figures: Iterable[Picture]) -> str:
     markup = ""
     for figure in figures:
-        title, caption = escape(figure.title), f" {escape(figure.caption)}" if figure.caption else ""
+        title = escape(figure.title)
+        caption = f" {escape(figure.caption)}" if figure.caption else ""
         words = f"<figcaption><b>{title}</b>{caption}</figcaption>"
-        markup += f'<figure class="plot{" wide" if figure.wide else ""}">{words}{_scroll(title, figure.svg)}</figure>\n'
+        wide = " wide" if figure.wide else ""
+        markup += f'<figure class="plot{wide}">{words}{_scroll(title, figure.svg)}</figure>\n'
     return f'<div class="figures">{markup}</div>'
 
 
 def _replay(replay: Replay, heading: bool = True) -> str:
     stages = ""
     for swarm in replay.swarms:
-        counts = {"agent": np.sum(~swarm.is_replica), "replica": np.sum(swarm.is_replica), "object": swarm.objects}
-        nouns = counts if replay.robotic else ("individual", "replica", "object")
-        found = [
-            (kind, counted(count, noun)) for (kind, count), noun in zip(counts.items(), nouns, strict=True) if count
-        ]
-        legend = "".join(f'<span class="key {kind}">{text}</span>' for kind, text in found)
+        individual = "agent" if replay.robotic else "individual"
+        legend = ""
+        for look, noun, count in (
+            ("agent", individual, np.sum(~swarm.is_replica)),
+            ("replica", "replica", np.sum(swarm.is_replica)),
+            ("object", "object", swarm.objects),
+        ):
+            if count:
+                legend += f'<span class="key {look}">{counted(count, noun)}</span>'
         stages += (
             f'<figure class="stage"><figcaption><b>{escape(swarm.label)}</b>{legend}</figcaption>'
             f'<canvas role="img" aria-label="{escape(swarm.label)}, seen from above"></canvas></figure>\n'
@@ -254,13 +334,20 @@ def _replay(replay: Replay, heading: bool = True) -> str:
 
 def _embed(replay: Replay) -> str:
     """Return a replay as JSON; poses as integers of 16 bits, shares of the view and of a turn."""
-    (left, bottom, right, top), swarms = replay.view_cm, []
+    left, bottom, right, top = replay.view_cm
+    swarms = []
     for swarm in replay.swarms:
         shares = (swarm.poses - (left, bottom, 0)) / (right - left, top - bottom, 2 * np.pi)
         shares[..., 2] %= 1
-        who = {"robots": swarm.robots, "bodies": shares.shape[1], "replicas": swarm.is_replica.astype(int).tolist()}
-        steps = np.rint(shares * STEPS).astype("<u2").tobytes()
-        swarms.append(who | {"poses": base64.b64encode(steps).decode()})
+        steps = np.rint(shares * POSE_STEPS).astype("<u2").tobytes()
+        swarms.append(
+            {
+                "robots": swarm.robots,
+                "bodies": shares.shape[1],
+                "replicas": swarm.is_replica.astype(int).tolist(),
+                "poses": base64.b64encode(steps).decode(),
+            }
+        )
     data = {
         "interval": replay.interval_s,
         "frames": replay.frames,

@@ -18,15 +18,25 @@ if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.ImageDraw import ImageDraw
 
-MARGIN = 0.04  # of the longer side, around everything that moves
-NARROWEST = 0.6  # shorter side of the view, relative to the longer one
+MARGIN = 0.04
+"""Around everything that moves, as a share of the longer side of the view."""
+NARROWEST = 0.6
+"""Shorter side of the view, relative to the longer one, at least."""
 
-PAPER, MUTED, GREEN, PALE_BLUE, PALE_ORANGE = "#ffffff", "#5f6a75", "#4dbb9d", "#b3d4e8", "#f2cfb3"
+PAPER = "#ffffff"
+MUTED = "#5f6a75"
+GREEN = "#4dbb9d"
+PALE_BLUE = "#b3d4e8"
+PALE_ORANGE = "#f2cfb3"
 
-PANEL = 480  # pixels, width of one swarm
-HEAD = 30  # pixels, height of the line above it
-GAP = 12  # pixels, around every panel
-FINE = 2  # drawn this much larger, then reduced, for smooth edges
+PANEL = 480
+"""Width of one swarm (pixels)."""
+HEAD = 30
+"""Height of the line above it (pixels)."""
+GAP = 12
+"""Around every panel (pixels)."""
+OVERSAMPLING = 2
+"""Pictures are drawn so many times as large, then reduced, for smooth edges."""
 TRAIL_S = 4.0
 TRAIL_POINTS = 24
 
@@ -55,8 +65,10 @@ class Swarm:
     def __post_init__(self) -> None:
         poses = array("poses", self.poses, "F B 3")
         integer("robots", self.robots, 0, poses.shape[1])
-        given = np.zeros(self.robots, bool) if self.replica_mask is None else self.replica_mask
-        mask = array("replica_mask", given, "A", dtype=bool, empty=True, A=self.robots)
+        mask = self.replica_mask
+        if mask is None:
+            mask = np.zeros(self.robots, bool)
+        mask = array("replica_mask", mask, "A", dtype=bool, empty=True, A=self.robots)
         object.__setattr__(self, "poses", poses)
         object.__setattr__(self, "replica_mask", mask)
 
@@ -107,7 +119,12 @@ class Replay:
         require(len(set(frames)) == 1, "swarms", "all have the same number of frames", frames)
         if self.walls_cm is not None:
             left, bottom, right, top = array("walls_cm", self.walls_cm, "4")
-            require(left < right and bottom < top, "walls_cm", "be left < right and bottom < top", self.walls_cm)
+            require(
+                left < right and bottom < top,
+                "walls_cm",
+                "be left < right and bottom < top",
+                self.walls_cm,
+            )
         object.__setattr__(self, "swarms", tuple(self.swarms))
 
     @property
@@ -125,17 +142,22 @@ class Replay:
         """Left, bottom, right, and top (cm) of a view that holds every swarm at any time."""
         points = np.concatenate([swarm.poses[:, :, :2].reshape(-1, 2) for swarm in self.swarms])
         radius = max(self.robot_radius_cm, self.object_radius_cm)
-        low, high = points.min(axis=0) - radius, points.max(axis=0) + radius
+        low = points.min(axis=0) - radius
+        high = points.max(axis=0) + radius
         if self.walls_cm is not None:
-            low, high = np.minimum(low, self.walls_cm[:2]), np.maximum(high, self.walls_cm[2:])
+            low = np.minimum(low, self.walls_cm[:2])
+            high = np.maximum(high, self.walls_cm[2:])
         sides = high - low
-        wanted = np.maximum(sides, NARROWEST * sides.max()) + 2 * MARGIN * sides.max()
+        size = np.maximum(sides, NARROWEST * sides.max()) + 2 * MARGIN * sides.max()
         center = (low + high) / 2
-        left, bottom, right, top = np.concatenate((center - wanted / 2, center + wanted / 2)).tolist()
+        left, bottom = (center - size / 2).tolist()
+        right, top = (center + size / 2).tolist()
         return left, bottom, right, top
 
 
-def write_gif(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_per_second: int = 20) -> Path:
+def write_gif(
+    replay: Replay, path: str | Path, *, speed: float = 1.0, frames_per_second: int = 20
+) -> Path:
     """Write a replay as GIF that repeats forever.
 
     Parameters
@@ -161,15 +183,24 @@ def write_gif(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_pe
     integer("frames_per_second", frames_per_second, 1, 50)
     pictures = _pictures(replay, speed, frames_per_second)
     opening = next(pictures)
+    # All frames have the colors of the first one.
     how: dict[str, Any] = {"palette": opening.quantize(64), "dither": Dither.NONE}
-    first, others = opening.quantize(**how), (picture.quantize(**how) for picture in pictures)
+    later = (picture.quantize(**how) for picture in pictures)
     milliseconds = 10 * round(100 / frames_per_second)
+    film: dict[str, Any] = {
+        "save_all": True,
+        "append_images": later,
+        "duration": milliseconds,
+        "loop": 0,
+    }
     with whole(Path(path)) as temporary:
-        first.save(temporary, format="GIF", save_all=True, append_images=others, duration=milliseconds, loop=0)
+        opening.quantize(**how).save(temporary, format="GIF", **film)
     return Path(path)
 
 
-def write_mp4(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_per_second: int = 30) -> Path:
+def write_mp4(
+    replay: Replay, path: str | Path, *, speed: float = 1.0, frames_per_second: int = 30
+) -> Path:
     """Write a replay as MP4 (H.264); needs the extra ``video``.
 
     Parameters
@@ -194,9 +225,13 @@ def write_mp4(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_pe
     integer("frames_per_second", frames_per_second, 1, 120)
     av = optional("av", "av", "video")
     options = {"movflags": "faststart"}
-    with whole(Path(path)) as temporary, av.open(str(temporary), "w", format="mp4", options=options) as film:
+    with (
+        whole(Path(path)) as temporary,
+        av.open(str(temporary), "w", format="mp4", options=options) as film,
+    ):
         stream = film.add_stream("libx264", rate=Fraction(frames_per_second))
-        stream.pix_fmt, stream.options = "yuv420p", {"crf": "20"}
+        stream.pix_fmt = "yuv420p"
+        stream.options = {"crf": "20"}
         stream.width, stream.height = _size(replay)
         for picture in _pictures(replay, speed, frames_per_second):
             film.mux(stream.encode(av.VideoFrame.from_image(picture)))
@@ -208,26 +243,33 @@ def _size(replay: Replay) -> tuple[int, int]:
     left, bottom, right, top = replay.view_cm
     height = round(PANEL * (top - bottom) / (right - left))
     width = len(replay.swarms) * (PANEL + GAP) + GAP
-    return width + width % 2, HEAD + height + GAP + (HEAD + height + GAP) % 2
+    height += HEAD + GAP
+    # Sides of films are even.
+    return width + width % 2, height + height % 2
 
 
 def _pictures(replay: Replay, speed: float, frames_per_second: int) -> Iterator["Image"]:
     from PIL import Image, ImageDraw, ImageFont
 
-    (width, height), font = _size(replay), ImageFont.load_default(14)
-    places = [GAP + k * (PANEL + GAP) for k in range(len(replay.swarms))]
+    width, height = _size(replay)
+    font = ImageFont.load_default(14)
+    edges = [GAP + k * (PANEL + GAP) for k in range(len(replay.swarms))]
     for step in range(int(replay.duration_s / speed * frames_per_second + 1e-9) + 1):
         time_s = step * speed / frames_per_second
-        canvas = Image.new("RGB", (FINE * width, FINE * height), PAPER)
-        for left, swarm in zip(places, replay.swarms, strict=True):
-            panel = Image.new("RGB", (FINE * PANEL, FINE * (height - HEAD - GAP)), PAPER)
+        canvas = Image.new("RGB", (OVERSAMPLING * width, OVERSAMPLING * height), PAPER)
+        for left, swarm in zip(edges, replay.swarms, strict=True):
+            panel = Image.new(
+                "RGB", (OVERSAMPLING * PANEL, OVERSAMPLING * (height - HEAD - GAP)), PAPER
+            )
             _draw_swarm(ImageDraw.Draw(panel), panel.size, replay, swarm, time_s)
-            canvas.paste(panel, (FINE * left, FINE * HEAD))
+            canvas.paste(panel, (OVERSAMPLING * left, OVERSAMPLING * HEAD))
         picture = canvas.resize((width, height), Image.Resampling.BOX)
         pen = ImageDraw.Draw(picture)
-        for left, swarm in zip(places, replay.swarms, strict=True):
+        for left, swarm in zip(edges, replay.swarms, strict=True):
             pen.text((left, HEAD / 2), swarm.label, fill=INK, font=font, anchor="lm")
-        pen.text((places[-1] + PANEL, HEAD / 2), f"{time_s:.1f} s", fill=MUTED, font=font, anchor="rm")
+        pen.text(
+            (edges[-1] + PANEL, HEAD / 2), f"{time_s:.1f} s", fill=MUTED, font=font, anchor="rm"
+        )
         yield picture
 
 
@@ -241,30 +283,45 @@ def poses_at(replay: Replay, swarm: Swarm, time_s: float) -> np.ndarray:
     return swarm.poses[before] + (frame - before) * change
 
 
-def _draw_swarm(pen: "ImageDraw", size: tuple[int, int], replay: Replay, swarm: Swarm, time_s: float) -> None:
+def _draw_swarm(
+    pen: "ImageDraw", size: tuple[int, int], replay: Replay, swarm: Swarm, time_s: float
+) -> None:
     left, bottom, right, _ = replay.view_cm
     scale = size[0] / (right - left)
 
     def on_panel(poses: np.ndarray) -> np.ndarray:
-        return np.stack([(poses[..., 0] - left) * scale, size[1] - (poses[..., 1] - bottom) * scale], axis=-1)
+        x = (poses[..., 0] - left) * scale
+        y = size[1] - (poses[..., 1] - bottom) * scale
+        return np.stack([x, y], axis=-1)
 
-    pen.rectangle((0, 0, size[0] - 1, size[1] - 1), outline=RULE, width=FINE)
+    pen.rectangle((0, 0, size[0] - 1, size[1] - 1), outline=RULE, width=OVERSAMPLING)
     if replay.walls_cm is not None:
-        (x, low), (far, high) = on_panel(np.reshape(replay.walls_cm, (2, 2)))
-        pen.rectangle((x, high, far, low), outline=MUTED, width=FINE)
+        # Pixels count from the top.
+        (west, south), (east, north) = on_panel(np.reshape(replay.walls_cm, (2, 2)))
+        pen.rectangle((west, north, east, south), outline=MUTED, width=OVERSAMPLING)
     times = np.linspace(max(0.0, time_s - TRAIL_S), time_s, TRAIL_POINTS)
-    trails = on_panel(np.stack([poses_at(replay, swarm, time) for time in times])[:, : swarm.robots])
+    trails = on_panel(
+        np.stack([poses_at(replay, swarm, time) for time in times])[:, : swarm.robots]
+    )
     for k, replica in enumerate(swarm.is_replica):
-        pen.line([tuple(point) for point in trails[:, k]], fill=PALE_ORANGE if replica else PALE_BLUE, width=FINE)
+        color = PALE_ORANGE if replica else PALE_BLUE
+        pen.line([tuple(point) for point in trails[:, k]], fill=color, width=OVERSAMPLING)
     poses = poses_at(replay, swarm, time_s)
     centers = on_panel(poses)
     for center in centers[swarm.robots :]:
         pen.circle(tuple(center), replay.object_radius_cm * scale, fill=GREEN)
-    radius = max(replay.robot_radius_cm * scale, 2.0 * FINE)
-    for center, heading, replica in zip(centers, poses[:, 2], swarm.is_replica, strict=False):  # robots come first
+    radius = max(replay.robot_radius_cm * scale, 2.0 * OVERSAMPLING)
+    # Robots come first.
+    for center, heading, replica in zip(centers, poses[:, 2], swarm.is_replica, strict=False):
         if replica:
-            pen.circle(tuple(center), radius, fill=PALE_ORANGE, outline=ORANGE, width=round(0.28 * radius))
+            pen.circle(
+                tuple(center), radius, fill=PALE_ORANGE, outline=ORANGE, width=round(0.28 * radius)
+            )
         else:
             pen.circle(tuple(center), radius, fill=BLUE)
         tip = center + radius * np.array([np.cos(heading), -np.sin(heading)])
-        pen.line([tuple(center), tuple(tip)], fill=INK if replica else PAPER, width=max(1, round(0.25 * radius)))
+        pen.line(
+            [tuple(center), tuple(tip)],
+            fill=INK if replica else PAPER,
+            width=max(1, round(0.25 * radius)),
+        )

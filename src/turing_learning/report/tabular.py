@@ -22,8 +22,10 @@ LARGEST_FIXED = 1e4
 """Beyond it numbers are shown with an exponent."""
 
 ALARMING = ("abnormal", "disagree", "it is at the bound", "the estimate does not fit")
-WIDE = 100_000  # characters, where no terminal says how many there are
-LEAST = 24  # characters to which a column of words may shrink
+UNLIMITED_WIDTH = 100_000
+"""Characters of a line where no terminal says how many there are."""
+NARROWEST_WORDS = 24
+"""Characters to which a column of words may shrink."""
 
 
 def short_number(value: float, decimals: int = 3) -> str:
@@ -49,20 +51,31 @@ def short_number(value: float, decimals: int = 3) -> str:
     return f"{value:.{decimals}f}"
 
 
-def aligned(values: Sequence[float | None], nothing: str = "-", least: int = 4) -> list[str]:
-    """Return the numbers of a column, all with as many places after the point, `least` or more, or all with an exponent.
+def aligned(values: Sequence[float | None], nothing: str = "-", decimals: int = 4) -> list[str]:
+    """Return the numbers of a column, all with as many places after the point, or all with an exponent.
+
+    There are at least so many places, and more for small numbers.
 
     >>> aligned([8.43, 0.35, None, -0.0021]), aligned([0.0231, 4.112e-5]), aligned([1.2e-7, 3.0])
     (['8.4300', '0.3500', '-', '-0.0021'], ['0.02310', '0.00004'], ['1.200e-07', '3.000e+00'])
     """
     sizes = [abs(value) for value in values if value is not None and is_known(value) and value != 0]
-    first = -math.floor(math.log10(min(sizes))) if sizes else 0  # place of the first digit of the least
-    decimals, largest = max(least, min(first + 1, MOST_DECIMALS)), max(sizes, default=0.0)
-    fixed = first + (largest < 1e-4) <= MOST_DECIMALS and largest < LARGEST_FIXED
-    return [shown(value, f"{{:.{decimals}f}}".format if fixed else "{:.3e}".format, nothing) for value in values]
+    smallest = min(sizes, default=1.0)
+    largest = max(sizes, default=0.0)
+    # Place after the point of the first digit of the smallest number.
+    first_digit = -math.floor(math.log10(smallest))
+    # Columns of tiny numbers alone have exponents a place earlier.
+    needed = first_digit + (largest < 1e-4)
+    form = "{:.3e}".format
+    if needed <= MOST_DECIMALS and largest < LARGEST_FIXED:
+        places = max(decimals, min(first_digit + 1, MOST_DECIMALS))
+        form = f"{{:.{places}f}}".format
+    return [shown(value, form, nothing) for value in values]
 
 
-def shown(value: float | None, form: Callable[[float], str] = short_number, nothing: str = "-") -> str:
+def shown(
+    value: float | None, form: Callable[[float], str] = short_number, nothing: str = "-"
+) -> str:
     """Return a number as it stands in a table.
 
     Parameters
@@ -94,11 +107,13 @@ def counted(number: int, noun: str) -> str:
 
 
 def describe_unknown(
-    interval: Mapping[str, Sequence[float]], what: str = "The 90 % interval", why: str = WHY_UNKNOWN
+    interval: Mapping[str, Sequence[float]],
+    subject: str = "The 90 % interval",
+    why: str = WHY_UNKNOWN,
 ) -> str:
     """Say in one sentence of which names something, two ends or other numbers, is not known, and why; nothing if of none."""
     names = ", ".join(name for name, values in interval.items() if not is_known(*values))
-    return f"{what} is unknown for {names}: {why}." if names else ""
+    return f"{subject} is unknown for {names}: {why}." if names else ""
 
 
 class Tabular:
@@ -112,19 +127,24 @@ class Tabular:
         """Return the first line, headings and rows of the table, and remarks."""
         raise NotImplementedError
 
-    def __rich_console__(self, console: "Console", options: "ConsoleOptions") -> "Iterator[RenderableType]":
+    def __rich_console__(
+        self, console: "Console", options: "ConsoleOptions"
+    ) -> "Iterator[RenderableType]":
         from rich.text import Text
 
         head, headings, rows, remarks = self._shown()
         yield Text(head, style="bold")
         yield from tables(headings, rows, options.max_width)
-        yield from (Text(each) if isinstance(each, str) else each for each in remarks)
+        for remark in remarks:
+            yield Text(remark) if isinstance(remark, str) else remark
 
     def __str__(self) -> str:
         from rich.console import Console
 
         file = io.StringIO()
-        Console(file=file, width=WIDE, color_system=None, force_jupyter=False).print(self)
+        Console(file=file, width=UNLIMITED_WIDTH, color_system=None, force_jupyter=False).print(
+            self
+        )
         return "\n".join(line.rstrip() for line in file.getvalue().splitlines())
 
     def __repr__(self) -> str:
@@ -133,7 +153,8 @@ class Tabular:
     def _repr_html_(self) -> str:
         head, *_, remarks = self._shown()
         table = self.to_dataframe().to_html(float_format=short_number, na_rep="-", border=0)
-        return f"<p>{escape(head)}</p>{table}<p>{'<br>'.join(escape(str(each)) for each in remarks)}</p>"
+        lines = "<br>".join(escape(str(remark)) for remark in remarks)
+        return f"<p>{escape(head)}</p>{table}<p>{lines}</p>"
 
 
 def tables(headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> "Iterator[Table]":
@@ -145,22 +166,35 @@ def tables(headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -
     from rich.table import Table
     from rich.text import Text
 
-    columns = [[row[k] for row in rows] for k in range(len(headings))]
-    sizes = [max(map(len, (heading, *cells))) for heading, cells in zip(headings, columns, strict=True)]
-    numbers = [all(cell[:1] in "-0123456789" or cell == "inf" for cell in cells) for cells in columns]
-    least = [size if number else min(size, LEAST) for size, number in zip(sizes, numbers, strict=True)]
-    left = list(range(1, len(headings)))
-    while left:
-        taken = [0]
-        while left and (len(taken) == 1 or sum(least[k] + 2 for k in (*taken, left[0])) - 2 <= width):
-            taken.append(left.pop(0))
+    is_number = []
+    least_widths = []
+    for k, heading in enumerate(headings):
+        cells = [row[k] for row in rows]
+        is_number.append(all(cell[:1] in "-0123456789" or cell == "inf" for cell in cells))
+        width_of_column = max(map(len, (heading, *cells)))
+        least_widths.append(
+            width_of_column if is_number[k] else min(width_of_column, NARROWEST_WORDS)
+        )
+    remaining = list(range(1, len(headings)))
+    while remaining:
+        chosen = [0]
+        # Two characters stand between columns. A table has at least one column beside the first.
+        taken = least_widths[0]
+        while remaining and (len(chosen) == 1 or taken + 2 + least_widths[remaining[0]] <= width):
+            taken += 2 + least_widths[remaining[0]]
+            chosen.append(remaining.pop(0))
         table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="dim")
-        for k in taken:
-            number = numbers[k] and k != 0
-            table.add_column(headings[k], justify="right" if number else "left", no_wrap=number or k == 0)
+        for k in chosen:
+            to_the_right = is_number[k] and k != 0
+            justify: Any = "right" if to_the_right else "left"
+            table.add_column(headings[k], justify=justify, no_wrap=to_the_right or k == 0)
         for row in rows:
-            table.add_row(*(Text(row[k], style="bold red" if row[k].startswith(ALARMING) else "") for k in taken))
+            table.add_row(*(Text(row[k], style=_style(row[k])) for k in chosen))
         yield table
+
+
+def _style(cell: str) -> str:
+    return "bold red" if cell.startswith(ALARMING) else ""
 
 
 def judged(judgment: Judgment) -> "Text":
@@ -174,21 +208,37 @@ def judged(judgment: Judgment) -> "Text":
 def parameter_rows(
     labels: Mapping[str, str], columns: Mapping[str, Mapping[str, Any] | None]
 ) -> tuple[list[str], list[list[str]]]:
-    """Return headings and rows of a table from columns heading -> name -> number, two ends, or word; None is left out."""
+    """Return headings and rows of a table.
 
-    def cells(values: Sequence[Any]) -> list[str]:
-        if any(isinstance(value, str) for value in values):
-            return [value if isinstance(value, str) else shown(value) for value in values]
-        if not any(isinstance(value, Sequence) for value in values):
-            return aligned(values, least=3)
-        decimals = 4 if any(high - low < 0.01 for low, high in values) else 3
-        both = [[shown(end, partial(short_number, decimals=decimals)) for end in ends] for ends in values]
-        return [" to ".join(ends) if "-" not in ends else "-" for ends in both]
+    Parameters
+    ----------
+    labels
+        Name of a parameter -> its label.
+    columns
+        Heading -> name -> number, two ends, or word. A column that is None is left out.
+    """
+    headings = ["parameter"]
+    texts = [list(labels.values())]
+    for heading, column in columns.items():
+        if column is not None:
+            headings.append(heading)
+            texts.append(_cells([column[name] for name in labels]))
+    return headings, [list(row) for row in zip(*texts, strict=True)]
 
-    known = {heading: column for heading, column in columns.items() if column is not None}
-    texts = [cells([column[name] for name in labels]) for column in known.values()]
-    rows = [list(row) for row in zip(labels.values(), *texts, strict=True)]
-    return ["parameter", *known], rows
+
+def _cells(values: Sequence[Any]) -> list[str]:
+    """Return the texts of a column of numbers, of intervals, or with words."""
+    if any(isinstance(value, str) for value in values):
+        return [value if isinstance(value, str) else shown(value) for value in values]
+    if not any(isinstance(value, Sequence) for value in values):
+        return aligned(values, decimals=3)
+    narrow = any(high - low < 0.01 for low, high in values)
+    form = partial(short_number, decimals=4 if narrow else 3)
+    intervals = []
+    for low, high in values:
+        interval = f"{shown(low, form)} to {shown(high, form)}"
+        intervals.append(interval if is_known(low, high) else "-")
+    return intervals
 
 
 def parameter_table(**columns: Mapping[str, Any] | None) -> "pd.DataFrame":
@@ -198,10 +248,13 @@ def parameter_table(**columns: Mapping[str, Any] | None) -> "pd.DataFrame":
     """
     import pandas as pd
 
-    found: dict[str, Mapping[str, Any]] = {}
+    filled: dict[str, Mapping[str, Any]] = {}
     for heading, column in columns.items():
-        if heading == "interval" and column is not None:
-            found["low"], found["high"] = ({name: ends[side] for name, ends in column.items()} for side in (0, 1))
-        elif column is not None and any(each != "" for each in column.values()):
-            found[heading] = column
-    return pd.DataFrame(found).rename_axis("parameter")
+        if column is None:
+            continue
+        if heading == "interval":
+            filled["low"] = {name: low for name, (low, _) in column.items()}
+            filled["high"] = {name: high for name, (_, high) in column.items()}
+        elif any(value != "" for value in column.values()):
+            filled[heading] = column
+    return pd.DataFrame(filled).rename_axis("parameter")

@@ -29,16 +29,18 @@ if TYPE_CHECKING:
 
 Say = Callable[[str], None]
 Stop = Callable[[], bool]
-Found = Mapping[str, Any]
+Finding = Mapping[str, Any]
+"""What a piece of work has found, by name."""
 Sizes = dict[str, Any]
 """How many runs, trials, robots: plain values, by the names that experiments.toml gives them."""
-Compute = Callable[..., Found | None]
+Compute = Callable[..., Finding | None]
 """A function of a module: `should_stop`, then what it is given -> arrays by name, None if it was stopped."""
 PIECES = FolderKind("experiment", "store.json", identity=("experiment", "form", "sizes"))
-PRESETS = ("default", "paper")  # the first one decides; the other stands beside it
-KINDS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
+PRESETS = ("default", "paper")
+"""The first one decides; the other stands beside it."""
+MODEL_KINDS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
 """What a run infers, and its errors in the result of the run; the first is the paper's rule, and decides."""
-_FOUND = "found/"
+_ARRAY_PREFIX = "found/"
 _POLL_S = 0.5
 
 
@@ -58,8 +60,11 @@ class Work:
         should_stop: Stop | None = None, say: Say | None = None,
     ) -> None:  # fmt: skip
         self.store = folder if isinstance(folder, Store) else Store(folder, PIECES)
-        self.sizes, self.should_stop = sizes or {}, should_stop or (lambda: False)
-        self._fast, self._workers, self._say = fast, workers, say or (lambda text: None)
+        self.sizes = sizes or {}
+        self.should_stop = should_stop or (lambda: False)
+        self._fast = fast
+        self._workers = workers
+        self._say = say or (lambda text: None)
         self._seconds: dict[str, float] = {}
 
     @property
@@ -67,58 +72,78 @@ class Work:
         """Computing time (s) of the pieces, and runs of studies, that were asked for; each counts once."""
         return sum(self._seconds.values())
 
-    def piece(self, name: str, compute: Callable[[], Found | None], suffix: str = "json") -> dict[str, Any]:
+    def piece(
+        self, name: str, compute: Callable[[], Finding | None], suffix: str = "json"
+    ) -> dict[str, Any]:
         """Return what a piece of work of that name has found, from its file if it is there.
 
         `compute` returns what JSON can hold, or with the suffix npz arrays by name; None if it was stopped.
         """
         file = f"{name}.{suffix}"
         stored = self._find(file)
+        if stored is None and not self.should_stop():
+            stored = _timed(compute)
+            if stored is not None:
+                self._write(file, stored)
         if stored is None:
-            stored = None if self.should_stop() else _timed(compute)
-            if stored is None:
-                raise Stopped(name)
-            self._write(file, stored)
+            raise Stopped(name)
         self._seconds[name] = stored["seconds"]
         return stored["found"]
 
-    def all_arrays(self, compute: Compute, given: Mapping[str, tuple[Any, ...]]) -> dict[str, dict[str, np.ndarray]]:
+    def all_arrays(
+        self, compute: Compute, arguments: Mapping[str, tuple[Any, ...]]
+    ) -> dict[str, dict[str, np.ndarray]]:
         """Return what pieces have found, by the arguments of each; done side by side in worker processes."""
-        missing = {name: each for name, each in given.items() if self._find(f"{name}.npz") is None}
+        missing = {
+            name: values for name, values in arguments.items() if self._find(f"{name}.npz") is None
+        }
         count = min(self._workers or os.cpu_count() or 1, len(missing))
         if count > 1 and not self._fast and not self.should_stop():
-            workers = Workers(partial(_in_worker, compute), count)
-            try:
-                names = {workers.submit(*arguments): name for name, arguments in missing.items()}
-                left = set(names)
-                while left:
-                    done, left = wait(left, _POLL_S, FIRST_COMPLETED)
-                    for future in done:
-                        if (stored := future.result()) is not None:
-                            self._write(f"{names[future]}.npz", stored)
-                    if self.should_stop():
-                        workers.stop()
-            except BaseException:
-                workers.kill()
-                raise
-            finally:
-                workers.close()
-        return {
-            name: self.piece(name, partial(compute, self.should_stop, *each), "npz") for name, each in given.items()
-        }
+            self._compute_in_workers(compute, missing, count)
+        pieces = {}
+        for name, values in arguments.items():
+            pieces[name] = self.piece(name, partial(compute, self.should_stop, *values), "npz")
+        return pieces
+
+    def _compute_in_workers(
+        self, compute: Compute, arguments: Mapping[str, tuple[Any, ...]], count: int
+    ) -> None:
+        """Do pieces of work in so many processes; those that a stop has reached are left undone."""
+        workers = Workers(partial(_in_worker, compute), count)
+        try:
+            names = {workers.submit(*values): name for name, values in arguments.items()}
+            pending = set(names)
+            while pending:
+                done, pending = wait(pending, _POLL_S, FIRST_COMPLETED)
+                for future in done:
+                    stored = future.result()
+                    if stored is not None:
+                        self._write(f"{names[future]}.npz", stored)
+                if self.should_stop():
+                    workers.stop()
+        except BaseException:
+            workers.kill()
+            raise
+        finally:
+            workers.close()
 
     def _find(self, file: str) -> dict[str, Any] | None:
         """Return seconds and what was found of a piece of work that is done."""
-        held = self.store.find(file)
-        if held is None:
+        content = self.store.find(file)
+        if content is None:
             return None
-        arrays = {name.removeprefix(_FOUND): held[name] for name in held if name.startswith(_FOUND)}
-        return {"seconds": float(held["seconds"]), "found": held.get("found", arrays)}
+        arrays = {}
+        for name in content:
+            if name.startswith(_ARRAY_PREFIX):
+                arrays[name.removeprefix(_ARRAY_PREFIX)] = content[name]
+        return {"seconds": float(content["seconds"]), "found": content.get("found", arrays)}
 
     def _write(self, file: str, stored: dict[str, Any]) -> None:
-        arrays = {f"{_FOUND}{key}": found for key, found in stored["found"].items()}
-        content = {"seconds": np.array(stored["seconds"])} | arrays
-        self.store.write(file, content if file.endswith(".npz") else stored)
+        if file.endswith(".npz"):
+            arrays = {f"{_ARRAY_PREFIX}{name}": array for name, array in stored["found"].items()}
+            self.store.write(file, {"seconds": np.array(stored["seconds"])} | arrays)
+        else:
+            self.store.write(file, stored)
         self._say(f"{Path(file).stem}: {stored['seconds']:.1f} s")
 
     def study(self, name: str, scenario: str, **arguments: Any) -> "studies.StudyResult":
@@ -129,12 +154,16 @@ class Work:
                 self._say(f"{name}: {progress.done} of {progress.total} runs")
 
         path = self.store.path / name
-        written = studies.is_study(path) and (path / "report.html").exists()  # the report comes last
-        result = studies.load_study(path) if written else None
+        result = None
+        # The report is written last.
+        if studies.is_study(path) and (path / "report.html").exists():
+            result = studies.load_study(path)
         if result is None or not result.complete:
             arguments |= {"observer": observe, "should_stop": self.should_stop, "out": path}
             with ThreadPoolExecutor(1) as executor:
-                hands: dict[str, Any] = {"executor": executor} if self._fast else {"workers": self._workers}
+                hands: dict[str, Any] = (
+                    {"executor": executor} if self._fast else {"workers": self._workers}
+                )
                 result = studies.study(scenario, **arguments, **hands)
         if result.unfinished:
             raise Stopped(name)
@@ -152,25 +181,36 @@ class Work:
     ) -> "Runs":  # fmt: skip
         """Return what runs infer of parameters with these names; what is not given is as the sizes say."""
         sizes = self.sizes
-        how = {"runs": runs or sizes["runs"], "generations": generations or sizes["generations"]}
-        how |= {"first_seed": sizes["first_seed"], "settings": {**sizes["settings"], **settings}, "preset": preset}
-        result = self.study(name, scenario, **how)
-
-        def values(name: str) -> np.ndarray:
-            return np.array([list(run.result[name].values()) for run in result.runs if run.result is not None])
-
-        models, errors = {kind: values(kind) for kind in KINDS}, {kind: values(name) for kind, name in KINDS.items()}
+        result = self.study(
+            name,
+            scenario,
+            runs=runs or sizes["runs"],
+            generations=generations or sizes["generations"],
+            first_seed=sizes["first_seed"],
+            settings={**sizes["settings"], **settings},
+            preset=preset,
+        )
+        results = [run.result for run in result.runs if run.result is not None]
+        models = {}
+        errors = {}
+        for kind, error in MODEL_KINDS.items():
+            models[kind] = np.array([list(inferred[kind].values()) for inferred in results])
+            errors[kind] = np.array([list(inferred[error].values()) for inferred in results])
         return Runs(preset, names, tuple(run.seed for run in result.runs), models, errors, result)
 
 
-def _timed(compute: Callable[[], Found | None]) -> dict[str, Any] | None:
-    begun = time.perf_counter()
-    found = compute()
-    return None if found is None else {"seconds": round(time.perf_counter() - begun, 3), "found": dict(found)}
+def _timed(compute: Callable[[], Finding | None]) -> dict[str, Any] | None:
+    begin = time.perf_counter()
+    finding = compute()
+    if finding is None:
+        return None
+    return {"seconds": round(time.perf_counter() - begin, 3), "found": dict(finding)}
 
 
 def _in_worker(compute: Compute, *arguments: Any) -> dict[str, Any] | None:
-    return None if asked_to_stop() else _timed(partial(compute, asked_to_stop, *arguments))
+    if asked_to_stop():
+        return None
+    return _timed(partial(compute, asked_to_stop, *arguments))
 
 
 @dataclass(frozen=True)
@@ -193,7 +233,9 @@ class Findings:
     pictures: list[tuple[Shown, "Figure"]] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)  # sentences in Markdown
 
-    def table(self, pattern: str, frame: pd.DataFrame, inline: bool = False, /, **words: Any) -> None:
+    def table(
+        self, pattern: str, frame: pd.DataFrame, inline: bool = False, /, **words: Any
+    ) -> None:
         """Add a table, without its index; name and caption are filled in with the words."""
         captions = prose()["tables"][self.experiment]
         shown = Shown(pattern.format(**words), captions[pattern].format(**words), inline=inline)
@@ -216,8 +258,12 @@ class Experiment:
     deviations: Sequence[str]  # what is done differently, or is not known from the paper, and why
     full: Sizes
     fast: Sizes
-    conduct: Callable[[Work, Findings], None]  # does the work: pieces that are there already are not done again
-    conditions: Sequence[str] = ()  # what is compared, where the paper has nothing to be held against
+    conduct: Callable[
+        [Work, Findings], None
+    ]  # does the work: pieces that are there already are not done again
+    conditions: Sequence[
+        str
+    ] = ()  # what is compared, where the paper has nothing to be held against
     packages: Sequence[str] = ()  # beyond those of the installation
     extra: str = ""  # that brings them
 
@@ -239,7 +285,7 @@ class Runs:
     preset: str
     names: tuple[str, ...]
     seeds: tuple[int, ...]
-    models: dict[str, np.ndarray]  # kind -> (R, P), by the kinds of `KINDS`
+    models: dict[str, np.ndarray]  # kind -> (R, P), by the kinds of `MODEL_KINDS`
     errors: dict[str, np.ndarray]  # kind -> (R, P), their absolute errors
     result: Any = None  # of the study
 
@@ -248,7 +294,9 @@ class Runs:
 
     def variant(self, kind: str = "best_model") -> str:
         """Return what a verdict on models of a kind is about; nothing for the one that counts."""
-        return ", ".join(filter(None, (variant_of(self.preset), "" if kind == "best_model" else kind)))
+        return ", ".join(
+            filter(None, (variant_of(self.preset), "" if kind == "best_model" else kind))
+        )
 
     def maes(self, kind: str) -> np.ndarray:
         """Return the mean absolute error of each run (R,)."""
@@ -256,12 +304,16 @@ class Runs:
 
     def models_frame(self) -> pd.DataFrame:
         """Return what every run has inferred: model, seed, parameters."""
-        return stacked({kind: seeded(self.seeds, self.models[kind], self.names) for kind in KINDS}, "model")
+        frames = {kind: seeded(self.seeds, self.models[kind], self.names) for kind in MODEL_KINDS}
+        return stacked(frames, "model")
 
     def errors_frame(self, claim: str = "") -> pd.DataFrame:
         """Return statistics of the errors of each model; a claim prints those of the best model."""
-        claims = {"best_model": claim, "estimate": ""}
-        return stacked({kind: errors_frame(self.errors[kind], self.names, claims[kind]) for kind in KINDS}, "model")
+        frames = {
+            "best_model": errors_frame(self.errors["best_model"], self.names, claim),
+            "estimate": errors_frame(self.errors["estimate"], self.names),
+        }
+        return stacked(frames, "model")
 
 
 def seeds_of(sizes: Sizes) -> range:
@@ -271,7 +323,11 @@ def seeds_of(sizes: Sizes) -> range:
 
 def stacked(frames: Mapping[Any, pd.DataFrame], *columns: str) -> pd.DataFrame:
     """Return frames one below the other, after columns with what their keys say."""
-    return pd.concat(dict(frames), names=columns).reset_index(level=list(columns)).reset_index(drop=True)
+    return (
+        pd.concat(dict(frames), names=columns)
+        .reset_index(level=list(columns))
+        .reset_index(drop=True)
+    )
 
 
 def seeded(seeds: Sequence[int], models: np.ndarray, names: Sequence[str]) -> pd.DataFrame:
@@ -283,7 +339,9 @@ def errors_frame(errors: np.ndarray, names: Sequence[str], claim: str = "") -> p
     """Return statistics of absolute errors (R, P), parameter by parameter, and what a claim prints of them."""
     frame = pd.DataFrame({"parameter": names, "runs": len(errors)})
     frame = frame.join(Spreads.of(errors).frame()).assign(median=np.median(errors, axis=0))
-    return frame.join(Spreads.printed(claim).frame("paper_mean", "paper_standard_deviation")) if claim else frame
+    if claim:
+        frame = frame.join(Spreads.printed(claim).frame("paper_mean", "paper_standard_deviation"))
+    return frame
 
 
 def compare_columns(genuine: np.ndarray, others: np.ndarray) -> Comparison:
@@ -294,8 +352,10 @@ def compare_columns(genuine: np.ndarray, others: np.ndarray) -> Comparison:
 
 def sensor_shares(scenario: Scenario, trials: int, seed: int) -> np.ndarray:
     """Return the share of the agents in each sensor state (R, T, n), in each trial and step (section 4.3)."""
-    robots, steps = scenario.individuals, scenario.control_steps
-    sensors = moved(scenario, scenario.controller, trials, robots, steps, starts=seed, noise=seed).sensors
+    robots = scenario.individuals
+    steps = scenario.control_steps
+    motion = moved(scenario, scenario.controller, trials, robots, steps, starts=seed, noise=seed)
+    sensors = motion.sensors
     return (sensors[:, :-1, :, None] == np.arange(scenario.sensor.states)).mean(axis=2)
 
 

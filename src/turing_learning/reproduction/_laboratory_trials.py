@@ -1,6 +1,6 @@
 """Robots in the emulated laboratory: runs, the same in simulation, swarms before the camera, random models."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,13 +10,19 @@ import numpy as np
 
 from turing_learning import results, robots, runs
 from turing_learning.analysis import dispersion, largest_cluster
-from turing_learning.purposes import ACCURACY_MODELS, VALIDATION_CAMERA, VALIDATION_NOISE, VALIDATION_STARTS
+from turing_learning.purposes import (
+    ACCURACY_MODELS,
+    VALIDATION_CAMERA,
+    VALIDATION_NOISE,
+    VALIDATION_STARTS,
+)
 
 from ._experiment import Sizes, Stop, Work, seeds_of
 
-REPLICAS = {"replica-1": "orange", "replica-2": "purple"}  # name and marker; as in the paper, agents wear blue
+REPLICAS = {"replica-1": "orange", "replica-2": "purple"}
+"""Names and markers; as in the paper, agents wear blue."""
 AGENTS = 8
-KINDS = ("agents", "model")
+SWARM_KINDS = ("agents", "model")
 MARKER = "red"
 
 
@@ -26,15 +32,19 @@ class LaboratoryRuns:
 
     models: np.ndarray  # (R, G, M, P), wheel speeds as fractions of the maximum
     fitness: np.ndarray  # (R, G, M), subjective
-    again: np.ndarray  # (R, repeats, M), of the last models, observed again and judged by the last classifiers
+    again: (
+        np.ndarray
+    )  # (R, repeats, M), of the last models, observed again and judged by the last classifiers
     classifiers: np.ndarray  # (R, K, N, Q), of K generations
     classifier_fitness: np.ndarray  # (R, K, N), subjective
 
     @classmethod
     def stacked(cls, pieces: Mapping[str, Mapping[str, np.ndarray]]) -> "LaboratoryRuns":
         """Return what pieces of work hold of one run each."""
-        names = cls.__dataclass_fields__
-        return cls(**{name: np.stack([piece[name] for piece in pieces.values()]) for name in names})
+        arrays = {}
+        for name in cls.__dataclass_fields__:
+            arrays[name] = np.stack([piece[name] for piece in pieces.values()])
+        return cls(**arrays)
 
     @property
     def best(self) -> np.ndarray:
@@ -54,67 +64,91 @@ def laboratory_file(work: Work, preset: str) -> Path:
     folder = work.store.path / f"laboratory-{preset}"
     folder.mkdir(parents=True, exist_ok=True)
     robots.overhead_camera().save(folder / "camera.json", force=True)
-    members = [f'name = "agent-{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(1, AGENTS + 1)]
+    members = [
+        f'name = "agent-{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(1, AGENTS + 1)
+    ]
     for name, marker in REPLICAS.items():
-        members.append(f'name = "{name}"\nrole = "replica"\nmarker = "{marker}"\naddress = "{name}"\n')
+        members.append(
+            f'name = "{name}"\nrole = "replica"\nmarker = "{marker}"\naddress = "{name}"\n'
+        )
     text = f'preset = "{preset}"\n\n[camera]\ncalibration = "camera.json"\n\n'
     text += "\n".join(f"[[robots]]\n{robot}" for robot in members)
     path = folder / "lab.toml"
-    path.write_text(f"{text}\n[evaluation]\nrepeats = {work.sizes['runs']['repeats']}\n", encoding="utf-8")
+    path.write_text(
+        f"{text}\n[evaluation]\nrepeats = {work.sizes['runs']['repeats']}\n", encoding="utf-8"
+    )
     return path
 
 
 def emulated_runs(work: Work) -> LaboratoryRuns:
     """Conduct the runs in the emulated laboratory, a piece of work for each that can be resumed."""
-    path, sizes, folder = laboratory_file(work, "default"), work.sizes["runs"], work.store.path
-    given = {
-        f"emulated-seed{seed}": (path, folder / f"emulated-run-seed{seed}", _settings(sizes, seed), sizes["kept"])
-        for seed in seeds_of(sizes)
-    }
-    return LaboratoryRuns.stacked(work.all_arrays(_emulated, given))
+    path = laboratory_file(work, "default")
+    sizes = work.sizes["runs"]
+    arguments = {}
+    for seed in seeds_of(sizes):
+        folder = work.store.path / f"emulated-run-seed{seed}"
+        arguments[f"emulated-seed{seed}"] = (path, folder, _settings(sizes, seed), sizes["kept"])
+    return LaboratoryRuns.stacked(work.all_arrays(_emulated, arguments))
 
 
 def simulated_runs(work: Work, preset: str) -> LaboratoryRuns:
     """Conduct the same runs in plain simulation."""
-    path, sizes = laboratory_file(work, preset), work.sizes["runs"]
-    given = {
-        f"simulated-{preset}-seed{seed}": (path, _settings(sizes, seed), sizes["kept"], sizes["repeats"])
-        for seed in seeds_of(sizes)
-    }
-    return LaboratoryRuns.stacked(work.all_arrays(_simulated, given))
+    path = laboratory_file(work, preset)
+    sizes = work.sizes["runs"]
+    arguments = {}
+    for seed in seeds_of(sizes):
+        values = (path, _settings(sizes, seed), sizes["kept"], sizes["repeats"])
+        arguments[f"simulated-{preset}-seed{seed}"] = values
+    return LaboratoryRuns.stacked(work.all_arrays(_simulated, arguments))
 
 
 def _settings(sizes: Sizes, seed: int) -> dict[str, Any]:
-    return {**sizes["settings"], "run.generations": sizes["generations"], "run.seed": seed, "run.threads": 1}
+    return {
+        **sizes["settings"],
+        "run.generations": sizes["generations"],
+        "run.seed": seed,
+        "run.threads": 1,
+    }
 
 
 def _emulated(
-    should_stop: Stop, path: Path, out: Path, overrides: dict[str, Any], kept: list[int]
+    should_stop: Stop, path: Path, out: Path, overrides: dict[str, Any], generations: list[int]
 ) -> dict[str, np.ndarray] | None:
     """Begin a run, or resume it. A laboratory that is opened again meets other noise than the first time."""
     laboratory = robots.load_laboratory(path, overrides)
-    how: dict[str, Any] = {"should_stop": should_stop}
-    if not runs.is_laboratory_run(out):
-        result = runs.start_laboratory(laboratory, out, equipment=robots.rehearse(laboratory), force=True, **how)
-    else:
+    if runs.is_laboratory_run(out):
         begun = results.stored_generations(results.RunFolder(out).checkpoints_path)
-        seed = int(np.random.SeedSequence((laboratory.configuration.run.seed, 1 + begun)).generate_state(1)[0])
-        result = runs.resume_laboratory(out, equipment=robots.rehearse(laboratory, seed), **how)
+        entropy = (laboratory.configuration.run.seed, 1 + begun)
+        seed = int(np.random.SeedSequence(entropy).generate_state(1)[0])
+        equipment = robots.rehearse(laboratory, seed)
+        result = runs.resume_laboratory(out, equipment=equipment, should_stop=should_stop)
+    else:
+        equipment = robots.rehearse(laboratory)
+        result = runs.start_laboratory(
+            laboratory, out, equipment=equipment, force=True, should_stop=should_stop
+        )
     evaluation = runs.read_post_evaluation(out)
-    return None if evaluation is None or not evaluation.complete else _arrays(result, evaluation.fitness, kept)
+    if evaluation is None or not evaluation.complete:
+        return None
+    return _arrays(result, evaluation.fitness, generations)
 
 
 def _simulated(
-    should_stop: Stop, path: Path, overrides: dict[str, Any], kept: list[int], repeats: int
+    should_stop: Stop, path: Path, overrides: dict[str, Any], generations: list[int], repeats: int
 ) -> dict[str, np.ndarray] | None:
     configuration = robots.load_laboratory(path, {**overrides, "run.history": "full"}).configuration
     run = runs.simulate_laboratory(configuration, repeats, should_stop=should_stop)
-    return None if run is None else _arrays(run.result, run.fitness, kept)
+    if run is None:
+        return None
+    return _arrays(run.result, run.fitness, generations)
 
 
-def _arrays(result: results.Result, again: np.ndarray, kept: list[int]) -> dict[str, np.ndarray]:
+def _arrays(
+    result: results.Result, again: np.ndarray, generations: list[int]
+) -> dict[str, np.ndarray]:
     """Return what a run has been through, by the names of `LaboratoryRuns`."""
-    history, judging = result.history, result.history.isel(generation=kept)
+    history = result.history
+    judging = history.isel(generation=generations)
     return {
         "models": history["model"].to_numpy(),
         "fitness": history["model_fitness"].to_numpy(),
@@ -128,7 +162,9 @@ def _arrays(result: results.Result, again: np.ndarray, kept: list[int]) -> dict[
 class Gathering:
     """What R trials of A robots look like at K moments."""
 
-    seen: np.ndarray  # (R, K, A, 2), positions (cm) by the camera; those before if it missed a robot
+    seen: (
+        np.ndarray
+    )  # (R, K, A, 2), positions (cm) by the camera; those before if it missed a robot
     complete: np.ndarray  # (R, K), whether all robots were seen
     poses: np.ndarray  # (R, K, A, 3), where they were
     radius_cm: float  # of a robot
@@ -146,18 +182,22 @@ class Gathering:
 
 def gatherings(work: Work, model: np.ndarray) -> tuple[Gathering, Gathering]:
     """Let swarms of agents and of replicas of a model (P,) go, a piece of work for each trial."""
-    sizes, names = work.sizes["validation"], ("seen", "complete", "poses")
-    controllers = zip(KINDS, (np.array(robots.LABORATORY.controller), model), strict=True)
-    given = {
-        f"validation-{kind}-trial{trial:02d}": (sizes, controller, trial, number)
-        for number, (kind, controller) in enumerate(controllers)
-        for trial in range(1, sizes["trials"] + 1)
+    sizes = work.sizes["validation"]
+    controllers = (np.array(robots.LABORATORY.controller), model)
+    arguments = {}
+    for number, (kind, controller) in enumerate(zip(SWARM_KINDS, controllers, strict=True)):
+        for trial in range(1, sizes["trials"] + 1):
+            arguments[f"validation-{kind}-trial{trial:02d}"] = (sizes, controller, trial, number)
+    pieces = list(work.all_arrays(_filmed, arguments).values())
+    trials = sizes["trials"]
+    return _gathering(pieces[:trials]), _gathering(pieces[trials:])
+
+
+def _gathering(pieces: Sequence[Mapping[str, np.ndarray]]) -> Gathering:
+    arrays = {
+        name: np.stack([piece[name] for piece in pieces]) for name in ("seen", "complete", "poses")
     }
-    pieces = work.all_arrays(_filmed, given).values()
-    parts = [np.split(np.stack([one[name] for one in pieces]), len(KINDS)) for name in names]
-    radius_cm = robots.LABORATORY.robot.radius_cm
-    agents, replicas = (Gathering(seen, full, poses, radius_cm) for seen, full, poses in zip(*parts, strict=True))
-    return agents, replicas
+    return Gathering(**arrays, radius_cm=robots.LABORATORY.robot.radius_cm)
 
 
 def times_of(sizes: Sizes) -> np.ndarray:
@@ -165,15 +205,17 @@ def times_of(sizes: Sizes) -> np.ndarray:
     return np.arange(round(sizes["duration_s"] / sizes["every_s"]) + 1) * sizes["every_s"]
 
 
-def places_apart(robots: int, sides_cm: tuple[float, float], radius_cm: float, rng: np.random.Generator) -> np.ndarray:
+def places_apart(
+    robots: int, sides_cm: tuple[float, float], radius_cm: float, rng: np.random.Generator
+) -> np.ndarray:
     """Return poses (A, 3) drawn uniformly in an arena; a place that is taken is drawn again."""
-    low, high = radius_cm, np.array(sides_cm) - radius_cm
-    placed = np.empty((0, 2))
-    while len(placed) < robots:
-        place = rng.uniform(low, high)
-        if (np.linalg.norm(placed - place, axis=1) > 2 * radius_cm).all():
-            placed = np.vstack([placed, place])
-    return np.column_stack([placed, rng.uniform(-np.pi, np.pi, robots)])
+    high = np.array(sides_cm) - radius_cm
+    positions = np.empty((0, 2))
+    while len(positions) < robots:
+        position = rng.uniform(radius_cm, high)
+        if (np.linalg.norm(positions - position, axis=1) > 2 * radius_cm).all():
+            positions = np.vstack([positions, position])
+    return np.column_stack([positions, rng.uniform(-np.pi, np.pi, robots)])
 
 
 def _filmed(
@@ -183,28 +225,38 @@ def _filmed(
     from turing_learning.robots.emulation import move_alone
 
     def drawn(purpose: int) -> int:
-        return int(np.random.SeedSequence((purpose, sizes["seed"], trial, kind)).generate_state(1)[0])
+        return int(
+            np.random.SeedSequence((purpose, sizes["seed"], trial, kind)).generate_state(1)[0]
+        )
 
-    scenario, count = robots.LABORATORY, sizes["robots"]
-    sides = float(scenario.arena.width_cm or 0), float(scenario.arena.height_cm or 0)
+    scenario = robots.LABORATORY
+    count = sizes["robots"]
+    sides = (float(scenario.arena.width_cm or 0), float(scenario.arena.height_cm or 0))
     rng = np.random.default_rng((VALIDATION_STARTS, sizes["seed"], trial))
     start = places_apart(count, sides, scenario.robot.radius_cm, rng)
-    calibration, markers, labels = robots.overhead_camera(*sides), robots.RoundMarkers(), (MARKER,) * count
-    camera = robots.EmulatedCamera(calibration, markers, labels, arena_cm=sides, seed=drawn(VALIDATION_CAMERA))
+    calibration = robots.overhead_camera(*sides)
+    markers = robots.RoundMarkers()
+    labels = (MARKER,) * count
+    camera_seed = drawn(VALIDATION_CAMERA)
+    camera = robots.EmulatedCamera(calibration, markers, labels, arena_cm=sides, seed=camera_seed)
     tracker = robots.Tracker(markers, calibration, labels)
     every = round(sizes["every_s"] / scenario.trial.control_interval_s)
     cycles = every * (len(times_of(sizes)) - 1)
     seen: list[np.ndarray] = []
-    poses, complete = [], []
-    moments = move_alone(scenario, controller, start, cycles=cycles, seed=drawn(VALIDATION_NOISE))
-    for cycle, now in enumerate(moments):
+    poses = []
+    complete = []
+    motion = move_alone(scenario, controller, start, cycles=cycles, seed=drawn(VALIDATION_NOISE))
+    for cycle, now in enumerate(motion):
         if cycle % every:
             continue
         if should_stop():
             return None
-        found = tracker.detect(camera.render(now)).positions
-        complete.append(len(found) == count)
-        seen.append(found if complete[-1] else seen[-1] if seen else now[:, :2])
+        positions = tracker.detect(camera.render(now)).positions
+        complete.append(len(positions) == count)
+        if not complete[-1]:
+            # A robot was missed: all positions of the image before, at first the true ones.
+            positions = seen[-1] if seen else now[:, :2]
+        seen.append(positions)
         poses.append(now)
     return {"seen": np.array(seen), "complete": np.array(complete), "poses": np.array(poses)}
 
@@ -212,9 +264,10 @@ def _filmed(
 def random_models(path: Path, sizes: Sizes) -> dict[str, Any]:
     """Observe each random model once, with all of the chain: links, robots, camera, tracker."""
     laboratory = robots.load_laboratory(path)
-    setup, configuration = laboratory.setup, laboratory.configuration
+    configuration = laboratory.configuration
     rng = np.random.default_rng((ACCURACY_MODELS, sizes["seed"]))
     models = rng.uniform(-1, 1, (sizes["models"], len(configuration.parameter_names)))
-    with robots.LaboratorySource(setup, configuration.swarm, robots.rehearse(laboratory, sizes["seed"])) as source:
+    equipment = robots.rehearse(laboratory, sizes["seed"])
+    with robots.LaboratorySource(laboratory.setup, configuration.swarm, equipment) as source:
         samples = source.observe(models, "random-models")
     return {"models": models, "agents": samples.genuine, "replicas": samples.counterfeit[:, 0]}

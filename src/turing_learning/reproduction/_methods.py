@@ -20,8 +20,10 @@ from turing_learning.swarm import MixedSwarm, Scenario
 
 from ._experiment import Stop
 
-LATE = 0.3  # share of the generations, the last ones, that the typical model of `least_squares` is about
-CLOSE = 1e-6  # agreement of a minimum that was searched for with the one that the theorem states
+LATE = 0.3
+"""Share of the generations, the last ones, that the typical model of `least_squares` is about."""
+CLOSE = 1e-6
+"""Agreement of a minimum that was searched for with the one that the theorem states."""
 
 
 def least_squares(
@@ -36,9 +38,13 @@ def least_squares(
     have a seventh of the weight of their sum.
     """
     integer("generations", generations, 1)
-    source, parameters = MixedSwarm(scenario, threads), len(scenario.parameter_names)
-    optimizer = EvolutionStrategy(parameters, parents=parents, offspring=offspring, seed=(LEAST_SQUARES_MODELS, seed))
-    models, errors, medians = np.empty((0, 0)), np.empty(0), np.empty((generations, parameters))
+    source = MixedSwarm(scenario, threads)
+    parameters = len(scenario.parameter_names)
+    seeds = (LEAST_SQUARES_MODELS, seed)
+    optimizer = EvolutionStrategy(parameters, parents=parents, offspring=offspring, seed=seeds)
+    models = np.empty((0, 0))
+    errors = np.empty(0)
+    medians = np.empty((generations, parameters))
     for generation in range(generations):
         if should_stop is not None and should_stop():
             return None
@@ -57,8 +63,10 @@ def squared_errors(samples: Samples, scale: Sequence[float] | np.ndarray = (1.0,
     It is summed over agents, steps and signals, which are divided by `scale` (D,) or (1,), and averaged over C
     counterfeit samples.
     """
-    genuine, counterfeit = samples.genuine, samples.counterfeit
-    models, signals = len(counterfeit), genuine.shape[-1]
+    genuine = samples.genuine
+    counterfeit = samples.counterfeit
+    models = len(counterfeit)
+    signals = genuine.shape[-1]
     rule = f"hold as many genuine samples for each of the {models} models"
     require(len(genuine) % models == 0, "samples", rule, f"{len(genuine)} in all")
     divisor = array("scale", scale, "D")
@@ -68,7 +76,9 @@ def squared_errors(samples: Samples, scale: Sequence[float] | np.ndarray = (1.0,
     return np.square((agents[:, :, None] - counterfeit) / divisor).sum(axis=(0, 3, 4)).mean(axis=1)
 
 
-def least_squares_optimum(probabilities: np.typing.ArrayLike, values: np.typing.ArrayLike) -> np.ndarray:
+def least_squares_optimum(
+    probabilities: np.typing.ArrayLike, values: np.typing.ArrayLike
+) -> np.ndarray:
     """Return the model (n,) with the smallest expected squared error, for n states with probabilities (T, n) in T time steps.
 
     State i gets the mean over time of the expected value of the agent's outputs (n,), weighted by the
@@ -95,21 +105,27 @@ def expected_squared_error(
     return float(np.einsum("ti,tj,ij->", chances, chances, squares))
 
 
-def _checked(probabilities: np.typing.ArrayLike, values: np.typing.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+def _checked(
+    probabilities: np.typing.ArrayLike, values: np.typing.ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
     chances = array("probabilities", probabilities, "T n")
     sums = chances.sum(axis=1)
     fits = (chances >= 0).all() and np.allclose(sums, 1)
-    require(fits, "probabilities", "be 0 or more and sum to 1 in every time step", sums.tolist()[:3])
+    require(
+        fits, "probabilities", "be 0 or more and sum to 1 in every time step", sums.tolist()[:3]
+    )
     return chances, array("values", values, "n", n=chances.shape[1])
 
 
 @dataclass(frozen=True)
-class Check:
-    """How a statement fares in random cases."""
+class StatementCheck:
+    """How a statement of the paper fares in random cases."""
 
     statement: str  # in the paper's numbering
     cases: int
-    difference: float  # largest distance of a minimum that was searched for from the one that is stated
+    difference: (
+        float  # largest distance of a minimum that was searched for from the one that is stated
+    )
     distance: float  # smallest distance of that minimum from the agent's outputs
 
     @property
@@ -118,46 +134,70 @@ class Check:
         return self.difference < CLOSE < self.distance
 
 
-def check_statements(cases: int, seed: int = 0) -> tuple[Check, ...]:
+def check_statements(cases: int, seed: int = 0) -> tuple[StatementCheck, ...]:
     """Check theorem 1 and its corollaries, in random cases each, by a search for the least expected error."""
-    from scipy.optimize import minimize
-
     integer("cases", cases, 1)
-    rng, checks = np.random.default_rng(seed), []
+    rng = np.random.default_rng(seed)
+    checks = []
     for statement, states, steps in (
         ("theorem 1 and corollary 1: two states", 2, 1),
         ("corollary 2: three to six states", None, 1),
         ("corollary 3: two states, ten time steps", 2, 10),
     ):
-        differences, distances = [], []
+        differences = []
+        distances = []
         for _ in range(cases):
             count = states or int(rng.integers(3, 7))
             chances = rng.dirichlet(np.full(count, 5.0), steps)
             outputs = rng.uniform(-1, 1, count)
-            # from a random start, knowing nothing of the statements
-            start = rng.uniform(-3, 3, count)
-            found = minimize(expected_squared_error, start, (chances, outputs), tol=1e-12, method="Powell").x
-            if steps == 1:  # E{Y}
-                stated = np.full(count, chances[0] @ outputs)
-            else:  # the paper's equation for x_1 and x_2
-                sums = chances.sum(axis=0)
-                own, other = np.square(chances).sum(axis=0) / sums, (chances * (1 - chances)).sum(axis=0) / sums
-                stated = own * outputs + other * outputs[::-1]
-            differences.append(np.abs(found - stated).max())
-            distances.append(np.abs(found - outputs).max())
-        checks.append(Check(statement, cases, float(max(differences)), float(min(distances))))
+            minimum = _searched_minimum(chances, outputs, rng)
+            differences.append(np.abs(minimum - _stated_minimum(chances, outputs)).max())
+            distances.append(np.abs(minimum - outputs).max())
+        checks.append(
+            StatementCheck(statement, cases, float(max(differences)), float(min(distances)))
+        )
     return tuple(checks)
 
 
-LARGEST = 1.5  # wheel speeds of models are between minus this and this: no truth is on the border
-LEVELS = 20  # parts into which the cycles are cut, in the order of their turn rates
-LAGS = (1, 10)  # of the autocorrelations (cycles)
-CYCLES = 50_000  # most cycles that the mixture is fitted to: the estimate hardly changes with more
-SPARE = 1  # components of the mixture beyond the sensor states, for collisions
-DRAWS = 2000  # from a neural posterior
-OUTSIDE = 1e-3  # mass of the posterior that a later round does not search
-AROUND = 10_000  # draws of the posterior that tell where this is
-MARGIN = 0.2  # of the box around these draws, on each side, as a share of its length
+def _searched_minimum(
+    chances: np.ndarray, outputs: np.ndarray, rng: np.random.Generator
+) -> np.ndarray:
+    """Search from a random start: it knows nothing of the statements."""
+    from scipy.optimize import minimize
+
+    start = rng.uniform(-3, 3, len(outputs))
+    search = minimize(expected_squared_error, start, (chances, outputs), tol=1e-12, method="Powell")
+    return np.asarray(search.x)
+
+
+def _stated_minimum(chances: np.ndarray, outputs: np.ndarray) -> np.ndarray:
+    """Return E{Y} in all states for one time step, else the paper's equation for x_1 and x_2."""
+    if len(chances) == 1:
+        return np.full(len(outputs), chances[0] @ outputs)
+    sums = chances.sum(axis=0)
+    own_weight = np.square(chances).sum(axis=0) / sums
+    other_weight = (chances * (1 - chances)).sum(axis=0) / sums
+    return np.asarray(own_weight * outputs + other_weight * outputs[::-1])
+
+
+HIGHEST_SPEED = 1.5
+"""Wheel speeds of models are between minus this and this (share of the maximum): no truth is on the border."""
+LEVELS = 20
+"""Parts into which the cycles are cut, in the order of their turn rates."""
+LAGS = (1, 10)
+"""Of the autocorrelations (cycles)."""
+MIXTURE_CYCLES = 50_000
+"""Cycles that the mixture is fitted to, at most: the estimate hardly changes with more."""
+SPARE_COMPONENTS = 1
+"""Components of the mixture beyond the sensor states, for collisions."""
+POSTERIOR_DRAWS = 2000
+"""Draws of a neural posterior, from which its quantiles are taken."""
+OUTSIDE = 1e-3
+"""Mass of the posterior that a later round does not search."""
+SUPPORT_DRAWS = 10_000
+"""Draws of the posterior that tell where this is."""
+BOX_MARGIN = 0.2
+"""Margin of the box around these draws, on each side, as a share of its length."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +212,9 @@ class Inferred:
     def of_posterior(cls, draws: np.ndarray, weights: np.ndarray | None = None) -> "Inferred":
         """Return median and central 90 % of draws (N, P) from a posterior, with weights (N,)."""
         weights = np.ones(len(draws)) if weights is None else weights
-        low, middle, high = np.quantile(draws, (0.05, 0.5, 0.95), axis=0, weights=weights, method="inverted_cdf")
+        low, middle, high = np.quantile(
+            draws, (0.05, 0.5, 0.95), axis=0, weights=weights, method="inverted_cdf"
+        )
         return cls(middle, low, high)
 
 
@@ -188,7 +230,7 @@ class Groups:
 
     def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return models (M, P) from the prior: uniform, between -1.5 and 1.5 of the largest wheel speed."""
-        return rng.uniform(-LARGEST, LARGEST, (count, len(self.scenario.controller)))
+        return rng.uniform(-HIGHEST_SPEED, HIGHEST_SPEED, (count, len(self.scenario.controller)))
 
     def observe(self, trials: int, rng: np.random.Generator) -> np.ndarray:
         """Return the motion of the agents (K, T, 2) in trials whose replicas execute models from the prior."""
@@ -207,7 +249,10 @@ def wheel_speeds(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
     chord_over_arc = np.sinc(angular * scenario.trial.control_interval_s / (2 * np.pi))
     forward = linear / np.where(np.abs(chord_over_arc) < 1e-3, 1.0, chord_over_arc)
     difference = angular * scenario.robot.wheel_distance_cm / 2
-    return np.stack([forward - difference, forward + difference], axis=-1) / scenario.robot.maximum_speed_cm_s
+    return (
+        np.stack([forward - difference, forward + difference], axis=-1)
+        / scenario.robot.maximum_speed_cm_s
+    )
 
 
 def summaries(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
@@ -218,15 +263,20 @@ def summaries(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
     """
     wheels = wheel_speeds(motion, scenario)
     cycles = wheels.reshape(*wheels.shape[:-3], -1, 2)
-    mean, variance = cycles.mean(axis=-2), cycles.var(axis=-2) + 1e-9
+    mean = cycles.mean(axis=-2)
+    variance = cycles.var(axis=-2) + 1e-9
     centered = wheels - mean[..., None, None, :]
-    correlations = [(centered[..., lag:, :] * centered[..., :-lag, :]).mean(axis=(-3, -2)) / variance for lag in LAGS]
+    correlations = []
+    for lag in LAGS:
+        products = centered[..., lag:, :] * centered[..., :-lag, :]
+        correlations.append(products.mean(axis=(-3, -2)) / variance)
     covariance = centered.prod(axis=-1).mean(axis=(-2, -1))
     order = np.argsort(cycles[..., 1] - cycles[..., 0], axis=-1)
-    sorted_cycles = np.take_along_axis(cycles, order[..., None], axis=-2)
-    levels = sorted_cycles.reshape(*cycles.shape[:-2], LEVELS, -1, 2).mean(axis=-2)
-    flat = levels.reshape(*levels.shape[:-2], -1)
-    return np.concatenate([mean, np.sqrt(variance), *correlations, covariance[..., None], flat], axis=-1)
+    ordered = np.take_along_axis(cycles, order[..., None], axis=-2)
+    levels = ordered.reshape(*cycles.shape[:-2], LEVELS, -1, 2).mean(axis=-2)
+    flat_levels = levels.reshape(*levels.shape[:-2], -1)
+    columns = [mean, np.sqrt(variance), *correlations, covariance[..., None], flat_levels]
+    return np.concatenate(columns, axis=-1)
 
 
 def baseline(name: str) -> ModuleType:
@@ -243,10 +293,15 @@ def fit_mixture(genuine: np.ndarray, scenario: Scenario, seed: int) -> Inferred:
     state.
     """
     wheels = wheel_speeds(genuine, scenario).reshape(-1, 2)
-    chosen = np.random.default_rng(seed).choice(wheels, min(len(wheels), CYCLES), replace=False)
+    count = min(len(wheels), MIXTURE_CYCLES)
+    chosen = np.random.default_rng(seed).choice(wheels, count, replace=False)
     states = scenario.sensor.states
-    mixture = baseline("sklearn.mixture").GaussianMixture(states + SPARE, n_init=3, random_state=seed).fit(chosen)
-    return Inferred(mixture.means_[np.argsort(-mixture.weights_)[:states]].ravel())
+    mixtures = baseline("sklearn.mixture")
+    mixture = mixtures.GaussianMixture(states + SPARE_COMPONENTS, n_init=3, random_state=seed).fit(
+        chosen
+    )
+    heaviest = np.argsort(-mixture.weights_)[:states]
+    return Inferred(mixture.means_[heaviest].ravel())
 
 
 class _BudgetSpentError(Exception):
@@ -254,7 +309,11 @@ class _BudgetSpentError(Exception):
 
 
 def infer_by_abc_smc(
-    groups: Groups, observed: np.ndarray, evaluations: int, seed: int, should_stop: Stop | None = None
+    groups: Groups,
+    observed: np.ndarray,
+    evaluations: int,
+    seed: int,
+    should_stop: Stop | None = None,
 ) -> Inferred | None:
     """Infer a behavior by ABC-SMC as `pyabc` does it, from summaries (S,) of the agents' motion; None if it was stopped.
 
@@ -264,7 +323,8 @@ def infer_by_abc_smc(
     integer("evaluations", evaluations, 100)
     pyabc = baseline("pyabc")
     names = groups.scenario.parameter_names
-    rng, spent = np.random.default_rng(seed), 0
+    rng = np.random.default_rng(seed)
+    spent = 0
     stop = should_stop or (lambda: False)
 
     def simulate(model: dict[str, float]) -> dict[str, np.ndarray]:
@@ -276,16 +336,21 @@ def infer_by_abc_smc(
 
     logger = logging.getLogger("ABC")
     with warnings.catch_warnings(), ExitStack() as after:
-        # hold back what pyabc says, seed its draws, leave all as it was
+        # Hold back what pyabc says, seed its draws, and leave all as it was.
         after.callback(logger.setLevel, logger.level)
         after.callback(np.random.set_state, np.random.get_state())  # noqa: NPY002
         logger.setLevel(logging.ERROR)
         np.random.seed(seed)  # noqa: NPY002
         warnings.simplefilter("ignore")
-        prior = pyabc.Distribution(**{name: pyabc.RV("uniform", -LARGEST, 2 * LARGEST) for name in names})
-        distance, sampler = pyabc.AdaptivePNormDistance(p=1), pyabc.sampler.SingleCoreSampler()
-        size = round(2 * evaluations**0.5)
-        method = pyabc.ABCSMC(simulate, prior, distance, population_size=size, sampler=sampler)
+        uniform = pyabc.RV("uniform", -HIGHEST_SPEED, 2 * HIGHEST_SPEED)
+        prior = pyabc.Distribution(**dict.fromkeys(names, uniform))
+        method = pyabc.ABCSMC(
+            simulate,
+            prior,
+            pyabc.AdaptivePNormDistance(p=1),
+            population_size=round(2 * evaluations**0.5),
+            sampler=pyabc.sampler.SingleCoreSampler(),
+        )
         history = method.new("sqlite://", {"summaries": observed})
         try:
             method.run()
@@ -307,33 +372,46 @@ def infer_by_npe(
     Deistler and others, Truncated proposals for scalable and hassle-free simulation-based inference, 2022.
     """
     enough = rounds >= 1 and evaluations >= 20 * rounds
-    require(enough, "evaluations", "be at least 20 in each of 1 or more rounds", f"{evaluations} in {rounds}")
-    torch, sbi, utils = baseline("torch"), baseline("sbi.inference"), baseline("sbi.utils")
+    require(
+        enough,
+        "evaluations",
+        "be at least 20 in each of 1 or more rounds",
+        f"{evaluations} in {rounds}",
+    )
+    torch = baseline("torch")
+    sbi = baseline("sbi.inference")
+    utils = baseline("sbi.utils")
 
     def tensor(array: np.ndarray) -> Any:
         return torch.as_tensor(array, dtype=torch.float32)
 
     rng = np.random.default_rng(seed)
-    silence = warnings.catch_warnings(), redirect_stdout(StringIO()), redirect_stderr(StringIO())
-    with ExitStack() as after:  # hold back what sbi says, take one thread, seed what torch draws, leave all as it was
-        for context in (torch.random.fork_rng(devices=[]), *silence):
-            after.enter_context(context)
+    with ExitStack() as after:
+        # Hold back what sbi says, take one thread, seed what torch draws, and leave all as it was.
+        after.enter_context(torch.random.fork_rng(devices=[]))
+        after.enter_context(warnings.catch_warnings())
+        after.enter_context(redirect_stdout(StringIO()))
+        after.enter_context(redirect_stderr(StringIO()))
         after.callback(torch.set_num_threads, torch.get_num_threads())
         torch.set_num_threads(1)
         warnings.simplefilter("ignore")
         torch.manual_seed(seed)
-        end = torch.full((len(groups.scenario.controller),), LARGEST)
-        prior = utils.BoxUniform(-end, end)
-        method = sbi.NPE(prior, show_progress_bars=False, tracker=NO_TRACKER)
+        highest = torch.full((len(groups.scenario.controller),), HIGHEST_SPEED)
+        prior = utils.BoxUniform(-highest, highest)
+        method = sbi.NPE(prior, show_progress_bars=False, tracker=SILENT_TRACKER)
+        proposal: Any = prior
         posterior: Any = None
-        for part in np.array_split(np.arange(evaluations), rounds):
+        for group in np.array_split(np.arange(evaluations), rounds):
             if should_stop is not None and should_stop():
                 return None
-            models = (prior if posterior is None else truncated(utils, posterior, -end, end)).sample((len(part),))
-            found = groups.simulate(models.numpy().astype(np.float64), rng)
-            method.append_simulations(models, tensor(found)).train(force_first_round_loss=True)
+            if posterior is not None:
+                proposal = truncated(utils, posterior, -highest, highest)
+            models = proposal.sample((len(group),))
+            simulated = groups.simulate(models.numpy().astype(np.float64), rng)
+            method.append_simulations(models, tensor(simulated)).train(force_first_round_loss=True)
             posterior = method.build_posterior().set_default_x(tensor(observed))
-        return Inferred.of_posterior(posterior.sample((DRAWS,), show_progress_bars=False).numpy())
+        draws = posterior.sample((POSTERIOR_DRAWS,), show_progress_bars=False)
+        return Inferred.of_posterior(draws.numpy())
 
 
 def truncated(utils: Any, posterior: Any, low: Any, high: Any) -> Any:
@@ -341,14 +419,27 @@ def truncated(utils: Any, posterior: Any, low: Any, high: Any) -> Any:
 
     It is drawn from a box around that mass.
     """
-    inside = utils.get_density_thresholder(posterior, quantile=OUTSIDE, num_samples_to_estimate_support=AROUND)
-    draws = posterior.sample((AROUND,), show_progress_bars=False)
-    least, most = draws.min(dim=0).values, draws.max(dim=0).values
-    margin = MARGIN * (most - least)
-    box = utils.BoxUniform((least - margin).clamp(min=low), (most + margin).clamp(max=high))
+    inside = utils.get_density_thresholder(
+        posterior, quantile=OUTSIDE, num_samples_to_estimate_support=SUPPORT_DRAWS
+    )
+    draws = posterior.sample((SUPPORT_DRAWS,), show_progress_bars=False)
+    lowest = draws.min(dim=0).values
+    highest = draws.max(dim=0).values
+    margin = BOX_MARGIN * (highest - lowest)
+    box = utils.BoxUniform((lowest - margin).clamp(min=low), (highest + margin).clamp(max=high))
     return utils.RestrictedPrior(box, inside, sample_with="rejection")
 
 
-_LOGGED = "log_metric", "log_metrics", "log_params", "add_figure", "flush"
-# in place of sbi's log files
-NO_TRACKER = SimpleNamespace(log_dir=None, **dict.fromkeys(_LOGGED, lambda *what, **more: None))
+def _ignored(*arguments: Any, **options: Any) -> None:
+    """Take the place of a method that logs."""
+
+
+SILENT_TRACKER = SimpleNamespace(
+    log_dir=None,
+    log_metric=_ignored,
+    log_metrics=_ignored,
+    log_params=_ignored,
+    add_figure=_ignored,
+    flush=_ignored,
+)
+"""In place of sbi's log files."""

@@ -17,7 +17,14 @@ from turing_learning.errors import refuse, require
 from turing_learning.figures import save_figure
 from turing_learning.provenance import provenance
 from turing_learning.report import is_page
-from turing_learning.store import LOCK, RunFolderError, Store, check_folder, refuse_format, reject_folder
+from turing_learning.store import (
+    LOCK,
+    RunFolderError,
+    Store,
+    check_folder,
+    refuse_format,
+    reject_folder,
+)
 from turing_learning.targets import refuse_target
 
 from ._experiment import PIECES, Experiment, Findings, Shown
@@ -42,7 +49,10 @@ class Results:
 
     def verdict(self, claim: str) -> ClaimVerdict | None:
         """Return the verdict that counts for a claim."""
-        return next((one for one in self.verdicts if one.claim == claim and not one.variant), None)
+        for verdict in self.verdicts:
+            if verdict.claim == claim and not verdict.variant:
+                return verdict
+        return None
 
 
 @dataclass(frozen=True)
@@ -53,16 +63,24 @@ class ExperimentFolder:
 
     def begin(self, experiment: Experiment, *, fast: bool) -> Store:
         """Make this the folder of one form of an experiment, if it is not; return the store of its pieces."""
-        form, sizes = (FAST, experiment.fast) if fast else (FULL, experiment.full)
-        content = {"format_version": FORMAT_VERSION, "experiment": experiment.id, "form": form, "sizes": sizes}
-        held = self._read("configuration.json")
-        if held is None:
+        content = {
+            "format_version": FORMAT_VERSION,
+            "experiment": experiment.id,
+            "form": FAST if fast else FULL,
+            "sizes": experiment.fast if fast else experiment.full,
+        }
+        stored = self._read("configuration.json")
+        if stored is None:
             self.path.mkdir(parents=True, exist_ok=True)
             write_json(self.path / "configuration.json", content)
-            held = content
+            stored = content
+        remedy = "Choose another folder with --out."
         for key in PIECES.identity:
-            check_folder(held.get(key) == content[key], "out", f"be a folder of the same {key}, {content[key]!r}",
-                    repr(held.get(key)), "Choose another folder with --out.", place=str(self.path))  # fmt: skip
+            rule = f"be a folder of the same {key}, {content[key]!r}"
+            value = stored.get(key)
+            check_folder(
+                value == content[key], "out", rule, repr(value), remedy, place=str(self.path)
+            )
         store = Store(self.path / "pieces", PIECES)
         if not store.exists():
             store.create(content)
@@ -72,19 +90,24 @@ class ExperimentFolder:
         """Write tables, figures, and the results, in this order; the pieces of work took so many seconds."""
         for name in ("tables", "figures"):
             (self.path / name).mkdir(exist_ok=True)
-        for _, shown, frame in findings.tables:  # six digits are more than any of the quantities has
+        for _, table, frame in findings.tables:
+            # Six digits are more than any of the quantities has.
             text = frame.to_csv(index=False, float_format="%.6g", lineterminator="\n")
-            write_atomically(self.path / "tables" / f"{shown.name}.csv", text.encode())
-        for shown, figure in findings.pictures:
-            save_figure(figure, self.path / "figures", shown.name)
-        known = provenance()
-        conditions = {"finished": known["started"], "commit": known["commit"], "versions": known["versions"]}
-        conditions["machine"] = {key: known["machine"][key] for key in ("processor", "processors")}
+            write_atomically(self.path / "tables" / f"{table.name}.csv", text.encode())
+        for picture, figure in findings.pictures:
+            save_figure(figure, self.path / "figures", picture.name)
+        now = provenance()
+        conditions = {
+            "finished": now["started"],
+            "commit": now["commit"],
+            "versions": now["versions"],
+            "machine": {key: now["machine"][key] for key in ("processor", "processors")},
+        }
         results = Results(
             form=FAST if fast else FULL,
             verdicts=tuple(findings.verdicts),
-            tables=tuple(shown for _, shown, _ in findings.tables),
-            pictures=tuple(shown for shown, _ in findings.pictures),
+            tables=tuple(table for _, table, _ in findings.tables),
+            pictures=tuple(picture for picture, _ in findings.pictures),
             remarks=tuple(findings.remarks),
             seconds=round(seconds, 1),
             provenance=conditions,
@@ -99,14 +122,18 @@ class ExperimentFolder:
         try:
             return TypeAdapter(Results).validate_python(content)
         except ValidationError as error:
-            wrong = {".".join(map(str, one["loc"])): one["msg"] for one in error.errors()}
-            reject_folder("results.json", "hold results", f"something else: {wrong}", "Restore it, or give the command again.",
-                   place=str(self.path / "results.json"))  # fmt: skip
+            wrong = {".".join(map(str, entry["loc"])): entry["msg"] for entry in error.errors()}
+            remedy = "Restore it, or give the command again."
+            location = str(self.path / "results.json")
+            reject_folder(
+                "results.json", "hold results", f"something else: {wrong}", remedy, place=location
+            )
 
     def pieces(self) -> int:
         """Return the number of pieces of work that have been begun."""
-        own = {LOCK, SEALS, PIECES.head}
-        return sum(path.name not in own and ".damaged" not in path.name for path in self.path.glob("pieces/[!.]*"))
+        other_files = {LOCK, SEALS, PIECES.head}
+        names = [path.name for path in self.path.glob("pieces/[!.]*")]
+        return sum(name not in other_files and ".damaged" not in name for name in names)
 
     def _read(self, name: str) -> dict[str, Any] | None:
         path = self.path / name
@@ -124,8 +151,10 @@ class ExperimentFolder:
 
 
 NOT_RUN = "not run yet"
-MADE = "This page is made from the folders of the experiments:"  # by which the page of all claims is known
-SECTIONS = ("3.2", "4.", "5-")  # of the paper, whose claims the page of all claims holds
+MARK = "This page is made from the folders of the experiments:"
+"""Words by which a page of all claims is recognized: it may be replaced."""
+SECTIONS = ("3.2", "4.", "5-")
+"""Beginnings of the ids of the claims that the page of all claims holds."""
 
 
 def write_readme(experiment: Experiment, folder: ExperimentFolder) -> None:
@@ -136,7 +165,7 @@ def write_readme(experiment: Experiment, folder: ExperimentFolder) -> None:
 
 def readme(experiment: Experiment, folder: ExperimentFolder) -> str:
     """Return the page of an experiment: what was claimed, what came out, every deviation and condition."""
-    results, claims = folder.results(), load_claims()
+    results = folder.results()
     command = f"    turing-learning reproduce {experiment.id}"
     if results is None:
         state = f"**Not run yet.** Expected: {experiment.cost} on two cores."
@@ -146,31 +175,52 @@ def readme(experiment: Experiment, folder: ExperimentFolder) -> str:
         command += " --fast"
         state = "**The fast form: it shows that the experiment works, and proves nothing.**"
     blocks = [f"# {experiment.id} {experiment.title}", command, state]
-    printed = [f"{claims[claim].where}: {_printed(claims[claim])}" for claim in experiment.claims]
-    for heading, texts in (
-        ("What the paper prints", printed), ("Conditions", experiment.conditions), ("Deviations", experiment.deviations),
-    ):  # fmt: skip
-        blocks += [f"## {heading}", _bullets(texts)] if texts else []
+    claims = load_claims()
+    sections = {
+        "What the paper prints": [
+            f"{claims[id].where}: {_printed(claims[id])}" for id in experiment.claims
+        ],
+        "Conditions": experiment.conditions,
+        "Deviations": experiment.deviations,
+    }
+    for heading, texts in sections.items():
+        if texts:
+            blocks += [f"## {heading}", _bullets(texts)]
     blocks += ["## Sizes", f"```json\n{json.dumps(experiment.full, indent=2)}\n```"]
     if results is not None:
-        blocks += ["## What came out", *([_bullets(results.remarks)] if results.remarks else [])]
-        if results.verdicts:
-            rows = [("claim", "verdict", "printed", "came out")]
-            for verdict in sorted(results.verdicts, key=lambda one: experiment.claims.index(one.claim)):
-                name = f"{verdict.claim}, {verdict.variant}" if verdict.variant else f"**{verdict.claim}**"
-                rows.append((name, verdict.word, verdict.printed, verdict.outcome))
-            used = dict.fromkeys(one.rule for one in results.verdicts)
-            rules = [f"{rule}: {RULES[rule]}." for rule in used]
-            blocks += [_table(rows), "When a claim agrees:", _bullets(rules)]
-        blocks += _pictures(results.pictures, "figures")
-        for table in (one for one in results.tables if one.inline):
-            frame = pd.read_csv(folder.path / "tables" / f"{table.name}.csv", dtype=str, keep_default_na=False)
-            blocks += [f"{table.caption}:", _table([frame.columns, *frame.map(_short).to_numpy()])]
-        blocks += [
-            "Tables:",
-            _bullets(f"[{one.name}](tables/{one.name}.csv): {one.caption}." for one in results.tables),
-        ]
+        blocks += _what_came_out(experiment, folder, results)
     return "\n\n".join(blocks) + "\n"
+
+
+def _what_came_out(experiment: Experiment, folder: ExperimentFolder, results: Results) -> list[str]:
+    blocks = ["## What came out"]
+    if results.remarks:
+        blocks.append(_bullets(results.remarks))
+    if results.verdicts:
+        rows = [("claim", "verdict", "printed", "came out")]
+        for verdict in sorted(
+            results.verdicts, key=lambda verdict: experiment.claims.index(verdict.claim)
+        ):
+            name = (
+                f"{verdict.claim}, {verdict.variant}" if verdict.variant else f"**{verdict.claim}**"
+            )
+            rows.append((name, verdict.word, verdict.printed, verdict.outcome))
+        rules = dict.fromkeys(verdict.rule for verdict in results.verdicts)
+        blocks += [
+            _table(rows),
+            "When a claim agrees:",
+            _bullets(f"{rule}: {RULES[rule]}." for rule in rules),
+        ]
+    blocks += _pictures(results.pictures, "figures")
+    for table in results.tables:
+        if table.inline:
+            path = folder.path / "tables" / f"{table.name}.csv"
+            frame = pd.read_csv(path, dtype=str, keep_default_na=False)
+            blocks += [f"{table.caption}:", _table([frame.columns, *frame.map(_short).to_numpy()])]
+    links = [
+        f"[{table.name}](tables/{table.name}.csv): {table.caption}." for table in results.tables
+    ]
+    return [*blocks, "Tables:", _bullets(links)]
 
 
 def page(experiments: str | Path, link: str = "../experiments") -> str:
@@ -179,36 +229,64 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
     Only full-size results count; fast forms are as if they had not been run. `link` is the folder of the
     experiments as the page sees it.
     """
-    claims = {name: claim for name, claim in load_claims().items() if name.startswith(SECTIONS)}
-    stored = {id: ExperimentFolder(in_home(experiments) / id).results() for id in EXPERIMENTS}
-    found = {id: results for id, results in stored.items() if results is not None and results.form == FULL}
-    pages = {claim: f"[{claim}]({link}/{one.id}/README.md)" for one in EXPERIMENTS.values() for claim in one.claims}
-    counted = {one.claim: one for results in found.values() for one in results.verdicts if not one.variant}
-    rows: list[tuple[str, ...]] = [("claim", "verdict", "printed", "came out")]
-    for claim in claims.values():
-        own = counted.get(claim.id)
-        fate = (f"**{own.word}**", own.printed, own.observed) if own else (NOT_RUN, _printed(claim), "")
-        rows.append((pages[claim.id], *fate))
-    blocks = ["# Reproduction", *_score(claims, found, pages), prose()["introduction"].rstrip()]
-    blocks += ["## All claims", _table(rows)]
+    claims = {id: claim for id, claim in load_claims().items() if id.startswith(SECTIONS)}
+    finished: dict[str, Results] = {}
+    links: dict[str, str] = {}
+    for experiment in EXPERIMENTS.values():
+        results = ExperimentFolder(in_home(experiments) / experiment.id).results()
+        if results is not None and results.form == FULL:
+            finished[experiment.id] = results
+        links |= {
+            claim: f"[{claim}]({link}/{experiment.id}/README.md)" for claim in experiment.claims
+        }
+    blocks = ["# Reproduction", *_score(claims, finished, links), prose()["introduction"].rstrip()]
+    blocks += ["## All claims", _table(_claim_rows(claims, finished, links))]
     for experiment in EXPERIMENTS.values():
         blocks.append(f"## {experiment.id} {experiment.title}")
-        if experiment.id not in found:
+        if experiment.id not in finished:
             blocks.append(f"{NOT_RUN.capitalize()}. Expected: {experiment.cost} on two cores.")
             continue
-        results = found[experiment.id]
+        results = finished[experiment.id]
         blocks.append(
             f"Full size, {results.provenance['finished'][:10]}: {results.seconds / 60:.0f} minutes. "
             f"[Details]({link}/{experiment.id}/README.md)."
         )
-        first = {one.claim: one for one in reversed(results.pictures) if "paper" not in one.name}  # of each claim
-        blocks += _pictures(reversed(first.values()), f"{link}/{experiment.id}/figures")
+        # Of each claim the first picture is shown, where its last one stands.
+        pictures: dict[str, Shown] = {}
+        for picture in reversed(results.pictures):
+            if "paper" not in picture.name:
+                pictures[picture.claim] = picture
+        blocks += _pictures(reversed(pictures.values()), f"{link}/{experiment.id}/figures")
     return "\n\n".join(blocks) + "\n"
+
+
+def _claim_rows(
+    claims: Mapping[str, Claim], finished: Mapping[str, Results], links: Mapping[str, str]
+) -> list[tuple[str, ...]]:
+    """Return a heading, and a row for each claim with the verdict that counts."""
+    verdicts = _verdicts_that_count(finished)
+    rows: list[tuple[str, ...]] = [("claim", "verdict", "printed", "came out")]
+    for id, claim in claims.items():
+        if id in verdicts:
+            verdict = verdicts[id]
+            rows.append((links[id], f"**{verdict.word}**", verdict.printed, verdict.observed))
+        else:
+            rows.append((links[id], NOT_RUN, _printed(claim), ""))
+    return rows
+
+
+def _verdicts_that_count(finished: Mapping[str, Results]) -> dict[str, ClaimVerdict]:
+    verdicts: dict[str, ClaimVerdict] = {}
+    for results in finished.values():
+        verdicts |= {verdict.claim: verdict for verdict in results.verdicts if not verdict.variant}
+    return verdicts
 
 
 def refuse_page_path(path: Path, *, force: bool, name: str = "path") -> None:
     """Raise ConfigurationError unless the page of all claims may be written to a path, by the name of what says so."""
-    refuse_target(path, name=name, suffixes=(".md",), force=force, replaceable=partial(is_page, mark=MADE))
+    refuse_target(
+        path, name=name, suffixes=(".md",), force=force, replaceable=partial(is_page, mark=MARK)
+    )
 
 
 def write_page(experiments: str | Path, path: str | Path, *, force: bool = False) -> Path:
@@ -233,40 +311,57 @@ def write_page(experiments: str | Path, path: str | Path, *, force: bool = False
     return target
 
 
-def _score(claims: Mapping[str, Claim], found: Mapping[str, Results], pages: Mapping[str, str]) -> list[str]:
+def _score(
+    claims: Mapping[str, Claim], finished: Mapping[str, Results], links: Mapping[str, str]
+) -> list[str]:
     """Say how many claims agree, and of each that differs, how; then what the other variants have."""
-    verdicts = [one for results in found.values() for one in results.verdicts if one.claim in claims]
-    counted = {one.claim: one.agrees for one in verdicts if not one.variant}
-    agree, left = sum(counted.values()), len(claims) - len(counted)
-    blocks = [
-        f"{MADE} what the paper (W. Li, M. Gauci and R. Gross, *Turing learning*, Swarm Intelligence 10, 2016) claims in "
-        "sections 3.2, 4 and 5, and what this implementation gives with its default preset. "
-        f"Of {len(claims)} claims **{agree} agree** and **{len(counted) - agree} differ**"
-        + (f"; {left} have not been run." if left else ".")
-    ]
-    differ = [f"{pages[claim]}: {prose()['differences'][claim]}" for claim in claims if not counted.get(claim, True)]
-    beside = []
+    verdicts = {
+        id: verdict for id, verdict in _verdicts_that_count(finished).items() if id in claims
+    }
+    agree = sum(verdict.agrees for verdict in verdicts.values())
+    text = (
+        f"{MARK} what the paper (W. Li, M. Gauci and R. Gross, *Turing learning*, Swarm Intelligence 10, 2016) "
+        "claims in sections 3.2, 4 and 5, and what this implementation gives with its default preset. "
+        f"Of {len(claims)} claims **{agree} agree** and **{len(verdicts) - agree} differ**"
+    )
+    missing = len(claims) - len(verdicts)
+    blocks = [f"{text}; {missing} have not been run." if missing else f"{text}."]
+    differing = [id for id in claims if id in verdicts and not verdicts[id].agrees]
+    if differing:
+        blocks.append(_bullets(f"{links[id]}: {prose()['differences'][id]}" for id in differing))
+    comparisons = []
     for variant, words in prose()["variants"].items():
-        of = [one.agrees for one in verdicts if one.variant == variant]
-        beside += [f"{words} {sum(of)} of {len(of)} claims agree"] if of else []
-    blocks += [_bullets(differ)] if differ else []
-    return blocks + ([f"Other variants were held against some claims: {'; '.join(beside)}."] if beside else [])
+        agreements = []
+        for results in finished.values():
+            for verdict in results.verdicts:
+                if verdict.claim in claims and verdict.variant == variant:
+                    agreements.append(verdict.agrees)
+        if agreements:
+            comparisons.append(f"{words} {sum(agreements)} of {len(agreements)} claims agree")
+    if comparisons:
+        blocks.append(f"Other variants were held against some claims: {'; '.join(comparisons)}.")
+    return blocks
 
 
 def _provenance(results: Results) -> str:
     """Say when and where an experiment ran, and which commit wrote the tables."""
 
-    def digits(commit: str, none: str) -> str:
-        return commit[:10] + ("-dirty" if commit.endswith("-dirty") else "") or none
+    def short(commit: str, unknown: str) -> str:
+        dirty = "-dirty" if commit.endswith("-dirty") else ""
+        return commit[:10] + dirty or unknown
 
-    found, machine = results.provenance, results.provenance["machine"]
-    commits = f"tables of commit {digits(found['commit'] or '', 'unknown')}"
-    if counts := found.get("commits"):  # of results that were stored when pieces of work were counted by commit
-        computed = ", ".join(f"{digits(commit, 'not recorded')} ({count})" for commit, count in counts.items())
+    stored = results.provenance
+    commits = f"tables of commit {short(stored['commit'] or '', 'unknown')}"
+    # Results that were stored when pieces of work were counted by commit have these, too.
+    if counts := stored.get("commits"):
+        computed = ", ".join(
+            f"{short(commit, 'not recorded')} ({count})" for commit, count in counts.items()
+        )
         commits += f", runs and other pieces of work of commits {computed}"
+    machine = stored["machine"]
     return (
-        f"Run at full size: {found['finished'][:10]}, {commits}, version "
-        f"{found['versions']['turing-learning']}, {machine['processors']} processors of {machine['processor']}; "
+        f"Run at full size: {stored['finished'][:10]}, {commits}, version "
+        f"{stored['versions']['turing-learning']}, {machine['processors']} processors of {machine['processor']}; "
         f"{results.seconds / 60:.0f} minutes of computing, summed over the pieces of work."
     )
 
@@ -277,10 +372,13 @@ def _printed(claim: Claim) -> str:
         return claim.seen
     texts = []
     for name, value in claim.values.items():
-        if name not in ("parameters", "truth"):
-            words = re.sub(r"(\d)_(\d)", r"\1.\2", name).replace("_", " ")
-            words = re.sub(r"\b(m?ae)\b", lambda found: found[0].upper(), words)
-            texts.append(f"{words} {', '.join(f'{item:g}' for item in value) if isinstance(value, list) else value}")
+        if name in ("parameters", "truth"):
+            continue
+        words = re.sub(r"(\d)_(\d)", r"\1.\2", name).replace("_", " ")
+        words = re.sub(r"\b(m?ae)\b", lambda match: match[0].upper(), words)
+        if isinstance(value, list):
+            value = ", ".join(f"{number:g}" for number in value)
+        texts.append(f"{words} {value}")
     return "; ".join(texts) or "a figure without printed numbers"
 
 
@@ -290,12 +388,16 @@ def _bullets(texts: Iterable[str]) -> str:
 
 def _table(rows: Sequence[Iterable[str]]) -> str:
     """Return a table, the first row of which are its headings."""
-    head, *lines = [f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in rows]
-    return "\n".join([head, f"| {' | '.join('---' for _ in rows[0])} |", *lines])
+    lines = [f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in rows]
+    rule = f"| {' | '.join('---' for _ in rows[0])} |"
+    return "\n".join([lines[0], rule, *lines[1:]])
 
 
 def _pictures(pictures: Iterable[Shown], folder: str) -> list[str]:
-    return [f"![{one.name}]({folder}/{one.name}.svg)\n\n*{one.caption}*" for one in pictures]
+    return [
+        f"![{picture.name}]({folder}/{picture.name}.svg)\n\n*{picture.caption}*"
+        for picture in pictures
+    ]
 
 
 def _short(cell: str) -> str:

@@ -9,10 +9,14 @@ from turing_learning.models import Behavior
 from turing_learning.purposes import DETECTION
 from turing_learning.swarm import Scenario, Trials, initial_poses, mixed
 
-POST_EVALUATION = 3  # which of the random numbers of `DETECTION`
-BLOCK_BYTES = 256_000_000  # of samples that are simulated and judged at once
-GENOMES = 500  # classifiers that judge a block at once
-SPARSE = 0.2  # share of undecided individuals below which a classifier's are picked out, which costs more for each
+POST_EVALUATION = 3
+"""Which of the random numbers of `DETECTION`."""
+BLOCK_BYTES = 256_000_000
+"""Of samples that are simulated and judged at once: they must fit into memory."""
+CLASSIFIERS_AT_ONCE = 500
+"""Classifiers that judge a block at once."""
+FEW_UNDECIDED = 0.2
+"""Share of undecided individuals below which a classifier judges these alone: to pick them out takes time, too."""
 ALL = slice(None)
 
 
@@ -60,20 +64,23 @@ def count_agents(
     keys = rng.integers(0, 2**64, size=(len(models), trials), dtype=np.uint64)[part]
     models = models[part]
     bytes_of_model = 8 * individuals * trials * scenario.control_steps * len(scenario.input_scale)
-    size = max(1, BLOCK_BYTES // bytes_of_model)
-    for first in range(0, len(models), size):
-        block = models[first : first + size]
+    block_size = max(1, BLOCK_BYTES // bytes_of_model)
+    for begin in range(0, len(models), block_size):
+        block = models[begin : begin + block_size]
+        block_keys = keys[begin : begin + block_size].ravel()
         starts = np.tile(poses, (len(block), 1, 1))
-        drawn = Trials(scenario, mixed(scenario, len(block), trials), starts, keys[first : first + size].ravel())
-        samples = drawn.observe(Behavior(block), threads).swapaxes(0, 1)
-        samples = samples.reshape(-1, trials, *samples.shape[2:])  # (individuals x models of the block, trials, T, D)
-        for start in range(0, len(genomes), GENOMES):
+        swarms = Trials(scenario, mixed(scenario, len(block), trials), starts, block_keys)
+        motion = swarms.observe(Behavior(block), threads).swapaxes(0, 1)
+        # (individuals x models of the block, trials, T, D)
+        samples = motion.reshape(-1, trials, *motion.shape[2:])
+        for start in range(0, len(genomes), CLASSIFIERS_AT_ONCE):
             if should_stop():
                 return None
-            chosen = slice(start, start + GENOMES)
-            agent = _decided(classifier, genomes[chosen], samples).reshape(-1, individuals, len(block)).sum(axis=2)
-            counts[chosen, 0] += agent[:, : scenario.agents].sum(axis=1)
-            counts[chosen, 1] += agent[:, scenario.agents :].sum(axis=1)
+            chosen = slice(start, start + CLASSIFIERS_AT_ONCE)
+            is_agent = _decided(classifier, genomes[chosen], samples)
+            by_individual = is_agent.reshape(-1, individuals, len(block)).sum(axis=2)
+            counts[chosen, 0] += by_individual[:, : scenario.agents].sum(axis=1)
+            counts[chosen, 1] += by_individual[:, scenario.agents :].sum(axis=1)
     return counts
 
 
@@ -92,14 +99,15 @@ def _decided(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray) -
 
     Who has been judged genuine once is an agent, and is not judged again by that classifier.
     """
-    agent = np.zeros((len(genomes), len(samples)), dtype=bool)
+    is_agent = np.zeros((len(genomes), len(samples)), dtype=bool)
     for trial in range(samples.shape[1]):
         observed = np.ascontiguousarray(samples[:, trial])
-        undecided = agent.shape[1] - agent.sum(axis=1)
-        many = undecided > SPARSE * agent.shape[1]
+        undecided = len(samples) - is_agent.sum(axis=1)
+        many = undecided > FEW_UNDECIDED * len(samples)
         if many.any():
-            agent[many] |= classifier.judge(genomes[many], observed) >= THRESHOLD
+            is_agent[many] |= classifier.judge(genomes[many], observed) >= THRESHOLD
         for n in np.flatnonzero(~many & (undecided > 0)):
-            pending = np.flatnonzero(~agent[n])
-            agent[n, pending] = classifier.judge(genomes[n : n + 1], observed[pending])[0] >= THRESHOLD
-    return agent
+            pending = np.flatnonzero(~is_agent[n])
+            judgments = classifier.judge(genomes[n : n + 1], observed[pending])[0]
+            is_agent[n, pending] = judgments >= THRESHOLD
+    return is_agent

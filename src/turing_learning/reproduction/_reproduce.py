@@ -92,34 +92,48 @@ def reproduce(
     Stopped
         If a stop was asked for; the call can be repeated.
     """
-    from turing_learning.studies import Hands
+    from turing_learning.studies import ExecutorChoice
 
-    Hands(workers)  # rejects a wrong number before anything is done
-    chosen = possible(experiment, say)
+    # Rejects a wrong number before anything is done.
+    ExecutorChoice(workers)
+    chosen = possible_experiments(experiment, say)
     path = default_folder(fast=fast) if out is None else in_home(out)
+    # Folders that cannot be used are rejected before the first experiment, which may take hours.
+    begun = []
     with writable("out", path):
-        folders = [(one, ExperimentFolder(path / one.id)) for one in chosen]
-        begun = [(one, folder, folder.begin(one, fast=fast)) for one, folder in folders]
+        for section in chosen:
+            folder = ExperimentFolder(path / section.id)
+            begun.append((section, folder, folder.begin(section, fast=fast)))
     with storage(path, "give the same command again: it resumes."):
-        for one, folder, store in begun:
+        for section, folder, store in begun:
             with store.locked():
-                sizes, findings = one.fast if fast else one.full, Findings(one.id)
-                work = Work(store, sizes, fast=fast, workers=workers, should_stop=should_stop, say=say)
-                one.conduct(work, findings)
+                sizes = section.fast if fast else section.full
+                work = Work(
+                    store, sizes, fast=fast, workers=workers, should_stop=should_stop, say=say
+                )
+                findings = Findings(section.id)
+                section.conduct(work, findings)
                 folder.write(findings, fast=fast, seconds=work.seconds)
-                write_readme(one, folder)
-    return tuple(Standing.of(one, path) for one in chosen)
+                write_readme(section, folder)
+    return tuple(Standing.of(section, path) for section in chosen)
 
 
-def possible(name: str, say: Say | None = None) -> list[Experiment]:
+def possible_experiments(name: str, say: Say | None = None) -> list[Experiment]:
     """Return the experiment of that name; of all, those that are possible, and `say` which are left out."""
-    known = [*EXPERIMENTS, ALL]
-    require(name in known, "experiment", f"be one of {', '.join(known)}", repr(name), error=ConfigurationError)
+    names = [*EXPERIMENTS, ALL]
+    rule = f"be one of {', '.join(names)}"
+    require(name in names, "experiment", rule, repr(name), error=ConfigurationError)
     chosen = list(EXPERIMENTS.values()) if name == ALL else [EXPERIMENTS[name]]
-    for one in (each for each in chosen if each.missing):
-        need, command = ", ".join(one.missing), f"Run: pip install 'turing-learning[{one.extra}]'"
-        got, rule = f"{one.id}, which needs {need}", "be one whose packages are installed"
-        require(name == ALL, "experiment", rule, got, command, error=ConfigurationError)
+    possible = []
+    for experiment in chosen:
+        if not experiment.missing:
+            possible.append(experiment)
+            continue
+        packages = ", ".join(experiment.missing)
+        remedy = f"Run: pip install 'turing-learning[{experiment.extra}]'"
+        got = f"{experiment.id}, which needs {packages}"
+        rule = "be one whose packages are installed"
+        require(name == ALL, "experiment", rule, got, remedy, error=ConfigurationError)
         if say is not None:
-            say(f"{one.id}: left out, it needs {need}. {command}")
-    return [one for one in chosen if not one.missing]
+            say(f"{experiment.id}: left out, it needs {packages}. {remedy}")
+    return possible

@@ -15,7 +15,8 @@ import pandas as pd
 from turing_learning.errors import choice
 
 PAPER_RUNS = 30
-ROUNDING = 0.005  # half a unit of the last digit of the paper's absolute errors
+ROUNDING = 0.005
+"""Half a unit of the last digit of the paper's absolute errors."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,9 @@ def load_claims() -> Mapping[str, Claim]:
     claims = {}
     for entry in _data("claims.toml")["claim"]:
         words = {key: entry.pop(key, "") for key in ("id", "where", "seen", "note")}
-        claims[words["id"]] = Claim(**words, kind=entry.pop("kind", "value"), values=MappingProxyType(entry))
+        claims[words["id"]] = Claim(
+            **words, kind=entry.pop("kind", "value"), values=MappingProxyType(entry)
+        )
     return MappingProxyType(claims)
 
 
@@ -67,7 +70,8 @@ class ClaimVerdict:
     reason: str = ""  # why it differs, where that is known
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "agrees", bool(self.agrees))  # a comparison of NumPy's cannot be stored
+        # A comparison of NumPy's cannot be stored.
+        object.__setattr__(self, "agrees", bool(self.agrees))
         choice("rule", self.rule, RULES)
 
     @property
@@ -81,13 +85,20 @@ class ClaimVerdict:
         return f"{self.observed} (why: {self.reason})" if self.reason else self.observed
 
 
-def held(
+def verdict_on(
     claim: str, agrees: Any, observed: str, rule: str, variant: str = "", *, printed: str = "", reason: str | None = None
 ) -> ClaimVerdict:  # fmt: skip
     """Return a verdict; experiments.toml has what is printed, and why it differs, if they are not given."""
-    why = REASONS.get(claim, "") if reason is None else reason
+    if reason is None:
+        reason = REASONS.get(claim, "")
     return ClaimVerdict(
-        claim, agrees, printed or prose()["printed"][claim], observed, rule, variant, "" if agrees else why
+        claim=claim,
+        agrees=agrees,
+        printed=printed or prose()["printed"][claim],
+        observed=observed,
+        rule=rule,
+        variant=variant,
+        reason="" if agrees else reason,
     )
 
 
@@ -102,9 +113,13 @@ class Spreads:
     @classmethod
     def of(cls, values: np.ndarray) -> "Spreads":
         """Return mean and standard deviation (n - 1; 0 for a single run) of each column of values (R, P)."""
+        # Contiguous columns, so that sums have the same order whatever the layout of the values.
         columns = np.array(np.asarray(values, dtype=np.float64).T, order="C")
         runs = columns.shape[1]
-        return cls(columns.mean(axis=1), columns.std(axis=1, ddof=1) if runs > 1 else np.zeros(len(columns)), runs)
+        deviations = np.zeros(len(columns))
+        if runs > 1:
+            deviations = columns.std(axis=1, ddof=1)
+        return cls(columns.mean(axis=1), deviations, runs)
 
     @classmethod
     def printed(cls, claim: str, runs: int = PAPER_RUNS) -> "Spreads":
@@ -124,7 +139,9 @@ class Spreads:
 
     def within(self, printed: "Spreads") -> bool:
         """Apply the rule "errors of the baseline"."""
-        return bool((np.abs(self.mean - printed.mean) <= printed.standard_deviation + ROUNDING).all())
+        return bool(
+            (np.abs(self.mean - printed.mean) <= printed.standard_deviation + ROUNDING).all()
+        )
 
     def frame(self, mean: str = "mean", deviation: str = "standard_deviation") -> pd.DataFrame:
         """Return means and standard deviations as columns of these names."""
@@ -133,13 +150,17 @@ class Spreads:
     def listed(self, names: Sequence[str], digits: int = 3) -> str:
         """Return the names of the quantities with means, and standard deviations in parentheses."""
         triples = zip(names, self.mean, self.standard_deviation, strict=True)
-        return ", ".join(f"{name} {mean:.{digits}f} ({deviation:.{digits}f})" for name, mean, deviation in triples)
+        return ", ".join(
+            f"{name} {mean:.{digits}f} ({deviation:.{digits}f})"
+            for name, mean, deviation in triples
+        )
 
 
-def shares_not_worse(own: float, own_runs: int, printed: float, printed_runs: int) -> bool:
+def shares_not_worse(share: float, runs: int, printed: float, printed_runs: int) -> bool:
     """Return whether a share falls short of a printed one by at most two standard errors of the difference."""
-    error = math.hypot(*(math.sqrt(p * (1 - p) / runs) for p, runs in ((own, own_runs), (printed, printed_runs))))
-    return printed - own <= 2 * error
+    error = math.sqrt(share * (1 - share) / runs)
+    printed_error = math.sqrt(printed * (1 - printed) / printed_runs)
+    return printed - share <= 2 * math.hypot(error, printed_error)
 
 
 def valued(names: Sequence[str], values: Iterable[float], form: str = ".2f") -> str:
@@ -152,8 +173,14 @@ def errors_verdict(
     paper_runs: int = PAPER_RUNS, printed_also: str = "", observed_also: str = "", reason: str | None = None,
 ) -> ClaimVerdict:  # fmt: skip
     """Hold errors (R, P) against the printed ones, by the rule "absolute errors"; add to both texts."""
-    printed, observed = Spreads.printed(claim, paper_runs), Spreads.of(errors)
-    texts = printed.listed(names, 2) + printed_also, observed.listed(names) + observed_also
-    return held(
-        claim, observed.not_worse(printed), texts[1], "absolute errors", variant, printed=texts[0], reason=reason
+    printed = Spreads.printed(claim, paper_runs)
+    observed = Spreads.of(errors)
+    return verdict_on(
+        claim,
+        observed.not_worse(printed),
+        observed.listed(names) + observed_also,
+        "absolute errors",
+        variant,
+        printed=printed.listed(names, 2) + printed_also,
+        reason=reason,
     )

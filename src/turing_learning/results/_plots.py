@@ -115,13 +115,13 @@ def _panels(ax: Any, titles: Sequence[str], height: float) -> Panels:
     if ax is None:
         from matplotlib.pyplot import figure
 
-        return panel_grid(titles, height, new=lambda *size: figure(figsize=size, layout="constrained"))
+        return panel_grid(titles, height, make=lambda *size: figure(figsize=size, layout="constrained"))
     given = np.array(ax, dtype=object)
     axes = list(given.flat)
     fits = len(axes) == len(titles) and all(hasattr(each, "get_legend_handles_labels") for each in axes)
     got = f"{given.size} of {type(axes[0]).__name__}" if axes else "none"
     check(fits, "ax", "be matplotlib axes" if len(titles) == 1 else f"be {len(titles)} matplotlib axes", got)
-    panels = Panels(axes[0].figure, axes, given.shape[-1] if given.ndim else 1, given=True)
+    panels = Panels(axes[0].figure, axes, given.shape[-1] if given.ndim else 1, callers_axes=True)
     return titled(panels, titles, fontweight="bold", parse_math=False)
 
 

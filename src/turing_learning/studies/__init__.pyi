@@ -1,4 +1,4 @@
-from ._backends import Hands as Hands
+from ._backends import ExecutorChoice as ExecutorChoice
 from ._backends import refuse_script as refuse_script
 from ._backends import write_slurm as write_slurm
 from ._plan import BEHAVIORS as BEHAVIORS

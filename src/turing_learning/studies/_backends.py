@@ -30,13 +30,22 @@ from ._plan import FAILURE, SAMPLES, Plan, StudyFolder
 if TYPE_CHECKING:
     from distributed import Client
 
-COMPLETE, FAILED = "complete", "failed"
-STOPPED, WAITING = "stopped", "waiting"  # can go on; not begun
-LOOK_EVERY_S = 0.2  # between two looks for the file that asks workers to stop
-LONGEST_WAIT_S = 30.0  # for the lock of a run whose worker was given up for lost, but lives
-ATTEMPTS = 3  # of a run whose worker dies
-CONNECT_S = 4.0  # that a scheduler has to answer
-WORKER_S = 10.0  # that a first worker has to arrive
+COMPLETE = "complete"
+FAILED = "failed"
+STOPPED = "stopped"
+"""Of a run that can go on."""
+WAITING = "waiting"
+"""Of a run that has not begun."""
+LOOK_EVERY_S = 0.2
+"""Time between two looks for the file that asks workers to stop (s)."""
+LONGEST_WAIT_S = 30.0
+"""Time to wait for the lock of a run whose worker was given up for lost, but lives (s)."""
+ATTEMPTS = 3
+"""Of a run whose worker dies."""
+CONNECT_S = 4.0
+"""Time that a scheduler has to answer (s)."""
+WORKER_S = 10.0
+"""Time that a first worker has to arrive (s)."""
 SCHEMES = ("tcp", "tls", "ws", "wss")
 
 SCRIPT = """#!/bin/bash
@@ -62,7 +71,7 @@ exec {command} study-collect {study}
 
 
 @dataclass(frozen=True)
-class Hands:
+class ExecutorChoice:
     """Who executes the runs; at most one of them is given.
 
     Parameters
@@ -80,45 +89,58 @@ class Hands:
     cluster: str | None = None
 
     def __post_init__(self) -> None:
-        given = [name for name in ("workers", "executor", "cluster") if getattr(self, name) is not None]
-        if len(given) > 1:
-            raise ConfigurationError(f"`{given[0]}` must be left out beside `{given[1]}`; got both. Give one of them.")
+        chosen = [
+            name for name in ("workers", "executor", "cluster") if getattr(self, name) is not None
+        ]
+        if len(chosen) > 1:
+            raise ConfigurationError(
+                f"`{chosen[0]}` must be left out beside `{chosen[1]}`; got both. Give one of them."
+            )
         if self.workers is not None:
             integer("workers", self.workers, 1, error=ConfigurationError)
 
 
+def _count_running(futures: Iterable["Future[str]"]) -> int:
+    return sum(future.running() for future in futures)
+
+
 @dataclass(frozen=True)
 class Backend:
-    """Who executes: how to submit a run, count the futures that are being executed, and end all at once where that is possible."""
+    """Who executes the runs."""
 
-    submit: "Callable[[str, int, str], Future[str]]"  # takes what `execute` does but for `should_stop`
-    running: Callable[[Iterable["Future[str]"]], int] = lambda futures: sum(future.running() for future in futures)
-    kill: Callable[[], None] = lambda: None
+    submit: (
+        "Callable[[str, int, str], Future[str]]"  # takes what `execute` does but for `should_stop`
+    )
+    running: Callable[[Iterable["Future[str]"]], int] = (
+        _count_running  # how many are being executed
+    )
+    kill: Callable[[], None] = lambda: None  # ends all at once, where that is possible
 
 
 @contextmanager
 def backend_of(
-    hands: Hands, client: "Client | None", folder: StudyFolder, plan: Plan, left: Sequence[int]
+    choice: ExecutorChoice,
+    client: "Client | None",
+    folder: StudyFolder,
+    plan: Plan,
+    numbers: Sequence[int],
 ) -> Iterator[Backend]:
-    """Return who executes the runs that are left; `client` is that of the cluster, if one is given."""
-    if client is not None and hands.cluster is not None:
-        require_visible(client, folder.study_path.absolute(), hands.cluster)
-
-        def running(futures: Iterable["Future[str]"]) -> int:
-            cores = 0
-            with suppress(OSError):  # no answer; if the scheduler stays away, the futures end with errors of their own
-                cores = sum(client.ncores().values())
-            return min(sum(not future.done() for future in futures), cores)
-
-        # nothing is killed: the workers look for the file that stops them; a dead worker's run is executed again by another
-        yield Backend(partial(client.get_executor(pure=False).submit, execute), running)
-    elif hands.executor is not None:
-        submit = hands.executor.submit
-        yield Backend(lambda *run: submit(execute, *run))
+    """Return who executes the runs of these numbers; `client` is that of the cluster, if one is given."""
+    if client is not None and choice.cluster is not None:
+        require_visible(client, folder.study_path.absolute(), choice.cluster)
+        # Nothing is killed: the workers look for the file that stops them.
+        # The run of a dead worker is executed again by another one.
+        submit = partial(client.get_executor(pure=False).submit, execute)
+        yield Backend(submit, partial(_count_running_on_cluster, client))
+    elif choice.executor is not None:
+        submit_any = choice.executor.submit
+        yield Backend(lambda *arguments: submit_any(execute, *arguments))
     else:
         workers = Workers(
-            partial(execute_in_worker, str(folder.path.absolute()), first_of_each_network(plan, left)),
-            max(1, min(hands.workers or default_threads(), len(left))),
+            partial(
+                execute_in_worker, str(folder.path.absolute()), first_of_each_network(plan, numbers)
+            ),
+            max(1, min(choice.workers or default_threads(), len(numbers))),
             attempts=ATTEMPTS,
             warm_up=(None,),
             script=False,
@@ -126,9 +148,20 @@ def backend_of(
             one_thread=True,
         )
         try:
-            yield Backend(lambda study, number, stop: workers.submit(number, stop), kill=workers.kill)
+            yield Backend(
+                lambda study, number, stop: workers.submit(number, stop), kill=workers.kill
+            )
         finally:
             workers.close()
+
+
+def _count_running_on_cluster(client: "Client", futures: Iterable["Future[str]"]) -> int:
+    """Return how many runs are being executed at most: Dask does not say of each whether it is."""
+    cores = 0
+    # A scheduler that stays away lets the futures end with errors of their own.
+    with suppress(OSError):
+        cores = sum(client.ncores().values())
+    return min(sum(not future.done() for future in futures), cores)
 
 
 def first_of_each_network(plan: Plan, numbers: Sequence[int]) -> list[int]:
@@ -136,11 +169,12 @@ def first_of_each_network(plan: Plan, numbers: Sequence[int]) -> list[int]:
 
     Kernels that judge are made for the size of the network, those that simulate for reactive models or networks.
     """
-    found: dict[Any, int] = {}
+    chosen: dict[Any, int] = {}
     for number in numbers:
         settings = plan.settings[number - 1]
-        found.setdefault((settings.get("classifiers.hidden"), settings.get("models.hidden", 0) > 0), number)
-    return list(found.values())
+        kernels = (settings.get("classifiers.hidden"), settings.get("models.hidden", 0) > 0)
+        chosen.setdefault(kernels, number)
+    return list(chosen.values())
 
 
 @contextmanager
@@ -159,14 +193,22 @@ def dask_cluster(address: str | None) -> Iterator["Client | None"]:
             _require_address(address)
             client = Client(address, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError, ImportError) as error:
-            rule, why = "be the address of a Dask scheduler that answers", " ".join(str(error).split())
+            rule = "be the address of a Dask scheduler that answers"
+            got = f"{address!r} ({' '.join(str(error).split())})"
             remedy = "Start one with `dask scheduler`, and give the address that it prints."
-            reject("cluster", rule, f"{address!r} ({why})", remedy)
+            reject("cluster", rule, got, remedy)
         try:
-            with suppress(TimeoutError):  # workers that were started just before
+            # Workers may have been started just before.
+            with suppress(TimeoutError):
                 client.wait_for_workers(1, timeout=WORKER_S)
             remedy = f"Start one: dask worker {address} --nthreads 1"
-            check(client.ncores(), "cluster", "have at least one worker", f"{address!r} with none", remedy)
+            check(
+                client.ncores(),
+                "cluster",
+                "have at least one worker",
+                f"{address!r} with none",
+                remedy,
+            )
             yield client
         finally:
             client.close(timeout=CONNECT_S)
@@ -193,7 +235,8 @@ def _require_address(address: str) -> None:
 
     scheme, _ = parse_address(address)
     if scheme not in SCHEMES:
-        raise ValueError(f"it begins with none of {', '.join(f'{one}://' for one in SCHEMES)}")
+        beginnings = ", ".join(f"{known}://" for known in SCHEMES)
+        raise ValueError(f"it begins with none of {beginnings}")
     if scheme in ("tls", "wss") and Security().get_connection_args("client")["ssl_context"] is None:
         raise ValueError("the configuration of Dask names no certificates")
     resolve_address(address)
@@ -202,13 +245,18 @@ def _require_address(address: str) -> None:
 def require_visible(client: "Client", path: Path, address: str) -> None:
     """Raise ConfigurationError unless all workers of a cluster can run the package and see a file of the study."""
     try:
-        seen = client.run(os.path.isfile, str(path), on_error="return")
-    except Exception as error:  # whatever the cluster raises: the study cannot begin
-        raise ConfigurationError(f"`cluster` must be able to work; got {address!r} ({error!r}).") from error
-    for worker, answer in seen.items():
-        good, rule = not isinstance(answer, BaseException), "have turing-learning installed on all workers"
-        check(good, "cluster", rule, f"{answer!r} from {worker}")
-        rule, got = "be a folder that all workers of the cluster share", f"{path.parent}, which {worker} does not see"
+        answers = client.run(os.path.isfile, str(path), on_error="return")
+    # Whatever the cluster raises: the study cannot begin.
+    except Exception as error:
+        raise ConfigurationError(
+            f"`cluster` must be able to work; got {address!r} ({error!r})."
+        ) from error
+    for worker, answer in answers.items():
+        works = not isinstance(answer, BaseException)
+        rule = "have turing-learning installed on all workers"
+        check(works, "cluster", rule, f"{answer!r} from {worker}")
+        rule = "be a folder that all workers of the cluster share"
+        got = f"{path.parent}, which {worker} does not see"
         check(answer, "out", rule, got, "Choose a shared folder.")
 
 
@@ -239,11 +287,13 @@ def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool
     ConfigurationError
         If the file exists or cannot be written.
     """
-    path, folder = Path(script).absolute(), in_home(study).absolute()
+    path = Path(script).absolute()
+    folder = in_home(study).absolute()
     refuse_script(path, force=force)
     _require_plain("study", folder)
     quoted = shlex.quote(str(path))
-    submit = f"job=$(sbatch --parsable --array=1-{runs} {quoted}) && sbatch --dependency=afterany:${{job%%;*}} {quoted}"
+    submit = f"job=$(sbatch --parsable --array=1-{runs} {quoted}) && "
+    submit += f"sbatch --dependency=afterany:${{job%%;*}} {quoted}"
     text = SCRIPT.format(
         study=shlex.quote(str(folder)),
         runs=runs,
@@ -261,11 +311,12 @@ def refuse_script(path: Path, *, force: bool) -> None:
     """Raise ConfigurationError unless a job script may be written to a path."""
     name = "write-slurm"
     _require_plain(name, path)
-    there, free = path.parent.is_dir() and not path.is_dir(), force or not path.exists()
-    check(there, name, "be a file in a folder that exists", str(path))
-    elsewhere, replace = "Choose another place.", "Choose another name, or replace it with --force."
-    check(os.access(path.parent, os.W_OK), name, "be a file that can be written", str(path), elsewhere)
-    check(free, name, "be a file that does not exist", str(path), replace)
+    in_folder = path.parent.is_dir() and not path.is_dir()
+    check(in_folder, name, "be a file in a folder that exists", str(path))
+    remedy = "Choose another place."
+    check(os.access(path.parent, os.W_OK), name, "be a file that can be written", str(path), remedy)
+    remedy = "Choose another name, or replace it with --force."
+    check(force or not path.exists(), name, "be a file that does not exist", str(path), remedy)
 
 
 def _require_plain(name: str, path: Path) -> None:
@@ -277,15 +328,19 @@ def _require_plain(name: str, path: Path) -> None:
 # What a worker does: one run of a study, begun or resumed
 
 
-def execute(study: str, number: int, stop: str = "", should_stop: Callable[[], bool] | None = None) -> str:
+def execute(
+    study: str, number: int, stop: str = "", should_stop: Callable[[], bool] | None = None
+) -> str:
     """Execute a run of a study in this process until the file `stop` exists, or `should_stop` says so; note it if it fails."""
-    asked, following = False, 0.0
+    asked = False
+    next_look = 0.0
 
     def is_asked() -> bool:
-        nonlocal asked, following
+        nonlocal asked, next_look
         asked = asked or (should_stop is not None and should_stop())
-        if not asked and stop and time.monotonic() >= following:
-            following, asked = time.monotonic() + LOOK_EVERY_S, Path(stop).exists()
+        if not asked and stop and time.monotonic() >= next_look:
+            next_look = time.monotonic() + LOOK_EVERY_S
+            asked = Path(stop).exists()
         return asked
 
     if is_asked():
@@ -298,52 +353,69 @@ def execute(study: str, number: int, stop: str = "", should_stop: Callable[[], b
         path.mkdir(parents=True, exist_ok=True)
         (path / FAILURE).unlink(missing_ok=True)
         run = RunFolder(path)
+        # A worker that was given up for lost may hold the lock.
         with run.locked(wait_s=LONGEST_WAIT_S):
-            pass  # whoever held it has ended
+            pass
         if run.is_run():
-            same, got = run.configuration() == configuration, f"{path} with another configuration"
+            same = run.configuration() == configuration
+            got = f"{path} with another configuration"
             check_folder(same, "run", "be that of the study", got, "Remove it.")
-            complete = resume(path, **_given(folder, plan), should_stop=is_asked).complete
+            result = resume(path, **_custom_parts(folder, plan), should_stop=is_asked)
         else:
-            complete = _start(folder, plan, configuration, path, is_asked).complete
+            result = _start(folder, plan, configuration, path, is_asked)
     except Exception as error:
         note_failure(path, error)
         return FAILED
-    return COMPLETE if complete else STOPPED
+    return COMPLETE if result.complete else STOPPED
 
 
-def execute_in_worker(study: str, warm_up: Sequence[int], number: int | None, stop: str = "") -> str:
-    """Execute a run in a worker process; None runs one generation of some runs, so that all kernels are compiled and stored."""
+def execute_in_worker(
+    study: str, warm_up: Sequence[int], number: int | None, stop: str = ""
+) -> str:
+    """Execute a run in a worker process.
+
+    None runs one generation of the runs to warm up with, so that all kernels are compiled and stored.
+    """
     if number is not None:
         return execute(study, number, stop, asked_to_stop)
-    for each in warm_up:
-        # what fails here fails again later, and is noted then
+    for warm_up_number in warm_up:
+        # What fails here fails again later, and is noted then.
         with suppress(Exception), TemporaryDirectory() as folder:
             plan = StudyFolder(study).plan()
-            configuration = plan.configuration(each)
-            short = configuration.model_copy(update={"run": configuration.run.model_copy(update={"generations": 1})})
+            configuration = plan.configuration(warm_up_number)
+            one_generation = configuration.run.model_copy(update={"generations": 1})
+            short = configuration.model_copy(update={"run": one_generation})
             _start(StudyFolder(study), plan, short, Path(folder) / "run", lambda: True)
     return WAITING
 
 
 def _start(
-    study: StudyFolder, plan: Plan, configuration: Configuration, path: Path, should_stop: Callable[[], bool]
+    study: StudyFolder,
+    plan: Plan,
+    configuration: Configuration,
+    path: Path,
+    should_stop: Callable[[], bool],
 ) -> Result:
     if not plan.simulate:
         return start(configuration, path, should_stop=should_stop)
-    with configuration.system.open(Given(**_given(study, plan))) as source:
+    with configuration.system.open(Given(**_custom_parts(study, plan))) as source:
         return start(configuration, path, should_stop=should_stop, source=source)
 
 
-def _given(study: StudyFolder, plan: Plan) -> dict[str, Any]:
-    """Return samples and simulator of a custom system, nothing else."""
-    given = {"simulate": imported(plan.simulate)} if plan.simulate else {}
-    return given | ({"genuine": study.read(SAMPLES)} if given and not plan.base.system.stimulated else {})
+def _custom_parts(study: StudyFolder, plan: Plan) -> dict[str, Any]:
+    """Return samples and simulator of a custom system; nothing of another one."""
+    if not plan.simulate:
+        return {}
+    content: dict[str, Any] = {"simulate": imported(plan.simulate)}
+    if not plan.base.system.stimulated:
+        content["genuine"] = study.read(SAMPLES)
+    return content
 
 
 def note_failure(path: Path, error: BaseException) -> None:
     """Write into a run's folder why it failed."""
     reason = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
-    with suppress(OSError):  # the disk may be the reason
+    # The disk may be the reason.
+    with suppress(OSError):
         path.mkdir(parents=True, exist_ok=True)
         write_json(path / FAILURE, {"kind": type(error).__name__, "reason": reason})

@@ -25,7 +25,14 @@ from turing_learning.interaction import describe_stimulated
 from turing_learning.purposes import RANDOM_BEHAVIORS
 from turing_learning.results import resume_command
 from turing_learning.runs import is_custom
-from turing_learning.store import FolderKind, RunFolderError, Store, StoredPath, check_folder, reject_folder
+from turing_learning.store import (
+    FolderKind,
+    RunFolderError,
+    Store,
+    StoredPath,
+    check_folder,
+    reject_folder,
+)
 from turing_learning.swarm import AGGREGATION, Scenario
 from turing_learning.systems import CustomOptions, CustomSystem, Range, describe, imported, name_of
 
@@ -37,11 +44,14 @@ BEHAVIORS = replace(
 )
 """A scenario of studies: the agents' parameters are uniform in [-1, 1], drawn from the seed of each run."""
 
-SEED, CONTROLLER = "run.seed", "scenario.controller"
+SEED = "run.seed"
+CONTROLLER = "scenario.controller"
 MOST_RUNS = 1_000_000
 
-SAMPLES = "genuine.npy"  # of a custom system
-FAILURE = "failure.json"  # in a run's folder: why it failed
+SAMPLES = "genuine.npy"
+"""File of the study with the genuine samples of a custom system."""
+FAILURE = "failure.json"
+"""File of a run that says why it failed."""
 _IDENTITY = ("scenario", "configuration_sha256", "runs", "simulate")
 STUDY = FolderKind("study", "study.json", identity=_IDENTITY)
 _TABLES = ("runs.csv", "summary.csv", "convergence.csv")
@@ -53,9 +63,13 @@ class Plan:
     """What a study will run."""
 
     base: Configuration  # of the first run
-    settings: tuple[dict[str, Any], ...]  # of each run those that are not the same in all: dotted key -> value
+    settings: tuple[
+        dict[str, Any], ...
+    ]  # of each run those that are not the same in all: dotted key -> value
     simulate: str = ""  # name of a custom system's simulator
-    samples: np.ndarray | None = field(default=None, compare=False)  # genuine ones (K, T, D); None once they are stored
+    samples: np.ndarray | None = field(
+        default=None, compare=False
+    )  # genuine ones (K, T, D); None once they are stored
 
     def __len__(self) -> int:
         return len(self.settings)
@@ -106,48 +120,90 @@ def plan_study(
     options
         Of a custom system, as in `study`.
     """
-    behaviors, given = isinstance(scenario, str) and scenario == BEHAVIORS.name, settings or {}
+    behaviors = isinstance(scenario, str) and scenario == BEHAVIORS.name
     integer("runs", runs, 1, error=ConfigurationError)
-    rule = "be left out of a study of random behaviors, which draws it"
-    check(not (behaviors and CONTROLLER in given), CONTROLLER, rule, given.get(CONTROLLER))
-    remedy = "Give the seeds with `runs` and `first_seed`."
-    check(SEED not in given, SEED, "be left out of a study", given.get(SEED), remedy)
-    known: str | Scenario | CustomSystem | None = BEHAVIORS if behaviors else scenario
-    name, samples = "", None
+    _refuse_settings_of_runs(settings or {}, behaviors)
+    system: str | Scenario | CustomSystem | None = BEHAVIORS if behaviors else scenario
+    simulator = ""
+    samples = None
     if is_custom(scenario, genuine, simulate, parameters):
-        name, parameters, options = name_of(simulate, error=ConfigurationError), parameters or {}, options or {}
+        simulator = name_of(simulate, error=ConfigurationError)
         with refusing_as(ConfigurationError):
-            if "stimulus" in options:
-                require(isinstance(genuine, Mapping), "genuine", "name true parameters in a study", brief(genuine))
-                known = describe_stimulated(genuine, imported(name), parameters, options)
-            else:
-                known, data = describe(genuine, parameters, options)
-                rule = "be samples in a study, whose workers cannot share a live source"
-                require(data.live is None, "genuine", rule, genuine)
-                samples = data.samples
-    variants = load_variants(config, preset, settings, scenario=known, labels=labels, grid=grid)
+            system, samples = _custom_system(simulator, genuine, parameters or {}, options or {})
+    variants = load_variants(config, preset, settings, scenario=system, labels=labels, grid=grid)
+    _check_variants(variants)
+    count = len(variants) * runs
+    check(count <= MOST_RUNS, "runs", f"be at most {MOST_RUNS} in all", count)
+    if first_seed is None:
+        first_seed = variants[0].run.seed
+    last_first_seed = LARGEST_SEED - runs + 1
+    rule = f"be an integer between 0 and {last_first_seed}, so that {runs} seeds follow"
+    check(
+        is_integer(first_seed) and 0 <= first_seed <= last_first_seed,
+        "first_seed",
+        rule,
+        first_seed,
+    )
+    chance: list[dict[str, Any]] = []
+    for seed in range(first_seed, first_seed + runs):
+        chance.append({SEED: seed})
+        if behaviors:
+            chance[-1][CONTROLLER] = list(random_controller(seed))
+    every_setting = [flat | drawn for flat, drawn in product(map(flat_settings, variants), chance)]
+    base = with_settings(variants[0], chance[0])
+    return Plan(base, _differing_settings(every_setting), simulator, samples)
+
+
+def _refuse_settings_of_runs(settings: Mapping[str, Any], behaviors: bool) -> None:
+    """Reject settings that a study has another one of for each run."""
+    rule = "be left out of a study of random behaviors, which draws it"
+    check(not (behaviors and CONTROLLER in settings), CONTROLLER, rule, settings.get(CONTROLLER))
+    remedy = "Give the seeds with `runs` and `first_seed`."
+    check(SEED not in settings, SEED, "be left out of a study", settings.get(SEED), remedy)
+
+
+def _custom_system(
+    simulator: str, genuine: Any, parameters: Mapping[str, Range], options: CustomOptions
+) -> tuple[CustomSystem, np.ndarray | None]:
+    """Return a custom system and its genuine samples; None where a simulator answers for the true parameters."""
+    if "stimulus" in options:
+        require(
+            isinstance(genuine, Mapping),
+            "genuine",
+            "name true parameters in a study",
+            brief(genuine),
+        )
+        return describe_stimulated(genuine, imported(simulator), parameters, options), None
+    system, data = describe(genuine, parameters, options)
+    rule = "be samples in a study, whose workers cannot share a live source"
+    require(data.live is None, "genuine", rule, genuine)
+    return system, data.samples
+
+
+def _check_variants(variants: Sequence[Configuration]) -> None:
+    """Reject configurations that one table cannot hold, or whose truth is not known."""
     names = variants[0].scenario.parameter_names
     for number, variant in enumerate(variants, start=1):
         require_visible_objects(variant)
-        own, rule = variant.scenario, "be true in a study, whose agents are simulated"
-        check(getattr(own, "known", True), "scenario.known", rule, False, "Leave it out.")
-        sizes = f"{len(names)} in configuration 1 and {len(own.parameter_names)} in configuration {number}"
+        scenario = variant.scenario
+        rule = "be true in a study, whose agents are simulated"
+        check(getattr(scenario, "known", True), "scenario.known", rule, False, "Leave it out.")
+        sizes = f"{len(names)} in configuration 1 and {len(scenario.parameter_names)} in configuration {number}"
         rule = "have the same model parameters in all configurations of a study"
-        check(own.parameter_names == names, "scenario", rule, sizes, "Make two studies.")
-    count, most = len(variants) * runs, LARGEST_SEED - runs + 1
-    check(count <= MOST_RUNS, "runs", f"be at most {MOST_RUNS} in all", count)
-    first = variants[0].run.seed if first_seed is None else first_seed
-    rule = f"be an integer between 0 and {most}, so that {runs} seeds follow"
-    check(is_integer(first) and 0 <= first <= most, "first_seed", rule, first)
-    chance: list[dict[str, Any]] = [
-        {SEED: seed} | ({CONTROLLER: list(random_controller(seed))} if behaviors else {})
-        for seed in range(first, first + runs)
-    ]
-    flat = [settings | drawn for settings, drawn in product(map(flat_settings, variants), chance)]
-    keys = dict.fromkeys(key for one in flat for key in one)
-    varying = [key for key in keys if key == SEED or any(one.get(key) != flat[0].get(key) for one in flat)]
-    of_runs = tuple({key: one.get(key) for key in varying} for one in flat)
-    return Plan(with_settings(variants[0], chance[0]), of_runs, name, samples)
+        check(scenario.parameter_names == names, "scenario", rule, sizes, "Make two studies.")
+
+
+def _differing_settings(every_setting: Sequence[Mapping[str, Any]]) -> tuple[dict[str, Any], ...]:
+    """Return the seed of each run, and the settings that are not the same in all runs."""
+    reference = every_setting[0]
+    keys = dict.fromkeys(key for settings in every_setting for key in settings)
+    differing = []
+    for key in keys:
+        if key == SEED or any(
+            settings.get(key) != reference.get(key) for settings in every_setting
+        ):
+            differing.append(key)
+    return tuple({key: settings.get(key) for key in differing} for settings in every_setting)
 
 
 def random_controller(seed: int) -> tuple[float, ...]:
@@ -173,7 +229,9 @@ class StudyFolder(Store):
     def __init__(self, path: str | Path) -> None:
         super().__init__(path, STUDY)
 
-    configuration_path = StoredPath("config.toml", "The resolved configuration of the first run (TOML).")
+    configuration_path = StoredPath(
+        "config.toml", "The resolved configuration of the first run (TOML)."
+    )
     study_path = StoredPath(STUDY.head, "The settings in which each run differs (JSON).")
     figures_path = StoredPath("figures", "PNG and SVG pictures.")
     report_path = StoredPath("report.html", "The page that shows it all.")
@@ -191,16 +249,25 @@ class StudyFolder(Store):
             If this is not a study folder, it has been changed, or a later version of the package has written
             it.
         """
-        content, file, new = self.head(), self.configuration_path, "or start a new study."
+        content = self.head()
+        file = self.configuration_path
+        otherwise = "or start a new study."
         try:
-            same, rule = content["configuration_sha256"] == file_digest(file), "be as it was when the study began"
-            check_folder(same, file.name, rule, "a changed one", f"Restore it, {new}", place=str(file))
-            if not content["runs"] or any(not is_integer(run["run.seed"]) for run in content["runs"]):
+            same = content["configuration_sha256"] == file_digest(file)
+            rule = "be as it was when the study began"
+            check_folder(
+                same, file.name, rule, "a changed one", f"Restore it, {otherwise}", place=str(file)
+            )
+            if not content["runs"] or any(
+                not is_integer(run["run.seed"]) for run in content["runs"]
+            ):
                 raise TypeError("no run, or one without a seed")  # noqa: TRY301
-            return Plan(load_configuration(file), tuple(content["runs"]), str(content.get("simulate", "")))
+            return Plan(
+                load_configuration(file), tuple(content["runs"]), str(content.get("simulate", ""))
+            )
         except (OSError, KeyError, TypeError, ConfigurationError) as error:
             got = f"{self.path}, whose files cannot be read ({error})"
-            reject_folder("study", "be as it was when it began", got, f"Restore them, {new}")
+            reject_folder("study", "be as it was when it began", got, f"Restore them, {otherwise}")
 
     def refuse_if_taken(self, plan: Plan, *, force: bool) -> None:
         """Raise RunFolderError if something else is here, or a study of other settings that may not be replaced."""
@@ -209,10 +276,14 @@ class StudyFolder(Store):
                 ahead = f"go on with the old study by `{resume_command(self.path)}`, or replace it with force=True."
                 raise RunFolderError(f"{difference} [{self.path}]. Choose another folder, {ahead}")
             return
-        others = [name for name in self.foreign_names() if name != "config.toml" or not (self.path / "lock").exists()]
-        if others:
-            rule, got = "be a new or empty folder, or hold this study", f"{self.path}, which holds {others[0]!r}"
-            reject_folder("out", rule, f"{got} and is not a study", "Choose another folder.")
+        foreign = self.foreign_names()
+        # A study that was killed while it was made has a lock, and perhaps its configuration.
+        if (self.path / "lock").exists():
+            foreign = [name for name in foreign if name != "config.toml"]
+        if foreign:
+            rule = "be a new or empty folder, or hold this study"
+            got = f"{self.path}, which holds {foreign[0]!r} and is not a study"
+            reject_folder("out", rule, got, "Choose another folder.")
 
     def begin(self, plan: Plan, *, force: bool) -> None:
         """Make this the folder of a study, or leave it if it holds the same one; the caller holds the lock."""
@@ -220,22 +291,38 @@ class StudyFolder(Store):
         if self.exists():
             if not force:
                 return
-            self.clear(_RESULTS)  # study.json last: until then it is a study that may be replaced
+            # study.json comes last: until then it is a study that may be replaced.
+            self.clear(_RESULTS)
         configuration = to_toml(plan.base).encode()
-        head: dict[str, Any] = {"scenario": plan.base.scenario.name, "configuration_sha256": digest_of(configuration)}
-        head |= {"runs": list(plan.settings)} | ({"simulate": plan.simulate} if plan.simulate else {})
-        samples = {} if plan.samples is None else {SAMPLES: plan.samples}
-        self.create(head, {self.configuration_path.name: configuration, **samples})
+        head: dict[str, Any] = {
+            "scenario": plan.base.scenario.name,
+            "configuration_sha256": digest_of(configuration),
+            "runs": list(plan.settings),
+        }
+        files: dict[str, Any] = {self.configuration_path.name: configuration}
+        if plan.simulate:
+            head["simulate"] = plan.simulate
+        if plan.samples is not None:
+            files[SAMPLES] = plan.samples
+        self.create(head, files)
 
 
-def _difference(old: Plan, new: Plan) -> str:
+def _difference(stored_plan: Plan, plan: Plan) -> str:
     """Name the first setting in which two plans differ, nothing if there is none."""
-    before, after = flat_settings(old.base), flat_settings(new.base)
-    pairs = [(key, before.get(key), after.get(key), "") for key in [*after, *before] if key not in PROSE]
-    pairs += [("runs", len(old), len(new), ""), ("simulate", old.simulate, new.simulate, "")]
-    for number, (one, other) in enumerate(zip(old.settings, new.settings, strict=False), start=1):
-        pairs += [(key, one.get(key), other.get(key), f" in run {number}") for key in [*other, *one]]
-    for key, was, wanted, where in pairs:
-        if was != wanted:
-            return f"`{key}` must be {was!r}{where}, as in the study that is in the folder; got {wanted!r}"
+    before = flat_settings(stored_plan.base)
+    after = flat_settings(plan.base)
+    compared = [
+        (key, before.get(key), after.get(key), "") for key in [*after, *before] if key not in PROSE
+    ]
+    compared.append(("runs", len(stored_plan), len(plan), ""))
+    compared.append(("simulate", stored_plan.simulate, plan.simulate, ""))
+    for number, (stored, asked) in enumerate(
+        zip(stored_plan.settings, plan.settings, strict=False), start=1
+    ):
+        compared += [
+            (key, stored.get(key), asked.get(key), f" in run {number}") for key in [*asked, *stored]
+        ]
+    for key, value, wanted, where in compared:
+        if value != wanted:
+            return f"`{key}` must be {value!r}{where}, as in the study that is in the folder; got {wanted!r}"
     return ""

@@ -2,7 +2,14 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    wait,
+)
 from concurrent.futures import TimeoutError as FutureTimeout
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -21,7 +28,16 @@ from turing_learning.store import storage, writable
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomOptions, Range, imported
 
-from ._backends import COMPLETE, FAILED, Backend, Hands, backend_of, dask_cluster, execute, note_failure
+from ._backends import (
+    COMPLETE,
+    FAILED,
+    Backend,
+    ExecutorChoice,
+    backend_of,
+    dask_cluster,
+    execute,
+    note_failure,
+)
 from ._plan import Plan, StudyFolder, plan_study
 from ._present import draw_study, study_report
 from ._table import StudyResult, StudyRun, convergences, read_run, read_study, write_tables
@@ -30,8 +46,10 @@ if TYPE_CHECKING:
     from distributed import Client
 
 RUNS = Path("runs")
-TICK_S = 0.2  # between two reports of progress
-LOOK_EVERY_S = 1.0  # between two looks at the checkpoints
+TICK_S = 0.2
+"""Time between two reports of progress (s)."""
+LOOK_EVERY_S = 1.0
+"""Time between two looks at the checkpoints (s): they are files."""
 
 
 class ExecutorError(RuntimeError):
@@ -126,7 +144,7 @@ def study(
     options
         `systems.CustomOptions` of a custom system, as in `infer`.
     workers, executor, cluster
-        Who executes the runs, see `Hands`. An executor stays open; workers of a cluster must see the study
+        Who executes the runs, see `ExecutorChoice`. An executor stays open; workers of a cluster must see the study
         folder.
     out
         The study folder; a new one under runs/ by default. If it holds the same study, that is resumed.
@@ -161,10 +179,18 @@ def study(
     >>> result.below(0.05)  # doctest: +SKIP
     30
     """
-    hands = Hands(workers, executor, cluster)
+    executors = ExecutorChoice(workers, executor, cluster)
     for name, value in options.items():
-        known = genuine is not None and name in CustomOptions.__annotations__ and name != "timeout_s"
-        check(known, name, "be a known option of a study", value, nearest(name, signature(study).parameters))
+        is_option = (
+            genuine is not None and name in CustomOptions.__annotations__ and name != "timeout_s"
+        )
+        check(
+            is_option,
+            name,
+            "be a known option of a study",
+            value,
+            nearest(name, signature(study).parameters),
+        )
     lengths = {"generations": generations, "trials": trials}
     plan = plan_study(
         scenario,
@@ -173,7 +199,11 @@ def study(
         preset=preset,
         config=config,
         settings=single_settings(settings, **lengths),
-        labels={f"run.{name}": f"argument {name}" for name, value in lengths.items() if value is not None},
+        labels={
+            f"run.{name}": f"argument {name}"
+            for name, value in lengths.items()
+            if value is not None
+        },
         grid=grid,
         genuine=genuine,
         simulate=simulate,
@@ -181,13 +211,15 @@ def study(
         options=cast(CustomOptions, options),
     )
     path = new_study_path(plan) if out is None else out
-    return execute_study(plan, path, hands, force=force, observer=observer, should_stop=should_stop)
+    return execute_study(
+        plan, path, executors, force=force, observer=observer, should_stop=should_stop
+    )
 
 
 def execute_study(
     plan: Plan,
     out: str | Path,
-    hands: Hands,
+    executors: ExecutorChoice,
     *,
     force: bool = False,
     observer: StudyObserver | None = None,
@@ -197,9 +229,9 @@ def execute_study(
     folder = StudyFolder(out)
     with writable("out", folder.path):
         folder.refuse_if_taken(plan, force=force)
-    with dask_cluster(hands.cluster) as client, ExitStack() as stack:
+    with dask_cluster(executors.cluster) as client, ExitStack() as stack:
         create_study(plan, folder, stack, force=force)
-        return _execute(folder, folder.plan(), hands, client, observer, should_stop)
+        return _execute(folder, folder.plan(), executors, client, observer, should_stop)
 
 
 def create_study(plan: Plan, folder: StudyFolder, stack: ExitStack, *, force: bool = False) -> None:
@@ -236,13 +268,14 @@ def resume_study(
     ConfigurationError, RunStorageError, ExecutorError
         As in `study`.
     """
-    hands = Hands(workers, executor, cluster)
+    executors = ExecutorChoice(workers, executor, cluster)
     folder = StudyFolder(path)
     plan = folder.plan()
     if plan.simulate:
-        imported(plan.simulate, error=ConfigurationError)  # refuses before anything is done what no worker could load
-    with dask_cluster(hands.cluster) as client, _locked(folder):
-        return _execute(folder, plan, hands, client, observer, should_stop)
+        # Refuses before anything is done what no worker could load.
+        imported(plan.simulate, error=ConfigurationError)
+    with dask_cluster(executors.cluster) as client, _locked(folder):
+        return _execute(folder, plan, executors, client, observer, should_stop)
 
 
 @contextmanager
@@ -253,126 +286,153 @@ def _locked(folder: StudyFolder) -> Iterator[None]:
         yield
 
 
-class Conduct:
-    """Execute all runs of a study that are not complete; failed ones are tried again. The caller holds the lock of the folder."""
+class StudyExecution:
+    """Execute all runs of a study that are not complete; failed ones are tried again. The caller holds the folder's lock."""
 
     def __init__(self, folder: StudyFolder, plan: Plan) -> None:
-        self._folder, self._plan, base = folder, plan, plan.base.run
+        self._folder = folder
+        self._plan = plan
         runs = (read_run(folder, plan, number) for number in plan.numbers)
         self._ended = {run.number: run for run in runs if run.complete}
-        self._asked = {
-            number: plan.configuration(number).length
-            if own.get("run.trials", base.trials)
-            else int(own.get("run.generations", base.generations))
-            for number, own in enumerate(plan.settings, start=1)
-        }
+        self._wanted = {number: _generations_of(plan, number) for number in plan.numbers}
         self._path = folder.path.absolute()
         self._stop = self._path / f"stop-{uuid4().hex}{PARTIAL}"
-        self._new: list[StudyRun] = []
-        self._begun, self._next_look, self._partial = time.monotonic(), 0.0, dict.fromkeys(self.left, 0)
-        self._before = self._generations()
+        self._ended_since_report: list[StudyRun] = []
+        self._begin = time.monotonic()
+        self._next_look = 0.0
+        self._stored = dict.fromkeys(self.numbers, 0)
+        self._generations_before = self._generations()
 
     @property
-    def left(self) -> list[int]:
+    def numbers(self) -> list[int]:
         """Numbers of the runs that are not complete."""
         return [number for number in self._plan.numbers if number not in self._ended]
 
     def stop(self) -> None:
         """Let all runs stop after their present generation."""
-        with suppress(OSError):  # the disk is full: the runs will stop for that
+        # Where the disk is full, the runs will stop for that.
+        with suppress(OSError):
             self._stop.touch()
 
-    def by(self, backend: Backend) -> Iterator[StudyProgress]:
-        """Execute the runs that are left, with progress a few times a second, and at the end."""
-        futures: dict[Future[str], int] = {}
+    def execute_by(self, backend: Backend) -> Iterator[StudyProgress]:
+        """Execute the runs that are not complete, with progress a few times a second, and at the end."""
+        number_of: dict[Future[str], int] = {}
         try:
-            with self._alive(RuntimeError):
-                for number in self.left:
-                    futures[backend.submit(str(self._path), number, str(self._stop))] = number
-            while futures:
-                yield self.progress(backend.running(futures))
-                done, _ = wait(futures, timeout=TICK_S, return_when=FIRST_COMPLETED)
+            with self._explaining_broken_workers(RuntimeError):
+                for number in self.numbers:
+                    number_of[backend.submit(str(self._path), number, str(self._stop))] = number
+            while number_of:
+                yield self.progress(backend.running(number_of))
+                done, _ = wait(number_of, timeout=TICK_S, return_when=FIRST_COMPLETED)
                 for future in done:
-                    number = futures.pop(future)
-                    try:
-                        with self._alive(CancelledError, FutureTimeout):
-                            state = future.result()
-                    except ExecutorError:
-                        raise
-                    except Exception as error:
-                        state = FAILED
-                        note_failure(self._folder.run_path(number), error)
-                    if state in (COMPLETE, FAILED):
-                        self.end(number)
+                    self._note_result(number_of.pop(future), future)
             yield self.progress(0)
         except BaseException:
-            self.stop()  # the file stays: whoever executes a run still has to see it
+            # The file stays: whoever executes a run still has to see it.
+            self.stop()
             backend.kill()
             raise
         for path in self._folder.path.glob(f"stop-*{PARTIAL}"):
             path.unlink(missing_ok=True)
 
+    def _note_result(self, number: int, future: "Future[str]") -> None:
+        """Take note of what became of the future of a run."""
+        try:
+            with self._explaining_broken_workers(CancelledError, FutureTimeout):
+                state = future.result()
+        except ExecutorError:
+            raise
+        except Exception as error:
+            state = FAILED
+            note_failure(self._folder.run_path(number), error)
+        if state in (COMPLETE, FAILED):
+            self.end(number)
+
     def end(self, number: int) -> None:
         """Take note that a run has ended, one way or the other."""
         self._ended[number] = read_run(self._folder, self._plan, number)
-        self._new.append(self._ended[number])
+        self._ended_since_report.append(self._ended[number])
 
     def progress(self, running: int) -> StudyProgress:
         """Return how far the study is."""
-        finished, self._new = tuple(self._new), []
-        done = [run for run in self._ended.values() if run.complete]
-        seconds, generations, total = time.monotonic() - self._begun, self._generations(), sum(self._asked.values())
-        made = generations - self._before
+        finished = tuple(self._ended_since_report)
+        self._ended_since_report = []
+        complete = [run for run in self._ended.values() if run.complete]
+        seconds = time.monotonic() - self._begin
+        generations = self._generations()
+        total = sum(self._wanted.values())
+        made = generations - self._generations_before
+        seconds_left = None
+        if made > 0:
+            seconds_left = max(0.0, (total - generations) * seconds / made)
         return StudyProgress(
             total=len(self._plan),
-            done=len(done),
+            done=len(complete),
             failed=sum(bool(run.reason) for run in self._ended.values()),
             running=running,
-            maes=tuple(run.estimate_mae for run in done if run.estimate_mae is not None),
+            maes=tuple(run.estimate_mae for run in complete if run.estimate_mae is not None),
             finished=finished,
             generations=generations,
             generations_total=total,
             seconds=seconds,
-            seconds_left=None if made <= 0 else max(0.0, (total - generations) * seconds / made),
+            seconds_left=seconds_left,
         )
 
     def _generations(self) -> int:
         """Return how many generations the runs have, by a look at their checkpoints now and then."""
         if time.monotonic() >= self._next_look:
             self._next_look = time.monotonic() + LOOK_EVERY_S
-            self._partial = {n: stored_generations(self._folder.run_path(n) / "checkpoints") for n in self.left}
-        return sum(self._asked[n] if n in self._ended else self._partial[n] for n in self._plan.numbers)
+            for number in self.numbers:
+                checkpoints = self._folder.run_path(number) / "checkpoints"
+                self._stored[number] = stored_generations(checkpoints)
+        total = 0
+        for number in self._plan.numbers:
+            total += self._wanted[number] if number in self._ended else self._stored[number]
+        return total
 
     @contextmanager
-    def _alive(self, *broken: type[Exception]) -> Iterator[None]:
+    def _explaining_broken_workers(self, *errors: type[Exception]) -> Iterator[None]:
         """Say of workers that break inside the block how to go on."""
-        kinds: tuple[type[Exception], ...] = (BrokenExecutor, *broken)
+        broken: tuple[type[Exception], ...] = (BrokenExecutor, *errors)
         try:
             yield
-        except kinds as error:
+        except broken as error:
             reason = ": ".join(filter(None, (type(error).__name__, " ".join(str(error).split()))))
             text = f"`executor` must stay alive until the study ends; got {reason}."
             raise ExecutorError(f"{text} Go on with `{resume_command(self._path)}`.") from error
 
 
+def _generations_of(plan: Plan, number: int) -> int:
+    """Return how many generations a run shall have; the batches of a run of trials count as such."""
+    settings = plan.settings[number - 1]
+    if settings.get("run.trials", plan.base.run.trials):
+        return plan.configuration(number).length
+    return int(settings.get("run.generations", plan.base.run.generations))
+
+
 def _execute(
     folder: StudyFolder,
     plan: Plan,
-    hands: Hands,
+    executors: ExecutorChoice,
     client: "Client | None",
     observer: StudyObserver | None,
     should_stop: Callable[[], bool] | None,
 ) -> StudyResult:
-    conduct = Conduct(folder, plan)
-    with backend_of(hands, client, folder, plan, conduct.left) as backend, _storage(folder):
-        for progress in conduct.by(backend):
+    execution = StudyExecution(folder, plan)
+    with (
+        backend_of(executors, client, folder, plan, execution.numbers) as backend,
+        _storage(folder),
+    ):
+        for progress in execution.execute_by(backend):
             if observer is not None:
                 observer(progress)
             if should_stop is not None and should_stop():
-                conduct.stop()
+                execution.stop()
             folder.require_here()
     result = read_study(folder, plan)
-    return result if result.unfinished else _written(folder, plan, result)
+    if result.unfinished:
+        return result
+    return _written(folder, plan, result)
 
 
 def _written(folder: StudyFolder, plan: Plan, result: StudyResult) -> StudyResult:
@@ -412,7 +472,9 @@ def load_study(path: str | Path) -> StudyResult:
     return read_study(folder, folder.plan())
 
 
-def run_one(path: str | Path, number: int, should_stop: Callable[[], bool] | None = None) -> StudyRun:
+def run_one(
+    path: str | Path, number: int, should_stop: Callable[[], bool] | None = None
+) -> StudyRun:
     """Execute one run of a study in this process, or resume it.
 
     Parameters

@@ -3,7 +3,7 @@
 import json
 import logging
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from itertools import product
@@ -26,11 +26,15 @@ from ._plan import BEHAVIORS, CONTROLLER, FAILURE, SEED, Plan, StudyFolder
 if TYPE_CHECKING:
     import pandas as pd
 
-GOOD, FAIR = 0.05, 0.1
-"""MAE of the estimate below which a run is good, or fair."""
+GOOD = 0.05
+"""MAE of the estimate below which a run is good."""
+FAIR = 0.1
+"""MAE of the estimate below which a run is fair."""
 
-KINDS = ("best", "typical")  # models of each generation
+TRACED_MODELS = ("best", "typical")
+"""Models of each generation that a run records."""
 MODELS = ("best_model", "estimate")
+"""Models that a run infers."""
 ERRORS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
 
 Convergence = tuple[dict[str, Any], dict[str, np.ndarray]]
@@ -40,8 +44,10 @@ Convergence = tuple[dict[str, Any], dict[str, np.ndarray]]
 
 NO_TRUTH = "no truth"
 _COUNTS = ("generations", "trials", "selection_stopped", "mae", "estimate_mae")
-MOST_FAILED = 10  # listed one by one
-MOST_GROUPS = 12  # configurations shown; the files have all
+FAILURES_SHOWN = 10
+"""Runs that failed and are listed one by one, at most."""
+CONFIGURATIONS_SHOWN = 12
+"""Configurations in a printed table, at most; the files have all."""
 
 _LOGGER = logging.getLogger("turing_learning")
 
@@ -105,7 +111,8 @@ class StudyRun:
             return NO_TRUTH
         if self.estimate_mae < FAIR:
             return "good" if self.estimate_mae < GOOD else "fair"
-        estimate, truth = (np.array(list(self.result[name].values())) for name in ("estimate", "truth"))
+        estimate = np.array(list(self.result["estimate"].values()))
+        truth = np.array(list(self.result["truth"].values()))
         return f"poor ({name_failure(estimate, truth)})"
 
 
@@ -189,7 +196,10 @@ class StudyResult(Tabular):
     @property
     def groups(self) -> tuple[dict[str, Any], ...]:
         """The configurations that have complete runs."""
-        return tuple({json.dumps(one.group, sort_keys=True): one.group for one in self.summaries}.values())
+        groups = {
+            json.dumps(summary.group, sort_keys=True): summary.group for summary in self.summaries
+        }
+        return tuple(groups.values())
 
     @property
     def varying(self) -> list[str]:
@@ -202,10 +212,15 @@ class StudyResult(Tabular):
 
     def kinds(self) -> dict[str, int]:
         """Return how good runs are -> number of runs, good ones first; without those that have no truth to be compared with."""
-        failed = {run.number: f"failed ({run.reason.partition(':')[0]})" for run in self.failed}
-        counts = Counter(failed.get(run.number, run.verdict) for run in self.runs)
+        failures = {run.number: f"failed ({run.reason.partition(':')[0]})" for run in self.failed}
+        counts = Counter(failures.get(run.number, run.verdict) for run in self.runs)
         del counts[NO_TRUTH]
-        return dict(sorted(counts.items(), key=lambda item: (item[0] != "good", item[0] != "fair", -item[1], item[0])))
+
+        def order(entry: tuple[str, int]) -> tuple[Any, ...]:
+            verdict, count = entry
+            return (verdict != "good", verdict != "fair", -count, verdict)
+
+        return dict(sorted(counts.items(), key=order))
 
     def verdicts(self) -> dict[str, int]:
         """Return what the complete runs say of themselves, such as "converged" -> number of runs, the most frequent first."""
@@ -220,30 +235,52 @@ class StudyResult(Tabular):
 
     def _shown(self) -> tuple[str, list[str], list[list[str]], list[str]]:
         groups = self.groups
-        rows = [
-            [name, *map(str, group.values()), *map(shown, numbers), shown(paper, "{:.2f}".format)]
-            for group in groups[:MOST_GROUPS]
-            for name, numbers, paper in error_rows(self, group)
-        ]
-        statistics = ["error", "std", "median", "best model", "std", "median", "paper"]
-        headings = ["parameter", *(key.rpartition(".")[2] for key in (groups or ({},))[0]), *statistics]
-        remarks = ["Absolute errors of the estimate and of the best model, over the runs; paper: mean."] if rows else []
-        if len(groups) > MOST_GROUPS:
-            remarks.append(f"and {len(groups) - MOST_GROUPS} more configurations in summary.csv")
-        for what, counts in (("verdicts of the runs", self.verdicts()), ("against the truth", self.kinds())):
-            remarks += [f"{what}: {', '.join(f'{count} {word}' for word, count in counts.items())}"] if counts else []
-        remarks += [f"run {run.number}  seed {run.seed}  failed: {run.reason}" for run in self.failed[:MOST_FAILED]]
+        rows = []
+        for group in groups[:CONFIGURATIONS_SHOWN]:
+            values = [str(value) for value in group.values()]
+            for name, numbers, paper in error_rows(self, group):
+                rows.append([name, *values, *map(shown, numbers), shown(paper, "{:.2f}".format)])
+        headings = ["parameter"]
+        if groups:
+            headings += [key.rpartition(".")[2] for key in groups[0]]
+        headings += ["error", "std", "median", "best model", "std", "median", "paper"]
+        remarks = []
+        if rows:
+            remarks.append(
+                "Absolute errors of the estimate and of the best model, over the runs; paper: mean."
+            )
+        if len(groups) > CONFIGURATIONS_SHOWN:
+            remarks.append(
+                f"and {len(groups) - CONFIGURATIONS_SHOWN} more configurations in summary.csv"
+            )
+        for what, counts in (
+            ("verdicts of the runs", self.verdicts()),
+            ("against the truth", self.kinds()),
+        ):
+            if counts:
+                remarks.append(
+                    f"{what}: {', '.join(f'{count} {word}' for word, count in counts.items())}"
+                )
+        for run in self.failed[:FAILURES_SHOWN]:
+            remarks.append(f"run {run.number}  seed {run.seed}  failed: {run.reason}")
         return f"{self.title}: {describe(self)}", headings, rows, remarks
 
 
-def error_rows(result: StudyResult, group: dict[str, Any]) -> list[tuple[str, list[float | None], float | None]]:
-    """Return each parameter with the mean, deviation and median of the errors of estimate and best model, and the paper's mean."""
-    both = {(one.parameter, one.model): one for one in result.summaries if one.group == group}
+def error_rows(
+    result: StudyResult, group: dict[str, Any]
+) -> list[tuple[str, list[float | None], float | None]]:
+    """Return a row for each parameter of a configuration: its name, statistics of errors, and the paper's mean error.
+
+    Statistics are mean, standard deviation and median of the errors of the estimate, then of the best model.
+    """
+    summary_of = {(row.parameter, row.model): row for row in result.summaries if row.group == group}
     rows = []
-    for name in dict.fromkeys(name for name, _ in both):
-        ours, best = both[name, "estimate"], both[name, "best_model"]
-        numbers = [each for one in (ours, best) for each in (one.mean, one.standard_deviation, one.median)]
-        rows.append((name, numbers, best.paper))
+    for name in dict.fromkeys(name for name, _ in summary_of):
+        estimate = summary_of[name, "estimate"]
+        best = summary_of[name, "best_model"]
+        statistics = [estimate.mean, estimate.standard_deviation, estimate.median]
+        statistics += [best.mean, best.standard_deviation, best.median]
+        rows.append((name, statistics, best.paper))
     return rows
 
 
@@ -260,21 +297,27 @@ def describe(result: StudyResult) -> str:
 
 def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
     """Read how a run stands; one whose files are damaged, or that is another one, counts as stopped, and the log says so."""
-    path, settings = folder.run_path(number), plan.settings[number - 1]
-    run, failure = RunFolder(path), None
+    path = folder.run_path(number)
+    settings = plan.settings[number - 1]
+    run = RunFolder(path)
+    failure = None
     with suppress(OSError, ValueError, RecursionError):
         failure = json.loads((path / FAILURE).read_text(encoding="utf-8"))
     try:
-        # a run that has its result may still be drawing, or was killed while it did
+        # A run that has its result may still be drawing, or was killed while it did.
         if run.result_path.exists() and (manifest := run.manifest())["state"] != RUNNING:
             result = run.read(run.result_path.name)
             if result["complete"]:
                 configuration = plan.configuration(number)
-                if manifest.get("configuration_sha256") != digest_of(to_toml(configuration).encode()):
-                    rule, same = "hold the run of its number", run.configuration() == configuration
+                if manifest.get("configuration_sha256") != digest_of(
+                    to_toml(configuration).encode()
+                ):
+                    rule = "hold the run of its number"
+                    same = run.configuration() == configuration
                     check_folder(same, "study", rule, f"{path}, another run", "Restore it.")
                 untimed = {name: value for name, value in result.items() if name not in TIMINGS}
-                return StudyRun(number, settings, COMPLETE, result=untimed, seconds=result["seconds_total"])
+                seconds = result["seconds_total"]
+                return StudyRun(number, settings, COMPLETE, result=untimed, seconds=seconds)
         elif run.exists() and run.manifest()["state"] == FINISHED:
             raise run.damaged(run.result_path.name, "it is missing")
     except RunFolderError as error:
@@ -286,79 +329,125 @@ def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
 
 def read_study(folder: StudyFolder, plan: Plan) -> StudyResult:
     """Read all runs of a study and summarize them."""
-    runs, scenario = tuple(read_run(folder, plan, number) for number in plan.numbers), plan.base.scenario
+    runs = tuple(read_run(folder, plan, number) for number in plan.numbers)
+    scenario = plan.base.scenario
     summaries = []
-    for group, own in members(plan, runs):
+    for group, own_runs in members(plan, runs):
         for name, model in product(scenario.parameter_names, MODELS):
-            errors = errors_of(own, model, name)
+            errors = errors_of(own_runs, model, name)
             if errors.size:
-                spread = float(errors.std(ddof=1)) if len(errors) > 1 else None
-                statistics = float(errors.mean()), spread, float(np.median(errors))
-                summaries.append(ParameterSummary(group, name, model, len(own), *statistics, paper_of(plan, own, name)))
+                deviation = None
+                if len(errors) > 1:
+                    deviation = float(errors.std(ddof=1))
+                summaries.append(
+                    ParameterSummary(
+                        group=group,
+                        parameter=name,
+                        model=model,
+                        runs=len(own_runs),
+                        mean=float(errors.mean()),
+                        standard_deviation=deviation,
+                        median=float(np.median(errors)),
+                        paper=paper_of(plan, own_runs, name),
+                    )
+                )
     return StudyResult(scenario.name, scenario.title, runs, tuple(summaries), folder.path)
 
 
 def members(plan: Plan, runs: Iterable[StudyRun]) -> list[tuple[dict[str, Any], list[StudyRun]]]:
-    """Return the complete runs of each configuration."""
-    found: dict[str, tuple[dict[str, Any], list[StudyRun]]] = {}
+    """Return the settings and the complete runs of each configuration."""
+    groups: dict[str, tuple[dict[str, Any], list[StudyRun]]] = {}
     for run in runs:
         if run.complete:
             group = plan.group(run.number)
-            found.setdefault(json.dumps(group, sort_keys=True), (group, []))[1].append(run)
-    return list(found.values())
+            _, own_runs = groups.setdefault(json.dumps(group, sort_keys=True), (group, []))
+            own_runs.append(run)
+    return list(groups.values())
 
 
-def paper_of(plan: Plan, own: Sequence[StudyRun], name: str) -> float | None:
+def paper_of(plan: Plan, runs: Sequence[StudyRun], name: str) -> float | None:
     """Return the paper's error of a parameter, where it has one for the configuration of these runs."""
     if plan.behaviors:
-        scenario = plan.configuration(own[0].number).swarm
+        scenario = plan.configuration(runs[0].number).swarm
         drawn = {name: getattr(scenario, name) for name in ("controller", "title", "description")}
-        known = scenario == replace(BEHAVIORS, **drawn)
-        return BEHAVIORS_PAPER[plan.base.scenario.parameter_names.index(name)] if known else None
-    given = {((run.result or {}).get("paper_absolute_error") or {}).get(name) for run in own}
-    return given.pop() if len(given) == 1 else None
+        if scenario != replace(BEHAVIORS, **drawn):
+            return None
+        return BEHAVIORS_PAPER[plan.base.scenario.parameter_names.index(name)]
+    printed = set()
+    for run in runs:
+        errors = (run.result or {}).get("paper_absolute_error") or {}
+        printed.add(errors.get(name))
+    return printed.pop() if len(printed) == 1 else None
 
 
 def errors_of(runs: Iterable[StudyRun], model: str, name: str) -> np.ndarray:
     """Return the absolute errors of a parameter over the complete runs that have them."""
-    found = ((run.result[ERRORS[model]] or {}).get(name) for run in runs if run.result is not None)
-    return np.array([error for error in found if error is not None], dtype=float)
+    errors = []
+    for run in runs:
+        if run.result is not None:
+            errors.append((run.result[ERRORS[model]] or {}).get(name))
+    return np.array([error for error in errors if error is not None], dtype=float)
 
 
 def convergences(folder: StudyFolder, plan: Plan, runs: Iterable[StudyRun]) -> list[Convergence]:
     """Compute the medians of each configuration, from the runs that are complete and have a truth."""
-    found = []
-    for group, own in members(plan, runs):
-        described, stored = plan.configuration(own[0].number).described, []
-        for run in own:
+    convergences = []
+    for group, own_runs in members(plan, runs):
+        described = plan.configuration(own_runs[0].number).described
+        curves = []
+        for run in own_runs:
             traces = RunFolder(folder.run_path(run.number)).traces()
             if traces is not None and run.result and run.result["truth"]:
-                truth, each = np.array(list(run.result["truth"].values())), {}
-                for kind in KINDS:
-                    model = each[f"{kind}_model"] = described(traces[f"{kind}_model"])
-                    error = each[f"{kind}_error"] = absolute_error(model, truth)
-                    each[f"{kind}_mae"] = error.mean(axis=-1)
-                stored.append(each)
-        if stored:
-            shortest = min(len(each["best_mae"]) for each in stored)  # runs stop within their tolerance
-            medians = {name: np.median([each[name][:shortest] for each in stored], axis=0) for name in stored[0]}
-            found.append((group, medians))
-    return found
+                truth = np.array(list(run.result["truth"].values()))
+                curves.append(_curves(traces, truth, described))
+        if curves:
+            # Runs that stop within their tolerance are shorter than others.
+            shortest = min(len(run["best_mae"]) for run in curves)
+            medians = {}
+            for name in curves[0]:
+                medians[name] = np.median([run[name][:shortest] for run in curves], axis=0)
+            convergences.append((group, medians))
+    return convergences
+
+
+def _curves(
+    traces: Mapping[str, np.ndarray],
+    truth: np.ndarray,
+    described: Callable[[np.ndarray], np.ndarray],
+) -> dict[str, np.ndarray]:
+    """Return what a `Convergence` has, of one run."""
+    curves = {}
+    for kind in TRACED_MODELS:
+        models = described(traces[f"{kind}_model"])
+        errors = absolute_error(models, truth)
+        curves[f"{kind}_model"] = models
+        curves[f"{kind}_error"] = errors
+        curves[f"{kind}_mae"] = errors.mean(axis=-1)
+    return curves
 
 
 def run_rows(result: StudyResult, names: Sequence[str]) -> list[dict[str, Any]]:
     """Return what runs.csv holds of each run; names are those of the parameters."""
-    numbers = ("truth", *(column for model in MODELS for column in (model, ERRORS[model])))
+    columns = ["truth"]
+    for model in MODELS:
+        columns += [model, ERRORS[model]]
     rows = []
     for run in result.runs:
         content = run.result or {}
         intervals = content.get("interval") or {}
-        row = {"run": run.number, "seed": run.seed} | {key: run.settings[key] for key in result.varying}
+        row = {"run": run.number, "seed": run.seed} | {
+            key: run.settings[key] for key in result.varying
+        }
         row |= {"state": run.state, "verdict": run.verdict, "reason": run.reason}
         row |= {name: content.get(name) for name in _COUNTS}
-        row |= {f"{column}_{name}": (content.get(column) or {}).get(name) for column in numbers for name in names}
+        for column in columns:
+            values = content.get(column) or {}
+            row |= {f"{column}_{name}": values.get(name) for name in names}
         for side, end in enumerate(("low", "high")):
-            row |= {f"interval_{end}_{name}": (intervals.get(name) or (None, None))[side] for name in names}
+            row |= {
+                f"interval_{end}_{name}": (intervals.get(name) or (None, None))[side]
+                for name in names
+            }
         rows.append(row)
     return rows
 
@@ -369,27 +458,37 @@ def write_tables(
     """Write runs.csv, summary.csv and convergence.csv; the same runs give the same bytes, whoever executed them."""
     import pandas as pd
 
-    def write(name: str, rows: Iterable[dict[str, Any]], columns: Sequence[str] | None = None) -> None:
+    def write(
+        name: str, rows: Iterable[dict[str, Any]], columns: Sequence[str] | None = None
+    ) -> None:
         """Write rows as CSV, whose cells keep their types; lists and tables in them are JSON."""
-        cells = [
-            {key: json.dumps(cell) if isinstance(cell, list | dict) else cell for key, cell in row.items()}
-            for row in rows
-        ]
+        cells = []
+        for row in rows:
+            cells.append(
+                {
+                    key: json.dumps(cell) if isinstance(cell, list | dict) else cell
+                    for key, cell in row.items()
+                }
+            )
         folder.write(name, pd.DataFrame(cells, columns=columns, dtype=object))
 
-    keys, statistics = result.varying, [each.name for each in fields(ParameterSummary)][1:]
-    summaries = [{key: row.group.get(key) for key in keys} | vars(row) for row in result.summaries]
-    columns = [f"{kind}_{what}" for what in ("model", "error") for kind in KINDS]
-    named = {f"{column}_{name}": (column, p) for column in columns for p, name in enumerate(names)}
-    generations = [
-        {key: group.get(key) for key in keys}
-        | {"generation": g}
-        | {name: each[column][g, p] for name, (column, p) in named.items()}
-        | {f"{kind}_mae": each[f"{kind}_mae"][g] for kind in KINDS}
-        for group, each in medians
-        for g in range(len(each["best_mae"]))
-    ]
+    keys = result.varying
     write("runs.csv", run_rows(result, names))
-    write("summary.csv", (row if row["model"] == "best_model" else row | {"paper": None} for row in summaries),
-          [*keys, *statistics])  # fmt: skip
-    write("convergence.csv", generations, [*keys, "generation", *named, *(f"{kind}_mae" for kind in KINDS)])
+    summaries = []
+    for summary in result.summaries:
+        row = {key: summary.group.get(key) for key in keys} | vars(summary)
+        # The paper prints errors of the best model.
+        summaries.append(row if summary.model == "best_model" else row | {"paper": None})
+    statistics = [statistic.name for statistic in fields(ParameterSummary)][1:]
+    write("summary.csv", summaries, [*keys, *statistics])
+    columns = [f"{kind}_{what}" for what in ("model", "error") for kind in TRACED_MODELS]
+    maes = [f"{kind}_mae" for kind in TRACED_MODELS]
+    generations = []
+    for group, curves in medians:
+        for g in range(len(curves["best_mae"])):
+            row = {key: group.get(key) for key in keys} | {"generation": g}
+            for column in columns:
+                row |= {f"{column}_{name}": curves[column][g, p] for p, name in enumerate(names)}
+            generations.append(row | {mae: curves[mae][g] for mae in maes})
+    named = [f"{column}_{name}" for column in columns for name in names]
+    write("convergence.csv", generations, [*keys, "generation", *named, *maes])

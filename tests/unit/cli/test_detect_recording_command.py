@@ -91,7 +91,7 @@ def test_json_holds_what_the_table_holds(fish, trial, call):
 
 
 def test_normal_recordings_calibrate_and_the_strange_individual_comes_first(fish, call):
-    from turing_learning.detection._kinds import plant
+    from turing_learning.detection._planted import plant
     from turing_learning.trajectories import load_trajectories
 
     for k in range(4):

@@ -8,19 +8,10 @@ import pytest
 from turing_learning.analysis.statistics import signal_statistics
 from turing_learning.config import ConfigurationError
 from turing_learning.detection import _alike, detect, plant_abnormal, run_classifiers
-from turing_learning.detection._alike import (
-    MOTION_EYE,
-    ONE_CLASS_EYE,
-    STATISTICS_EYE,
-    Case,
-    Eye,
-    Normal,
-    Planted,
-    among,
-    judge_alike,
-    motion_statistics,
-)
-from turing_learning.detection._kinds import KINDS, plant
+from turing_learning.detection._alike import Case, NormalIndividuals, TrainedMethod, beside_fellows, judge_alike
+from turing_learning.detection._features import motion_statistics
+from turing_learning.detection._methods import MOTION_STATISTICS, ONE_CLASS, WINDOW_STATISTICS, Method, PlantedChange
+from turing_learning.detection._planted import PLANTED_KINDS, plant
 from turing_learning.trajectories import Trajectories
 
 RNG = np.random.default_rng(7)
@@ -33,8 +24,8 @@ def group(size=5, windows=12, shift=0.0, own=0.3):
     return list(means + RNG.standard_normal((size, windows, 6, 2)))
 
 
-def judged(motion, normal, eyes=None, **options):
-    return judge_alike(eyes or [STATISTICS_EYE], motion, normal, names=NAMES[: len(motion)], **options)
+def judged(motion, normal, methods=None, **options):
+    return judge_alike(methods or [WINDOW_STATISTICS], motion, normal, names=NAMES[: len(motion)], **options)
 
 
 def strange(shift=0.0, by=4.0):
@@ -114,9 +105,9 @@ def test_the_stretch_that_makes_an_individual_abnormal_is_flagged():
 
 def test_the_way_that_tells_cases_is_read_and_cases_have_no_part_in_their_measure():
     noise = lambda windows: np.sin(1e7 * windows[:, 0, :1])  # noqa: E731
-    blind = Eye("judged alike", noise)
+    blind = Method("judged alike", noise)
     cases = [Case(NORMAL[r][k] + 4.0, r, k) for r in range(6) for k in range(2)]
-    found = judged(strange(), NORMAL, [blind, STATISTICS_EYE], cases=cases, said_of_cases="12 planted individuals")
+    found = judged(strange(), NORMAL, [blind, WINDOW_STATISTICS], cases=cases, cases_in_words="12 planted individuals")
     areas = {each.name: each.area for each in found.rankings}
     assert areas["window statistics"] > 0.95 > areas["judged alike"]
     assert found.rankings[0].name == "window statistics"
@@ -134,18 +125,18 @@ def kinds(by, what):
 def test_motion_statistics_that_are_shown_planted_individuals_tell_them_in_either_sense(by):
     motion = group()
     motion[2] = motion[2] + [by, 0.0]
-    options = {"planted": kinds(2.0, 0), "cases": kinds(2.0, 0), "said_of_cases": "planted ones"}
-    found = judged(motion, NORMAL, [MOTION_EYE], **options)
+    options = {"planted": kinds(2.0, 0), "cases": kinds(2.0, 0), "cases_in_words": "planted ones"}
+    found = judged(motion, NORMAL, [MOTION_STATISTICS], **options)
     assert found.individuals[2].rank == 1
     assert found.individuals[2].abnormal
 
 
 def test_motion_statistics_are_compared_by_kinds_that_they_have_not_been_shown():
     both, seen = kinds(2.0, 0) + kinds(2.0, 1), []
-    eye = MOTION_EYE
+    method = MOTION_STATISTICS
 
     def learn(*arguments):
-        scorer = eye.learn(*arguments)
+        scorer = method.learn(*arguments)
 
         def score(one, without=""):
             seen.append((without, {each.kind for each in arguments[2]}))
@@ -153,17 +144,17 @@ def test_motion_statistics_are_compared_by_kinds_that_they_have_not_been_shown()
 
         return score
 
-    watched = replace(eye, learn=learn)
-    found = judged(strange(), NORMAL, [watched], planted=both, cases=both, said_of_cases="planted ones")
+    watched = replace(method, learn=learn)
+    found = judged(strange(), NORMAL, [watched], planted=both, cases=both, cases_in_words="planted ones")
     assert {without for without, _ in seen} == {"", "signal 0", "signal 1"}
     assert {"signal 0", "signal 1"} in [known for _, known in seen]
-    normal = [among(eye.see(each), True) for each in NORMAL]
+    normal = [beside_fellows(method.features(each), True) for each in NORMAL]
     shown = []
     for case in both:
-        before, after = normal[case.recording][case.place].windows, eye.see([case.windows])[0]
-        shown.append(Planted(case.recording, case.kind, after.mean(axis=0) - before.mean(axis=0)))
+        before, after = normal[case.recording][case.index].windows, method.features([case.windows])[0]
+        shown.append(PlantedChange(case.recording, case.kind, after.mean(axis=0) - before.mean(axis=0)))
     everybody = [each for recording in normal for each in recording]
-    whole, half = (eye.learn(everybody, True, some) for some in (shown, shown[len(kinds(2.0, 0)) :]))
+    whole, half = (method.learn(everybody, True, some) for some in (shown, shown[len(kinds(2.0, 0)) :]))
     for each in normal[0]:
         np.testing.assert_allclose(whole(each, "signal 0"), half(each))
     assert found.rankings[0].area > 0.5
@@ -180,29 +171,34 @@ def coupled(first):
 @pytest.mark.parametrize(("recordings", "told"), [(1, False), (4, True)])
 def test_one_recording_does_not_say_how_own_motion_goes_together_with_what_is_done_beside_others(recordings, told):
     normal, names = [coupled(-4.0) for _ in range(recordings)], [f"{k}" for k in range(9)]
-    other, *fellows = judge_alike([MOTION_EYE], coupled(4.0), normal, names=names).individuals
+    other, *fellows = judge_alike([MOTION_STATISTICS], coupled(4.0), normal, names=names).individuals
     assert (other.score > 2 * max(each.score for each in fellows)) == told
 
 
 def test_a_recording_without_windows_beside_one_that_has_some_is_as_if_it_were_not_given():
     motion, empty = strange(), [each[:0] for each in NORMAL[1]]
-    both, one = (judged(motion, normal, [MOTION_EYE]).individuals for normal in ([NORMAL[0], empty], NORMAL[:1]))
+    both, one = (judged(motion, normal, [MOTION_STATISTICS]).individuals for normal in ([NORMAL[0], empty], NORMAL[:1]))
     assert [each.score for each in both] == [each.score for each in one]
 
 
 def test_one_recording_shows_no_planted_individuals():
     cases, motion = [each for each in kinds(2.0, 0) if each.recording == 0], strange()
-    shown, alone = (judged(motion, NORMAL[:1], [MOTION_EYE], planted=some).individuals for some in (cases, ()))
+    shown, alone = (judged(motion, NORMAL[:1], [MOTION_STATISTICS], planted=some).individuals for some in (cases, ()))
     assert [each.score for each in shown] == [each.score for each in alone]
 
 
 @pytest.mark.parametrize("recordings", [1, 6])
 def test_half_of_the_median_score_of_the_fellows_is_subtracted(recordings, monkeypatch):
-    motion, known = strange(), Normal.of(NORMAL[:recordings], 12)
+    motion, known = strange(), NormalIndividuals.of(NORMAL[:recordings], 12)
     cases = kinds(2.0, 0)[:2]
-    lowered = known.look(STATISTICS_EYE, motion, cases, (), True)
-    monkeypatch.setattr(_alike, "BESIDE", 0.0)
-    plain = known.look(STATISTICS_EYE, motion, cases, (), True)
+
+    def scored():
+        trained = TrainedMethod.learn(WINDOW_STATISTICS, known, cases, (), True)
+        return trained.scores(motion), trained.case_scores()
+
+    lowered, lowered_cases = scored()
+    monkeypatch.setattr(_alike, "FELLOWS_WEIGHT", 0.0)
+    plain, plain_cases = scored()
 
     def less(scores):
         return [one - 0.5 * np.median(np.delete(scores, k)) for k, one in enumerate(scores)]
@@ -211,23 +207,23 @@ def test_half_of_the_median_score_of_the_fellows_is_subtracted(recordings, monke
     for own, before in zip(lowered.normal.reshape(-1, 5), plain.normal.reshape(-1, 5), strict=True):
         np.testing.assert_allclose(own, less(before))
     for k in range(2):
-        assert lowered.cases[k] == pytest.approx(plain.cases[k] - 0.5 * np.median(np.delete(plain.normal[:5], k)))
+        assert lowered_cases[k] == pytest.approx(plain_cases[k] - 0.5 * np.median(np.delete(plain.normal[:5], k)))
 
 
-@pytest.mark.parametrize("eye", [STATISTICS_EYE, ONE_CLASS_EYE])
-def test_others_are_raised_as_normal_ones_are_that_are_scored_by_fewer_recordings(eye, monkeypatch):
-    monkeypatch.setattr(_alike, "BESIDE", 0.0)
-    known, ones = Normal.of(NORMAL, 12), among(eye.see(strange()), True)
-    normal = [among(eye.see(each), True) for each in NORMAL]
-    found = np.array([each.mean() for each in known.look(eye, strange(), (), (), True).score(ones)])
+@pytest.mark.parametrize("method", [WINDOW_STATISTICS, ONE_CLASS])
+def test_others_are_raised_as_normal_ones_are_that_are_scored_by_fewer_recordings(method, monkeypatch):
+    monkeypatch.setattr(_alike, "FELLOWS_WEIGHT", 0.0)
+    known, ones = NormalIndividuals.of(NORMAL, 12), beside_fellows(method.features(strange()), True)
+    normal = [beside_fellows(method.features(each), True) for each in NORMAL]
+    found = np.array([each.mean() for each in TrainedMethod.learn(method, known, (), (), True).shares(ones)])
 
     def scored(recordings):
-        score = eye.learn([one for each in recordings for one in each], True, ())
+        score = method.learn([one for each in recordings for one in each], True, ())
         return np.array([score(one).mean() for one in ones])
 
     whole = scored(normal)
     fewer = np.mean([scored(normal[:k] + normal[k + 1 :]) for k in range(len(normal))], axis=0)
-    if eye is ONE_CLASS_EYE:
+    if method is ONE_CLASS:
         np.testing.assert_allclose(found, whole + np.median(fewer - whole))
     else:
         np.testing.assert_allclose(found, whole * np.median(fewer / whole))
@@ -235,19 +231,19 @@ def test_others_are_raised_as_normal_ones_are_that_are_scored_by_fewer_recording
 
 
 def test_a_recording_without_planted_ones_is_scored_by_the_distance_alone():
-    eye = MOTION_EYE
-    assert judged(strange(), NORMAL, [eye]).individuals[2].rank == 1
+    method = MOTION_STATISTICS
+    assert judged(strange(), NORMAL, [method]).individuals[2].rank == 1
 
 
 def test_a_one_class_machine_finds_what_is_far_away():
-    assert judged(strange(), NORMAL, [ONE_CLASS_EYE]).individuals[2].rank == 1
+    assert judged(strange(), NORMAL, [ONE_CLASS]).individuals[2].rank == 1
 
 
 def test_a_way_to_look_may_be_any_description_of_windows():
     sums = RNG.standard_normal((5, 2))
-    eye = Eye("judged alike", lambda windows: windows.mean(axis=1) @ sums.T)
-    assert eye.see(NORMAL[0])[0].shape == (12, 5)
-    assert judged(strange(), NORMAL, [eye]).individuals[2].rank == 1
+    method = Method("judged alike", lambda windows: windows.mean(axis=1) @ sums.T)
+    assert method.features(NORMAL[0])[0].shape == (12, 5)
+    assert judged(strange(), NORMAL, [method]).individuals[2].rank == 1
 
 
 def test_windows_have_seven_statistics_for_each_signal():
@@ -281,7 +277,7 @@ def test_simulated_robots_need_no_normal_recordings(run):
     assert "96 simulated robots with other parameters" in one.remarks[-1]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", PLANTED_KINDS)
 def test_a_planted_individual_moves_otherwise_and_within_the_space_of_all(kind):
     positions = np.cumsum(RNG.normal(0.2, 0.3, (400, 3, 2)), axis=0)
     present = np.ones((400, 3), dtype=bool)

@@ -49,7 +49,7 @@ def test_who_is_where_another_was_is_near_its_earlier_places_by_hand(delay_s, fo
     paths[:, 1] = whole[begin : begin + 600, 0] + [0.3, 0.4]
     copy, leader = (each[:, 14:] for each in company(paths, (1, 0), fps))
     if follows:
-        np.testing.assert_allclose(np.exp(copy[300:, 0]), 0.5 + usual_motion(paths, fps).least[4], atol=1e-6)
+        np.testing.assert_allclose(np.exp(copy[300:, 0]), 0.5 + usual_motion(paths, fps).offset[4], atol=1e-6)
         assert copy[:, 1].mean() < -2.0
     else:
         assert copy[:, 0].mean() > np.log(2.0)

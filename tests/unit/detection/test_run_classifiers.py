@@ -23,7 +23,7 @@ def test_the_classifiers_of_the_last_generation_are_those_of_the_history(run):
 
 @pytest.mark.parametrize(("most", "chosen"), [(100, range(7)), (3, [0, 3, 6])])
 def test_the_best_classifiers_of_all_generations_or_of_a_part_spread_evenly_are_kept(run, monkeypatch, most, chosen):
-    monkeypatch.setattr(_run, "ARCHIVE", most)
+    monkeypatch.setattr(_run, "ARCHIVED_GENERATIONS", most)
     populations, fitness = (run.history[name].to_numpy()[chosen] for name in ("classifier", "classifier_fitness"))
     expected = populations[np.arange(len(chosen)), fitness.argmax(axis=1)]
     np.testing.assert_array_equal(run_classifiers(run).best, expected)

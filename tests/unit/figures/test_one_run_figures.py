@@ -7,7 +7,7 @@ import pytest
 from turing_learning.figures import timeline_figure
 from turing_learning.figures._picture import svg_markup
 from turing_learning.figures.one_run import (
-    MOST_POINTS,
+    BAND_POINTS,
     ParameterProfile,
     accuracy_figure,
     dialogues_figure,
@@ -146,10 +146,10 @@ def test_fitness_is_drawn_as_median():
 
 
 def test_the_band_of_a_long_run_holds_every_quartile():
-    models = RNG.random((5 * MOST_POINTS + 3, 5))
+    models = RNG.random((5 * BAND_POINTS + 3, 5))
     axes = panels(fitness_figure(models, models, stopped=np.zeros(len(models))))[0]
     band = axes.collections[0].get_paths()[0].vertices
-    assert len(band) < 3 * MOST_POINTS
+    assert len(band) < 3 * BAND_POINTS
     assert band[:, 1].max() == np.quantile(models, 0.75, axis=1).max()
     assert band[:, 1].min() == np.quantile(models, 0.25, axis=1).min()
 

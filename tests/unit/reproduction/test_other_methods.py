@@ -19,7 +19,7 @@ from turing_learning.reproduction._methods import (
     summaries,
 )
 from turing_learning.reproduction._page import ExperimentFolder, page, readme
-from turing_learning.reproduction._reproduce import possible, standings
+from turing_learning.reproduction._reproduce import possible_experiments, standings
 from turing_learning.reproduction.experiments import EXPERIMENTS
 from turing_learning.reproduction.experiments.other_methods import (
     METHODS,
@@ -137,7 +137,7 @@ def test_by_name_it_is_refused_without_its_packages_before_anything_is_done(tmp_
 @pytest.mark.usefixtures("without_packages")
 def test_of_all_it_is_left_out_without_its_packages_and_that_is_said():
     said = []
-    left = possible("all", said.append)
+    left = possible_experiments("all", said.append)
     assert [one.id for one in left] == [name for name, one in EXPERIMENTS.items() if not one.packages]
     assert said == [
         "4.5+: left out, it needs pyabc, sbi, sklearn. Run: pip install 'turing-learning[baselines]'",

@@ -107,7 +107,7 @@ def test_the_accuracy_does_not_depend_on_threads_and_on_what_is_judged_at_once(s
     classifier = ElmanClassifier(scale=scenario.input_scale)
     whole = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=2, threads=1)
     monkeypatch.setattr(_post_evaluation, "BLOCK_BYTES", 1)
-    monkeypatch.setattr(_post_evaluation, "GENOMES", 2)
+    monkeypatch.setattr(_post_evaluation, "CLASSIFIERS_AT_ONCE", 2)
     parts = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=2, threads=2)
     np.testing.assert_array_equal(parts, whole)
 
@@ -134,7 +134,7 @@ def test_who_was_judged_genuine_once_is_not_judged_again(scenario):
 
 @pytest.mark.parametrize("sparse", [0.0, 0.5, 1.0])
 def test_who_is_picked_out_and_who_is_judged_with_all_others_makes_no_difference(sparse, scenario, monkeypatch):
-    monkeypatch.setattr(_post_evaluation, "SPARSE", sparse)
+    monkeypatch.setattr(_post_evaluation, "FEW_UNDECIDED", sparse)
     classifier = ElmanClassifier(scale=scenario.input_scale, threads=1)
     expected = naive_accuracy(classifier, GENOMES, scenario, MODELS, trials=3, seed=4)
     found = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=3, seed=4, threads=1)
@@ -152,7 +152,7 @@ def test_counts_of_parts_add_up_to_those_of_all(scenario):
 
 
 def test_counting_stops_between_classifiers_when_it_is_asked_to(scenario, monkeypatch):
-    monkeypatch.setattr(_post_evaluation, "GENOMES", 2)
+    monkeypatch.setattr(_post_evaluation, "CLASSIFIERS_AT_ONCE", 2)
     asked, listener = [], Listener()
 
     def should_stop():

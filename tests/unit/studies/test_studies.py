@@ -28,7 +28,7 @@ from turing_learning.studies import (
     run_one,
     study,
 )
-from turing_learning.studies._study import Conduct, create_study
+from turing_learning.studies._study import StudyExecution, create_study
 from turing_learning.studies._table import paper_of
 
 TABLES = ("runs.csv", "summary.csv", "convergence.csv")
@@ -285,7 +285,7 @@ def test_generations_of_a_run_that_has_ended_count_once(tmp_path):
         checkpoints = folder.run_path(number) / "checkpoints"
         checkpoints.mkdir(parents=True)
         (checkpoints / f"generation-000090-{number:016x}.npz").touch()
-    counter = Conduct(folder, folder.plan())
+    counter = StudyExecution(folder, folder.plan())
     assert counter.progress(2).generations == 180
     counter.end(1)
     assert counter.progress(1).generations == 190

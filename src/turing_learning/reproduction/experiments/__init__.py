@@ -22,7 +22,9 @@ _IN_ORDER = {
 
 
 EXPERIMENTS: dict[str, Experiment] = {
-    id: Experiment(id=id, conduct=_IN_ORDER[id], **about | {"fast": merged(about["full"], about["fast"])})
+    id: Experiment(
+        id=id, conduct=_IN_ORDER[id], **about | {"fast": merged(about["full"], about["fast"])}
+    )
     for id, about in ((id, prose()["experiments"][id]) for id in _IN_ORDER)
 }
 """Experiments by their sections."""

@@ -1,0 +1,188 @@
+"""What detection says: individuals in order of their scores, p-values, and what can be promised."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._methods import BASELINES, CLASSIFIERS
+
+ROUNDING = 1e-9
+"""By which a p-value may be above the level: it may be as large, but for rounding."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How unlike normal ones an individual is."""
+
+    individual: str  #: Its name
+    rank: int  #: 1 for the most abnormal
+    score: float  #: Mean of `shares`; NaN without windows
+    #: Share of normal individuals with so high a score, the individual itself counted; NaN where none are known
+    p_value: float
+    abnormal: (
+        bool | None
+    )  #: Whether the p-value is at most the level; None where no level can be promised
+    windows: int  #: Number of its windows W
+    shares: np.ndarray  #: (W,), what each window adds to the score
+    flagged: (
+        np.ndarray
+    )  #: (W,), whether it belongs to the stretch that makes an individual abnormal
+
+
+@dataclass(frozen=True, eq=False)
+class Ranking:
+    """The individuals, in the order of the motion, by one method."""
+
+    name: str  #: Of the method
+    individuals: tuple[Standing, ...]
+    #: Probability that a case that is known to be abnormal scores above a normal individual; None without such cases
+    area: float | None
+    #: How many normal individuals would have been called abnormal, each by the recordings of the others; NaN for none
+    called: float
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """The individuals of a recording, ranked by several methods."""
+
+    #: The first is the one to read: motion statistics, unless another method tells known cases clearly better
+    rankings: tuple[Ranking, ...]
+    false_alarms: (
+        float  #: Share of normal individuals that may be called abnormal, as it was asked for
+    )
+    level: float | None  #: The share that can be promised; None if none can
+    normal: int  #: Number of normal individuals
+    recordings: int  #: Number of recordings that these are from; 0 where all are of one pool
+    cases: str  #: What abnormal cases are known, in words; empty for none
+
+    @property
+    def individuals(self) -> tuple[Standing, ...]:
+        """Of the ranking to read."""
+        return self.rankings[0].individuals
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What can be promised, what the normal individuals say, and how the methods compare; a sentence each."""
+        return (*self._about_the_promise(), *self._about_the_methods())
+
+    def _about_the_promise(self) -> list[str]:
+        if self.level is None:
+            exception = "but those that the run has learned from " * bool(self.recordings)
+            reason = f"as no recordings of normal individuals {exception}are given (`genuine`)"
+            return [f"Nobody is called abnormal, {reason}; the ranking stands."]
+        sentences = []
+        if self.level > self.false_alarms:
+            sentences.append(
+                f"A false-alarm rate of {self.false_alarms:.3g} cannot be promised by {self.normal} "
+                f"normal individuals: the lowest is 1 of {self.normal + 1}, {self.level:.2g}. "
+                "Individuals are abnormal if their score is above all of these."
+            )
+        called = self.rankings[0].called
+        subject = f"Of the {self.normal} normal individuals {called:.3g}"
+        if self.recordings:
+            plural = "s" * (self.recordings > 1)
+            subject = f"On your normal recording{plural} {called:.3g} of {self.normal} individuals"
+        sentences.append(f"{subject} would have been called abnormal.")
+        return sentences
+
+    def _about_the_methods(self) -> list[str]:
+        names = []
+        areas = {}
+        for ranking in self.rankings:
+            areas[ranking.name] = ranking.area or 0.0
+            names.append(
+                ranking.name if ranking.area is None else f"{ranking.name} {ranking.area:.3f}"
+            )
+        compared = ", ".join(names)
+        if not self.cases:
+            return [f"Also looked at: {compared}."]
+        baselines = [areas[name] for name in BASELINES if name in areas]
+        if CLASSIFIERS not in areas or not baselines:
+            return []
+        beat = "beat" if areas[CLASSIFIERS] > max(baselines) else "do not beat"
+        return [
+            f"On {self.cases} the classifiers {beat} the baselines; area under the ROC curve: {compared}."
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class MethodScores:
+    """The scores that a method gives."""
+
+    name: str  # of the method
+    shares: list[np.ndarray]  # (W,) of each individual that is judged: what its windows add
+    normal: np.ndarray  # (n,), of normal individuals, each by what was learned without it
+    weights: np.ndarray  # (n,), of these; pieces of one individual have the sum 1
+    groups: np.ndarray  # (n,), of individuals that were left out together
+    area: float | None  # see `Ranking`
+
+
+def rank(scores: MethodScores, names: Sequence[str], false_alarms: float | None) -> Ranking:
+    """Rank individuals; without a rate of false alarms nobody has a p-value."""
+    means = np.array([shares.mean() if len(shares) else np.nan for shares in scores.shares])
+    # An individual without windows comes last.
+    ranks = np.argsort(np.argsort(-means, kind="stable")) + 1
+    p_values = np.full(len(means), np.nan)
+    abnormal: list[bool | None] = [None] * len(means)
+    called = float("nan")
+    if false_alarms is not None:
+        p_values = _p_values(means, scores.normal, scores.weights)
+        abnormal = _below_level(p_values, false_alarms, scores.weights).tolist()
+        called = _called_normal_individuals(scores, false_alarms)
+    individuals = []
+    for k, (name, shares) in enumerate(zip(names, scores.shares, strict=True)):
+        flagged = np.zeros(len(shares), dtype=bool)
+        if abnormal[k]:
+            flagged[_strongest_stretch(shares)] = True
+        individuals.append(
+            Standing(
+                individual=name,
+                rank=int(ranks[k]),
+                score=float(means[k]),
+                p_value=float(p_values[k]),
+                abnormal=abnormal[k],
+                windows=len(shares),
+                shares=shares,
+                flagged=flagged,
+            )
+        )
+    return Ranking(scores.name, tuple(individuals), scores.area, called)
+
+
+def _p_values(scores: np.ndarray, normal: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return (1 + weight of normal individuals with so high a score) / (1 + weight of all); NaN for NaN."""
+    order = np.argsort(normal)
+    # The weight of all from each place of the order on.
+    weight_above = np.append(np.cumsum(weights[order][::-1])[::-1], 0.0)
+    ranks = np.searchsorted(normal[order], scores, "left")
+    p_values = (1 + weight_above[ranks]) / (weights.sum() + 1)
+    return np.where(np.isnan(scores), np.nan, p_values)
+
+
+def _below_level(p_values: np.ndarray, false_alarms: float, weights: np.ndarray) -> np.ndarray:
+    """Return which p-values are at most the rate of false alarms, or the least that can be promised."""
+    return p_values <= max(false_alarms, 1 / (weights.sum() + 1)) + ROUNDING
+
+
+def _called_normal_individuals(scores: MethodScores, false_alarms: float) -> float:
+    """Return how many normal individuals would have been called abnormal, each by those of other groups."""
+    called = 0.0
+    for group in np.unique(scores.groups):
+        inside = scores.groups == group
+        weights = scores.weights[~inside]
+        p_values = _p_values(scores.normal[inside], scores.normal[~inside], weights)
+        called += float(scores.weights[inside][_below_level(p_values, false_alarms, weights)].sum())
+    return called
+
+
+def _strongest_stretch(shares: np.ndarray) -> slice:
+    """Return the windows whose shares, less half of the mean share, have the largest sum."""
+    sums = np.concatenate(([0.0], np.cumsum(shares - shares.mean() / 2)))
+    # The sum of a stretch is the difference of two sums: of its end, and the lowest before it.
+    lowest = np.minimum.accumulate(sums)
+    stop = int(np.argmax(sums - lowest))
+    begin = 0
+    if stop:
+        begin = int(np.flatnonzero(sums[: stop + 1] == lowest[stop])[-1])
+    return slice(begin, stop)
