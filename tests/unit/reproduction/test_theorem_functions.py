@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from turing_learning.reproduction._methods import (
-    Check,
+    StatementCheck,
     check_statements,
     expected_squared_error,
     least_squares_optimum,
@@ -42,4 +42,4 @@ def test_no_cases_are_refused():
     ("difference", "distance", "holds"), [(1e-9, 0.1, True), (1e-3, 0.1, False), (1e-9, 0.0, False)]
 )
 def test_a_statement_holds_if_the_minimum_is_where_it_says_and_not_at_the_agent(difference, distance, holds):
-    assert Check("", 1, difference, distance).holds is holds
+    assert StatementCheck("", 1, difference, distance).holds is holds
