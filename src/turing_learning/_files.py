@@ -13,9 +13,15 @@ PARTIAL = ".partial"
 """How temporary names end."""
 
 SEALS = "seals.txt"
+"""The index of a folder; see `Seals`."""
 _TITLE = "# SHA-256 of the files in this folder; do not edit.\n"
-_GONE = "-"
-_ROOM = 256  # superseded lines that may stand in the index, at least
+
+
+_REMOVED = "-"
+
+
+# The index is written anew when it has more lines than four for each name, and these.
+_SPARE_LINES = 256
 
 
 def in_home(path: str | Path) -> Path:
@@ -25,10 +31,12 @@ def in_home(path: str | Path) -> Path:
 
 def unused(path: Path) -> Path:
     """Return a path, or the first of PATH-2, PATH-3, ... that does not exist."""
-    found, number = path, 2
-    while os.path.lexists(found):
-        found, number = path.with_name(f"{path.name}-{number}"), number + 1
-    return found
+    candidate = path
+    number = 2
+    while os.path.lexists(candidate):
+        candidate = path.with_name(f"{path.name}-{number}")
+        number += 1
+    return candidate
 
 
 @contextmanager
@@ -86,23 +94,26 @@ class Seals:
     """
 
     def __init__(self, folder: Path, identity: str) -> None:
-        self._path, self._identity = folder / SEALS, identity
+        self._path = folder / SEALS
+        self._identity = identity
         self.load()
 
     def load(self) -> None:
         """Read the index from the disk."""
         self._digests: dict[str, tuple[str, ...]] = {}
+        self._lines = 0
         try:
             text = self._path.read_text(encoding="utf-8", errors="replace")
         except OSError:
             text = ""
-        lines = [line for line in text.splitlines() if line and not line.startswith("#")]
-        for line in lines:
-            check, _, rest = line.partition(" ")
-            digest, _, name = rest.partition(" ")
-            if name and check == self._check(rest):
+        for line in text.splitlines():
+            if not line or line.startswith("#"):
+                continue
+            self._lines += 1
+            check, _, content = line.partition(" ")
+            digest, _, name = content.partition(" ")
+            if name and check == self._check(content):
                 self._take(name, digest)
-        self._lines = len(lines)
         self._torn = bool(text) and not text.endswith("\n")
         self.exists = self._lines > 0
 
@@ -123,20 +134,23 @@ class Seals:
         return digest in self._digests.get(name, ())
 
     def ambiguous(self, name: str) -> bool:
-        """Return whether two lines of a name count: what its file is has to be looked up before a third one is added."""
+        """Return whether two lines of a name count: its file must be looked up before a third one is added."""
         return len(self._digests.get(name, ())) > 1
 
     def append(self, lines: Sequence[tuple[str, str | None]]) -> None:
         """Add names and digests, flushed to the disk; None stands for a file that is removed."""
-        marked = [(name, _GONE if digest is None else digest) for name, digest in lines]
-        for name, digest in marked:
+        text = ""
+        for name, digest in lines:
+            digest = digest or _REMOVED
             self._take(name, digest)
-        self._lines += len(marked)
-        self.exists = self.exists or bool(marked)
-        if not self._path.exists() or self._lines > 4 * len(self._digests) + _ROOM:
+            text += self._line(name, digest)
+        self._lines += len(lines)
+        self.exists = self.exists or bool(lines)
+        if not self._path.exists() or self._lines > 4 * len(self._digests) + _SPARE_LINES:
             self.rewrite()
             return
-        text = ("\n" if self._torn else "") + "".join(self._line(name, digest) for name, digest in marked)
+        if self._torn:  # the last line was cut off: it must not swallow the next one
+            text = "\n" + text
         self._torn = False
         with self._path.open("ab") as file:
             file.write(text.encode())
@@ -145,19 +159,26 @@ class Seals:
 
     def rewrite(self) -> None:
         """Write the index anew, atomically, with nothing but the lines that count."""
-        lines = [self._line(name, digest) for name, digests in self._digests.items() for digest in digests]
+        lines = []
+        for name, digests in self._digests.items():
+            lines += [self._line(name, digest) for digest in digests]
         with whole(self._path) as temporary:
             temporary.write_text(_TITLE + "".join(lines), encoding="utf-8")
-        self._lines, self._torn, self.exists = len(lines), False, bool(lines)
+        self._lines = len(lines)
+        self._torn = False
+        self.exists = bool(lines)
 
     def _take(self, name: str, digest: str) -> None:
-        self._digests[name] = () if digest == _GONE else (*self._digests.get(name, ()), digest)[-2:]
+        if digest == _REMOVED:
+            self._digests[name] = ()
+        else:
+            self._digests[name] = (*self._digests.get(name, ()), digest)[-2:]
 
     def _line(self, name: str, digest: str) -> str:
         return f"{self._check(f'{digest} {name}')} {digest} {name}\n"
 
-    def _check(self, rest: str) -> str:
-        return hashlib.sha256(f"{self._identity} {rest}".encode()).hexdigest()[:16]
+    def _check(self, content: str) -> str:
+        return hashlib.sha256(f"{self._identity} {content}".encode()).hexdigest()[:16]
 
 
 def digest_of(content: bytes | memoryview) -> str:

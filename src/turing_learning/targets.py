@@ -4,7 +4,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from turing_learning.errors import ConfigurationError, Setting, check
+from turing_learning.errors import ConfigurationError, Setting, Text, check
 from turing_learning.store import os_errors_as
 
 
@@ -17,15 +17,19 @@ def refuse_target(
     replaceable: Callable[[Path], bool] = lambda path: False,
 ) -> None:
     """Reject a path, by the `name` of its argument, unless a file may be written there, or replaced."""
-    rule = f"end with one of {', '.join(suffixes)}" if len(suffixes) > 1 else f"end with {suffixes[0]}"
+    rule = f"end with {suffixes[0]}"
+    if len(suffixes) > 1:
+        rule = f"end with one of {', '.join(suffixes)}"
     check(path.suffix.lower() in suffixes, name, rule, str(path))
-    got, remedy = f"{path} (there is no folder {path.parent})", "Choose another place, or make the folder."
-    check(path.absolute().parent.is_dir(), name, "be a file that can be written", got, remedy)
+    has_folder = path.absolute().parent.is_dir()
+    got = f"{path} (there is no folder {path.parent})"
+    remedy: Text = "Choose another place, or make the folder."
+    check(has_folder, name, "be a file that can be written", got, remedy)
     with writing(path, name):
         check(not path.is_dir(), name, "be a file", f"{path}, a folder", "Choose another name.")
-        taken = path.exists() and not force and not replaceable(path)
-    other = "Choose another name, or replace it with ", Setting("force", True), "."
-    check(not taken, name, "be a file that does not exist", str(path), other)
+        may_write = force or not path.exists() or replaceable(path)
+    remedy = ("Choose another name, or replace it with ", Setting("force", True), ".")
+    check(may_write, name, "be a file that does not exist", str(path), remedy)
 
 
 def writing(path: Path, name: str) -> AbstractContextManager[None]:

@@ -22,12 +22,19 @@ from multiprocessing.reduction import ForkingPickler
 from typing import Any, BinaryIO, cast
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+"""Environment variables by which libraries of linear algebra learn their number of threads."""
+
+# What a worker executes, what it prints when it begins, and the message that asks it to end its call.
 _PROGRAM = "from turing_learning.workers import serve; serve()"
 _HELLO = b"a worker of turing-learning\n"
 _STOP = b""
+
+# What `multiprocessing` needs to import the calling script.
 _SCRIPT = ("sys_argv", "init_main_from_name", "init_main_from_path")
-_stopping = threading.Event()  # in a worker
-_loading = False  # in a worker that imports the calling script
+
+# In a worker: whether it was asked to end its call, and whether it imports the calling script.
+_stopping = threading.Event()
+_loading = False
 
 
 class WorkerDied(Exception):
@@ -38,8 +45,8 @@ class NotImportable(Exception):
     """A worker could not load the function that it was to call."""
 
 
-class _Gone(Exception):
-    """The process of this slot has died."""
+class _DiedError(Exception):
+    """The process of a slot has died."""
 
 
 def asked_to_stop() -> bool:
@@ -80,22 +87,36 @@ class Workers:
             remedy = 'A script that is run with workers keeps its calls under `if __name__ == "__main__":`'
             raise RuntimeError(f"workers must not be started while a worker imports the script. {remedy}")
         content = function if isinstance(function, bytes) else packed(function)
-        # how `multiprocessing` imports the calling script
-        parts = {key: each for key, each in spawn.get_preparation_data("worker").items() if script and key in _SCRIPT}
-        setting = {"patient": patient, "path": sys.path, "script": parts}
-        environment = dict.fromkeys(ONE_THREAD, "1") | dict(os.environ) if one_thread else dict(os.environ)
-        self._slots = [_Slot((pickle.dumps(setting), content), environment, timeout_s) for _ in range(count)]
-        self._attempts, self._warm_up, self._warm = attempts, warm_up, threading.Event()
+        preparation = {}
+        if script:
+            preparation = spawn.get_preparation_data("worker")
+            preparation = {key: preparation[key] for key in _SCRIPT if key in preparation}
+        setting = {"patient": patient, "path": sys.path, "script": preparation}
+        environment = dict(os.environ)
+        if one_thread:
+            environment = dict.fromkeys(ONE_THREAD, "1") | environment
+        first_messages = (pickle.dumps(setting), content)
+        self._slots = [_Slot(first_messages, environment, timeout_s) for _ in range(count)]
+        self._attempts = attempts
+        self._warm_up = warm_up
+        self._warm = threading.Event()
         self._calls: queue.SimpleQueue[tuple[tuple[Any, ...], Future[Any]] | None] = queue.SimpleQueue()
         self._threads: list[threading.Thread] = []
         self._finish = weakref.finalize(self, _abandon, self._slots, self._calls)
 
     def submit(self, *arguments: Any) -> "Future[Any]":
-        """Call the function as soon as a process is free; the future raises what it raises, `WorkerDied`, or TimeoutError."""
+        """Call the function as soon as a process is free.
+
+        The future raises what the function raises, `WorkerDied`, or TimeoutError.
+        """
         if not self._threads:
             for k, slot in enumerate(self._slots):
-                given = (slot, self._calls, self._attempts, self._warm, self._warm_up, k == 0)
-                thread = threading.Thread(target=_serve_slot, args=given, name="turing-learning-worker", daemon=True)
+                thread = threading.Thread(
+                    target=_serve_slot,
+                    args=(slot, self._calls, self._attempts, self._warm, self._warm_up, k == 0),
+                    name="turing-learning-worker",
+                    daemon=True,
+                )
                 self._threads.append(thread)
                 thread.start()
         future: Future[Any] = Future()
@@ -103,7 +124,10 @@ class Workers:
         return future
 
     def in_order(self, calls: Iterable[tuple[Any, ...]]) -> "Iterator[Future[Any]]":
-        """Submit calls; yield the futures, which are done, in the order of the calls. Leaving the loop cancels the rest."""
+        """Submit calls; yield the futures, which are done, in the order of the calls.
+
+        Leaving the loop cancels the calls that have not begun.
+        """
         futures = [self.submit(*arguments) for arguments in calls]
         try:
             for future in futures:
@@ -140,11 +164,16 @@ def _abandon(slots: "list[_Slot]", calls: Any) -> None:
 
 
 def _serve_slot(
-    slot: "_Slot", calls: Any, attempts: int, warm: threading.Event, warm_up: tuple[Any, ...] | None, first: bool
+    slot: "_Slot",
+    calls: Any,
+    attempts: int,
+    warm: threading.Event,
+    warm_up: tuple[Any, ...] | None,
+    warms_up: bool,
 ) -> None:
-    """Execute calls in one place, by one process after the other; the body of a thread of the parent."""
+    """Execute calls in one slot, by one process after the other; the body of a thread of the parent."""
     try:
-        if first:
+        if warms_up:
             with suppress(Exception):  # the calls will say why
                 if warm_up is not None:
                     slot.call(warm_up)
@@ -152,95 +181,113 @@ def _serve_slot(
         warm.wait()
         while (item := calls.get()) is not None:
             arguments, future = item
-            if not future.set_running_or_notify_cancel():
-                continue
-            for left in reversed(range(attempts)):
-                try:
-                    found = slot.call(arguments)
-                except _Gone as gone:
-                    if not left:
-                        times = f"{attempts} workers" if attempts > 1 else "the worker"
-                        future.set_exception(WorkerDied(f"{times} died while executing it ({gone})"))
-                except BaseException as error:
-                    future.set_exception(error)
-                    break
-                else:
-                    future.set_result(found)
-                    break
+            if future.set_running_or_notify_cancel():
+                _execute(slot, arguments, future, attempts)
     finally:
         warm.set()
         slot.end()
 
 
+def _execute(slot: "_Slot", arguments: tuple[Any, ...], future: "Future[Any]", attempts: int) -> None:
+    """Give a future its result or error; several processes may die of the call."""
+    for attempt in range(attempts):
+        try:
+            result = slot.call(arguments)
+        except _DiedError as death:
+            if attempt == attempts - 1:
+                workers = f"{attempts} workers" if attempts > 1 else "the worker"
+                future.set_exception(WorkerDied(f"{workers} died while executing it ({death})"))
+        except BaseException as error:
+            future.set_exception(error)
+            return
+        else:
+            future.set_result(result)
+            return
+
+
 class _Slot:
     """A place for one worker process after the other."""
 
-    def __init__(self, setting: tuple[bytes, bytes], environment: dict[str, str], timeout_s: float | None) -> None:
-        self._setting, self._environment, self._timeout_s = setting, environment, timeout_s
+    def __init__(
+        self, first_messages: tuple[bytes, bytes], environment: dict[str, str], timeout_s: float | None
+    ) -> None:
+        self._first_messages = first_messages
+        self._environment = environment
+        self._timeout_s = timeout_s
         self._process: subprocess.Popen[bytes] | None = None
         self._sending = threading.Lock()
-        self._killed = self._stopped = self._ready = False
+        self._killed = False
+        self._stopped = False
+        self._ready = False
 
     def call(self, arguments: tuple[Any, ...]) -> Any:
-        """Return what the function returns, or raise what it raises; _Gone if the process dies."""
-        content, status = pickle.dumps(arguments), ""
+        """Return what the function returns, or raise what it raises; _DiedError if the process dies."""
+        content = pickle.dumps(arguments)
+        status = ""
         for _ in range(2):  # the process may have died between two calls
             if self._process is None or self._process.poll() is not None:
                 self._start()
             process = self._process
             if process is None:
-                raise _Gone("killed on demand")
-            late = threading.Event()
-            timer = threading.Timer(self._timeout_s or threading.TIMEOUT_MAX, _expire, (process, late))
-            answer, sent, timer.daemon = None, False, True
-            try:
-                if self._timeout_s is not None:
-                    timer.start()
-                self._send(content)
-                sent = True
-                answer = _received(cast(BinaryIO, process.stdout))
-            except OSError:
-                pass
-            finally:
-                if timer.is_alive():
-                    timer.cancel()
-                    timer.join()
-            if answer is None or late.is_set():
+                raise _DiedError("killed on demand")
+            answer, sent, late = self._exchange(process, content)
+            if answer is None or late:
                 self.end()
             if answer is not None:
-                good, found = pickle.loads(answer)  # noqa: S301 - from a process of our own
-                if not good:
-                    raise found
-                return found
-            if late.is_set():
+                return _result(answer)
+            if late:
                 raise TimeoutError(f"it took longer than {self._timeout_s:g} s")
             status = "killed on demand" if self._killed else f"exit status {process.returncode}"
             if sent:
                 break
-        raise _Gone(status)
+        raise _DiedError(status)
+
+    def _exchange(self, process: "subprocess.Popen[bytes]", content: bytes) -> tuple[bytes | None, bool, bool]:
+        """Return the answer to a call, None without one; whether the call was sent; whether time ran out."""
+        late = threading.Event()
+        timer = threading.Timer(self._timeout_s or threading.TIMEOUT_MAX, _expire, (process, late))
+        timer.daemon = True
+        answer = None
+        sent = False
+        try:
+            if self._timeout_s is not None:
+                timer.start()
+            self._send(content)
+            sent = True
+            answer = _received(cast(BinaryIO, process.stdout))
+        except OSError:
+            pass
+        finally:
+            if timer.is_alive():
+                timer.cancel()
+                timer.join()
+        return answer, sent, late.is_set()
 
     def _start(self) -> None:
         self.end()
         if self._killed:
             return
-        path = os.pathsep.join(each for each in sys.path if each)
-        self._process = process = subprocess.Popen(
-            [sys.executable, "-u", "-c", _PROGRAM],  # what it prints comes at once
+        path = os.pathsep.join(folder for folder in sys.path if folder)
+        process = subprocess.Popen(
+            [sys.executable, "-u", "-c", _PROGRAM],  # -u: what it prints comes at once
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env=self._environment | {"PYTHONPATH": path},
             start_new_session=True,  # Ctrl-C is for the parent
         )
-        if self._killed:
+        self._process = process
+        if self._killed:  # meanwhile, by another thread
             process.kill()
-        output, answer = cast(BinaryIO, process.stdout), None
+        output = cast(BinaryIO, process.stdout)
         for line in output:
             if line.endswith(_HELLO):
                 break
-            sys.stderr.write(line.decode(errors="replace"))  # what prints when Python starts, such as a sitecustomize
+            # What prints when Python starts, such as a sitecustomize.
+            sys.stderr.write(line.decode(errors="replace"))
+        answer = None
         with suppress(OSError):
-            for content in self._setting:
-                self._send(content)
+            for message in self._first_messages:
+                self._send(message)
             self._ready = True
             if self._stopped:
                 self._send(_STOP)
@@ -250,12 +297,13 @@ class _Slot:
             if self._killed:
                 return
             if process.returncode < 0:
-                raise _Gone(f"exit status {process.returncode}")
-            raise NotImportable(f"its process ended before the first call, with exit status {process.returncode}")
-        good, found = pickle.loads(answer)  # noqa: S301 - from a process of our own
-        if not good:
+                raise _DiedError(f"exit status {process.returncode}")
+            status = f"with exit status {process.returncode}"
+            raise NotImportable(f"its process ended before the first call, {status}")
+        loaded, reason = pickle.loads(answer)  # noqa: S301 - from a process of our own
+        if not loaded:
             self.end()
-            raise NotImportable(found)
+            raise NotImportable(reason)
 
     def _send(self, content: bytes) -> None:
         with self._sending:
@@ -275,7 +323,9 @@ class _Slot:
 
     def end(self) -> None:
         """Let the worker end, and wait for it."""
-        process, self._process, self._ready = self._process, None, False
+        process = self._process
+        self._process = None
+        self._ready = False
         if process is None:
             return
         for pipe in (process.stdin, process.stdout):
@@ -291,6 +341,13 @@ class _Slot:
             process.kill()
 
 
+def _result(answer: bytes) -> Any:
+    succeeded, result = pickle.loads(answer)  # noqa: S301 - from a process of our own
+    if not succeeded:
+        raise result
+    return result
+
+
 def _expire(process: "subprocess.Popen[bytes]", late: threading.Event) -> None:
     late.set()
     process.kill()
@@ -300,38 +357,42 @@ def serve() -> None:
     """Answer calls until the parent closes the connection; the program of a worker."""
     global _loading
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    requests, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    requests = sys.stdin.buffer
+    answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what anything prints goes where messages go
     answers.write(_HELLO)
     answers.flush()
     setting = pickle.loads(_received(requests) or b"")  # noqa: S301 - from the process that started this one
+    process = multiprocessing.process.current_process()
     try:
         sys.path[:] = setting["path"]
         _loading = True
-        multiprocessing.process.current_process()._inheriting = True  # type: ignore[attr-defined] # refuses other pools, too
+        process._inheriting = True  # type: ignore[attr-defined] # a script without a guard cannot start pools, either
         spawn.prepare(setting["script"])
         function = pickle.loads(_received(requests) or b"")  # noqa: S301
     except BaseException as error:
         _answer(answers, False, f"{type(error).__name__}: {error}")
         return
     _loading = False
-    del multiprocessing.process.current_process()._inheriting  # type: ignore[attr-defined]
+    del process._inheriting  # type: ignore[attr-defined]
     _answer(answers, True, None)
     calls: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(requests, calls, setting["patient"]), daemon=True).start()
     while (content := calls.get()) is not None:
         try:
-            good, found = True, function(*pickle.loads(content))  # noqa: S301
+            result = function(*pickle.loads(content))  # noqa: S301
+            succeeded = True
         except Exception as error:
-            good, found = False, error
+            result = error
+            succeeded = False
         try:
-            _answer(answers, good, found)
+            _answer(answers, succeeded, result)
         except OSError:
             return
 
 
 def _read(requests: BinaryIO, calls: Any, patient: bool) -> None:
-    """Take what the parent sends while the main thread is at a call."""
+    """Take what the parent sends while the main thread executes a call."""
     while (content := _received(requests)) is not None:
         if content == _STOP:
             _stopping.set()
@@ -343,14 +404,14 @@ def _read(requests: BinaryIO, calls: Any, patient: bool) -> None:
     calls.put(None)
 
 
-def _answer(answers: BinaryIO, good: bool, found: Any) -> None:
+def _answer(answers: BinaryIO, succeeded: bool, result: Any) -> None:
     try:
-        content = pickle.dumps((good, found))
-        if not good:
+        content = pickle.dumps((succeeded, result))
+        if not succeeded:
             pickle.loads(content)  # noqa: S301 - an exception with arguments of its own may not come back
     except Exception as error:
-        what = found if isinstance(found, BaseException) else error
-        content = pickle.dumps((False, RuntimeError(f"{type(what).__name__}: {what}")))
+        reason = result if isinstance(result, BaseException) else error
+        content = pickle.dumps((False, RuntimeError(f"{type(reason).__name__}: {reason}")))
     pickle.dump(content, answers)
     answers.flush()
 
