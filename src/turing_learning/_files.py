@@ -1,4 +1,7 @@
-"""Atomic files: a reader sees the old or the new content, never half of it. What a path means. And seals of files."""
+"""Atomic files: a reader sees the old or the new content, never half of it. What a path means.
+
+And seals of files.
+"""
 
 import contextlib
 import hashlib
@@ -25,7 +28,10 @@ _SPARE_LINES = 256
 
 
 def in_home(path: str | Path) -> Path:
-    """Return a path whose leading ~ stands for a home folder, also where no shell has expanded it; an unknown one stays."""
+    """Return a path whose leading ~ stands for a home folder, also where no shell has expanded it.
+
+    An unknown one stays.
+    """
     return Path(os.path.expanduser(path))  # noqa: PTH111 - the other one raises for unknown users
 
 
@@ -43,7 +49,8 @@ def unused(path: Path) -> Path:
 def whole(path: Path) -> Iterator[Path]:
     """Give a temporary name to write to; at the end of the block the file is flushed to the disk and gets its name.
 
-    The folder must exist. An earlier file of that name is replaced, or left as it was if anything fails.
+    The folder must exist. An earlier file of that name is replaced, or left as it was if anything
+    fails.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}{PARTIAL}")
     try:
@@ -87,10 +94,11 @@ def remove_partial(folder: Path) -> None:
 class Seals:
     """The sealed index of one folder: the SHA-256 of every file that is read again, one line each, appended.
 
-    A line is ``CHECK DIGEST NAME``. CHECK is a digest of the rest of the line and of the identity of the
-    folder's content: a line that was changed, or comes from another folder, does not count. A line is appended
-    before its file gets its name. A kill between the two leaves the earlier file, whose line stands just above.
-    So the last two lines of a name count. The index `exists` if it has a line, sound or not.
+    A line is ``CHECK DIGEST NAME``. CHECK is a digest of the rest of the line and of the identity
+    of the folder's content: a line that was changed, or comes from another folder, does not count.
+    A line is appended before its file gets its name. A kill between the two leaves the earlier
+    file, whose line stands just above. So the last two lines of a name count. The index `exists` if
+    it has a line, sound or not.
     """
 
     def __init__(self, folder: Path, identity: str) -> None:

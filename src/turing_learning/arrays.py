@@ -6,7 +6,8 @@ import numpy as np
 
 from .errors import RefusedError, Text, brief, refuse
 
-# By the kind of the array that is wanted (NumPy's letters): kinds that are converted to it, and how messages call it.
+# By the kind of the array that is wanted (NumPy's letters): kinds that are converted to it, and
+# how messages call it.
 _KINDS = {"f": "fiu", "i": "iu", "u": "u", "b": "b"}
 _NOUNS = {"f": "numbers", "i": "integers", "u": "non-negative integers", "b": "truth values"}
 
@@ -26,10 +27,11 @@ def array(
 ) -> np.ndarray:
     """Return a value as an array of a shape and type, itself where it fits, else a copy; reject anything else.
 
-    Masked values, complex numbers, text and objects are rejected, not converted; so are numbers with a fraction
-    for integers, NaN and infinity unless `finite` is False, and axes of size 0 unless `empty` is True. The shape
-    has letters for the axes, as in docs/symbols.md: "K T D". A number fixes an axis, "..." stands for any axes
-    before the others, a letter that comes twice has one size, and `sizes` are those that letters must have.
+    Masked values, complex numbers, text and objects are rejected, not converted; so are numbers
+    with a fraction for integers, NaN and infinity unless `finite` is False, and axes of size 0
+    unless `empty` is True. The shape has letters for the axes, as in docs/symbols.md: "K T D". A
+    number fixes an axis, "..." stands for any axes before the others, a letter that comes twice has
+    one size, and `sizes` are those that letters must have.
     """
     axes = shape.split()
     dtype = np.dtype(dtype)
@@ -70,7 +72,8 @@ def _convertible(numbers: np.ndarray, dtype: "np.dtype[Any]") -> bool:
 
 
 def _all_finite(numbers: np.ndarray) -> bool:
-    # Minimum and maximum are finite only where all values are: half the time of a look at each value.
+    # Minimum and maximum are finite only where all values are: half the time of a look at each
+    # value.
     return bool(np.isfinite(numbers.min()) and np.isfinite(numbers.max()))
 
 

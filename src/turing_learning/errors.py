@@ -1,8 +1,9 @@
 """Refusals as data: what must hold, what was given, where, and what to do.
 
-The doors of the package are where values enter: Python functions, the command line, files. Every door rejects values with
-`require`, `refuse` or one of the checks below. The error carries a `Refusal`. Its message names arguments of Python; the
-command line writes it again with the names of its options (`Words`).
+The doors of the package are where values enter: Python functions, the command line, files. Every
+door rejects values with
+`require`, `refuse` or one of the checks below. The error carries a `Refusal`. Its message names
+arguments of Python; the command line writes it again with the names of its options (`Words`).
 """
 
 import difflib
@@ -154,7 +155,10 @@ def require(
     place: str = "",
     error: type[RefusedError] = RefusedError,
 ) -> None:
-    """Reject a value unless `holds`; a string given as `got` stands as it is, so quote one with ``repr``."""
+    """Reject a value unless `holds`.
+
+    A string given as `got` stands as it is, so quote one with ``repr``.
+    """
     if not holds:
         refuse(name, rule, got, remedy, place=place, error=error)
 
@@ -194,7 +198,10 @@ class MissingExtraError(ImportError):
 
 
 def optional(module: str, name: str, extra: str) -> ModuleType:
-    """Import a library that comes with an extra; raise `MissingExtraError` with the command that installs it."""
+    """Import a library that comes with an extra.
+
+    Raise `MissingExtraError` with the command that installs it.
+    """
     try:
         return import_module(module)
     except ImportError as error:

@@ -36,7 +36,10 @@ def _processor() -> str | None:
 
 
 def _commit() -> str | None:
-    """Return the commit of a checkout of the repository, with "-dirty" if files differ; None elsewhere."""
+    """Return the commit of a checkout of the repository, with "-dirty" if files differ.
+
+    None elsewhere.
+    """
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists() or not (root / "pyproject.toml").exists():
         return None

@@ -1,7 +1,8 @@
 """What random numbers are for: every generator of the package is a function of (purpose, seed, use), so nobody keeps one.
 
-The numbers stay, because results are repeated to the bit. Where one stands twice, the streams differ by what follows the seed,
-or by the command that draws them. A new purpose takes a number from 20 on.
+The numbers stay, because results are repeated to the bit. Where one stands twice, the streams
+differ by what follows the seed, or by the command that draws them. A new purpose takes a number
+from 20 on.
 """
 
 # A run: (purpose, seed), and the generation as spawn key.

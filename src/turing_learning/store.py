@@ -34,7 +34,8 @@ _ATTEMPTS = 4
 def os_errors_as(error: type[Exception], what: str, remedy: str) -> Iterator[None]:
     """Turn what the operating system says inside the block into one message: what must be, why it is not, what to do.
 
-    A `RunStorageError` has its message already, and passes; so does the message of a FileExistsError that is ours.
+    A `RunStorageError` has its message already, and passes; so does the message of a
+    FileExistsError that is ours.
     """
     try:
         yield
@@ -55,13 +56,19 @@ check_folder, reject_folder = partial(require, error=RunFolderError), partial(re
 
 
 class DamagedError(RunFolderError):
-    """A stored file is missing, or not as it was written; `reason` says in few words what is wrong with it."""
+    """A stored file is missing, or not as it was written.
+
+    `reason` says in few words what is wrong with it.
+    """
 
     reason = ""
 
 
 class RunStorageError(OSError):
-    """A folder could not be written any further, for example because the disk is full; its work can be resumed."""
+    """A folder could not be written any further, for example because the disk is full.
+
+    Its work can be resumed.
+    """
 
 
 def writable(name: str, path: Path) -> AbstractContextManager[None]:
@@ -82,7 +89,8 @@ def storage(path: Path, ahead: str, name: str = "out") -> AbstractContextManager
 class FolderKind:
     """What a store holds.
 
-    While the folder is locked, its head and the files beside it are written again if they are removed.
+    While the folder is locked, its head and the files beside it are written again if they are
+    removed.
     """
 
     noun: str  # what it is called, and the name of the argument in messages: "study"
@@ -103,8 +111,8 @@ def refuse_format(version: Any, newest: int, path: Path, noun: str) -> None:
 class Store:
     """A folder of files that are written atomically, and verified when they are read.
 
-    Each file has a seal, its SHA-256, in one index (``seals.txt``). What has no seal, or another one, is
-    rejected. Nothing is made before something is written.
+    Each file has a seal, its SHA-256, in one index (``seals.txt``). What has no seal, or another
+    one, is rejected. Nothing is made before something is written.
     """
 
     def __init__(self, path: str | Path, kind: FolderKind) -> None:
@@ -116,7 +124,8 @@ class Store:
         self.path = in_home(path)
         self.kind = kind
         self._seals: Seals | None = None
-        # While the folder is locked: its device and inode, and the content of its head and of the files beside it.
+        # While the folder is locked: its device and inode, and the content of its head and of the
+        # files beside it.
         self._locked_inode: tuple[int, int] | None = None
         self._head_files: dict[Path, bytes] = {}
         # Files that have been written since the index was read, and have their names.
@@ -134,7 +143,10 @@ class Store:
         return self._unverified_head() is not None
 
     def head(self) -> dict[str, Any]:
-        """Return what the folder says that it is; reject what is something else, of a later version, or changed."""
+        """Return what the folder says that it is.
+
+        Reject what is something else, of a later version, or changed.
+        """
         content = self._unverified_head()
         noun = self.kind.noun
         if content is None:
@@ -147,8 +159,8 @@ class Store:
     def create(self, head: Mapping[str, Any], files: Mapping[str, Any] | None = None) -> None:
         """Make the folder a store.
 
-        Pieces that are there stay, unverified. Other `files` are written before the head, so that a folder with
-        a head is complete.
+        Pieces that are there stay, unverified. Other `files` are written before the head, so that a
+        folder with a head is complete.
         """
         head = {"format_version": self.kind.newest} | dict(head)
         self.path.mkdir(parents=True, exist_ok=True)
@@ -223,7 +235,10 @@ class Store:
         return "another process"
 
     def require_here(self) -> None:
-        """Raise RunStorageError if the locked folder has been moved, removed or replaced; restore lost files."""
+        """Raise RunStorageError if the locked folder has been moved, removed or replaced.
+
+        Restore lost files.
+        """
         if self._locked_inode is None:
             return
         if _inode(self.path) != self._locked_inode:
@@ -248,7 +263,8 @@ class Store:
     def write(self, name: str, content: Any) -> Path:
         """Write a file, atomically, with its seal; if that fails, an earlier file of that name is left as it was.
 
-        The name may have slashes: folders on the way are made. Its suffix says how the content is stored, see `encoded`.
+        The name may have slashes: folders on the way are made. Its suffix says how the content is
+        stored, see `encoded`.
         """
         self.require_here()
         content = encoded(name, content)
@@ -256,8 +272,9 @@ class Store:
         path.parent.mkdir(parents=True, exist_ok=True)
         seals = []
         if name not in self._written and self.seals.ambiguous(name) and path.is_file():
-            # Writing it may have been cut short more than once. The index keeps two seals of a name, so the one
-            # of the file that is there is repeated before the new one pushes it out.
+            # Writing it may have been cut short more than once. The index keeps two seals of a
+            # name, so the one of the file that is there is repeated before the new one pushes it
+            # out.
             digest = file_digest(path)
             if self.seals.fits(name, digest):
                 seals.append((name, digest))
@@ -288,7 +305,10 @@ class Store:
         return content
 
     def read_bytes(self, name: str) -> bytes:
-        """Return the bytes of a file; raise DamagedError if it is missing, or not as it was written."""
+        """Return the bytes of a file.
+
+        Raise DamagedError if it is missing, or not as it was written.
+        """
         for attempt in range(_ATTEMPTS):
             try:
                 content = (self.path / name).read_bytes()
@@ -302,7 +322,10 @@ class Store:
         raise self.damaged(name, flaw)
 
     def once(self, name: str, compute: Callable[[], Any]) -> Any | None:
-        """Return a piece of work: from its file, see `find`, or computed now and stored; None if that was stopped."""
+        """Return a piece of work: from its file, see `find`, or computed now and stored.
+
+        None if that was stopped.
+        """
         content = self.find(name)
         if content is None:
             content = compute()
@@ -311,7 +334,10 @@ class Store:
         return content
 
     def find(self, name: str) -> Any | None:
-        """Return the content of a file, None if there is none; a damaged one is set aside, and the log says so."""
+        """Return the content of a file, None if there is none.
+
+        A damaged one is set aside, and the log says so.
+        """
         if not os.path.lexists(self.path / name):
             return None
         try:
@@ -369,7 +395,8 @@ class Store:
 def encoded(name: str, content: Any) -> bytes:
     """Return the bytes of a file of that name.
 
-    Bytes and text stay as they are; else the suffix decides: .json, .npy, .npz of name -> array, .csv of pandas.
+    Bytes and text stay as they are; else the suffix decides: .json, .npy, .npz of name -> array,
+    .csv of pandas.
     """
     if isinstance(content, bytes):
         return content
@@ -399,7 +426,10 @@ def _identity(head: Mapping[str, Any], kind: FolderKind) -> str:
 
 
 def _inode(path: Path) -> tuple[int, int] | None:
-    """Return the device and the inode of a folder, which stay its own when it is renamed; None without one."""
+    """Return the device and the inode of a folder, which stay its own when it is renamed.
+
+    None without one.
+    """
     try:
         stat = path.stat()
     except OSError:

@@ -1,8 +1,9 @@
 """One executor of processes: calls of one function in processes of their own, which may hang, die or print without harm.
 
-Simulators of custom systems, runs of studies and pieces of experiments are executed here. A worker is a fresh interpreter, not a
-fork: it has no threads or locks of its parent. What it prints goes to standard error. It ignores Ctrl-C: the parent decides. When
-the parent dies, a worker ends at once or, if it is patient, as soon as its call has looked at `asked_to_stop`.
+Simulators of custom systems, runs of studies and pieces of experiments are executed here. A worker
+is a fresh interpreter, not a fork: it has no threads or locks of its parent. What it prints goes to
+standard error. It ignores Ctrl-C: the parent decides. When the parent dies, a worker ends at once
+or, if it is patient, as soon as its call has looked at `asked_to_stop`.
 """
 
 import multiprocessing.process
@@ -24,7 +25,8 @@ from typing import Any, BinaryIO, cast
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 """Environment variables by which libraries of linear algebra learn their number of threads."""
 
-# What a worker executes, what it prints when it begins, and the message that asks it to end its call.
+# What a worker executes, what it prints when it begins, and the message that asks it to end its
+# call.
 _PROGRAM = "from turing_learning.workers import serve; serve()"
 _HELLO = b"a worker of turing-learning\n"
 _STOP = b""
@@ -62,13 +64,14 @@ def packed(function: Callable[..., Any]) -> bytes:
 class Workers:
     """Processes that call one function; they are started when they are needed, and kept.
 
-    The function is one of a module, a `functools.partial` of one, or what `packed` made of it. A call that takes longer
-    than `timeout_s` is given up, its process killed, and a TimeoutError raised. `attempts` processes may die of a call
-    before it is given up with `WorkerDied`. One process makes a call with the arguments `warm_up` before the others
-    begin, so that kernels are compiled once; what it raises is left to the calls that follow. With `script` the calling
-    script is imported, so that its functions can be called; it then needs a guard of ``__main__``. A `patient` worker
-    whose parent is gone ends its call, see `asked_to_stop`; others end at once. With `one_thread` the libraries of
-    linear algebra have one thread in each process.
+    The function is one of a module, a `functools.partial` of one, or what `packed` made of it. A
+    call that takes longer than `timeout_s` is given up, its process killed, and a TimeoutError
+    raised. `attempts` processes may die of a call before it is given up with `WorkerDied`. One
+    process makes a call with the arguments `warm_up` before the others begin, so that kernels are
+    compiled once; what it raises is left to the calls that follow. With `script` the calling script
+    is imported, so that its functions can be called; it then needs a guard of ``__main__``. A
+    `patient` worker whose parent is gone ends its call, see `asked_to_stop`; others end at once.
+    With `one_thread` the libraries of linear algebra have one thread in each process.
     """
 
     def __init__(
@@ -171,7 +174,10 @@ def _serve_slot(
     warm_up: tuple[Any, ...] | None,
     warms_up: bool,
 ) -> None:
-    """Execute calls in one slot, by one process after the other; the body of a thread of the parent."""
+    """Execute calls in one slot, by one process after the other.
+
+    The body of a thread of the parent.
+    """
     try:
         if warms_up:
             with suppress(Exception):  # the calls will say why
@@ -221,7 +227,10 @@ class _Slot:
         self._ready = False
 
     def call(self, arguments: tuple[Any, ...]) -> Any:
-        """Return what the function returns, or raise what it raises; _DiedError if the process dies."""
+        """Return what the function returns, or raise what it raises.
+
+        _DiedError if the process dies.
+        """
         content = pickle.dumps(arguments)
         status = ""
         for _ in range(2):  # the process may have died between two calls
@@ -243,7 +252,10 @@ class _Slot:
         raise _DiedError(status)
 
     def _exchange(self, process: "subprocess.Popen[bytes]", content: bytes) -> tuple[bytes | None, bool, bool]:
-        """Return the answer to a call, None without one; whether the call was sent; whether time ran out."""
+        """Return the answer to a call, None without one; whether the call was sent.
+
+        Whether time ran out.
+        """
         late = threading.Event()
         timer = threading.Timer(self._timeout_s or threading.TIMEOUT_MAX, _expire, (process, late))
         timer.daemon = True

@@ -26,18 +26,33 @@ from ._sections import (
 )
 
 LEAST_TRIALS = 20
-SMALLEST, LARGEST = (
-    1e-9,
-    1e9,
-)  # of a scenario's numbers (cm, g, s): no square or ratio leaves the range of floats
-LARGEST_GIB = 64.0
-LARGEST_WORK = 1e11  # physics steps of single robots in a generation: minutes; a run stops between generations only
+"""Smallest budget of a run by trials."""
+# Sizes of a scenario's numbers (cm, g, s): with these, no square or ratio leaves the range of
+# floats.
+SMALLEST = 1e-9
 
+
+LARGEST = 1e9
+LARGEST_GIB = 64.0  # of memory
+# Physics steps of single robots in a generation: minutes. A run stops between generations only.
+LARGEST_WORK = 1e11
+
+# Settings of the paper's size. Where a run is too large, the setting is named that is farthest
+# above this.
 _USUAL = {
-    "models.parents": 50, "models.offspring": 50, "classifiers.parents": 50, "classifiers.offspring": 50,
-    "classifiers.hidden": 5, "models.hidden": 5, "scenario.agents": 10, "scenario.replicas": 1, "scenario.objects.count": 10,
-    "scenario.trial.duration_s": 10.0, "scenario.trial.physics_steps": 10, "run.checkpoint_every": 50,
-}  # fmt: skip
+    "models.parents": 50,
+    "models.offspring": 50,
+    "classifiers.parents": 50,
+    "classifiers.offspring": 50,
+    "classifiers.hidden": 5,
+    "models.hidden": 5,
+    "scenario.agents": 10,
+    "scenario.replicas": 1,
+    "scenario.objects.count": 10,
+    "scenario.trial.duration_s": 10.0,
+    "scenario.trial.physics_steps": 10,
+    "run.checkpoint_every": 50,
+}
 _MODELS = ("models.parents", "models.offspring")
 _POPULATIONS = (*_MODELS, "classifiers.parents", "classifiers.offspring")
 _SWARM = ("scenario.agents", "scenario.replicas")
@@ -45,12 +60,15 @@ _SWARM = ("scenario.agents", "scenario.replicas")
 
 def scenario_type(scenario: Any) -> type[Scenario | CustomSystem]:
     """Return what a table of a scenario stands for, or a scenario is, by its fields."""
-    fields = set(
-        scenario if isinstance(scenario, Mapping) else getattr(scenario, "__dataclass_fields__", ())
-    )
+    if isinstance(scenario, Mapping):
+        fields = set(scenario)
+    else:
+        fields = set(getattr(scenario, "__dataclass_fields__", ()))
     if "stimulus" in fields:
         return StimulatedSystem
-    return CustomSystem if fields >= {"parameters", "signals", "digest"} else Scenario
+    if {"parameters", "signals", "digest"} <= fields:
+        return CustomSystem
+    return Scenario
 
 
 TAGS = ("Scenario", "CustomSystem", "StimulatedSystem")
@@ -65,7 +83,8 @@ AnyScenario = Annotated[
 class Configuration(Section):
     """Everything that determines a run, resolved: no field is left to a default elsewhere.
 
-    Of a custom system `classifiers.input_scale` holds the scales found in the data, unless others were given.
+    Of a custom system `classifiers.input_scale` holds the scales found in the data, unless others
+    were given.
     """
 
     scenario: AnyScenario
@@ -76,53 +95,45 @@ class Configuration(Section):
 
     @model_validator(mode="after")
     def _check(self) -> "Configuration":
-        scale, signals, renewal = (
-            self.classifiers.input_scale,
-            len(self.scenario.input_scale),
-            self.classifiers.renewal,
-        )
+        signals = len(self.scenario.input_scale)
+        scale = self.classifiers.input_scale
         rule = f'be "robot" or {signals} positive numbers, one for each signal'
-        require(
-            scale == "robot" or len(scale) == signals,
-            "classifiers.input_scale",
-            rule,
-            str(list(scale)),
-        )
+        fits = scale == "robot" or len(scale) == signals
+        require(fits, "classifiers.input_scale", rule, str(list(scale)))
+        renewal = self.classifiers.renewal
         rule = "be 0 without an archive (coevolution.archive = 0), which would remember what renewed classifiers forget"
-        require(renewal == 0 or self.coevolution.archive > 0, "classifiers.renewal", rule, renewal)
-        assert self.system  # refuses models that it cannot have
+        fits = renewal == 0 or self.coevolution.archive > 0
+        require(fits, "classifiers.renewal", rule, renewal)
+        # Making the system refuses models that it cannot have.
+        assert self.system
         check_limits(self)
-        trials, rule = (
-            self.run.trials,
-            "be 0 where models are networks, which have too many parameters for few trials",
-        )
+        self._check_trials()
+        return self
+
+    def _check_trials(self) -> None:
+        """Reject settings that do not fit the budget of a run by trials, or a run without one."""
+        trials = self.run.trials
+        fits = trials == 0 or trials >= LEAST_TRIALS
+        require(fits, "run.trials", f"be 0, or at least {LEAST_TRIALS}", trials)
+        remedy = "Give run.generations instead of trials."
+        rule = "be 0 where models are networks, which have too many parameters for few trials"
+        require(not (trials and self.models.hidden), "run.trials", rule, trials, remedy)
+        optimizer = self.models.optimizer
+        paper = sections.OPTIMIZERS[0]
+        rule = f"be {paper!r} with run.trials, which has a search of its own"
+        require(not trials or optimizer == paper, "models.optimizer", rule, repr(optimizer), remedy)
+        tolerance = self.run.tolerance
         require(
-            trials == 0 or trials >= LEAST_TRIALS,
-            "run.trials",
-            f"be 0, or at least {LEAST_TRIALS}",
-            trials,
-        )
-        instead = "Give run.generations instead of trials."
-        require(not (trials and self.models.hidden), "run.trials", rule, trials, instead)
-        name, usual = self.models.optimizer, sections.OPTIMIZERS[0]
-        rule = f"be {usual!r} with run.trials, which has a search of its own"
-        require(not trials or name == usual, "models.optimizer", rule, repr(name), instead)
-        require(
-            trials > 0 or not self.run.tolerance,
-            "run.tolerance",
-            "be 0 without `run.trials`",
-            self.run.tolerance,
+            trials > 0 or not tolerance, "run.tolerance", "be 0 without `run.trials`", tolerance
         )
         if trials:
             self.system.require_trials()
         ends = [spent for _, spent in self.run.extended] + [trials]
-        fits = all(LEAST_TRIALS <= spent <= budget for budget, spent in self.run.extended)
-        rule, got = (
-            "be pairs of trials, budgeted and spent, that increase up to `run.trials`",
-            str(self.run.extended),
-        )
-        require(fits and sorted(set(ends)) == ends, "run.extended", rule, got)
-        return self
+        fits = sorted(set(ends)) == ends
+        for budget, spent in self.run.extended:
+            fits = fits and LEAST_TRIALS <= spent <= budget
+        rule = "be pairs of trials, budgeted and spent, that increase up to `run.trials`"
+        require(fits, "run.extended", rule, str(self.run.extended))
 
     @property
     def length(self) -> int:
@@ -138,21 +149,30 @@ class Configuration(Section):
         return self._schedule[steps - 1] if self.run.trials else self.trials_per_generation * steps
 
     def spent(self, steps: int) -> np.ndarray | None:
-        """Return the trials that a run of trials has spent after each of so many batches; None for one of generations."""
+        """Return the trials that a run of trials has spent after each of so many batches.
+
+        None for one of generations.
+        """
         return np.array(self._schedule[:steps]) if self.run.trials else None
 
     @property
     def trials_per_generation(self) -> int:
-        """Number of trials in a generation: executions of the system, whatever the number of replicas in one."""
+        """Number of trials in a generation: executions of the system, whatever the number of
+        replicas in one.
+        """
         return self.system.trials_per_model * (self.models.parents + self.models.offspring)
 
     @property
     def given(self) -> tuple[Setting, ...]:
-        """Optimizer and classifier that are objects of the process that began the run, as arguments."""
-        named = (("models", self.models.optimizer), ("classifier", self.classifiers.network))
-        return tuple(
-            Setting(argument) for argument, name in named if name.startswith(sections.GIVEN)
-        )
+        """Optimizer and classifier that are objects of the process that began the run, as
+        arguments.
+        """
+        arguments = []
+        if self.models.optimizer.startswith(sections.GIVEN):
+            arguments.append(Setting("models"))
+        if self.classifiers.network.startswith(sections.GIVEN):
+            arguments.append(Setting("classifier"))
+        return tuple(arguments)
 
     @property
     def system(self) -> System:
@@ -165,8 +185,10 @@ class Configuration(Section):
     @property
     def swarm(self) -> Scenario:
         """The scenario, where it is one of robots; a custom system is rejected."""
-        rule, custom = "be one of robots", scenario_type(self.scenario) is not Scenario
-        require(not custom, "scenario", rule, f"{self.scenario.name!r}, a custom system")
+        is_swarm = scenario_type(self.scenario) is Scenario
+        require(
+            is_swarm, "scenario", "be one of robots", f"{self.scenario.name!r}, a custom system"
+        )
         return cast(Scenario, self.scenario)
 
     @property
@@ -180,7 +202,9 @@ class Configuration(Section):
         return self.representation.parameter_names
 
     def described(self, models: np.ndarray) -> np.ndarray:
-        """Return models (..., P) in the parameters that results state: the agents', by `scenario.parameter_names`."""
+        """Return models (..., P) in the parameters that results state: the agents', by
+        `scenario.parameter_names`.
+        """
         return self.representation.described(models)
 
     @property
@@ -197,40 +221,42 @@ class Configuration(Section):
 
 def check_limits(configuration: Configuration) -> None:
     """Reject a run that would leave the range of numbers, of memory, or of patience."""
-    scenario, inputs = configuration.system.simulated, len(configuration.input_scale)
-    for key, value in dotted(asdict(scenario), "scenario.").items() if scenario else ():
-        for number in value if isinstance(value, tuple) else (value,):
-            fits = (
-                not isinstance(number, float | int)
-                or number == 0
-                or SMALLEST <= abs(number) <= LARGEST
-            )
-            require(
-                fits, key, f"be 0 or of a size between {SMALLEST:g} and {LARGEST:g}", str(number)
-            )
-    name, rule = "classifiers.input_scale", "be"
+    scenario = configuration.system.simulated
+    if scenario:
+        _check_sizes(scenario)
+    name = "classifiers.input_scale"
+    rule = "be"
     if configuration.classifiers.input_scale == "robot":
-        name, rule = "scenario.robot.wheel_distance_cm", "make the largest speeds"
+        name = "scenario.robot.wheel_distance_cm"
+        rule = "make the largest speeds"
+    rule += f" between {SMALLEST:g} and {LARGEST:g}"
     for value in configuration.input_scale:
-        require(
-            SMALLEST <= value <= LARGEST,
-            name,
-            f"{rule} between {SMALLEST:g} and {LARGEST:g}",
-            f"{value:g}",
-        )
-    hidden, most = configuration.classifiers.hidden, sections.LARGEST_NEURONS - inputs
-    because = f"be at most {most}, as a network has at most {sections.LARGEST_NEURONS} inputs and hidden neurons"
-    elman = configuration.classifiers.network == sections.NETWORKS[0]
-    require(hidden <= most or not elman, "classifiers.hidden", because, hidden)
+        require(SMALLEST <= value <= LARGEST, name, rule, f"{value:g}")
+    if configuration.classifiers.network == sections.NETWORKS[0]:
+        hidden = configuration.classifiers.hidden
+        largest = sections.LARGEST_NEURONS - len(configuration.input_scale)
+        rule = f"be at most {largest}, as a network has at most {sections.LARGEST_NEURONS} inputs and hidden neurons"
+        require(hidden <= largest, "classifiers.hidden", rule, hidden)
     for what, size, keys in _demands(configuration):
         if size > LARGEST_GIB * 2**30:
             need = f"{what} needs {size / 2**30:.3g} GiB, and {LARGEST_GIB:g} are allowed"
             _refuse_largest(configuration, keys, need)
-    models = configuration.models.parents + configuration.models.offspring
-    if scenario and (work := float(models) * physics_steps(scenario)) > LARGEST_WORK:
-        keys = (*_MODELS, *_SWARM, "scenario.trial.duration_s", "scenario.trial.physics_steps")
-        need = f"a generation has {work:.3g} physics steps of a robot, and {LARGEST_WORK:g} are allowed"
-        _refuse_largest(configuration, keys, need)
+    if scenario:
+        models = configuration.models.parents + configuration.models.offspring
+        work = float(models) * physics_steps(scenario)
+        if work > LARGEST_WORK:
+            times = ("scenario.trial.duration_s", "scenario.trial.physics_steps")
+            need = f"a generation has {work:.3g} physics steps of a robot, and {LARGEST_WORK:g} are allowed"
+            _refuse_largest(configuration, (*_MODELS, *_SWARM, *times), need)
+
+
+def _check_sizes(scenario: Scenario) -> None:
+    """Reject a scenario whose numbers would leave the range of floats."""
+    rule = f"be 0 or of a size between {SMALLEST:g} and {LARGEST:g}"
+    for key, value in dotted(asdict(scenario), "scenario.").items():
+        for number in value if isinstance(value, tuple) else (value,):
+            if isinstance(number, float | int) and number != 0:
+                require(SMALLEST <= abs(number) <= LARGEST, key, rule, str(number))
 
 
 def require_whole_cycles(scenario: Scenario, duration_s: float) -> None:
@@ -240,13 +266,15 @@ def require_whole_cycles(scenario: Scenario, duration_s: float) -> None:
 
 
 def require_visible_objects(configuration: Configuration) -> None:
-    """Reject, for new runs, a sensor that tells objects apart that are not there: reactions to them could not be inferred."""
+    """Reject, for new runs, a sensor that tells objects apart that are not there.
+
+    Reactions to them could not be inferred.
+    """
     scenario = configuration.system.simulated
-    if (
-        scenario
-        and not scenario.objects.count
-        and (reading := scenario.sensor.reading_of("object"))
-    ):
+    if not scenario or scenario.objects.count:
+        return
+    reading = scenario.sensor.reading_of("object")
+    if reading:
         speeds = f"the parameters vl{reading} and vr{reading} cannot be inferred"
         rule = f"be at least 1 where the sensor tells objects apart, without which {speeds}"
         remedy = (
@@ -258,35 +286,30 @@ def require_visible_objects(configuration: Configuration) -> None:
 
 def _demands(configuration: Configuration) -> Iterator[tuple[str, float, tuple[str, ...]]]:
     """Yield what needs memory, how many bytes, and the settings that add up to it."""
-    run, inputs, hidden = (
-        configuration.run,
-        len(configuration.input_scale),
-        configuration.classifiers.hidden,
-    )
+    run = configuration.run
     models = configuration.models.parents + configuration.models.offspring
     classifiers = configuration.classifiers.parents + configuration.classifiers.offspring
-    weights = (
-        hidden * (inputs + hidden + 2) + 1
-        if configuration.classifiers.network == sections.NETWORKS[0]
-        else 0
-    )
-    population = 16.0 * (
-        models * len(configuration.parameter_names) + classifiers * weights
-    )  # values and step sizes
-    chunk = 1 if run.history == "thin" else min(run.checkpoint_every, run.generations)
+    weights = 0
+    if configuration.classifiers.network == sections.NETWORKS[0]:
+        inputs = len(configuration.input_scale)
+        hidden = configuration.classifiers.hidden
+        weights = hidden * (inputs + hidden + 2) + 1
+    # Of each individual the parameters and their step sizes, 8 bytes each.
+    population = 16.0 * (models * len(configuration.parameter_names) + classifiers * weights)
+    chunk = 1
+    if run.history == "full":
+        chunk = min(run.checkpoint_every, run.generations)
     keys = (*_POPULATIONS, "classifiers.hidden", "models.hidden", "run.checkpoint_every")
     yield "keeping the history between two checkpoints", chunk * population, keys
     samples, motion, of_system = configuration.system.demands(models)
     yield "judging a generation", 8.0 * classifiers * samples, (*_POPULATIONS, *of_system)
     times = ("scenario.trial.duration_s",) if of_system else ()
     yield "a generation's motion", motion, (*_MODELS, *of_system, *times)
-    if scenario := configuration.system.simulated:
+    scenario = configuration.system.simulated
+    if scenario:
         bodies = scenario.individuals + scenario.objects.count
-        yield (
-            "searching the bodies of a trial for near pairs",
-            16.0 * bodies**2,
-            (*_SWARM, "scenario.objects.count"),
-        )
+        of_bodies = (*_SWARM, "scenario.objects.count")
+        yield "searching the bodies of a trial for near pairs", 16.0 * bodies**2, of_bodies
 
 
 def _refuse_largest(configuration: Configuration, keys: tuple[str, ...], need: str) -> None:

@@ -8,7 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from turing_learning.errors import nearest, require
 
 PROSE = ("scenario.title", "scenario.description")
-"""Settings that are told, and change nothing: configurations that differ in them alone are the same."""
+"""Settings that are told, and change nothing: configurations that differ in them alone are the
+same."""
 
 LARGEST_SEED = 2**63 - 1
 """The largest integer that TOML promises to carry."""
@@ -41,16 +42,18 @@ def dotted(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return the values of nested tables by dotted keys, in their order."""
     flat: dict[str, Any] = {}
     for key, value in table.items():
-        flat |= (
-            dotted(value, f"{prefix}{key}.")
-            if isinstance(value, Mapping)
-            else {prefix + key: value}
-        )
+        if isinstance(value, Mapping):
+            flat |= dotted(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = value
     return flat
 
 
 class Section(BaseModel):
-    """What all sections share: frozen, no unknown keys, only finite numbers; what stands below a field describes it."""
+    """What all sections share: frozen, no unknown keys, only finite numbers.
+
+    What stands below a field describes it.
+    """
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
@@ -60,7 +63,8 @@ class Section(BaseModel):
 class PopulationSection(Section):
     """A population and its evolution strategy.
 
-    A file may give `population` instead of `parents` and `offspring`; it must be even and is split into halves.
+    A file may give `population` instead of `parents` and `offspring`; it must be even and is split
+    into halves.
     """
 
     parents: Count = 50
@@ -68,8 +72,9 @@ class PopulationSection(Section):
     offspring: Count = 50
     """children of them in the next generation"""
     initial_low: Start = -1.0
-    """lower end of the range from which the first individuals are drawn: wheel speeds of robots, weights of networks; for a
-    custom system -1 and 1 are the ends of the first models' range of each parameter"""
+    """lower end of the range from which the first individuals are drawn: wheel speeds of robots,
+    weights of networks; for a custom system -1 and 1 are the ends of the first models' range of
+    each parameter"""
     initial_high: Start = 1.0
     """upper end of that range"""
     start: Literal["range", "middle"] = "range"
@@ -79,13 +84,16 @@ class PopulationSection(Section):
     minimum_step_size: float = Field(default=0.01, ge=0)
     """no mutation has a smaller standard deviation"""
     optimizer: str = OPTIMIZERS[0]
-    """what improves the population: "evolution-strategy", the paper's; "cma", CMA-ES; or "module:function", see
-    docs/your-own-parts.md. The settings of step sizes and of children are those of the evolution strategy"""
+    """what improves the population: "evolution-strategy", the paper's; "cma", CMA-ES; or
+    "module:function", see docs/your-own-parts.md. The settings of step sizes and of children are
+    those of the evolution strategy"""
 
     @model_validator(mode="after")
     def _check_range(self) -> "PopulationSection":
-        low, high, step = self.initial_low, self.initial_high, self.initial_step_size
-        require(low < high, "initial_low", "be below initial_high", f"{low} and {high}")
+        ends = f"{self.initial_low} and {self.initial_high}"
+        fits = self.initial_low < self.initial_high
+        require(fits, "initial_low", "be below initial_high", ends)
+        step = self.initial_step_size
         fits = self.minimum_step_size <= step <= LARGEST_STEP_SIZE
         rule = f"be between minimum_step_size ({self.minimum_step_size}) and {LARGEST_STEP_SIZE:g}"
         require(fits, "initial_step_size", rule, step)
@@ -96,51 +104,58 @@ class PopulationSection(Section):
 class ModelsSection(PopulationSection):
     """The population of models, and what they are.
 
-    With `hidden` 0 models are what the scenario says, in the agents' parameters (gray box); with 1 or more they
-    are Elman networks with as many hidden neurons (black box; paper, section 4.6.2). Their `initial_step_size`
-    is 0.3 unless it is given: with 1 many of them come to oscillate.
+    With `hidden` 0 models are what the scenario says, in the agents' parameters (gray box); with 1
+    or more they are Elman networks with as many hidden neurons (black box; paper, section 4.6.2).
+    Their `initial_step_size` is 0.3 unless it is given: with 1 many of them come to oscillate.
 
     A run has two halves: the first searches for the right region, the second for the right point.
     docs/method.md says how; the paper has neither.
     """
 
     hidden: Annotated[int, Field(ge=0, le=LARGEST_NEURONS)] = 0
-    """0: models are what the scenario says, in the agents' parameters; 1 or more: Elman networks with so many hidden neurons"""
+    """0: models are what the scenario says, in the agents' parameters; 1 or more: Elman networks
+    with so many hidden neurons"""
     recombination: Share = 0.5
     """share of children with two parents in the first half of a run; the others have one"""
     redraw: Share = 0.2
-    """share of children of which one parameter is drawn anew from the range of the first individuals (of a field of view five
-    times that range), in the first half of a run; then of ever fewer, and of none after 0.7 of the run"""
+    """share of children of which one parameter is drawn anew from the range of the first
+    individuals (of a field of view five times that range), in the first half of a run; then of ever
+    fewer, and of none after 0.7 of the run"""
     exchange: Share = 0.1
-    """in the same way, share of children in which two sensor states exchange their wheel speeds, and an inferred field of view is
-    drawn anew; without effect where models are networks or a custom system"""
+    """in the same way, share of children in which two sensor states exchange their wheel speeds,
+    and an inferred field of view is drawn anew; without effect where models are networks or a
+    custom system"""
     intermediate: bool = True
-    """in the second half, children have the means of their parents' parameters, not one's or the other's"""
+    """in the second half, children have the means of their parents' parameters, not one's or the
+    other's"""
     memory: Share = 0.9
-    """in the second half, models are selected by the mean of their rewards over the generations that they have lived, relative to
-    the population, each weighing so many times the next one; 0: by the present reward alone"""
+    """in the second half, models are selected by the mean of their rewards over the generations
+    that they have lived, relative to the population, each weighing so many times the next one; 0:
+    by the present reward alone"""
 
     @model_validator(mode="before")
     @classmethod
-    def _begin_networks_with_small_steps(cls, given: Any) -> Any:
-        if isinstance(given, Mapping) and given.get("hidden"):
-            return {"initial_step_size": NETWORKS_STEP_SIZE, **given}
-        return given
+    def _begin_networks_with_small_steps(cls, settings: Any) -> Any:
+        if isinstance(settings, Mapping) and settings.get("hidden"):
+            return {"initial_step_size": NETWORKS_STEP_SIZE, **settings}
+        return settings
 
 
 class ClassifiersSection(PopulationSection):
     """The population of classifiers and their networks."""
 
     network: str = NETWORKS[0]
-    """what judges: "elman", the paper's network; or "module:function", see docs/your-own-parts.md"""
+    """what judges: "elman", the paper's network; or "module:function", see
+    docs/your-own-parts.md"""
     hidden: Count = 5
     """hidden neurons of an Elman network"""
     renewal: Annotated[int, Field(ge=0)] = 100
-    """in the first half of a run all classifiers are replaced by random ones after every so many generations; 0: never. Needs an
-    archive"""
+    """in the first half of a run all classifiers are replaced by random ones after every so many
+    generations; 0: never. Needs an archive"""
     input_scale: Literal["robot"] | tuple[Positive, ...] = "robot"
-    """what the inputs are divided by: "robot", the largest speeds of the scenario's robot, or a list with one positive number for
-    each signal (cm/s, rad/s). Of a custom system it is found in the data"""
+    """what the inputs are divided by: "robot", the largest speeds of the scenario's robot, or a
+    list with one positive number for each signal (cm/s, rad/s). Of a custom system it is found in
+    the data"""
 
     @model_validator(mode="after")
     def _check_network(self) -> "ClassifiersSection":
@@ -152,8 +167,8 @@ class CoevolutionSection(Section):
     """The interplay of the two populations."""
 
     archive: Annotated[int, Field(ge=0)] = 100
-    """past classifiers, each the best of its generation, that judge the models beside the present ones; then votes weigh by
-    competence. 0: none, and equal votes"""
+    """past classifiers, each the best of its generation, that judge the models beside the present
+    ones; then votes weigh by competence. 0: none, and equal votes"""
 
 
 class RunSection(Section):
@@ -162,14 +177,17 @@ class RunSection(Section):
     generations: Annotated[int, Field(ge=1, le=LARGEST_GENERATIONS)] = 1000
     """length of a run without `trials`"""
     trials: Annotated[int, Field(ge=0, le=LARGEST_GENERATIONS)] = 0
-    """20 or more: the run infers from so many trials, keeps all samples and judges them again (decision 0028); generations and
-    the population of models do not count. 0: as many trials as the generations need. 3000 where nothing is said of
-    run.generations, checkpoint_every, estimate_window, models, classifiers and coevolution (decision 0035)"""
+    """20 or more: the run infers from so many trials, keeps all samples and judges them again
+    (decision 0028); generations and the population of models do not count. 0: as many trials as the
+    generations need. 3000 where nothing is said of run.generations, checkpoint_every,
+    estimate_window, models, classifiers and coevolution (decision 0035)"""
     tolerance: Annotated[float, Field(ge=0, lt=0.5)] = 0.0
-    """of a run with `trials`: it stops before they are spent once it has settled and the interval of every parameter that can be
-    identified is at most this share of the parameter's range to either side. 0: never"""
+    """of a run with `trials`: it stops before they are spent once it has settled and the interval
+    of every parameter that can be identified is at most this share of the parameter's range to
+    either side. 0: never"""
     extended: tuple[tuple[int, int], ...] = ()
-    """of a finished run that was given more `trials`: the number that it had, and how many of them were spent, for each time"""
+    """of a finished run that was given more `trials`: the number that it had, and how many of them
+    were spent, for each time"""
     seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] = 1
     """of all random numbers: the same seed gives the same result, another one another run"""
     threads: Literal["all"] | Count = "all"
@@ -177,10 +195,12 @@ class RunSection(Section):
     checkpoint_every: Count = 50
     """generations after which the run is saved"""
     estimate_window: Count = 300
-    """last generations that the estimate is read from, or the last 0.3 of the run if these are fewer"""
+    """last generations that the estimate is read from, or the last 0.3 of the run if these are
+    fewer"""
     history: Literal["full", "thin"] = "full"
-    """ "full": both populations of every generation are kept, and the run ends with figures and a report; "thin": the best and
-    the typical models and the quartiles of the fitness, in a hundredth of the space, as studies keep them"""
+    """ "full": both populations of every generation are kept, and the run ends with figures and a
+    report; "thin": the best and the typical models and the quartiles of the fitness, in a hundredth
+    of the space, as studies keep them"""
 
     @property
     def earlier(self) -> set[int]:

@@ -26,14 +26,15 @@ RANGES_CM = (30.0, 20.0, 12.0)  # ours
 class LightResponse:
     """Speed of an agent with states 0 to 3, which it climbs where darkness and bright light follow each other at the right time.
 
-    In the states 0 and 2 it waits for darkness, in 1 and 3 for bright light. In other light it falls back to
-    state 0. In the right light a stochastic agent climbs with the probability `readiness` in each step; a
-    deterministic one gets nearer to the next state by the share `readiness`. In state 3 it stays while it is
-    bright. `speed0` to `speed3` are its speeds in the states, measured with noise.
+    In the states 0 and 2 it waits for darkness, in 1 and 3 for bright light. In other light it
+    falls back to state 0. In the right light a stochastic agent climbs with the probability
+    `readiness` in each step; a deterministic one gets nearer to the next state by the share
+    `readiness`. In state 3 it stays while it is bright. `speed0` to `speed3` are its speeds in the
+    states, measured with noise.
 
-    Source: Li, Gauci and Gross (2013), Gross, Gu, Li and Gauci (2017): that the interrogator controls the
-    light, that the agent moves in one dimension and answers through internal states, deterministic or
-    stochastic. States and numbers are ours.
+    Source: Li, Gauci and Gross (2013), Gross, Gu, Li and Gauci (2017): that the interrogator
+    controls the light, that the agent moves in one dimension and answers through internal states,
+    deterministic or stochastic. States and numbers are ours.
     """
 
     stochastic: bool = False
@@ -75,10 +76,10 @@ LIGHT_TRUTH = (2.0, 6.0, 1.0, 8.0, 0.3)
 class SensorConfiguration:
     """Readings of three distance sensors of a differential-wheeled robot whose wheels the interrogator drives.
 
-    A reading is the distance (cm) from the center of the robot to the nearest wall or obstacle in the sensor's
-    direction, and the sensor's range where that is less, with noise. Walls and obstacles stop the robot. Trials
-    begin anywhere, in any direction. Source: Gross, Gu, Li and Gauci (2017), where a robot infers its own
-    sensors so; the numbers: see this module.
+    A reading is the distance (cm) from the center of the robot to the nearest wall or obstacle in
+    the sensor's direction, and the sensor's range where that is less, with noise. Walls and
+    obstacles stop the robot. Trials begin anywhere, in any direction. Source: Gross, Gu, Li and
+    Gauci (2017), where a robot infers its own sensors so; the numbers: see this module.
     """
 
     def initial(self, count: int, rng: np.random.Generator) -> np.ndarray:

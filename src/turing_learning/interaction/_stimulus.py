@@ -23,11 +23,10 @@ class Stimulus(Settings):
     """S stimuli at each time step, and who chooses them."""
 
     ranges: dict[str, tuple[float, float]]  #: Name -> (low, high) of each
-    levels: int = (
-        0  #: 0 for any value of the range; n for one of n evenly spaced values, both ends included
-    )
-    #: Empty if the classifiers choose. "random": anew in every step, uniformly; "constant": once for a trial,
-    #: uniformly; "recorded": a row of `recorded`
+    #: 0 for any value of the range; n for one of n evenly spaced values, both ends included
+    levels: int = 0
+    #: Empty if the classifiers choose. "random": anew in every step, uniformly; "constant": once
+    #: for a trial, uniformly; "recorded": a row of `recorded`
     passive: Literal["", "random", "constant", "recorded"] = ""
     recorded: tuple[
         tuple[tuple[float, ...], ...], ...
@@ -100,7 +99,10 @@ class Stimulus(Settings):
         return self.low + (self.high - self.low) * outputs
 
     def drawn(self, trials: int, steps: int, rng: np.random.Generator) -> np.ndarray:
-        """Return the stimuli (R, T, S) of trials that are only watched; random ones where classifiers would choose."""
+        """Return the stimuli (R, T, S) of trials that are only watched.
+
+        Random ones where classifiers would choose.
+        """
         if self.passive == "recorded":
             series = np.asarray(self.recorded)
             return series[rng.integers(len(series), size=trials)]
@@ -119,11 +121,11 @@ class Stimulus(Settings):
 class Interrogator:
     """What an Elman network judges, and with O further outputs of the same hidden neurons which stimulus comes next.
 
-    A genome is that of the network, whose inputs are the signals of the response, then the stimuli; then come
-    the weights (O, H) and biases (O) of the further logistic outputs. They are 0 to 1 of a stimulus' range, or,
-    of one of n levels, the largest of n outputs counts. The first stimulus is chosen with all hidden
-    activations 0. Source: paper, section 3.1, footnote 1; Li, Gauci and Gross, A coevolutionary approach to
-    learn animal behavior through controlled interaction (2013).
+    A genome is that of the network, whose inputs are the signals of the response, then the stimuli;
+    then come the weights (O, H) and biases (O) of the further logistic outputs. They are 0 to 1 of
+    a stimulus' range, or, of one of n levels, the largest of n outputs counts. The first stimulus
+    is chosen with all hidden activations 0. Source: paper, section 3.1, footnote 1; Li, Gauci and
+    Gross, A coevolutionary approach to learn animal behavior through controlled interaction (2013).
     """
 
     network: ElmanClassifier
@@ -142,7 +144,10 @@ class Interrogator:
 
 
 class Dialogue:
-    """N interrogators (N, Q), each in k dialogues at once, in single precision; `stimuli` (N, k, S) are the last ones chosen."""
+    """N interrogators (N, Q), each in k dialogues at once, in single precision.
+
+    `stimuli` (N, k, S) are the last ones chosen.
+    """
 
     def __init__(self, interrogator: Interrogator, genomes: np.ndarray, dialogues: int) -> None:
         network, o = interrogator.network, interrogator.stimulus.outputs

@@ -22,7 +22,8 @@ from ._stimulus import PASSIVE, Dialogue, Interrogator, Stimulus
 Step = Callable[[Any, np.ndarray, np.ndarray, np.random.Generator], tuple[Any, np.ndarray]]
 """(state, parameters (n, P), stimulus (n, S), rng) -> the next state, and what is observed (n, D); for n trials at once.
 
-The first state is `initial(n, rng)`, where the function has such a method; else zeros (n, states)."""
+The first state is `initial(n, rng)`, where the function has such a method; else zeros (n,
+states)."""
 
 BEHAVIORS: dict[str, Step] = {
     "light-response": _examples.LightResponse(),
@@ -53,14 +54,14 @@ class StimulatedSystem(CustomSystem):
     """
 
     stimulus: Stimulus  #: What can be done to it, and who chooses
-    behavior_name: str = (
-        ""  #: One of `BEHAVIORS`, which are built in; empty where the caller has a function
-    )
-    #: The system's parameters (P,), by which it is simulated; empty where the caller has a function of it
+    #: One of `BEHAVIORS`, which are built in; empty where the caller has a function
+    behavior_name: str = ""
+    #: The system's parameters (P,), by which it is simulated; empty where the caller has a
+    #: function of it
     true: tuple[float, ...] = ()
-    #: Models that each classifier meets alone in a generation, and as often the system. Where classifiers only
-    #: watch, samples of each model; there are as many genuine ones. With as many classifiers as models these are
-    #: as many trials
+    #: Models that each classifier meets alone in a generation, and as often the system. Where
+    #: classifiers only watch, samples of each model; there are as many genuine ones. With as many
+    #: classifiers as models these are as many trials
     opponents: int = 10
     states: int = 1  #: Numbers that a function without `initial` keeps of each trial
 
@@ -198,8 +199,8 @@ class StimulatedSystem(CustomSystem):
 class StimulatedSource(FallibleSource):
     """Trials of a system with stimuli and of models of it, which answer by `step`.
 
-    `genuine` is how the system answers, (state, stimulus, rng) -> (state, observation); None for a model with
-    the true parameters.
+    `genuine` is how the system answers, (state, stimulus, rng) -> (state, observation); None for a
+    model with the true parameters.
     """
 
     system: StimulatedSystem
@@ -209,7 +210,10 @@ class StimulatedSource(FallibleSource):
         self.step, self.answering = step, genuine
 
     def interrogation(self, classifier: Classifier) -> Interrogation:
-        """Return what lets classifiers choose stimuli, or watch; no model is accepted whose answers are not finite."""
+        """Return what lets classifiers choose stimuli, or watch.
+
+        No model is accepted whose answers are not finite.
+        """
         if self.system.stimulus.passive:
             return super().interrogation(classifier)
         self._interrogator = cast(Interrogator, classifier)
@@ -223,7 +227,10 @@ class StimulatedSource(FallibleSource):
         genuine: int,
         rng: np.random.Generator,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return outputs (N, genuine) and (N, k) of classifiers that choose stimuli; see `coevolution.InteractiveSource`."""
+        """Return outputs (N, genuine) and (N, k) of classifiers that choose stimuli.
+
+        See `coevolution.InteractiveSource`.
+        """
         count, known = len(classifiers), self.system.to_units(models)
         trials = _Trials(self, count * genuine, known[met].reshape(-1, known.shape[1]), rng)
         talk = Dialogue(self._interrogator, classifiers, genuine + met.shape[1])
@@ -259,10 +266,11 @@ class StimulatedSource(FallibleSource):
     ) -> dict[str, np.ndarray]:
         """Return what the best interrogators of N (N, Q) do: one trial with the system, one with the estimate (P,).
 
-        There is one for each parameter: that which tells the system best from models in which this parameter is
-        drawn anew. The arrays are "stimuli" (P, 2, T, S), "answers" (P, 2, T, D), "ranges" (S, 2), and
-        "outputs" (P, 2), "accuracy" (P,), shares of such models and of trials of the system; where classifiers
-        only watch, those of one trial, and neither of the last two.
+        There is one for each parameter: that which tells the system best from models in which this
+        parameter is drawn anew. The arrays are "stimuli" (P, 2, T, S), "answers" (P, 2, T, D),
+        "ranges" (S, 2), and "outputs" (P, 2), "accuracy" (P,), shares of such models and of trials
+        of the system; where classifiers only watch, those of one trial, and neither of the last
+        two.
         """
         system, count, passive = self.system, len(estimate), bool(self.system.stimulus.passive)
         found = {"ranges": np.stack((system.stimulus.low, system.stimulus.high), 1)}
@@ -394,7 +402,10 @@ def _system_of(
     scale: Sequence[float],
     **more: Any,
 ) -> StimulatedSystem:
-    """Return a system of which these signals are observed; the inputs that are stimuli have half their range as a scale."""
+    """Return a system of which these signals are observed.
+
+    The inputs that are stimuli have half their range as a scale.
+    """
     half = (stimulus.high - stimulus.low) / 2
     return StimulatedSystem(
         signals=(*signals, *stimulus.names), center=(*center, *stimulus.center.tolist()), input_scale=(*scale, *half.tolist()),
@@ -410,8 +421,8 @@ def describe_stimulated(
     Parameters
     ----------
     genuine
-        The system: name -> true parameter, or a function (state, stimulus (n, S), rng) -> (state, observation
-        (n, D)).
+        The system: name -> true parameter, or a function (state, stimulus (n, S), rng) -> (state,
+        observation (n, D)).
     simulate
         How a model answers, see `Step`.
     parameters, options

@@ -67,8 +67,8 @@ def _unsealed(data: bytes) -> Any:
 class _KernelCache(FunctionCache):
     """Numba's cache, keyed to the source of all kernels.
 
-    Numba looks at the file of the compiled function alone, and would use machine code into which an older
-    version of a kernel from another file was inlined.
+    Numba looks at the file of the compiled function alone, and would use machine code into which an
+    older version of a kernel from another file was inlined.
     """
 
     def __init__(self, function: Callable[..., Any], notice: str) -> None:
@@ -98,8 +98,8 @@ class _KernelCache(FunctionCache):
 def compile_cached(function: Callable[..., Any], *, notice: str = "", **options: Any) -> Any:
     """Compile `function` without the interpreter lock and keep the machine code on disk where that is possible.
 
-    With a `notice` the log says what is compiled, and how long that takes, when it is not on the disk yet; "{}"
-    in it is "this" the first time, and "another" after that.
+    With a `notice` the log says what is compiled, and how long that takes, when it is not on the
+    disk yet; "{}" in it is "this" the first time, and "another" after that.
     """
     dispatcher = njit(**_COMMON, **options)(function)
     with contextlib.suppress(
@@ -109,8 +109,9 @@ def compile_cached(function: Callable[..., Any], *, notice: str = "", **options:
     return dispatcher
 
 
-# Without Numba's reference counting, see docs/decisions/0001, and without the wrappers by which Python would call them: each
-# would be one more copy of the function to optimize. Force-inlined functions are called by compiled functions only.
+# Without Numba's reference counting, see docs/decisions/0001, and without the wrappers by which
+# Python would call them: each would be one more copy of the function to optimize. Force-inlined
+# functions are called by compiled functions only.
 _INLINED = _COMMON | {"forceinline": True, "_nrt": False, "no_cpython_wrapper": True}
 
 

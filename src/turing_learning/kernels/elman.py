@@ -1,9 +1,9 @@
 """Compile the Elman judge for a network size, once per process and cached between processes.
 
-The generated source (see `elman_source`) is written to the user's cache folder, because Numba keeps compiled
-code only for functions that come from a file. `TURING_LEARNING_CACHE_DIR` names another folder. What runs is
-the text generated here, never what a file says; where the folder cannot be used, the judge is compiled in
-memory, a second per process.
+The generated source (see `elman_source`) is written to the user's cache folder, because Numba keeps
+compiled code only for functions that come from a file. `TURING_LEARNING_CACHE_DIR` names another
+folder. What runs is the text generated here, never what a file says; where the folder cannot be
+used, the judge is compiled in memory, a second per process.
 """
 
 import os

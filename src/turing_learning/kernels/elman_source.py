@@ -1,27 +1,35 @@
 """Write the source of the Elman judge for one network size.
 
-Numba vectorizes the judge only if the sizes of the network are constants and nothing is sliced in the inner
-loop, so the source is generated. Its two functions work on blocks of `LANES` samples, one sample per lane.
+Numba vectorizes the judge only if the sizes of the network are constants and nothing is sliced in
+the inner loop, so the source is generated. Its two functions work on blocks of `LANES` samples, one
+sample per lane.
 
 ``pack(start, stop, samples, inverse_scale, blocks, faults)``
-    Fills ``blocks[start:stop]``, (block, T, D, lane) float32, from samples (S, T, D) float64; lanes without a
-    sample are zero. ``faults`` (block,) receives the flat index of the first value in the block that is not
-    finite, or -1.
+    Fills ``blocks[start:stop]``, (block, T, D, lane) float32, from samples (S, T, D) float64; lanes
+    without a sample are zero. ``faults`` (block,) receives the flat index of the first value in the
+    block that is not finite, or -1.
 ``judge(start, stop, blocks, weights, outputs)``
-    Judges the units ``start`` to ``stop``; unit = block * N + classifier. Fills ``outputs`` (N, S) float32.
+    Judges the units ``start`` to ``stop``; unit = block * N + classifier. Fills ``outputs`` (N, S)
+    float32.
 
 The arithmetic, and why nothing can overflow or become NaN:
 
-* the largest input of a time step and the largest weight of a neuron are at most `LIMIT`, so with at most
-  `LARGEST_SUM` terms a weighted sum stays below 3e18 and its square below 1e37 (float32 ends at 3.4e38);
-* sigmoid(z) = 1/2 + z P(u) / Q(u), u = min(z^2, `SATURATION`^2), cut to [0, 1]. P / Q is a minimax fit of
-  tanh(z / 2) / (2 z); all coefficients are positive, so Q has no zero. Errors stay below `SIGMOID_ERROR`. At
-  |z| = `SATURATION` the fit passes 0 and 1, so that saturated neurons are exactly 0 or 1, as in double precision.
+* the largest input of a time step and the largest weight of a neuron are at most `LIMIT`, so with
+at most
+  `LARGEST_SUM` terms a weighted sum stays below 3e18 and its square below 1e37 (float32 ends at
+  3.4e38);
+* sigmoid(z) = 1/2 + z P(u) / Q(u), u = min(z^2, `SATURATION`^2), cut to [0, 1]. P / Q is a minimax
+fit of
+  tanh(z / 2) / (2 z); all coefficients are positive, so Q has no zero. Errors stay below
+  `SIGMOID_ERROR`. At |z| = `SATURATION` the fit passes 0 and 1, so that saturated neurons are
+  exactly 0 or 1, as in double precision.
 
-Floating point flags: everything of fast math except reassociation. The order of a sum is the one in the source.
+Floating point flags: everything of fast math except reassociation. The order of a sum is the one in
+the source.
 
-Where the state lies decides about a third of the time: a vector that crosses a cache line costs twice. So it
-lies on the stack, aligned to a cache line, which also makes the compiler align the weights that it keeps there.
+Where the state lies decides about a third of the time: a vector that crosses a cache line costs
+twice. So it lies on the stack, aligned to a cache line, which also makes the compiler align the
+weights that it keeps there.
 """
 
 LANES = 32

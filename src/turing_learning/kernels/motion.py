@@ -1,11 +1,11 @@
 """How robots that touch nothing move: angles, noise of the wheels, networks that drive some, commands and reaches, a closed form.
 
-The noise of the wheels is counter-based: every draw is a function of (key, counter), so threads cannot change
-it.
+The noise of the wheels is counter-based: every draw is a function of (key, counter), so threads
+cannot change it.
 
-In each control cycle the network that drives a robot writes its outputs where a reactive robot has the wheel
-speeds of the present reading. All that follows, from the noise of the wheels to the contacts, is the same for
-both kinds.
+In each control cycle the network that drives a robot writes its outputs where a reactive robot has
+the wheel speeds of the present reading. All that follows, from the noise of the wheels to the
+contacts, is the same for both kinds.
 """
 
 import math
@@ -101,7 +101,8 @@ _STEP = 2.0**-53
 def uniform(key: np.uint64, counter: np.uint64) -> float:
     """Return the draw number `counter` of the stream `key`, uniform in (0, 1).
 
-    Source: SplitMix64, Steele, Lea and Flood, Fast splittable pseudorandom number generators (2014).
+    Source: SplitMix64, Steele, Lea and Flood, Fast splittable pseudorandom number generators
+    (2014).
     """
     z = key + (counter + np.uint64(1)) * _INCREMENT
     z = (z ^ (z >> _S30)) * _FIRST
@@ -158,7 +159,8 @@ SKIN = 0.5
 """Travel beyond its own motion that a body may be pushed in a cycle before the near pairs are given up (cm)."""
 
 
-# Each imperfection draws from a stream of its own, so that one changes no number of another. Random 64-bit constants.
+# Each imperfection draws from a stream of its own, so that one changes no number of another.
+# Random 64-bit constants.
 _SCALES, _SLIPS, _MISTAKES = (
     np.uint64(0x6A09E667F3BCC909),
     np.uint64(0xBB67AE8584CAA73B),
@@ -210,7 +212,10 @@ def mistake(
 
 @inlined
 def delay_commands(cycle: int, world: World, state: State, imperfections: Imperfections) -> None:
-    """Let the present commands wait, and those act that were given as many cycles ago as the lag; before, robots rest."""
+    """Let the present commands wait, and those act that were given as many cycles ago as the lag.
+
+    Before, robots rest.
+    """
     lag = imperfections.waiting.shape[0]
     if lag > 0:
         due = imperfections.waiting[cycle % lag]
@@ -246,7 +251,10 @@ def set_object_reach(w: int, world: World, state: State) -> None:
 
 @inlined
 def closed_form_angles(dt: float, steps: int, state: State, angles: np.ndarray) -> None:
-    """Fill the three angles (3, bodies, slots) that the closed form needs; see `glide_free_robots`."""
+    """Fill the three angles (3, bodies, slots) that the closed form needs.
+
+    See `glide_free_robots`.
+    """
     for i in range(angles.shape[1]):
         heading, turn, command = state.heading[i], state.turn[i], state.command[i]
         first, half, middle = angles[0, i], angles[1, i], angles[2, i]
@@ -258,7 +266,10 @@ def closed_form_angles(dt: float, steps: int, state: State, angles: np.ndarray) 
 
 @contracted
 def chebyshev(degree: int, cosine: float) -> float:
-    """Return the Chebyshev polynomial of the second kind, U_n(cos a) = sin((n + 1) a) / sin(a); 0 for n = -1."""
+    """Return the Chebyshev polynomial of the second kind, U_n(cos a) = sin((n + 1) a) / sin(a).
+
+    0 for n = -1.
+    """
     before, value = 0.0, 1.0 if degree >= 0 else 0.0
     for _ in range(degree):
         before, value = value, 2.0 * cosine * value - before
@@ -269,7 +280,10 @@ def chebyshev(degree: int, cosine: float) -> float:
 def glide(
     i: int, dt: float, steps: int, sines: np.ndarray, cosines: np.ndarray, state: State
 ) -> None:
-    """Advance robot `i` in the slots where it touches nothing; sines and cosines (3, slots) of its three angles."""
+    """Advance robot `i` in the slots where it touches nothing.
+
+    Sines and cosines (3, slots) of its three angles.
+    """
     x, y, heading, turn = state.x[i], state.y[i], state.heading[i], state.turn[i]
     forward, command, near = state.forward[i], state.command[i], state.near[i]
     for w in range(near.shape[0]):
@@ -287,9 +301,9 @@ def glide(
 def glide_free_robots(world: World, state: State) -> None:
     """Advance by one control cycle, in closed form, the robots of all slots that touch nothing (near = 0).
 
-    The first physics step goes along heading + (turn rate before) dt / 2; step k = 1 ... S - 1 along
-    h + (k + 1/2) d, with d = (commanded turn rate) dt, and the sum of the S - 1 unit vectors is U_{S-2}(cos(d / 2))
-    times the one along h + (S + 1) d / 2.
+    The first physics step goes along heading + (turn rate before) dt / 2; step k = 1 ... S - 1
+    along h + (k + 1/2) d, with d = (commanded turn rate) dt, and the sum of the S - 1 unit vectors
+    is U_{S-2}(cos(d / 2)) times the one along h + (S + 1) d / 2.
     """
     dt = world.interval / world.substeps
     angles, sines, cosines = state.work[:3], state.work[3:6], state.work[6:9]

@@ -24,9 +24,9 @@ def run_range(
 ) -> None:
     """Call ``function(start, stop, *arguments)`` for pieces that cover ``range(count)``.
 
-    The function is compiled, releases the interpreter lock, and its iterations are independent. There are at
-    least one of `threads`; None takes every processor that the process may use. Pieces are not made smaller
-    than `grain` unless a thread would have nothing to do.
+    The function is compiled, releases the interpreter lock, and its iterations are independent.
+    There are at least one of `threads`; None takes every processor that the process may use. Pieces
+    are not made smaller than `grain` unless a thread would have nothing to do.
     """
     threads = default_threads() if threads is None else threads
     if threads == 1 or count < 2:

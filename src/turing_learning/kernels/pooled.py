@@ -24,9 +24,9 @@ def _judge_range(
 ) -> None:
     """Fill `outputs` (S, N) float32 for the blocks `start` to `stop` of `LANES` samples each.
 
-    `samples` (S, T, D) float32 are divided by their scale; `windows` (N, 2) int64 are taps and steps between
-    them, none longer than T; `weights` (N, 1 + taps D) float32 the threshold, then the weights of each tap. The
-    logistic function is that of `elman_source`.
+    `samples` (S, T, D) float32 are divided by their scale; `windows` (N, 2) int64 are taps and
+    steps between them, none longer than T; `weights` (N, 1 + taps D) float32 the threshold, then
+    the weights of each tap. The logistic function is that of `elman_source`.
     """
     steps, signals = samples.shape[1], samples.shape[2]
     # all moments of all lanes stand in a row, so that every inner loop is long and over neighbors

@@ -1,16 +1,17 @@
 """Sensors of robots: lines of sight, rays along the headings, and fields of view, sectors around them.
 
-In a sector, a robot sees the nearest item of which any part lies in it. Seen from a robot, a body's centre is
-`ahead` along the heading and `off` to a side. The sector ends on that side at the angle h, half the field of
-view, and from its border the centre is
+In a sector, a robot sees the nearest item of which any part lies in it. Seen from a robot, a body's
+centre is
+`ahead` along the heading and `off` to a side. The sector ends on that side at the angle h, half the
+field of view, and from its border the centre is
 
     along   = ahead cos h + |off| sin h
     outside = |off| cos h - ahead sin h
 
-The centre lies in the sector if outside < 0; then the nearest visible point is the nearest of the disk.
-Otherwise a part of the disk is visible if the border meets it (along > 0, outside <= r), first at
-along - sqrt(r r - outside outside), or if the robot's centre lies in the disk. A field of 0 has no inside:
-along = ahead and outside = |off|, to the last bit, the line of sight.
+The centre lies in the sector if outside < 0; then the nearest visible point is the nearest of the
+disk. Otherwise a part of the disk is visible if the border meets it (along > 0, outside <= r),
+first at along - sqrt(r r - outside outside), or if the robot's centre lies in the disk. A field of
+0 has no inside: along = ahead and outside = |off|, to the last bit, the line of sight.
 """
 
 import math
@@ -41,7 +42,10 @@ def nearest_visible(ahead: float, off: float, radius: float, cosine: float, sine
 
 @inlined
 def look_into(i: int, j: int, world: World, state: State) -> None:
-    """Let robot `i` read body `j`, in every slot, if that is the nearest so far; count the two if they are within reach."""
+    """Let robot `i` read body `j`, in every slot, if that is the nearest so far.
+
+    Count the two if they are within reach.
+    """
     x, y, cosine, sine, reach = (
         state.x[i],
         state.y[i],
@@ -105,7 +109,10 @@ def sense_one_trial(world: World, state: State) -> None:
 
 @inlined
 def reading_of_nearest(distance: np.ndarray, world: World) -> int:
-    """Return the sensor state that the first of the nearest bodies gives; 0 if all distances (bodies,) are infinite."""
+    """Return the sensor state that the first of the nearest bodies gives.
+
+    0 if all distances (bodies,) are infinite.
+    """
     nearest, reading = np.inf, 0
     for j in range(world.bodies):
         if distance[j] < nearest:
@@ -163,8 +170,8 @@ def first_reading(i: int, w: int, world: World, state: State) -> int:
 def sense(sectors: np.ndarray | None, world: World, state: State) -> None:
     """Read the sensor of every robot in every slot, and count the pairs within reach (`state.crowd`).
 
-    Two bodies are within reach if their distance is below the sum of their reaches. `sectors` are those of the
-    world: what an argument that is None leaves out is not compiled.
+    Two bodies are within reach if their distance is below the sum of their reaches. `sectors` are
+    those of the world: what an argument that is None leaves out is not compiled.
     """
     if sectors is None:
         sense_on_rays(world, state)

@@ -2,12 +2,14 @@
 
 Source: the equations of Enki, see docs/physics.md.
 
-A pair is near if its distance is below the sum of the two reaches. Only near pairs are looked at. This is exact
-as long as no body moves farther in the cycle than its reach allows: a pair left out has a distance of at least
-the two reaches, each a radius and a largest travel. Every movement is checked against this; where one exceeds
-it, the cycle is begun anew with a larger reach, and in the end with all pairs of all bodies.
+A pair is near if its distance is below the sum of the two reaches. Only near pairs are looked at.
+This is exact as long as no body moves farther in the cycle than its reach allows: a pair left out
+has a distance of at least the two reaches, each a radius and a largest travel. Every movement is
+checked against this; where one exceeds it, the cycle is begun anew with a larger reach, and in the
+end with all pairs of all bodies.
 
-A few trials are advanced as one party, so that contacts of different trials can be resolved side by side.
+A few trials are advanced as one party, so that contacts of different trials can be resolved side by
+side.
 """
 
 import math
@@ -57,8 +59,8 @@ def push_apart(i: int, j: int, party: Party) -> None:
 def after_contact(a: Motion, b: Motion, disk_a: Disk, disk_b: Disk) -> tuple[Motion, Motion]:
     """Return the motion (x, y, vx, vy, turn rate) of two overlapping disks (radius, inverse mass and inertia) after their contact.
 
-    They are pushed apart, and exchange an impulse along the normal (nx, ny), from b to a, at the contact point
-    on the boundary of b; also when they already separate.
+    They are pushed apart, and exchange an impulse along the normal (nx, ny), from b to a, at the
+    contact point on the boundary of b; also when they already separate.
     """
     x_a, y_a, vx_a, vy_a, turn_a = a
     x_b, y_b, vx_b, vy_b, turn_b = b
@@ -226,7 +228,10 @@ def advance_positions(members: int, dt: float, party: Party) -> int:
 
 @inlined
 def resolve_one_by_one(members: int, listed: int, pairs: np.ndarray, party: Party) -> int:
-    """Resolve the contacts of the listed pairs of members, in order; return how often a member was pushed astray."""
+    """Resolve the contacts of the listed pairs of members, in order.
+
+    Return how often a member was pushed astray.
+    """
     count = members * (members - 1) // 2 if listed == ALL_PAIRS else listed
     astray = 0
     i, j = 0, 0
@@ -277,7 +282,10 @@ def resolve_side_by_side(trials: int, pairs: Pairs, party: Party, lanes: Lanes) 
 
 @inlined
 def finish_step(members: int, world: World, party: Party) -> int:
-    """Keep the members inside the arena and wrap their headings; return the number of members that stray."""
+    """Keep the members inside the arena and wrap their headings.
+
+    Return the number of members that stray.
+    """
     astray = 0
     if world.width > 0.0:
         for k in range(members):
@@ -295,7 +303,8 @@ def step_cycle(
 ) -> bool:  # fmt: skip
     """Advance the members, `robots` of them robots, by a control cycle with the listed pairs of members.
 
-    Returns False, with the cycle incomplete, as soon as a member strays; never if every pair is considered.
+    Returns False, with the cycle incomplete, as soon as a member strays; never if every pair is
+    considered.
     """
     dt = world.interval / world.substeps
     for _ in range(world.substeps):
@@ -373,8 +382,9 @@ def advance_involved(
 ) -> None:  # fmt: skip
     """Advance by one control cycle the bodies of the trials in these slots that may touch something or move by themselves.
 
-    All other robots are left for `glide_free_robots`. If a body strays, nothing but marks has changed; the
-    trials are then advanced one by one, and one trial with larger margins, in the end with every pair.
+    All other robots are left for `glide_free_robots`. If a body strays, nothing but marks has
+    changed; the trials are then advanced one by one, and one trial with larger margins, in the end
+    with every pair.
     """
     w, end, attempt = first, stop, np.int64(0)  # a literal would be compiled as a kind of its own
     while w < stop:
@@ -398,8 +408,8 @@ def list_involved(
 ) -> float:  # fmt: skip
     """Mark the bodies of these trials that may touch something or move by themselves, and list their near pairs.
 
-    Returns the margin: that of the attempt; inf where there is no room for the pairs, which one trial of many
-    bodies alone can have, so that every pair is looked at.
+    Returns the margin: that of the attempt; inf where there is no room for the pairs, which one
+    trial of many bodies alone can have, so that every pair is looked at.
     """
     margin = MARGINS[attempt]
     for w in range(first, stop):

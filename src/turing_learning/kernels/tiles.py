@@ -1,28 +1,30 @@
 """Bodies of one large trial in tiles of neighbors, so that a search can leave out whole tiles.
 
-The bodies are put in an order in which every TILE consecutive ones, and every TILE consecutive tiles (a block),
-lie close together. Each tile and each block keeps the box around its bodies' centres and the largest sight
-radius and reach in it. Which bodies share a tile is a matter of speed alone: every search is exact for any
-order, so that the order is renewed now and then only, while the boxes are renewed in every cycle. Boxes adapt
-to where the bodies are, be they 1e12 cm apart.
+The bodies are put in an order in which every TILE consecutive ones, and every TILE consecutive
+tiles (a block), lie close together. Each tile and each block keeps the box around its bodies'
+centres and the largest sight radius and reach in it. Which bodies share a tile is a matter of speed
+alone: every search is exact for any order, so that the order is renewed now and then only, while
+the boxes are renewed in every cycle. Boxes adapt to where the bodies are, be they 1e12 cm apart.
 
-Why the first item in a line of sight is exact. For a ray from (x, y) along (c, s), `sensing.first_reading`
-computes for a body at (xj, yj), with dx = xj - x and dy = yj - y, the numbers off = dx s - dy c and
-ahead = dx c + dy s, each operation rounded to the nearest float. Such rounding is monotone: if xj grows, so does (weakly)
-the rounded dx, then the rounded dx s if s >= 0 (else it falls), and so on. The computed, not only the true, off
-and ahead of every body in a box therefore lie between those computed in the same way for two of its corners, to
-the last bit, for coordinates of any size. A body is met if ahead > 0 and |off| <= r. The square root of the
-rounded r r is r, so that the entry distance, ahead - sqrt(r r - off off), is at least ahead - r, and that of
-any body of the box at least the lowest corner's ahead minus the largest r. Boxes are left out by these bounds
-alone. Of two bodies at the same entry distance the plain loop takes the first, and so does this one, in
-whichever order it meets them. No product may be fused with a sum here or there (`contracted`), because that
-would round differently.
+Why the first item in a line of sight is exact. For a ray from (x, y) along (c, s),
+`sensing.first_reading` computes for a body at (xj, yj), with dx = xj - x and dy = yj - y, the
+numbers off = dx s - dy c and ahead = dx c + dy s, each operation rounded to the nearest float. Such
+rounding is monotone: if xj grows, so does (weakly) the rounded dx, then the rounded dx s if s >= 0
+(else it falls), and so on. The computed, not only the true, off and ahead of every body in a box
+therefore lie between those computed in the same way for two of its corners, to the last bit, for
+coordinates of any size. A body is met if ahead > 0 and |off| <= r. The square root of the rounded r
+r is r, so that the entry distance, ahead - sqrt(r r - off off), is at least ahead - r, and that of
+any body of the box at least the lowest corner's ahead minus the largest r. Boxes are left out by
+these bounds alone. Of two bodies at the same entry distance the plain loop takes the first, and so
+does this one, in whichever order it meets them. No product may be fused with a sum here or there
+(`contracted`), because that would round differently.
 
-Why the near pairs are exact. A pair is near if its rounded dx dx + dy dy is below the rounded square of reach +
-reach + margin. Rounding is monotone (see above), so the gap between two boxes, computed in the same way from
-their sides, bounds this from below, and the sum of the two boxes' largest reaches bounds the limit from above,
-to the last bit. A pair of tiles is left out by these bounds alone. The partners of each body are then sorted,
-so that the pairs i < j come in the order of the physics.
+Why the near pairs are exact. A pair is near if its rounded dx dx + dy dy is below the rounded
+square of reach + reach + margin. Rounding is monotone (see above), so the gap between two boxes,
+computed in the same way from their sides, bounds this from below, and the sum of the two boxes'
+largest reaches bounds the limit from above, to the last bit. A pair of tiles is left out by these
+bounds alone. The partners of each body are then sorted, so that the pairs i < j come in the order
+of the physics.
 """
 
 import math
@@ -46,16 +48,14 @@ class Tiles(NamedTuple):
 
     order: np.ndarray  # (places,) int64, the body at each place; -1 where there is none
     home: np.ndarray  # (bodies,) int64, the place of each body
-    member: (
-        np.ndarray
-    )  # (4, places) x, y (cm), sight radius (cm; -inf where there is no body), reach (cm)
+    # (4, places) x, y (cm), sight radius (cm; -inf where there is no body), reach (cm)
+    member: np.ndarray
     tile: np.ndarray  # (6, tiles) box around the centres, largest sight radius and reach (cm)
     block: np.ndarray  # (6, blocks) the same
     bound: np.ndarray  # (2, tiles) least signed entry distance of a ray in each block and tile
     close: np.ndarray  # (tiles,) int64, tiles that are near a tile
-    span: (
-        np.ndarray
-    )  # (2, bodies) int64, where a body's partners start in `partner`, and their number
+    # (2, bodies) int64, where a body's partners start in `partner`, and their number
+    span: np.ndarray
     partner: np.ndarray  # (pairs,) int64
 
 
@@ -79,7 +79,10 @@ def new_tiles(bodies: int, pairs: int) -> Tiles:
 
 @inlined
 def sort_places(order: np.ndarray, start: int, stop: int, key: np.ndarray) -> None:
-    """Sort the bodies at places start ... stop - 1 by their key (Shell 1959, gaps of Tokuda 1992)."""
+    """Sort the bodies at places start ...
+
+    stop - 1 by their key (Shell 1959, gaps of Tokuda 1992).
+    """
     gap = 1
     while gap < (stop - start) // 2:
         gap = (9 * gap + 4) // 4
@@ -129,7 +132,10 @@ def renew_order(x: np.ndarray, y: np.ndarray, tiles: Tiles) -> None:
 def enclose(
     source: np.ndarray, start: int, rows: tuple[int, int, int, int, int, int], box: np.ndarray
 ) -> None:
-    """Write the box (6,) around TILE columns of `source`; `rows` hold left, right, bottom, top, sight radius and reach."""
+    """Write the box (6,) around TILE columns of `source`.
+
+    `rows` hold left, right, bottom, top, sight radius and reach.
+    """
     left = bottom = np.inf
     right = top = sight = reach = -np.inf
     for k in range(start, start + TILE):
@@ -152,8 +158,8 @@ def renew_boxes(
 ) -> None:
     """Copy positions, sight radii and reaches (bodies,) to the bodies' places and renew the boxes.
 
-    A place without a body takes the position of the last one, so that it widens no box, and can be neither seen
-    nor met.
+    A place without a body takes the position of the last one, so that it widens no box, and can be
+    neither seen nor met.
     """
     bodies = x.shape[0]
     member = tiles.member
@@ -182,7 +188,10 @@ def bound_entries(
     s: float,
     bounds: np.ndarray,
 ) -> None:
-    """Fill `bounds` with the least signed entry distance of the ray in boxes start ... stop - 1; inf where it meets none."""
+    """Fill `bounds` with the least signed entry distance of the ray in boxes start ... stop - 1.
+
+    Inf where it meets none.
+    """
     west, east = boxes[LEFT if s >= 0.0 else RIGHT], boxes[RIGHT if s >= 0.0 else LEFT]
     south, north = boxes[TOP if c >= 0.0 else BOTTOM], boxes[BOTTOM if c >= 0.0 else TOP]
     near_x, far_x = boxes[LEFT if c >= 0.0 else RIGHT], boxes[RIGHT if c >= 0.0 else LEFT]
@@ -270,7 +279,10 @@ def may_be_near(a: np.ndarray, b: np.ndarray, margin: float) -> bool:
 
 @inlined
 def find_close_tiles(own: int, used: int, margin: float, tiles: Tiles) -> int:
-    """List in `close` the tiles, of those in use, that hold a body near one of tile `own`; return their number."""
+    """List in `close` the tiles, of those in use, that hold a body near one of tile `own`.
+
+    Return their number.
+    """
     count = 0
     box = tiles.tile[:, own]
     for block in range(tiles.block.shape[1]):
@@ -284,7 +296,10 @@ def find_close_tiles(own: int, used: int, margin: float, tiles: Tiles) -> int:
 
 @inlined
 def find_partners(home: int, closes: int, total: int, margin: float, tiles: Tiles) -> int:
-    """Append to `partner` the bodies of a higher index near the one at place `home`; return the new total, -1 without room."""
+    """Append to `partner` the bodies of a higher index near the one at place `home`.
+
+    Return the new total, -1 without room.
+    """
     member, order, partner = tiles.member, tiles.order, tiles.partner
     i = order[home]
     x, y, reach = member[0, home], member[1, home], member[3, home]
@@ -318,7 +333,10 @@ def sort_partners(start: int, count: int, partner: np.ndarray) -> None:
 
 @inlined
 def find_pairs_in_tiles(bodies: int, margin: float, pairs: np.ndarray, tiles: Tiles) -> int:
-    """List the near pairs (pairs, 2) in the order of the physics; return their number, -1 if there is no room for them."""
+    """List the near pairs (pairs, 2) in the order of the physics.
+
+    Return their number, -1 if there is no room for them.
+    """
     used = -(-bodies // TILE)
     total = np.int64(0)  # a literal would be compiled as a kind of its own
     for tile in range(used):

@@ -40,7 +40,10 @@ MANY = 40
 
 
 def slots_of(bodies: int) -> int:
-    """Return the largest number of trials that are advanced side by side; those of many bodies are advanced one by one."""
+    """Return the largest number of trials that are advanced side by side.
+
+    Those of many bodies are advanced one by one.
+    """
     return 1 if bodies > MANY else SLOTS
 
 
@@ -89,8 +92,8 @@ def look(cycle: int, world: World, state: State, lanes: Lanes | None, tiles: Til
 def write_speeds(speeds: np.ndarray, cycle: int, w: int, world: World, state: State) -> None:
     """Write each robot's signed linear speed and angular speed over the cycle that began at `start_x`, `start_y`.
 
-    A robot's heading follows its commanded turn rate alone: a contact changes the turn rate, which the next
-    command overwrites.
+    A robot's heading follows its commanded turn rate alone: a contact changes the turn rate, which
+    the next command overwrites.
     """
     for i in range(world.robots):
         dx = state.x[i, w] - state.start_x[i, w]
@@ -118,9 +121,10 @@ def _advance_trials(
 ) -> None:  # fmt: skip
     """Run the trials from `block` on, one in each slot of the state.
 
-    initial (R, B, 3), controllers (R, A, 2 n), keys (R,) -> speeds (R, A, T, 2); unless they are empty also
-    poses (R, T + 1, B, 3) and sensors (R, T + 1, A). Trials of many bodies come one at a time, with `tiles`,
-    others with `lanes`; the other is None and not compiled. Networks write to the controllers.
+    initial (R, B, 3), controllers (R, A, 2 n), keys (R,) -> speeds (R, A, T, 2); unless they are
+    empty also poses (R, T + 1, B, 3) and sensors (R, T + 1, A). Trials of many bodies come one at a
+    time, with `tiles`, others with `lanes`; the other is None and not compiled. Networks write to
+    the controllers.
     """
     recorded = poses.shape[0] > 0
     slots = state.crowd.shape[0]

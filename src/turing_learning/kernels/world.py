@@ -1,11 +1,11 @@
 """What is constant during a trial (`World`), what changes (`State`), and the bodies that may touch something (`Party`).
 
-A thread advances several trials side by side: ``state.x[i, w]`` belongs to body i of the trial in slot w,
-robots first, and loops over the slots are the inner ones, because they vectorize.
+A thread advances several trials side by side: ``state.x[i, w]`` belongs to body i of the trial in
+slot w, robots first, and loops over the slots are the inner ones, because they vectorize.
 
-A party has the bodies of one trial or several that may touch something in a control cycle, side by side in
-memory: robots first, then objects, of each trial in its order. A cycle is advanced in copies and written back
-when it is complete, so that it can be begun anew.
+A party has the bodies of one trial or several that may touch something in a control cycle, side by
+side in memory: robots first, then objects, of each trial in its order. A cycle is advanced in
+copies and written back when it is complete, so that it can be begun anew.
 """
 
 from typing import NamedTuple
@@ -25,9 +25,8 @@ class World(NamedTuple):
     inverse_inertia: np.ndarray  # 1/(g cm^2)
     sight_radius: np.ndarray  # cm; negative: the ray passes through
     reading: np.ndarray  # int64, sensor state that the body gives
-    sectors: (
-        np.ndarray | None
-    )  # (2, trials, robots) cosine and sine of half the field of view; None: lines of sight
+    # (2, trials, robots) cosine and sine of half the field of view; None: lines of sight
+    sectors: np.ndarray | None
     deceleration: float  # of objects by dry friction, cm/s^2
     wheel_distance: float  # cm
     maximum_speed: float  # cm/s
@@ -41,7 +40,10 @@ class World(NamedTuple):
 
 
 class State(NamedTuple):
-    """Bodies in motion and room to work in, one for each thread; arrays are (bodies, slots) unless said otherwise."""
+    """Bodies in motion and room to work in, one for each thread.
+
+    Arrays are (bodies, slots) unless said otherwise.
+    """
 
     x: np.ndarray  # cm
     y: np.ndarray
@@ -56,16 +58,14 @@ class State(NamedTuple):
     reach: np.ndarray  # radius and the farthest a body is expected to move in a control cycle, cm
     start_x: np.ndarray  # at the start of the cycle, cm
     start_y: np.ndarray
-    seen: (
-        np.ndarray
-    )  # float, number of items in the line of sight; in a sector, distance of the nearest (cm)
+    # float, number of items in the line of sight; in a sector, distance of the nearest (cm)
+    seen: np.ndarray
     view_cosine: np.ndarray  # of half the field of view; written only where there is one
     view_sine: np.ndarray
     crowd: np.ndarray  # (slots,) float, number of (robot, body) pairs within reach of each other
     reading: np.ndarray  # int64, sensor state
-    near: (
-        np.ndarray
-    )  # int64: 1 where a contact is possible in this cycle, or the body moves by itself
+    # int64: 1 where a contact is possible in this cycle, or the body moves by itself
+    near: np.ndarray
     work: np.ndarray  # (9, bodies, slots) angles, sines and cosines
 
 
@@ -80,9 +80,8 @@ class Networks(NamedTuple):
 
     weights: np.ndarray  # (K, Q), laid out as in `models.ElmanModel`
     driver: np.ndarray  # (R, A) int64, the network that drives each robot; -1 for a reactive one
-    memory: (
-        np.ndarray
-    )  # (slots, A, 2 H) activations of the hidden neurons, and room for the next ones
+    # (slots, A, 2 H) activations of the hidden neurons, and room for the next ones
+    memory: np.ndarray
 
 
 def new_networks(weights: np.ndarray, driver: np.ndarray, hidden: int) -> Networks:
@@ -96,9 +95,8 @@ class Imperfections(NamedTuple):
     slip: float
     mistakes: float
     states: int  # of the sensor
-    waiting: (
-        np.ndarray
-    )  # (lag, 2, robots, slots) forward speeds (cm/s) and turn rates (rad/s) that act later
+    # (lag, 2, robots, slots) forward speeds (cm/s) and turn rates (rad/s) that act later
+    waiting: np.ndarray
 
 
 def new_imperfections(
@@ -114,22 +112,26 @@ SAFE = 1.0 - 1e-12
 ALL_PAIRS = -1
 """Number of listed pairs that stands for every pair."""
 PAIRS_PER_BODY = 64
-"""Near pairs for which there is room; where there are more, all pairs are looked at, without a list."""
+"""Near pairs for which there is room.
+
+Where there are more, all pairs are looked at, without a list.
+"""
 
 
 class Pairs(NamedTuple):
     """Near pairs of the trials of a party."""
 
-    near: (
-        np.ndarray
-    )  # (trials, room, 2) int64, bodies in the order of the physics, then their places in the party
-    number: (
-        np.ndarray
-    )  # (trials,) int64, how many of them there are; ALL_PAIRS if every pair counts
+    # (trials, room, 2) int64, bodies in the order of the physics, then their places in the party
+    near: np.ndarray
+    # (trials,) int64, how many of them there are; ALL_PAIRS if every pair counts
+    number: np.ndarray
 
 
 def new_pairs(trials: int, bodies: int) -> Pairs:
-    """Allocate room for the near pairs of trials; it grows with the number of bodies, not with its square."""
+    """Allocate room for the near pairs of trials.
+
+    It grows with the number of bodies, not with its square.
+    """
     room = max(min(bodies * (bodies - 1) // 2, PAIRS_PER_BODY * bodies), 1)
     near = np.zeros((trials, room, 2), np.int64)
     return Pairs(near=near, number=np.zeros(trials, np.int64))
@@ -140,7 +142,10 @@ LANES = 16
 
 
 class Lanes(NamedTuple):
-    """Room for the contacts that are resolved side by side. One trial of many bodies has none, but `Tiles`."""
+    """Room for the contacts that are resolved side by side.
+
+    One trial of many bodies has none, but `Tiles`.
+    """
 
     hit: np.ndarray  # (LANES + 1, 2) int64, members that overlap; the last row is never read
     number: np.ndarray  # (16 * LANES,) their motion and disks
@@ -152,7 +157,10 @@ def new_lanes() -> Lanes:
 
 
 class Party(NamedTuple):
-    """Members of the party; arrays are (trials * bodies,) and filled up to the number of members."""
+    """Members of the party.
+
+    Arrays are (trials * bodies,) and filled up to the number of members.
+    """
 
     body: np.ndarray  # int64, g * bodies + i is body i of the party's trial g
     place: np.ndarray  # int64, the member that each of these bodies is
@@ -185,7 +193,8 @@ def gather_party(
 ) -> tuple[int, int]:
     """Copy the marked bodies of the trials in slots first ... stop - 1, and replace the bodies of their pairs by members.
 
-    Members may travel half of `margin` (cm) beyond their reach. Returns the number of robots and of members.
+    Members may travel half of `margin` (cm) beyond their reach. Returns the number of robots and of
+    members.
     """
     robots, k = 0, 0
     for kind in range(2):  # robots, then objects

@@ -35,9 +35,9 @@ class Settings:
 class Parameter(Settings):
     """A parameter in its user's units.
 
-    Optimizers work on numbers x whose initial range is [-1, 1]. It is mapped linearly (on a logarithmic scale,
-    in decades) to the initial range of the parameter; beyond a bound the axis is folded back, as in a mirror
-    (docs/decisions/0012-own-systems.md).
+    Optimizers work on numbers x whose initial range is [-1, 1]. It is mapped linearly (on a
+    logarithmic scale, in decades) to the initial range of the parameter; beyond a bound the axis is
+    folded back, as in a mirror (docs/decisions/0012-own-systems.md).
 
     Parameters
     ----------
@@ -48,8 +48,9 @@ class Parameter(Settings):
     unit
         Unit, for tables and figures.
     initial
-        Range of the first models, within the bounds; by default from bound to bound. Where a side is open,
-        the default is 2 units wide, or 2 decades on a logarithmic scale, around 0, or 1, if both are open.
+        Range of the first models, within the bounds; by default from bound to bound. Where a side
+        is open, the default is 2 units wide, or 2 decades on a logarithmic scale, around 0, or 1,
+        if both are open.
 
     Examples
     --------
@@ -118,7 +119,10 @@ class Parameter(Settings):
         return (places - middle) / half
 
     def bound_at(self, value: float) -> str:
-        """Return the bound, with its unit, that a value is at: within `AT` of the initial range; empty if it is at none."""
+        """Return the bound, with its unit, that a value is at: within `AT` of the initial range.
+
+        Empty if it is at none.
+        """
         for end in (self.low, self.high):
             if (
                 end is not None

@@ -25,14 +25,13 @@ VIEW_REACH = 5.0
 class Behavior:
     """What robots with these models execute."""
 
-    #: (..., 2 n): Left and right wheel speed for each sensor state, fractions of the maximum; largest of a network
+    #: (..., 2 n): Left and right wheel speed for each sensor state, fractions of the maximum;
+    #: largest of a network
     wheel_speeds: np.ndarray
-    field_of_view: np.ndarray | None = (
-        None  #: (...): Of the sensor (rad), from 0 to 2 pi; None: the scenario's
-    )
-    weights: np.ndarray | None = (
-        None  #: (..., Q): Networks that drive the robots; None for reactive ones
-    )
+    #: (...): Of the sensor (rad), from 0 to 2 pi; None: the scenario's
+    field_of_view: np.ndarray | None = None
+    #: (..., Q): Networks that drive the robots; None for reactive ones
+    weights: np.ndarray | None = None
     hidden: int = 0  #: Hidden neurons H of the networks; 0 for none
 
     def __post_init__(self) -> None:
@@ -51,9 +50,11 @@ class Behavior:
 class Jumps:
     """What jumps of the optimizer may do to genomes of P numbers, beside drawing one of them anew."""
 
-    #: Indices of the numbers of each sensor state: models with exchanged groups are models too; may be empty
+    #: Indices of the numbers of each sensor state: models with exchanged groups are models too;
+    #: may be empty
     groups: tuple[tuple[int, ...], ...] = ()
-    #: Indices of the numbers that depend on which group is whose: they mean nothing when groups are exchanged
+    #: Indices of the numbers that depend on which group is whose: they mean nothing when groups
+    #: are exchanged
     dependent: tuple[int, ...] = ()
     #: () or (P,): Range from which numbers are drawn anew, in ranges of the first genomes
     reach: float | tuple[float, ...] = 1.0
@@ -62,8 +63,8 @@ class Jumps:
 class Representation(Protocol):
     """From the optimizer's numbers (genomes) to the parameters of models, from these to behavior and to what results state.
 
-    By default genomes are parameters, results state them as they are, and no jumps exchange any (paper, section
-    3.2.2).
+    By default genomes are parameters, results state them as they are, and no jumps exchange any
+    (paper, section 3.2.2).
     """
 
     @property
@@ -77,7 +78,10 @@ class Representation(Protocol):
 
     @property
     def saturation(self) -> tuple[tuple[int, float], ...]:
-        """Indices of numbers with the size beyond which the parameter has reached its end; an infinite one stands for that end."""
+        """Indices of numbers with the size beyond which the parameter has reached its end.
+
+        An infinite one stands for that end.
+        """
         return ()
 
     def to_units(self, genomes: np.ndarray) -> np.ndarray:
@@ -177,9 +181,9 @@ REPRESENTATIONS: dict[str, type[ReactiveModel]] = {
 class ElmanModel(Representation):
     """A model that assumes nothing of the agents' control system: an Elman network with memory (paper, section 4.6.2).
 
-    With the sensor reading I_t, hidden activations h_t = sig(W I_t + U h_(t-1) + b) and h_0 = 0 at the start of
-    a trial, the wheel speeds, as fractions of the maximum, are 2 sig(V h_t + c) - 1. A model holds, in this
-    order:
+    With the sensor reading I_t, hidden activations h_t = sig(W I_t + U h_(t-1) + b) and h_0 = 0 at
+    the start of a trial, the wheel speeds, as fractions of the maximum, are 2 sig(V h_t + c) - 1. A
+    model holds, in this order:
 
     1. input weights W (H, 1),
     2. recurrent weights U (H, H), row by row (a row belongs to one hidden neuron),
@@ -187,8 +191,8 @@ class ElmanModel(Representation):
     4. output weights V (2, H), of the left wheel, then of the right,
     5. output biases c (2), left and right,
 
-    so that Q = H^2 + 4 H + 2: 7, 23 and 47 weights for one, three and five hidden neurons. The paper does not
-    print the map of the outputs: docs/decisions/0017-black-box-models.md.
+    so that Q = H^2 + 4 H + 2: 7, 23 and 47 weights for one, three and five hidden neurons. The
+    paper does not print the map of the outputs: docs/decisions/0017-black-box-models.md.
 
     Parameters
     ----------
@@ -225,7 +229,10 @@ class ElmanModel(Representation):
         )
 
     def behavior(self, parameters: np.ndarray) -> Behavior:
-        """Return the networks (..., Q), and 1 as the largest of their outputs; the field of view is the scenario's."""
+        """Return the networks (..., Q), and 1 as the largest of their outputs.
+
+        The field of view is the scenario's.
+        """
         largest = np.ones((*parameters.shape[:-1], 2 * self.states))
         return Behavior(largest, weights=parameters, hidden=self.hidden)
 
@@ -257,7 +264,8 @@ class ElmanModel(Representation):
         Returns
         -------
         (..., T, 2)
-            Left and right wheel speed, -1 to 1, in each time step; the network is reset before the first.
+            Left and right wheel speed, -1 to 1, in each time step; the network is reset before the
+            first.
         """
         h, count = self.hidden, len(self.parameter_names)
         remedy = f"{h} hidden neurons have {count} weights."

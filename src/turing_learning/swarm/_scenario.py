@@ -47,8 +47,9 @@ class Start:
 def most_disks(sides_cm: tuple[float, float], radius_cm: float) -> float:
     """Return a number that disks cannot exceed whose centers lie in a rectangle, and no two of which overlap; fewer may fit.
 
-    Source: N. Oler, An inequality in the geometry of numbers, Acta Mathematica 105 (1961) 19: points of a
-    convex region of area A and perimeter P, no two closer than 1, are at most 2 A / sqrt(3) + P / 2 + 1.
+    Source: N. Oler, An inequality in the geometry of numbers, Acta Mathematica 105 (1961) 19:
+    points of a convex region of area A and perimeter P, no two closer than 1, are at most 2 A /
+    sqrt(3) + P / 2 + 1.
     """
     width, height = (side / (2 * radius_cm) for side in sides_cm)
     return (2 / math.sqrt(3) * width * height + width + height + 1) * (
@@ -64,17 +65,19 @@ class Robot(Settings):
     mass_g: float = 150.0  #: Of all of it (g)
     wheel_distance_cm: float = 5.1  #: Between the wheels (cm)
     maximum_speed_cm_s: float = 12.8  #: Of a wheel whose speed is 1 (cm/s)
-    #: In each control cycle the speed of each wheel is multiplied by a number uniform in 1 - wheel_noise to
-    #: 1 + wheel_noise; 0 to below 1
+    #: In each control cycle the speed of each wheel is multiplied by a number uniform in 1 -
+    #: wheel_noise to 1 + wheel_noise; 0 to below 1
     wheel_noise: float = 0.05
     #: Whether wheels turn no faster than the maximum, also if a controller or the noise asks for it
     clamp_wheel_speeds: bool = False
-    #: Control cycles that pass between a reading and the wheel speeds that answer it; before the first, robots rest
+    #: Control cycles that pass between a reading and the wheel speeds that answer it; before the
+    #: first, robots rest
     actuation_lag_cycles: int = 0
-    #: The speed of each wheel is multiplied by a number uniform in 1 - wheel_scale_spread to 1 + wheel_scale_spread
-    #: that stays the same throughout a trial; 0 to below 1
+    #: The speed of each wheel is multiplied by a number uniform in 1 - wheel_scale_spread to 1 +
+    #: wheel_scale_spread that stays the same throughout a trial; 0 to below 1
     wheel_scale_spread: float = 0.0
-    #: Largest share of a wheel's speed that is lost on the ground: in each control cycle a number uniform in 0 to slip
+    #: Largest share of a wheel's speed that is lost on the ground: in each control cycle a number
+    #: uniform in 0 to slip
     slip: float = 0.0
 
     def __post_init__(self) -> None:
@@ -94,7 +97,8 @@ class Objects(Settings):
     mass_g: float = 35.0  #: Of each (g)
     #: Coefficient of dry friction on the ground, without unit; what it does is in docs/physics.md
     friction: float = 0.58
-    #: Acceleration of gravity (cm/s^2) that presses objects on the ground: 9.81 in Enki, 981 on earth
+    #: Acceleration of gravity (cm/s^2) that presses objects on the ground: 9.81 in Enki, 981 on
+    #: earth
     gravity_cm_s2: float = ENKI_GRAVITY
 
     def __post_init__(self) -> None:
@@ -134,16 +138,17 @@ class Arena(Settings):
 class Sensor(Settings):
     """A sensor of unlimited range: the reading I is the place of the nearest visible item's kind in `readings`.
 
-    An item is visible if any part of its disk lies in view. Source: paper, sections 3.2.1 and 4.6.1.
+    An item is visible if any part of its disk lies in view. Source: paper, sections 3.2.1 and
+    4.6.1.
     """
 
-    #: "background", reading 0, then what the sensor tells apart, of "robot" and "object". A kind that is not
-    #: listed is invisible: the sensor looks through it
+    #: "background", reading 0, then what the sensor tells apart, of "robot" and "object". A kind
+    #: that is not listed is invisible: the sensor looks through it
     readings: tuple[str, ...] = ("background", "robot")
-    field_of_view: float = (
-        0.0  #: Of the agents (rad), 0 to 2 pi, centered on the heading; 0 is a line of sight
-    )
-    #: Probability that a reading is wrong in a control cycle: any of the other states, all equally likely
+    #: Of the agents (rad), 0 to 2 pi, centered on the heading; 0 is a line of sight
+    field_of_view: float = 0.0
+    #: Probability that a reading is wrong in a control cycle: any of the other states, all equally
+    #: likely
     mistakes: float = 0.0
 
     def __post_init__(self) -> None:
@@ -176,12 +181,12 @@ class Trial(Settings):
     """How long individuals are observed, how time is cut, where they start (paper, sections 4.1 and 4.2)."""
 
     duration_s: float = 10.0  #: Of a trial (s), a whole number of control intervals
-    #: Of a control cycle (s), in which a robot reads its sensor once; also the time step of the samples
+    #: Of a control cycle (s), in which a robot reads its sensor once; also the time step of the
+    #: samples
     control_interval_s: float = 0.1
     physics_steps: int = 10  #: Steps of the physics in a control cycle
-    start_side_cm: float = (
-        331.66  #: Side (cm) of the square in which all start where there are no walls
-    )
+    #: Side (cm) of the square in which all start where there are no walls
+    start_side_cm: float = 331.66
 
     def __post_init__(self) -> None:
         for name in ("duration_s", "control_interval_s", "start_side_cm"):
@@ -190,7 +195,10 @@ class Trial(Settings):
         self.steps_of(self.duration_s, "trial.duration_s")
 
     def steps_of(self, duration_s: float, name: str) -> int:
-        """Return the number of control cycles in a duration; reject it, by its name, if it is not a whole number."""
+        """Return the number of control cycles in a duration.
+
+        Reject it, by its name, if it is not a whole number.
+        """
         cycles = duration_s / self.control_interval_s
         rule = f"be a whole number of control intervals of {self.control_interval_s} s"
         whole = math.isfinite(cycles) and round(cycles) >= 1 and abs(cycles - round(cycles)) < 1e-6
@@ -202,14 +210,14 @@ class Trial(Settings):
 class Tracking(Settings):
     """What measures the robots' speeds: images of their poses, one in each control cycle, perfect by default.
 
-    A laboratory has a tracker of its own; what the camera of an emulated one shows has this noise and delay.
+    A laboratory has a tracker of its own; what the camera of an emulated one shows has this noise
+    and delay.
     """
 
     position_noise_cm: float = 0.0  #: Standard deviation (cm) of x and of y in an image
     heading_noise_rad: float = 0.0  #: Standard deviation (rad) of the heading in an image
-    delay_s: float = (
-        0.0  #: How old the poses are that an image shows (s); before the trial, robots rest
-    )
+    #: How old the poses are that an image shows (s); before the trial, robots rest
+    delay_s: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("position_noise_cm", "heading_noise_rad", "delay_s"):
@@ -233,19 +241,21 @@ in which the printed numbers come out (docs/decisions/0036)."""
 class Scenario(Settings):
     """A swarm to be inferred: agents that execute `controller`, and replicas that execute models.
 
-    `robot`, `objects`, `arena`, `sensor` and `trial` say what moves, where, what it senses, and for how long;
+    `robot`, `objects`, `arena`, `sensor` and `trial` say what moves, where, what it senses, and for
+    how long;
     `tracker` how well that is observed.
     """
 
     name: str  #: By which it is called
     title: str  #: A heading
     description: str  #: A sentence for reports
-    #: The agents' parameters (2 n), left and right wheel speed for each sensor state, fractions of the maximum
+    #: The agents' parameters (2 n), left and right wheel speed for each sensor state, fractions of
+    #: the maximum
     controller: tuple[float, ...]
     agents: int = 10  #: Their number in a trial
     replicas: int = 1  #: Their number; they come after the agents, objects after all robots
-    #: "mixed": replicas move among the agents. "separated": agents and replicas never meet; both have trials of
-    #: their own, in groups of agents + replicas individuals (paper, section 4.6.3)
+    #: "mixed": replicas move among the agents. "separated": agents and replicas never meet; both
+    #: have trials of their own, in groups of agents + replicas individuals (paper, section 4.6.3)
     grouping: Literal["mixed", "separated"] = "mixed"
     robot: Robot = field(default_factory=Robot)
     objects: Objects = field(default_factory=Objects)
@@ -253,11 +263,12 @@ class Scenario(Settings):
     sensor: Sensor = field(default_factory=Sensor)
     trial: Trial = field(default_factory=Trial)
     tracker: Tracking = field(default_factory=Tracking)
-    #: What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as well. Models
-    #: of which the agents are none, networks, are up to the configuration
+    #: What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view
+    #: as well. Models of which the agents are none, networks, are up to the configuration
     representation: str = "reactive"
-    #: Whether `controller` is what the agents execute, so that models are compared with it. False for robots in
-    #: a laboratory whose rule nobody knows: then it is that of a rehearsal's agents only
+    #: Whether `controller` is what the agents execute, so that models are compared with it. False
+    #: for robots in a laboratory whose rule nobody knows: then it is that of a rehearsal's agents
+    #: only
     known: bool = True
 
     def __post_init__(self) -> None:
@@ -295,7 +306,8 @@ class Scenario(Settings):
         Parameters
         ----------
         robots
-            Number of robots; objects and the area of the square grow in proportion. None takes the scenario's.
+            Number of robots; objects and the area of the square grow in proportion. None takes the
+            scenario's.
         side_cm
             Side of a square in which all start instead.
         """

@@ -28,9 +28,8 @@ class Drivers:
 
     weights: np.ndarray  #: (K, Q): Networks, laid out as in `models.ElmanModel`; finite
     hidden: int  #: Their hidden neurons H, with Q = H^2 + 4 H + 2
-    driver: (
-        np.ndarray
-    )  #: (R, A): The network, 0 to K - 1, that drives each robot; -1 for a reactive one
+    #: (R, A): The network, 0 to K - 1, that drives each robot; -1 for a reactive one
+    driver: np.ndarray
 
     def __post_init__(self) -> None:
         integer("hidden", self.hidden, 1)
@@ -60,7 +59,8 @@ class Simulation:
 
     poses: np.ndarray  #: (R, T + 1, A + O, 3): x, y (cm), heading (rad, in [-pi, pi)); robots first
     sensors: np.ndarray  #: (R, T + 1, A): Sensor state I at each pose
-    #: (R, A, T, 2): Linear speed (cm/s), negative against the heading at a cycle's start; angular (rad/s)
+    #: (R, A, T, 2): Linear speed (cm/s), negative against the heading at a cycle's start; angular
+    #: (rad/s)
     speeds: np.ndarray
 
 
@@ -117,11 +117,11 @@ def simulate(
     Parameters
     ----------
     scenario
-        Robots, objects, sensor, arena and control interval; its numbers of individuals and its duration do not
-        count.
+        Robots, objects, sensor, arena and control interval; its numbers of individuals and its
+        duration do not count.
     controllers : (R, A, 2 n)
-        Left and right wheel speed for each sensor state, as fractions of the maximum, for each trial and
-        individual.
+        Left and right wheel speed for each sensor state, as fractions of the maximum, for each
+        trial and individual.
     initial_poses : (R, A + O, 3)
         x, y (cm), heading (rad); robots first, then objects.
     control_steps
@@ -135,7 +135,8 @@ def simulate(
     threads
         Number of threads, >= 1; None takes every processor. It does not change the result.
     drivers
-        Networks that drive some of the robots, whose controllers do not count; None if all are reactive.
+        Networks that drive some of the robots, whose controllers do not count; None if all are
+        reactive.
 
     Returns
     -------
@@ -216,7 +217,8 @@ def simulate(
 def tracked_speeds(scenario: Scenario, poses: np.ndarray, keys: np.ndarray) -> np.ndarray:
     """Return the speeds (R, A, T, 2) that the scenario's tracker measures of robots at poses (R, T + 1, A, 3).
 
-    Each trial has its own noise, drawn by its key. The direction of motion is told by the heading as tracked.
+    Each trial has its own noise, drawn by its key. The direction of motion is told by the heading
+    as tracked.
     """
     tracker, interval = scenario.tracker, scenario.trial.control_interval_s
     last = poses.shape[1] - 1
@@ -247,7 +249,10 @@ def observe(
     scenario: Scenario, controllers: np.ndarray, poses: np.ndarray, keys: np.ndarray, threads: int | None,
     fields_of_view: np.ndarray | None = None, drivers: Drivers | None = None,
 ) -> np.ndarray:  # fmt: skip
-    """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are."""
+    """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration.
+
+    Arguments are taken as they are.
+    """
     trials, robots = controllers.shape[:2]
     steps, noise = scenario.control_steps, scenario.robot.wheel_noise
     speeds = _new_speeds(trials, robots, steps)
@@ -262,7 +267,10 @@ def observe(
 
 
 def _new_speeds(trials: int, robots: int, steps: int) -> np.ndarray:
-    """Return room for speeds (R, A, T, 2), in memory robot by robot, as they are judged; that of one trial in the same layout."""
+    """Return room for speeds (R, A, T, 2), in memory robot by robot, as they are judged.
+
+    That of one trial in the same layout.
+    """
     return np.empty((robots, max(trials, 2), steps, 2))[:, :trials].transpose(1, 0, 2, 3)
 
 
@@ -311,9 +319,11 @@ def initial_poses(
     rng
         Draws the places and headings.
     robots
-        Number of robots; objects and the area of the square grow in proportion. None takes the scenario's.
+        Number of robots; objects and the area of the square grow in proportion. None takes the
+        scenario's.
     side_cm
-        Side of a start square, however crowded; None keeps within the walls, or to the scenario's density.
+        Side of a start square, however crowded; None keeps within the walls, or to the scenario's
+        density.
 
     Returns
     -------
@@ -387,9 +397,8 @@ class Trials:
 
     scenario: Scenario  #: Of the agents, the arena and the duration
     executed: np.ndarray  #: (R, A): The model that each robot executes; -1 for an agent
-    poses: (
-        np.ndarray
-    )  #: (R, A + O, 3): x, y (cm), heading (rad) at the beginning; robots first, then objects
+    #: (R, A + O, 3): x, y (cm), heading (rad) at the beginning; robots first, then objects
+    poses: np.ndarray
     keys: np.ndarray  #: (R,): Of the wheel noise, one for each trial
 
     @classmethod
@@ -401,8 +410,8 @@ class Trials:
     def observe(self, models: Behavior | None = None, threads: int | None = None) -> np.ndarray:
         """Return the speeds (R, A, T, 2) of robots that execute models (M, ...); None if all are agents.
 
-        Linear speed (cm/s), negative when moving against the heading, and angular speed (rad/s). The number
-        of threads, None for every processor, does not change them.
+        Linear speed (cm/s), negative when moving against the heading, and angular speed (rad/s).
+        The number of threads, None for every processor, does not change them.
         """
         agents = Behavior(np.asarray([self.scenario.controller], dtype=np.float64))
         robots = execution_of(self.scenario, agents if models is None else models, self.executed)
@@ -430,9 +439,8 @@ class MixedSwarm:
     """
 
     scenario: Scenario
-    threads: int | None = (
-        None  #: Number of threads; None takes every processor. It does not change the samples
-    )
+    #: Number of threads; None takes every processor. It does not change the samples
+    threads: int | None = None
     model: Representation | None = None  #: What a model is; None takes the scenario's
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:

@@ -1,12 +1,14 @@
 """What is observed, and what imitates it: simulated swarms, custom systems, robots in a laboratory.
 
 `System`
-    What a run has to know of it, whatever its kind: parameters, signals, truth, and how its samples are opened.
+    What a run has to know of it, whatever its kind: parameters, signals, truth, and how its samples
+    are opened.
     `Swarm`, `CustomSystem` and `Laboratory` are the kinds.
 `Source`
-    Samples of a system while they are needed, from `System.open`; `CustomSource` is that of a custom system,
-    `Given` what its caller hands over. `SystemFailedError` ends a run that can be resumed, `CustomSystemError`
-    where a simulator failed.
+    Samples of a system while they are needed, from `System.open`; `CustomSource` is that of a
+    custom system,
+    `Given` what its caller hands over. `SystemFailedError` ends a run that can be resumed,
+    `CustomSystemError` where a simulator failed.
 `describe`, `describe_simulated`, `read_parameters`
     A custom system from what a caller hands over: samples, simulator, `Range` of each parameter,
     `CustomOptions`. The same with simulated samples; the parameters alone.
@@ -19,8 +21,8 @@
 `FallibleSource`, `FailureLog`
     A source whose simulations may fail; what has failed.
 `Simulator`, `imported`, `importable_name`, `name_of`
-    A simulator as a type; a function by the name that another process imports it by; that name, if there is
-    one; that name, or a refusal.
+    A simulator as a type; a function by the name that another process imports it by; that name, if
+    there is one; that name, or a refusal.
 `scales_of`, `same_time_step`
     What samples are divided by; whether two time steps count as the same.
 `physics_steps`

@@ -20,7 +20,10 @@ Simulator = Callable[[np.ndarray, np.random.Generator], Any]
 
 
 def importable_name(function: Any) -> str | None:
-    """Return the name of a function, class or instance of a module, "module:function"; None where it has none."""
+    """Return the name of a function, class or instance of a module, "module:function".
+
+    None where it has none.
+    """
     name = f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', '')}"
     return name if not name.startswith("__main__:") and _found(name) is function else None
 
@@ -79,7 +82,10 @@ def answer(
     parameters: np.ndarray,
     rng: np.random.Generator,
 ) -> Answer:
-    """Call a simulator for models (m, P); return its samples (m, C, T, D), (T, D) being the shape, or why there are none."""
+    """Call a simulator for models (m, P).
+
+    Return its samples (m, C, T, D), (T, D) being the shape, or why there are none.
+    """
     given = parameters.copy()
     try:
         returned = with_gaps(simulate(given if vectorized else given[0], rng))

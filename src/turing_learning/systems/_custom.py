@@ -45,16 +45,19 @@ class CustomSystem(System, Settings):
     ]  #: In the order of the simulator's columns; P >= 1, with names like `name`
     signals: tuple[str, ...]
     steps: int
-    #: (D,): The classifiers see (signal - center) / input_scale: here the median of the genuine data
+    #: (D,): The classifiers see (signal - center) / input_scale: here the median of the genuine
+    #: data
     center: tuple[float, ...]
     input_scale: tuple[
         float, ...
     ]  #: (D,): 99th percentile of the distance from the median; see `read_genuine`
     samples: int  #: Number of genuine samples; 0 if they come from a live source
-    #: How many of them are judged in a generation, drawn anew each time; 0 for as many as there are models
+    #: How many of them are judged in a generation, drawn anew each time; 0 for as many as there
+    #: are models
     samples_per_generation: int
     held_out: tuple[int, ...] = ()  #: Which samples (from 0) are never learned from
-    #: Number of calls of a vectorized simulator in a generation, models split evenly; 0 if it takes one model
+    #: Number of calls of a vectorized simulator in a generation, models split evenly; 0 if it
+    #: takes one model
     batches: int = 1
     digest: str = ""  #: SHA-256 of the genuine data; empty for a live source
     interval_s: float = 0.0
@@ -182,7 +185,10 @@ class CustomSystem(System, Settings):
         return ("Infer again as before, with ", Setting("run.history", "full"), ".")
 
     def demands(self, models: int) -> tuple[float, float, tuple[str, ...]]:
-        """Return samples and bytes of motion in a generation of so many models; no settings of a swarm add to them."""
+        """Return samples and bytes of motion in a generation of so many models.
+
+        No settings of a swarm add to them.
+        """
         samples = float(models + (self.samples_per_generation or models))
         return samples, 16.0 * models * self.steps * len(self.signals), ()
 
@@ -194,7 +200,10 @@ class CustomSystem(System, Settings):
         )
 
     def accept(self, given: Given) -> Given:
-        """Return what is given, its samples checked; refuse samples that a stored run did not begin with, and another simulator."""
+        """Return what is given, its samples checked.
+
+        Refuse samples that a stored run did not begin with, and another simulator.
+        """
         if given.simulate is not None:
             self._refuse_other_simulator(given.simulate)
         if given.genuine is None or isinstance(given.genuine, Genuine):
@@ -295,11 +304,11 @@ class CenteredClassifier:
 class CustomSource(FallibleSource):
     """Genuine samples from a recording or a live source, and counterfeit ones from any simulator.
 
-    A simulation fails if the simulator raises, takes too long, or returns the wrong shape, or a number masked
-    or not finite. If a call with several models fails, each of its models is simulated again alone, so that
-    only those that fail alone have failed. In generation 0 an exception or a wrong shape ends the run. Later a
-    failed model has samples of zeros and is marked in `failed`. If more than half of the models of a generation
-    fail, the run ends.
+    A simulation fails if the simulator raises, takes too long, or returns the wrong shape, or a
+    number masked or not finite. If a call with several models fails, each of its models is
+    simulated again alone, so that only those that fail alone have failed. In generation 0 an
+    exception or a wrong shape ends the run. Later a failed model has samples of zeros and is marked
+    in `failed`. If more than half of the models of a generation fail, the run ends.
 
     Parameters
     ----------
@@ -310,7 +319,8 @@ class CustomSource(FallibleSource):
     simulate
         The simulator; see `CustomSystem.batches` for how many models it takes at once.
     workers
-        Number of worker processes; None calls the simulator in this process. The samples do not depend on it.
+        Number of worker processes; None calls the simulator in this process. The samples do not
+        depend on it.
     timeout_s
         Longest duration of a call (s), with workers only; None for no limit.
     """
@@ -365,8 +375,8 @@ class CustomSource(FallibleSource):
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return genuine samples (K, T, D), and counterfeit ones (M, C, T, D) of models (M, P) as the optimizer has them.
 
-        A CustomSystemError ends the run: simulations fail in such a way, or a live source yields no proper
-        samples.
+        A CustomSystemError ends the run: simulations fail in such a way, or a live source yields no
+        proper samples.
         """
         genuine = self._observed(len(models), rng)
         return Samples(genuine, self.system.centered(self.simulated(self.to_units(models), rng)))
@@ -405,15 +415,18 @@ class CustomSource(FallibleSource):
         return samples
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return samples (at most M, C, T, D) of models with parameters (M, P); after a run, without those that fail."""
+        """Return samples (at most M, C, T, D) of models with parameters (M, P).
+
+        After a run, without those that fail.
+        """
         samples = self.simulated(parameters, rng)
         return samples[~self.failed]
 
     def positions(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
         """Return where recorded individuals are, and replicas of the model with these parameters (P,), see `Source.positions`.
 
-        Simulators know it that have a method `simulate`, as families of models do; a dataclass with `steps`
-        simulates as many as are recorded.
+        Simulators know it that have a method `simulate`, as families of models do; a dataclass with
+        `steps` simulates as many as are recorded.
         """
         group: Any = getattr(self._simulate, "groups", (self._simulate,))[0]
         if self.system.interval_s <= 0 or not callable(getattr(group, "simulate", None)):
@@ -438,7 +451,10 @@ class CustomSource(FallibleSource):
         return found
 
     def genuine_samples(self, count: int, rng: np.random.Generator) -> np.ndarray:
-        """Return the genuine samples (K, T, D) for learning; of a live source `count` or more new ones."""
+        """Return the genuine samples (K, T, D) for learning.
+
+        Of a live source `count` or more new ones.
+        """
         if self._live is None:
             return self.genuine.learning
         parts: list[np.ndarray] = []
@@ -470,8 +486,8 @@ class CustomSource(FallibleSource):
     ) -> Iterator[tuple[np.ndarray, Answer]]:
         """Yield what the simulator says of which models: of groups, and of each model of a group that failed.
 
-        It is called here, or in worker processes, which are started on the first call and stay. The answers
-        come in the order of the calls, and do not depend on the number of workers.
+        It is called here, or in worker processes, which are started on the first call and stay. The
+        answers come in the order of the calls, and do not depend on the number of workers.
         """
 
         def asked(

@@ -33,16 +33,19 @@ class CustomOptions(TypedDict, total=False):
     ]  #: Names of the D signals per step; by default the samples' `names`, if any
     #: How samples of different lengths are cut: "shortest", or a number of steps; None refuses them
     length: int | Literal["shortest"] | None
-    #: Share of the genuine samples that are never learned from, 0.2 by default; or which ones, from 0. Samples
-    #: that come as `learning` and `held_out`, as windows do, are split already; a live source has none
+    #: Share of the genuine samples that are never learned from, 0.2 by default; or which ones,
+    #: from 0. Samples that come as `learning` and `held_out`, as windows do, are split already; a
+    #: live source has none
     held_out: Any
-    #: Genuine samples that the classifiers judge in a generation, drawn anew each time; as many as there are
-    #: models by default, or all if there are fewer
+    #: Genuine samples that the classifiers judge in a generation, drawn anew each time; as many
+    #: as there are models by default, or all if there are fewer
     samples_per_generation: int
-    #: Whether the simulator takes all models, (M, P) -> (M, T, D), as by default, or one, (P,) -> (T, D)
+    #: Whether the simulator takes all models, (M, P) -> (M, T, D), as by default, or one, (P,) ->
+    #: (T, D)
     vectorized: bool
-    #: Number of calls of a vectorized simulator in a generation, each with random numbers of its own; as many as
-    #: there are workers by default, else 1. The result depends on it, as it does not on the number of workers
+    #: Number of calls of a vectorized simulator in a generation, each with random numbers of its
+    #: own; as many as there are workers by default, else 1. The result depends on it, as it does
+    #: not on the number of workers
     batches: int
     workers: int | None  #: Number of processes that call the simulator; None calls it in this one
     timeout_s: float | None  #: Longest duration of a call (s), with workers only
@@ -153,7 +156,10 @@ def read_parameters(given: Any) -> dict[str, Parameter]:
 
 
 def _batches(options: CustomOptions) -> int:
-    """Return the number of calls of a simulator of several models in a generation; 0 if it takes one model."""
+    """Return the number of calls of a simulator of several models in a generation.
+
+    0 if it takes one model.
+    """
     vectorized, workers = options.get("vectorized", True), options.get("workers")
     if vectorized:
         sound = (

@@ -40,9 +40,8 @@ class Genuine:
     samples: np.ndarray  #: (K, T, D): All of them, or the first observation of a live source
     held_out: np.ndarray  #: (H,) int: Which of them are held out for testing, ascending
     live: LiveSource | None = None  #: Where further samples come from, None for data
-    excerpt: np.ndarray | None = (
-        None  #: (F, A, 2): Positions in a recording's beginning, see `Windows.excerpt`
-    )
+    #: (F, A, 2): Positions in a recording's beginning, see `Windows.excerpt`
+    excerpt: np.ndarray | None = None
 
     @property
     def learning(self) -> np.ndarray:
@@ -56,7 +55,10 @@ class Genuine:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of shape and values; empty for a live source, whose samples differ from time to time."""
+        """SHA-256 of shape and values.
+
+        Empty for a live source, whose samples differ from time to time.
+        """
         if self.live is not None:
             return ""
         return hashlib.sha256(
@@ -72,8 +74,8 @@ class Genuine:
     def scales(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return what is subtracted from each signal and what it is divided by, from the samples for learning.
 
-        The median, and the 99th percentile of the distance from it, so that nearly all inputs lie within [-1,
-        1] and a few outliers change nothing; 1 for a signal that does not vary.
+        The median, and the 99th percentile of the distance from it, so that nearly all inputs lie
+        within [-1, 1] and a few outliers change nothing; 1 for a signal that does not vary.
         """
         return scales_of(self.learning.reshape(-1, self.samples.shape[2]))
 
@@ -91,9 +93,9 @@ def read_genuine(
 ) -> Genuine:  # fmt: skip
     """Check the samples of a system, cut them to one length, and choose those that are held out for testing.
 
-    They are (K, T, D), or K arrays (T, D), or `SplitSamples`, or a live source, a function rng -> (K, T, D).
-    For `length` and `held_out` see `CustomOptions`; `rng` draws the samples that are held out, and feeds a live
-    source.
+    They are (K, T, D), or K arrays (T, D), or `SplitSamples`, or a live source, a function rng ->
+    (K, T, D). For `length` and `held_out` see `CustomOptions`; `rng` draws the samples that are
+    held out, and feeds a live source.
     """
     if callable(genuine):
         rule = "be left out for a live source, which is observed anew each time"
@@ -111,7 +113,10 @@ def read_genuine(
 
 
 def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndarray:
-    """Return samples (K, T, D) as a new array of floats, checked and cut to one length; see `read_genuine`."""
+    """Return samples (K, T, D) as a new array of floats, checked and cut to one length.
+
+    See `read_genuine`.
+    """
     known = length is None or length == "shortest" or (type(length) is int and length >= 1)
     require(known, "length", 'be an integer of at least 1, "shortest", or None', brief(length))
     if isinstance(given, SplitSamples):

@@ -27,7 +27,10 @@ def system_of(
     threads: int | None,
     initial: tuple[float, float],
 ) -> System:
-    """Return the system of a scenario, a custom system being one already; models are networks of so many hidden neurons, if any."""
+    """Return the system of a scenario, a custom system being one already.
+
+    Models are networks of so many hidden neurons, if any.
+    """
     if not isinstance(scenario, Scenario):
         rule = "be 0 for a custom system, whose simulator takes the parameters of its models"
         require(hidden == 0, "models.hidden", rule, str(hidden))
@@ -45,9 +48,8 @@ class Swarm(System):
 
     scenario: Scenario  #: What moves and what it senses
     model: Representation  #: What a model is: the agents' parameters, or a network
-    threads: int | None = (
-        None  #: Number of threads; None takes every processor. It changes no sample
-    )
+    #: Number of threads; None takes every processor. It changes no sample
+    threads: int | None = None
     initial: tuple[float, float] = (-1.0, 1.0)  #: Range of the first models in each parameter
 
     signals = SPEEDS

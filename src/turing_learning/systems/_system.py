@@ -38,9 +38,8 @@ class CustomSystemError(SystemFailedError):
 class Given:
     """What a caller hands over of a custom system, beyond what a run stores."""
 
-    genuine: Any = (
-        None  #: Samples, in any form that `describe` takes, or `Genuine` once they are checked
-    )
+    #: Samples, in any form that `describe` takes, or `Genuine` once they are checked
+    genuine: Any = None
     simulate: Any = None  #: The simulator
     workers: int | None = None  #: Number of processes that call it, None for this one
     timeout_s: float | None = None  #: The longest duration of a call (s)
@@ -67,14 +66,15 @@ class System:
     signals: tuple[str, ...]  #: Names of the D signals per time step
     steps: int  #: Time steps of a sample, T
     interval_s: float  #: Duration of a step (s), 0 if it is not known
-    #: Whether signals are measured "with" headings or "without"; empty if unknown, or if it makes no difference
+    #: Whether signals are measured "with" headings or "without"; empty if unknown, or if it makes
+    #: no difference
     headings: Literal["", "with", "without"] = ""
     smooth_frames: int = 1  #: Frames over which recorded positions were averaged; 1 for none
-    model: Representation  #: From the optimizer's numbers to parameters of models, and to what results state
+    #: From the optimizer's numbers to parameters of models, and to what results state
+    model: Representation
     simulated: Scenario | None = None  #: The scenario, where the computer can simulate its swarms
-    stimulated: bool = (
-        False  #: Whether something is done to it while it is observed, see `Source.dialogues`
-    )
+    #: Whether something is done to it while it is observed, see `Source.dialogues`
+    stimulated: bool = False
     step_unit: str = ""  #: What a caption adds on the unit of the models' step sizes
 
     @property
@@ -153,7 +153,10 @@ class System:
             require(getattr(given, setting.name) is not None, setting.name, rule, "nothing", remedy)
 
     def accept(self, given: Given) -> Given:
-        """Return what is given, checked; refuse what it has no use for, and what differs from that of the stored run."""
+        """Return what is given, checked.
+
+        Refuse what it has no use for, and what differs from that of the stored run.
+        """
         raise NotImplementedError
 
     def open(self, given: Given) -> "Source":
@@ -164,21 +167,23 @@ class System:
 class Source:
     """Samples of a system and of models of it while a run, or a check, needs them. A context manager.
 
-    What derives from it implements `collect`, and `simulate` and `genuine_samples` where the computer can do
-    that alone; also `to_units` where it has no `system`.
+    What derives from it implements `collect`, and `simulate` and `genuine_samples` where the
+    computer can do that alone; also `to_units` where it has no `system`.
     """
 
     system: System  #: Whose samples these are
-    #: Number of the generation that is collected next, set by who runs them; None after a run, as in a check
+    #: Number of the generation that is collected next, set by who runs them; None after a run, as
+    #: in a check
     generation: int | None = 0
-    #: Whether collecting may raise a `SystemFailedError`; the run returns to the generation's beginning then
+    #: Whether collecting may raise a `SystemFailedError`; the run returns to the generation's
+    #: beginning then
     fallible: bool = True
     failures: "FailureLog | None" = None  #: Failed simulations; None where none can fail alone
-    genuine: "Genuine | None" = (
-        None  #: Samples that the run was given; None where some are observed anew
-    )
+    #: Samples that the run was given; None where some are observed anew
+    genuine: "Genuine | None" = None
     together: int = 1  #: Number of models that a trial executes
-    #: Lowest and highest of the optimizer's numbers, beyond which a model is that at the end; None without ends
+    #: Lowest and highest of the optimizer's numbers, beyond which a model is that at the end; None
+    #: without ends
     ends: tuple[float, float] | None = None
 
     def __enter__(self) -> Self:
@@ -209,9 +214,9 @@ class Source:
     def positions(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
         """Return where individuals are whose motion can be shown, in steps of `interval_s` (s), by name.
 
-        "replicas" (F, A, 2), who execute the model with these parameters (P,); "recorded" (F, A', 2)
-        individuals, NaN where somebody is absent; "tank" (2,) width and height. Without "replicas" there is
-        nothing to show.
+        "replicas" (F, A, 2), who execute the model with these parameters (P,); "recorded" (F, A',
+        2) individuals, NaN where somebody is absent; "tank" (2,) width and height. Without
+        "replicas" there is nothing to show.
         """
         return {}
 
@@ -222,7 +227,10 @@ class Source:
     def dialogues(
         self, classifiers: np.ndarray, estimate: np.ndarray, rng: np.random.Generator
     ) -> dict[str, np.ndarray]:
-        """Return what the best of N classifiers (N, Q) do to the system and to the estimate (P,); nothing without stimuli."""
+        """Return what the best of N classifiers (N, Q) do to the system and to the estimate (P,).
+
+        Nothing without stimuli.
+        """
         return {}
 
 
@@ -304,7 +312,10 @@ class FallibleSource(Source):
         return GuardedInterrogation(self, classifier)
 
     def note(self, parameters: np.ndarray, reasons: Mapping[int, str]) -> None:
-        """Mark and count the models, of those with parameters (M, P), that failed; end the run if these are more than half."""
+        """Mark and count the models, of those with parameters (M, P), that failed.
+
+        End the run if these are more than half.
+        """
         self.failed = np.isin(np.arange(len(parameters)), list(reasons))
         if not reasons:
             return
@@ -330,8 +341,8 @@ class FallibleSource(Source):
 class GuardedInterrogation(PassiveInterrogation):
     """A passive interrogation in which no classifier ever judges a model genuine whose simulation failed.
 
-    Its samples stand for nothing; its reward is 0, the worst that there is. All classifiers gain the same by
-    it, so that their ranks stay as they are.
+    Its samples stand for nothing; its reward is 0, the worst that there is. All classifiers gain
+    the same by it, so that their ranks stay as they are.
     """
 
     source: FallibleSource  #: Yields the samples, and says which models failed
