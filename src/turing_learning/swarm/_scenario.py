@@ -10,12 +10,17 @@ from ..errors import brief, choice, integer, number, refuse, require
 from ..models import FULL_VIEW, ReactiveModel
 
 ITEM_KINDS = ("background", "robot", "object")
+"""What a sensor may tell apart; the background is what it reads where it sees no item."""
 
 LONGEST_LAG = 1000
 """Control cycles; a longer lag would leave robots at rest."""
 
-ENKI_GRAVITY, EARTH_GRAVITY = 9.81, 981.0
-"""Acceleration of gravity (cm/s^2): what Enki writes into its world of centimetres, and the earth's."""
+ENKI_GRAVITY = 9.81
+"""Acceleration of gravity (cm/s^2) that Enki writes into its world of centimetres."""
+
+
+EARTH_GRAVITY = 981.0
+"""Acceleration of gravity on earth (cm/s^2)."""
 
 
 @dataclass(frozen=True)
@@ -35,26 +40,30 @@ class Start:
     @property
     def crowd(self) -> str:
         """Which bodies have no room side by side, in words; empty if nothing speaks against it."""
-        for _, radius in self.disks:
-            larger = [disk for disk in self.disks if disk[1] >= radius]
-            count, most = sum(number for number, _ in larger), most_disks(self.sides_cm, radius)
-            if count > most:
-                size = f"radius {radius:g} cm{' or more' if len(larger) > 1 else ''}"
-                return f"at most {math.floor(most)} of {count} bodies of {size} have room"
+        for _, radius_cm in self.disks:
+            # Disks of one size are compared with what has room; larger ones count as if they had this size.
+            numbers = [number for number, other_cm in self.disks if other_cm >= radius_cm]
+            count = sum(numbers)
+            room = most_disks(self.sides_cm, radius_cm)
+            if count > room:
+                or_more = " or more" if len(numbers) > 1 else ""
+                size = f"radius {radius_cm:g} cm{or_more}"
+                return f"at most {math.floor(room)} of {count} bodies of {size} have room"
         return ""
 
 
 def most_disks(sides_cm: tuple[float, float], radius_cm: float) -> float:
-    """Return a number that disks cannot exceed whose centers lie in a rectangle, and no two of which overlap; fewer may fit.
+    """Return a number that disks in a rectangle cannot exceed; fewer may fit.
 
-    Source: N. Oler, An inequality in the geometry of numbers, Acta Mathematica 105 (1961) 19:
-    points of a convex region of area A and perimeter P, no two closer than 1, are at most 2 A /
-    sqrt(3) + P / 2 + 1.
+    The centers lie in the rectangle, and no two disks overlap.
+
+    Source: N. Oler, An inequality in the geometry of numbers, Acta Mathematica 105 (1961) 19: points of a
+    convex region of area A and perimeter P, no two closer than 1, are at most 2 A / sqrt(3) + P / 2 + 1.
     """
-    width, height = (side / (2 * radius_cm) for side in sides_cm)
-    return (2 / math.sqrt(3) * width * height + width + height + 1) * (
-        1 + 1e-9
-    )  # rounding never refuses a body
+    width = sides_cm[0] / (2 * radius_cm)
+    height = sides_cm[1] / (2 * radius_cm)
+    bound = 2 / math.sqrt(3) * width * height + width + height + 1
+    return bound * (1 + 1e-9)  # rounding never refuses a body
 
 
 @dataclass(frozen=True)
@@ -118,15 +127,13 @@ class Arena(Settings):
 
     def __post_init__(self) -> None:
         sides = (self.width_cm, self.height_cm)
-        both = (sides[0] is None) == (sides[1] is None)
-        require(
-            both,
-            "arena.width_cm and arena.height_cm",
-            "be both given or both left out",
-            brief(sides),
-        )
-        for name, side in zip(("width_cm", "height_cm"), sides, strict=True):
-            number(f"arena.{name}", 1.0 if side is None else side, above=0)
+        names = "arena.width_cm and arena.height_cm"
+        fits = sides.count(None) != 1
+        require(fits, names, "be both given or both left out", brief(sides))
+        if self.width_cm is not None:
+            number("arena.width_cm", self.width_cm, above=0)
+        if self.height_cm is not None:
+            number("arena.height_cm", self.height_cm, above=0)
 
     @property
     def bounded(self) -> bool:
@@ -152,18 +159,14 @@ class Sensor(Settings):
     mistakes: float = 0.0
 
     def __post_init__(self) -> None:
-        known = self.readings[:1] == ("background",) and set(self.readings) <= set(ITEM_KINDS)
+        readings = set(self.readings)
+        fits = self.readings[:1] == ("background",) and readings <= set(ITEM_KINDS)
+        fits = fits and len(readings) == len(self.readings)
         rule = f"be 'background', then any of {ITEM_KINDS[1:]}, each once"
-        require(
-            known and len(set(self.readings)) == len(self.readings),
-            "sensor.readings",
-            rule,
-            brief(self.readings),
-        )
+        require(fits, "sensor.readings", rule, brief(self.readings))
+        fits = 0 <= self.field_of_view <= FULL_VIEW
         rule = "be an angle from 0 to 2 pi = 6.283185 (rad)"
-        require(
-            0 <= self.field_of_view <= FULL_VIEW, "sensor.field_of_view", rule, self.field_of_view
-        )
+        require(fits, "sensor.field_of_view", rule, self.field_of_view)
         number("sensor.mistakes", self.mistakes, least=0, most=1)
 
     @property
@@ -171,9 +174,9 @@ class Sensor(Settings):
         """Number of sensor states n."""
         return len(self.readings)
 
-    def reading_of(self, kind: str) -> int:
-        """Return the reading I that an item of `kind` gives, 0 if the sensor does not see it."""
-        return self.readings.index(kind) if kind in self.readings else 0
+    def reading_of(self, item: str) -> int:
+        """Return the reading I that an item, "robot" or "object", gives; 0 if the sensor does not see it."""
+        return self.readings.index(item) if item in self.readings else 0
 
 
 @dataclass(frozen=True)
@@ -195,14 +198,13 @@ class Trial(Settings):
         self.steps_of(self.duration_s, "trial.duration_s")
 
     def steps_of(self, duration_s: float, name: str) -> int:
-        """Return the number of control cycles in a duration.
-
-        Reject it, by its name, if it is not a whole number.
-        """
+        """Return the number of control cycles in a duration; reject it, by its name, if it is not a whole number."""
         cycles = duration_s / self.control_interval_s
+        is_whole = (
+            math.isfinite(cycles) and round(cycles) >= 1 and abs(cycles - round(cycles)) < 1e-6
+        )
         rule = f"be a whole number of control intervals of {self.control_interval_s} s"
-        whole = math.isfinite(cycles) and round(cycles) >= 1 and abs(cycles - round(cycles)) < 1e-6
-        require(whole, name, rule, duration_s)
+        require(is_whole, name, rule, duration_s)
         return round(cycles)
 
 
@@ -276,29 +278,31 @@ class Scenario(Settings):
         integer("scenario.agents", self.agents, 1)
         integer("scenario.replicas", self.replicas, 1)
         choice("scenario.grouping", self.grouping, ("mixed", "separated"))
-        speeds, expected = self.controller, 2 * self.sensor.states
-        rule = f"be {expected} wheel speeds, two for each of the {self.sensor.states} sensor states"
-        require(len(speeds) == expected, "scenario.controller", rule, brief(speeds))
-        require(
-            all(map(math.isfinite, speeds)),
-            "scenario.controller",
-            "be finite wheel speeds",
-            brief(speeds),
-        )
-        arena, start = self.arena, self.start()
-        for name, side in zip(("width_cm", "height_cm"), start.sides_cm, strict=True):
-            rule = f"be more than the diameter of what moves in it, {2 * start.corner_cm:g}"
-            require(side > 0, f"scenario.arena.{name}", rule, getattr(arena, name))
-        if start.crowd:
-            name = "arena" if arena.bounded else "trial.start_side_cm"
-            size = (
-                f"{arena.width_cm:g} x {arena.height_cm:g}"
-                if arena.bounded
-                else f"{self.trial.start_side_cm:g}"
-            )
-            remedy = "Enlarge it, or take fewer or smaller bodies (scenario.agents, scenario.robot.radius_cm)."
-            rule = "have room for the bodies that start in it"
-            refuse(f"scenario.{name}", rule, f"{size} cm, where {start.crowd}", remedy)
+        states = self.sensor.states
+        speeds = self.controller
+        rule = f"be {2 * states} wheel speeds, two for each of the {states} sensor states"
+        require(len(speeds) == 2 * states, "scenario.controller", rule, brief(speeds))
+        fits = all(map(math.isfinite, speeds))
+        require(fits, "scenario.controller", "be finite wheel speeds", brief(speeds))
+        start = self.start()
+        rule = f"be more than the diameter of what moves in it, {2 * start.corner_cm:g}"
+        width_cm, height_cm = start.sides_cm
+        require(width_cm > 0, "scenario.arena.width_cm", rule, self.arena.width_cm)
+        require(height_cm > 0, "scenario.arena.height_cm", rule, self.arena.height_cm)
+        self._require_room(start)
+
+    def _require_room(self, start: Start) -> None:
+        """Reject a place that is too small for the bodies that start in it."""
+        if not start.crowd:
+            return
+        name = "scenario.trial.start_side_cm"
+        size = f"{self.trial.start_side_cm:g}"
+        if self.arena.bounded:
+            name = "scenario.arena"
+            size = f"{self.arena.width_cm:g} x {self.arena.height_cm:g}"
+        rule = "have room for the bodies that start in it"
+        bodies = "fewer or smaller bodies (scenario.agents, scenario.robot.radius_cm)"
+        refuse(name, rule, f"{size} cm, where {start.crowd}", f"Enlarge it, or take {bodies}.")
 
     def start(self, robots: int | None = None, side_cm: float | None = None) -> Start:
         """Return what starts where: within the walls, else in the start square.
@@ -311,18 +315,21 @@ class Scenario(Settings):
         side_cm
             Side of a square in which all start instead.
         """
-        individuals = self.individuals if robots is None else robots
-        growth = individuals / self.individuals
+        if robots is None:
+            robots = self.individuals
+        growth = robots / self.individuals
+        disks = [(robots, self.robot.radius_cm)]
         objects = round(self.objects.count * growth)
-        disks = ((individuals, self.robot.radius_cm), (objects, self.objects.radius_cm))[
-            : 2 if objects else 1
-        ]
+        if objects:
+            disks.append((objects, self.objects.radius_cm))
         width, height = self.arena.width_cm, self.arena.height_cm
-        if side_cm is not None or width is None or height is None:
-            side = self.trial.start_side_cm * math.sqrt(growth) if side_cm is None else side_cm
-            return Start(disks, 0.0, (side, side))
-        largest = max(radius for _, radius in disks)
-        return Start(disks, largest, (width - 2 * largest, height - 2 * largest))
+        if width is None or height is None or side_cm is not None:
+            if side_cm is None:
+                side_cm = self.trial.start_side_cm * math.sqrt(growth)
+            return Start(tuple(disks), 0.0, (side_cm, side_cm))
+        # All centers keep the largest radius from the walls.
+        margin = max(radius for _, radius in disks)
+        return Start(tuple(disks), margin, (width - 2 * margin, height - 2 * margin))
 
     @property
     def world(self) -> str:
@@ -334,10 +341,11 @@ class Scenario(Settings):
 
     def in_world(self, name: str) -> Self:
         """Return the scenario in one of `WORLDS`; all else stays."""
-        parts = WORLDS[choice("world", name, WORLDS, noun="world")]
-        return replace(
-            self, **{part: replace(getattr(self, part), **values) for part, values in parts.items()}
-        )
+        choice("world", name, WORLDS, noun="world")
+        changed = {}
+        for section, settings in WORLDS[name].items():
+            changed[section] = replace(getattr(self, section), **settings)
+        return replace(self, **changed)
 
     @property
     def individuals(self) -> int:
@@ -357,13 +365,17 @@ class Scenario(Settings):
     @property
     def parameter_labels(self) -> tuple[str, ...]:
         """Names of the parameters, with units where they have any, for figures."""
-        pairs = zip(self.model.parameter_names, self.model.parameter_units, strict=True)
-        return tuple(f"{name} ({unit})" if unit else name for name, unit in pairs)
+        labels = []
+        for name, unit in zip(self.model.parameter_names, self.model.parameter_units, strict=True):
+            labels.append(f"{name} ({unit})" if unit else name)
+        return tuple(labels)
 
     @property
     def truth(self) -> tuple[float, ...] | None:
         """The agents' parameters; None if they are not known."""
-        return self.model.truth(self.controller, self.sensor.field_of_view) if self.known else None
+        if not self.known:
+            return None
+        return self.model.truth(self.controller, self.sensor.field_of_view)
 
     @property
     def control_steps(self) -> int:

@@ -33,24 +33,28 @@ class Drivers:
 
     def __post_init__(self) -> None:
         integer("hidden", self.hidden, 1)
-        weights = array(
-            "weights", self.weights, "K Q", empty=True, Q=self.hidden * (self.hidden + 4) + 2
-        )
+        size = self.hidden * (self.hidden + 4) + 2
+        weights = array("weights", self.weights, "K Q", empty=True, Q=size)
         driver = array("driver", self.driver, "R A", dtype=np.int64, empty=True)
         if driver.size:
-            low, high = int(driver.min()), int(driver.max())
+            low = int(driver.min())
+            high = int(driver.max())
             rule = f"hold numbers of {len(weights)} networks from 0, or -1 for none"
             require(low >= -1 and high < len(weights), "driver", rule, f"{low} to {high}")
-        for name, checked in (("weights", weights), ("driver", driver)):
-            # a copy that nobody changes: a kernel takes the numbers for places in memory
-            own = np.array(checked, order="C")
-            own.flags.writeable = False
-            object.__setattr__(self, name, own)
+        object.__setattr__(self, "weights", _unchangeable(weights))
+        object.__setattr__(self, "driver", _unchangeable(driver))
 
     def networks(self, trials: int, robots: int) -> Networks:
         """Return what the kernels execute; reject drivers of other trials or robots."""
         array("drivers.driver", self.driver, "R A", dtype=np.int64, R=trials, A=robots)
         return new_networks(self.weights, self.driver, self.hidden)
+
+
+def _unchangeable(numbers: np.ndarray) -> np.ndarray:
+    """Return a copy that nobody can change: a kernel takes the numbers for places in memory."""
+    copy = np.array(numbers, order="C")
+    copy.flags.writeable = False
+    return copy
 
 
 @dataclass(frozen=True)
@@ -71,27 +75,34 @@ def build_world(
     wheel_noise: float,
     fields_of_view: np.ndarray | None = None,
 ) -> World:
-    """Return the constants of trials with the given numbers of robots and objects, and fields of view (R, A), if there are any."""
-    robot, item, sensor = scenario.robot, scenario.objects, scenario.sensor
+    """Return the constants of trials with so many robots and objects, and fields of view (R, A), if any."""
+    robot = scenario.robot
+    item = scenario.objects
+    robot_reading = scenario.sensor.reading_of("robot")
+    object_reading = scenario.sensor.reading_of("object")
 
     def bodies(of_robot: float, of_object: float) -> np.ndarray:
         return np.repeat([of_robot, of_object], [robots, objects])
 
-    readings = sensor.reading_of("robot"), sensor.reading_of("object")
-    inertia = (0.5 * robot.mass_g * robot.radius_cm**2, 0.5 * item.mass_g * item.radius_cm**2)
+    # The moment of inertia of a homogeneous disk (g cm^2).
+    robot_inertia = 0.5 * robot.mass_g * robot.radius_cm**2
+    object_inertia = 0.5 * item.mass_g * item.radius_cm**2
+    sectors = None
+    if fields_of_view is not None:
+        sectors = np.stack((np.cos(fields_of_view / 2), np.sin(fields_of_view / 2)))
     return World(
         robots=robots,
         bodies=robots + objects,
         radius=bodies(robot.radius_cm, item.radius_cm),
         inverse_mass=bodies(1 / robot.mass_g, 1 / item.mass_g),
-        inverse_inertia=bodies(1 / inertia[0], 1 / inertia[1]),
+        inverse_inertia=bodies(1 / robot_inertia, 1 / object_inertia),
+        # Invisible bodies have a negative radius.
         sight_radius=bodies(
-            robot.radius_cm if readings[0] else -1.0, item.radius_cm if readings[1] else -1.0
+            robot.radius_cm if robot_reading else -1.0,
+            item.radius_cm if object_reading else -1.0,
         ),
-        reading=bodies(*readings).astype(np.int64),
-        sectors=None
-        if fields_of_view is None
-        else np.stack((np.cos(fields_of_view / 2), np.sin(fields_of_view / 2))),
+        reading=bodies(robot_reading, object_reading).astype(np.int64),
+        sectors=sectors,
         deceleration=item.friction * item.gravity_cm_s2,
         wheel_distance=robot.wheel_distance_cm,
         maximum_speed=robot.maximum_speed_cm_s,
@@ -106,10 +117,17 @@ def build_world(
 
 
 def simulate(
-    scenario: Scenario, controllers: np.ndarray, initial_poses: np.ndarray, *, control_steps: int,
-    seed: int = 0, wheel_noise: float | None = None, fields_of_view: np.typing.ArrayLike | None = None,
-    threads: int | None = None, drivers: Drivers | None = None,
-) -> Simulation:  # fmt: skip
+    scenario: Scenario,
+    controllers: np.ndarray,
+    initial_poses: np.ndarray,
+    *,
+    control_steps: int,
+    seed: int = 0,
+    wheel_noise: float | None = None,
+    fields_of_view: np.typing.ArrayLike | None = None,
+    threads: int | None = None,
+    drivers: Drivers | None = None,
+) -> Simulation:
     """Run trials of a swarm; the numbers of robots and objects come from the arrays.
 
     Source: paper, sections 3.2, 4.1 and 4.6.2; docs/physics.md.
@@ -143,100 +161,97 @@ def simulate(
     Simulation
         Poses, sensor states and speeds at every control cycle.
     """
-    controllers = np.ascontiguousarray(
-        array("controllers", controllers, "R A S", S=2 * scenario.sensor.states)
-    )
+    size = 2 * scenario.sensor.states
+    controllers = np.ascontiguousarray(array("controllers", controllers, "R A S", S=size))
     trials, robots = controllers.shape[:2]
     poses = np.ascontiguousarray(array("initial_poses", initial_poses, "R B 3", R=trials))
+    bodies = poses.shape[1]
     rule = f"hold a pose of each of the {robots} robots, then of objects"
-    require(poses.shape[1] >= robots, "initial_poses", rule, poses.shape[1])
+    require(bodies >= robots, "initial_poses", rule, bodies)
     integer("control_steps", control_steps, 1, LARGEST_COUNT)
     integer("seed", seed, 0)
-    noise = scenario.robot.wheel_noise if wheel_noise is None else wheel_noise
-    number("wheel_noise", noise, least=0, below=1)
+    if wheel_noise is None:
+        wheel_noise = scenario.robot.wheel_noise
+    number("wheel_noise", wheel_noise, least=0, below=1)
     if threads is not None:
         integer("threads", threads, 1, remedy="None takes every processor.")
     if fields_of_view is not None:
-        fields, shape = (
-            array("fields_of_view", fields_of_view, "...", finite=False, empty=True),
-            (trials, robots),
-        )
-        rule = f"have shape (), (A,) or (R, A) = {shape}"
-        require(fields.shape in ((), shape[1:], shape), "fields_of_view", rule, fields.shape)
-        wrong = fields[~((fields >= 0) & (fields <= FULL_VIEW))]
-        require(
-            not wrong.size,
-            "fields_of_view",
-            f"be from 0 to 2 pi = {FULL_VIEW:.6f} rad",
-            wrong[:1].tolist(),
-        )
+        _check_fields_of_view(fields_of_view, trials, robots)
     if scenario.arena.bounded:
-        size = (scenario.arena.width_cm, scenario.arena.height_cm)
-        radius = np.repeat(
-            [scenario.robot.radius_cm, scenario.objects.radius_cm],
-            [robots, poses.shape[1] - robots],
-        )
-        outside = (poses[..., :2] < radius[:, None]) | (
-            poses[..., :2] > np.array(size) - radius[:, None]
-        )
-        for trial, body in np.argwhere(outside.any(axis=-1))[:1].tolist():
-            got, place = (
-                f"x, y = {poses[trial, body, :2].tolist()}",
-                f"body {body} of trial {trial}",
-            )
-            refuse(
-                "initial_poses",
-                f"lie inside the arena of {size[0]} x {size[1]} cm",
-                got,
-                place=place,
-            )
+        _check_inside(scenario, robots, poses)
     keys = np.random.SeedSequence(seed).generate_state(trials, np.uint64)
-    room = (trials, control_steps + 1)
-    sensors, speeds = np.empty((*room, robots), np.int8), _new_speeds(trials, robots, control_steps)
-    result = Simulation(np.empty((*room, poses.shape[1], 3)), sensors, speeds)
+    result = Simulation(
+        poses=np.empty((trials, control_steps + 1, bodies, 3)),
+        sensors=np.empty((trials, control_steps + 1, robots), np.int8),
+        speeds=_new_speeds(trials, robots, control_steps),
+    )
     poses = poses.copy()
     poses[..., 2] = _wrapped(poses[..., 2])
-    outputs = (result.speeds, result.poses, result.sensors)
     _run(
         record_trials,
         scenario,
         controllers,
         poses,
         keys,
-        noise,
+        wheel_noise,
         fields_of_view,
         drivers,
         threads,
-        *outputs,
+        result.speeds,
+        result.poses,
+        result.sensors,
     )
     if not scenario.tracker.perfect:
-        speeds[:] = tracked_speeds(scenario, result.poses[:, :, :robots], keys)
+        result.speeds[:] = tracked_speeds(scenario, result.poses[:, :, :robots], keys)
     return result
+
+
+def _check_fields_of_view(fields_of_view: np.typing.ArrayLike, trials: int, robots: int) -> None:
+    fields = array("fields_of_view", fields_of_view, "...", finite=False, empty=True)
+    shape = (trials, robots)
+    rule = f"have shape (), (A,) or (R, A) = {shape}"
+    require(fields.shape in ((), shape[1:], shape), "fields_of_view", rule, fields.shape)
+    wrong = fields[~((fields >= 0) & (fields <= FULL_VIEW))]
+    rule = f"be from 0 to 2 pi = {FULL_VIEW:.6f} rad"
+    require(not wrong.size, "fields_of_view", rule, wrong[:1].tolist())
+
+
+def _check_inside(scenario: Scenario, robots: int, poses: np.ndarray) -> None:
+    """Reject bodies that touch or cross a wall of the arena."""
+    size = (scenario.arena.width_cm, scenario.arena.height_cm)
+    radii = [scenario.robot.radius_cm, scenario.objects.radius_cm]
+    margin = np.repeat(radii, [robots, poses.shape[1] - robots])[:, None]
+    outside = (poses[..., :2] < margin) | (poses[..., :2] > np.array(size) - margin)
+    for trial, body in np.argwhere(outside.any(axis=-1))[:1].tolist():
+        rule = f"lie inside the arena of {size[0]} x {size[1]} cm"
+        got = f"x, y = {poses[trial, body, :2].tolist()}"
+        refuse("initial_poses", rule, got, place=f"body {body} of trial {trial}")
 
 
 def tracked_speeds(scenario: Scenario, poses: np.ndarray, keys: np.ndarray) -> np.ndarray:
     """Return the speeds (R, A, T, 2) that the scenario's tracker measures of robots at poses (R, T + 1, A, 3).
 
-    Each trial has its own noise, drawn by its key. The direction of motion is told by the heading
-    as tracked.
+    Each trial has its own noise, drawn by its key. The heading as tracked tells forwards from backwards.
     """
-    tracker, interval = scenario.tracker, scenario.trial.control_interval_s
-    last = poses.shape[1] - 1
-    times = np.maximum(np.arange(last + 1) - tracker.delay_s / interval, 0.0)
+    tracker = scenario.tracker
+    interval_s = scenario.trial.control_interval_s
+    final = poses.shape[1] - 1
+    # The delay puts images between poses; before the trial, robots rest.
+    times = np.maximum(np.arange(final + 1) - tracker.delay_s / interval_s, 0.0)
     before = np.floor(times).astype(int)
     share = (times - before)[:, None, None]
-    way = poses[:, np.minimum(before + 1, last)] - poses[:, before]
-    way[..., 2] = _wrapped(way[..., 2])
-    seen = poses[:, before] + share * way
+    step = poses[:, np.minimum(before + 1, final)] - poses[:, before]
+    step[..., 2] = _wrapped(step[..., 2])
+    images = poses[:, before] + share * step
     deviations = [tracker.position_noise_cm, tracker.position_noise_cm, tracker.heading_noise_rad]
     for trial, key in enumerate(keys.tolist()):
         rng = np.random.default_rng([TRACKING, key])
-        seen[trial] += rng.standard_normal(seen.shape[1:]) * deviations
-    moved = np.diff(seen, axis=1)
-    heading = seen[:, :-1, :, 2]
-    ahead = moved[..., 0] * np.cos(heading) + moved[..., 1] * np.sin(heading)
-    linear = np.where(ahead < 0, -1, 1) * np.hypot(moved[..., 0], moved[..., 1])
-    speeds = np.stack([linear, _wrapped(moved[..., 2])], axis=-1) / interval
+        images[trial] += rng.standard_normal(images.shape[1:]) * deviations
+    moved = np.diff(images, axis=1)
+    heading = images[:, :-1, :, 2]
+    forwards = moved[..., 0] * np.cos(heading) + moved[..., 1] * np.sin(heading)
+    linear = np.where(forwards < 0, -1, 1) * np.hypot(moved[..., 0], moved[..., 1])
+    speeds = np.stack([linear, _wrapped(moved[..., 2])], axis=-1) / interval_s
     return speeds.transpose(0, 2, 1, 3)
 
 
@@ -246,68 +261,85 @@ def _wrapped(angles: np.ndarray) -> np.ndarray:
 
 
 def observe(
-    scenario: Scenario, controllers: np.ndarray, poses: np.ndarray, keys: np.ndarray, threads: int | None,
-    fields_of_view: np.ndarray | None = None, drivers: Drivers | None = None,
-) -> np.ndarray:  # fmt: skip
-    """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration.
-
-    Arguments are taken as they are.
-    """
+    scenario: Scenario,
+    controllers: np.ndarray,
+    poses: np.ndarray,
+    keys: np.ndarray,
+    threads: int | None,
+    fields_of_view: np.ndarray | None = None,
+    drivers: Drivers | None = None,
+) -> np.ndarray:
+    """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are."""
     trials, robots = controllers.shape[:2]
-    steps, noise = scenario.control_steps, scenario.robot.wheel_noise
+    steps = scenario.control_steps
+    wheel_noise = scenario.robot.wheel_noise
     speeds = _new_speeds(trials, robots, steps)
-    given = (scenario, controllers, poses, keys, noise, fields_of_view, drivers, threads, speeds)
+    arguments = (
+        scenario, controllers, poses, keys, wheel_noise, fields_of_view, drivers, threads, speeds,
+    )  # fmt: skip
     if scenario.tracker.perfect:
-        _run(observe_trials, *given)
+        _run(observe_trials, *arguments)
         return speeds
-    moved = np.empty((trials, steps + 1, poses.shape[1], 3))
-    _run(record_trials, *given, moved, np.empty((trials, steps + 1, robots), np.int8))
-    speeds[:] = tracked_speeds(scenario, moved[:, :, :robots], keys)
+    recorded = np.empty((trials, steps + 1, poses.shape[1], 3))
+    _run(record_trials, *arguments, recorded, np.empty((trials, steps + 1, robots), np.int8))
+    speeds[:] = tracked_speeds(scenario, recorded[:, :, :robots], keys)
     return speeds
 
 
 def _new_speeds(trials: int, robots: int, steps: int) -> np.ndarray:
-    """Return room for speeds (R, A, T, 2), in memory robot by robot, as they are judged.
-
-    That of one trial in the same layout.
-    """
+    """Return room for speeds (R, A, T, 2), in memory robot by robot, as they are judged."""
+    # Room for two at least: else the layout of a single trial would be another.
     return np.empty((robots, max(trials, 2), steps, 2))[:, :trials].transpose(1, 0, 2, 3)
 
 
 def _run(
-    kernel: Callable[..., None], scenario: Scenario, controllers: np.ndarray, poses: np.ndarray, keys: np.ndarray,
-    wheel_noise: float, fields_of_view: np.typing.ArrayLike | None, drivers: Drivers | None, threads: int | None,
+    kernel: Callable[..., None],
+    scenario: Scenario,
+    controllers: np.ndarray,
+    poses: np.ndarray,
+    keys: np.ndarray,
+    wheel_noise: float,
+    fields_of_view: np.typing.ArrayLike | None,
+    drivers: Drivers | None,
+    threads: int | None,
     *outputs: np.ndarray,
-) -> None:  # fmt: skip
-    """Let a kernel fill the outputs of trials with these controllers (R, A, 2 n), poses (R, A + O, 3) and keys (R,)."""
+) -> None:
+    """Let a kernel fill the outputs of trials.
+
+    Their controllers are (R, A, 2 n), poses (R, A + O, 3) and keys (R,).
+    """
     trials, robots = controllers.shape[:2]
-    fields = np.asarray(
-        scenario.sensor.field_of_view if fields_of_view is None else fields_of_view,
-        dtype=np.float64,
-    )
-    views = (
-        np.broadcast_to(fields, (trials, robots)) if fields.any() else None
-    )  # else all have a line of sight
+    if fields_of_view is None:
+        fields_of_view = scenario.sensor.field_of_view
+    views = None
+    fields = np.asarray(fields_of_view, dtype=np.float64)
+    if fields.any():  # else all have a line of sight
+        views = np.broadcast_to(fields, (trials, robots))
     world = build_world(scenario, robots, poses.shape[1] - robots, wheel_noise, views)
-    networks = None if drivers is None else drivers.networks(trials, robots)
-    if networks is not None:
+    networks = None
+    if drivers is not None:
+        networks = drivers.networks(trials, robots)
         controllers = np.where(networks.driver[..., None] >= 0, LARGEST_OUTPUT, controllers)
-    robot, sensor = scenario.robot, scenario.sensor
+    robot = scenario.robot
+    sensor = scenario.sensor
     imperfections = None
     if robot.wheel_scale_spread or robot.slip or robot.actuation_lag_cycles or sensor.mistakes:
         imperfections = new_imperfections(
             robot.slip, sensor.mistakes, sensor.states, robot.actuation_lag_cycles, robots
         )
     advance = partial(kernel, world=world, networks=networks, imperfections=imperfections)
-    run_range(
-        advance, trials, threads, poses, controllers, keys, *outputs, grain=slots_of(world.bodies)
-    )
+    grain = slots_of(world.bodies)
+    run_range(advance, trials, threads, poses, controllers, keys, *outputs, grain=grain)
 
 
 def initial_poses(
-    scenario: Scenario, trials: int, rng: np.random.Generator, *, robots: int | None = None,
+    scenario: Scenario,
+    trials: int,
+    rng: np.random.Generator,
+    *,
+    robots: int | None = None,
     side_cm: float | None = None,
-) -> np.ndarray:  # fmt: skip
+) -> np.ndarray:
     """Place robots and objects uniformly in the scenario's start square, in any direction (paper, section 4.2).
 
     Parameters
@@ -331,22 +363,18 @@ def initial_poses(
         x, y (cm), heading (rad). Bodies may overlap; they are pushed apart as they begin to move.
     """
     integer("trials", trials, 1, LARGEST_COUNT)
-    integer("robots", scenario.individuals if robots is None else robots, 1, LARGEST_COUNT)
-    number("side_cm", 1.0 if side_cm is None else side_cm, above=0)
+    if robots is not None:
+        integer("robots", robots, 1, LARGEST_COUNT)
+    if side_cm is not None:
+        number("side_cm", side_cm, above=0)
     start = scenario.start(robots, side_cm)
     if side_cm is None and start.crowd:
-        rule, remedy = (
-            "have room where the scenario lets them start",
-            "Take fewer, or another scenario.",
-        )
-        refuse("robots", rule, f"{robots}, and {start.crowd}", remedy)
-    bodies = trials * start.bodies
-    require(
-        bodies <= LARGEST_COUNT,
-        "trials",
-        f"have at most {LARGEST_COUNT} bodies in all",
-        f"{trials} with {bodies}",
-    )
+        rule = "have room where the scenario lets them start"
+        got = f"{robots}, and {start.crowd}"
+        refuse("robots", rule, got, "Take fewer, or another scenario.")
+    fits = trials * start.bodies <= LARGEST_COUNT
+    rule = f"have at most {LARGEST_COUNT} bodies in all"
+    require(fits, "trials", rule, f"{trials} with {trials * start.bodies}")
     poses = rng.random((trials, start.bodies, 3))
     poses[..., 2] = math.pi * (2 * poses[..., 2] - 1)
     poses[..., :2] = start.corner_cm + poses[..., :2] * start.sides_cm
@@ -357,6 +385,7 @@ AGENT = -1
 """In the place of the number of a model: a robot that executes the agents' controller."""
 
 TRIALS = 10
+"""Number of swarms that an `ObservedSwarm` observes at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -379,15 +408,18 @@ def execution_of(scenario: Scenario, models: Behavior, executed: np.ndarray) -> 
         The model, 0 to M - 1, that each robot executes; -1 for an agent.
     """
     replica = executed >= 0
-    speeds, view = models.wheel_speeds, models.field_of_view
+    speeds = models.wheel_speeds[executed]
+    fields_of_view = None
+    if models.field_of_view is not None:
+        view = models.field_of_view[executed]
+        fields_of_view = np.where(replica, view, scenario.sensor.field_of_view)
+    drivers = None
+    if models.weights is not None:
+        drivers = Drivers(models.weights, models.hidden, executed)
     return Execution(
-        controllers=np.where(replica[..., None], speeds[executed], scenario.controller),
-        fields_of_view=None
-        if view is None
-        else np.where(replica, view[executed], scenario.sensor.field_of_view),
-        drivers=None
-        if models.weights is None
-        else Drivers(models.weights, models.hidden, executed),
+        controllers=np.where(replica[..., None], speeds, scenario.controller),
+        fields_of_view=fields_of_view,
+        drivers=drivers,
     )
 
 
@@ -410,17 +442,28 @@ class Trials:
     def observe(self, models: Behavior | None = None, threads: int | None = None) -> np.ndarray:
         """Return the speeds (R, A, T, 2) of robots that execute models (M, ...); None if all are agents.
 
-        Linear speed (cm/s), negative when moving against the heading, and angular speed (rad/s).
-        The number of threads, None for every processor, does not change them.
+        Linear speed (cm/s), negative when moving against the heading, and angular speed (rad/s). The number
+        of threads, None for every processor, does not change them.
         """
-        agents = Behavior(np.asarray([self.scenario.controller], dtype=np.float64))
-        robots = execution_of(self.scenario, agents if models is None else models, self.executed)
-        more = (robots.fields_of_view, robots.drivers)
-        return observe(self.scenario, robots.controllers, self.poses, self.keys, threads, *more)
+        if models is None:
+            models = Behavior(np.asarray([self.scenario.controller], dtype=np.float64))
+        robots = execution_of(self.scenario, models, self.executed)
+        return observe(
+            self.scenario,
+            robots.controllers,
+            self.poses,
+            self.keys,
+            threads,
+            robots.fields_of_view,
+            robots.drivers,
+        )
 
 
 def mixed(scenario: Scenario, models: int, trials: int = 1) -> np.ndarray:
-    """Return who executes what (M x trials, A) in some trials of each of M models: the replicas its model, agents before them."""
+    """Return who executes what (M x trials, A) in some trials of each of M models.
+
+    The replicas execute the model of their trial; the agents come before them.
+    """
     executed = np.full((models * trials, scenario.individuals), AGENT)
     executed[:, scenario.agents :] = np.repeat(np.arange(models), trials)[:, None]
     return executed
@@ -444,19 +487,21 @@ class MixedSwarm:
     model: Representation | None = None  #: What a model is; None takes the scenario's
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
-        """Return genuine samples (trials x agents, T, 2) and counterfeit samples (M, replicas, T, 2) of models (M, P)."""
-        agents, replicas = self.scenario.agents, self._replicas(models)
-        speeds = Trials.draw(self.scenario, mixed(self.scenario, len(models)), rng).observe(
-            replicas, self.threads
-        )
+        """Return genuine samples (trials x agents, T, 2) and counterfeit samples (M, replicas, T, 2).
+
+        The models are (M, P).
+        """
+        replicas = self._replicas(models)
+        trials = Trials.draw(self.scenario, mixed(self.scenario, len(models)), rng)
+        speeds = trials.observe(replicas, self.threads)
+        agents = self.scenario.agents
         return Samples(genuine=_one_by_one(speeds[:, :agents]), counterfeit=speeds[:, agents:])
 
     def _replicas(self, models: np.ndarray) -> Behavior:
         """Return what replicas of models (M, P), as the optimizer has them, execute."""
         model = self.model or self.scenario.model
-        models = array(
-            "models", models, "M P", finite=False, empty=True, P=len(model.parameter_names)
-        )
+        size = len(model.parameter_names)
+        models = array("models", models, "M P", finite=False, empty=True, P=size)
         return model.behavior(model.to_units(models))
 
 
@@ -468,15 +513,17 @@ class SeparatedSwarm(MixedSwarm):
     """
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
-        """Return genuine samples (M x individuals, T, 2) and counterfeit samples (M, individuals, T, 2) of models (M, P)."""
-        scenario, replicas = self.scenario, self._replicas(models)
+        """Return genuine samples (M x individuals, T, 2) and counterfeit samples (M, individuals, T, 2).
+
+        The models are (M, P).
+        """
+        scenario = self.scenario
+        replicas = self._replicas(models)
+        agents = Trials.draw(scenario, alone(scenario, len(models)), rng)
+        genuine = agents.observe(None, self.threads)
         groups = np.repeat(np.arange(len(models))[:, None], scenario.individuals, axis=1)
-        genuine = Trials.draw(scenario, alone(scenario, len(models)), rng).observe(
-            None, self.threads
-        )
-        return Samples(
-            _one_by_one(genuine), Trials.draw(scenario, groups, rng).observe(replicas, self.threads)
-        )
+        counterfeit = Trials.draw(scenario, groups, rng).observe(replicas, self.threads)
+        return Samples(_one_by_one(genuine), counterfeit)
 
 
 @dataclass(frozen=True)
