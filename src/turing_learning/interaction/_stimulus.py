@@ -13,9 +13,14 @@ from ..classifiers import ElmanClassifier
 from ..errors import choice, integer, refuse, require
 
 PASSIVE = ("random", "constant", "recorded")
+"""Who chooses stimuli where the classifiers only watch; see `Stimulus`."""
 
-_LARGEST = 1e4  # of an input
-_STEEPEST = 40.0  # sum at which a neuron is saturated
+
+# Largest size of an input, and of a sum: there, a neuron is saturated.
+_LARGEST_INPUT = 1e4
+
+
+_LARGEST_SUM = 40.0
 
 
 @dataclass(frozen=True)
@@ -35,34 +40,28 @@ class Stimulus(Settings):
     def __post_init__(self) -> None:
         require(self.ranges, "stimulus", "name one stimulus or more", self.ranges)
         for name, ends in self.ranges.items():
-            bounds = array("stimulus", ends, "2", place=repr(name))
-            require(
-                bounds[0] < bounds[1],
-                "stimulus",
-                "have a low end below the high one",
-                ends,
-                place=repr(name),
-            )
+            low, high = array("stimulus", ends, "2", place=repr(name))
+            rule = "have a low end below the high one"
+            require(low < high, "stimulus", rule, ends, place=repr(name))
         integer("levels", self.levels, 0)
         require(self.levels != 1, "levels", "be 0, or 2 or more", self.levels)
         if self.passive:
             choice("passive", self.passive, PASSIVE)
-        given, remedy = bool(self.recorded), "One goes with the other."
-        require(
-            given == (self.passive == "recorded"),
-            "recorded",
-            'be given with passive = "recorded"',
-            given,
-            remedy,
-        )
-        if given:
-            series = array("recorded", self.recorded, "R T S", S=len(self.ranges))
-            for r, t, s in np.argwhere((series < self.low) | (series > self.high))[:1].tolist():
-                rule, place = (
-                    f"be from {self.low[s]:g} to {self.high[s]:g}",
-                    f"series {r}, step {t}, {self.names[s]}",
-                )
-                refuse("recorded", rule, series[r, t, s], place=place)
+        has_series = bool(self.recorded)
+        fits = has_series == (self.passive == "recorded")
+        rule = 'be given with passive = "recorded"'
+        require(fits, "recorded", rule, has_series, "One goes with the other.")
+        if has_series:
+            self._check_recorded()
+
+    def _check_recorded(self) -> None:
+        """Reject recorded stimuli outside their ranges."""
+        series = array("recorded", self.recorded, "R T S", S=len(self.ranges))
+        outside = (series < self.low) | (series > self.high)
+        for r, t, s in np.argwhere(outside)[:1].tolist():
+            rule = f"be from {self.low[s]:g} to {self.high[s]:g}"
+            place = f"series {r}, step {t}, {self.names[s]}"
+            refuse("recorded", rule, series[r, t, s], place=place)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -92,29 +91,26 @@ class Stimulus(Settings):
     def of(self, outputs: np.ndarray) -> np.ndarray:
         """Return the stimuli (..., S) that outputs (..., O) from 0 to 1 choose."""
         if self.levels:
-            chosen = outputs.reshape(*outputs.shape[:-1], len(self.ranges), self.levels).argmax(
-                axis=-1
-            )
-            outputs = chosen / (self.levels - 1)
+            by_level = outputs.reshape(*outputs.shape[:-1], len(self.ranges), self.levels)
+            outputs = by_level.argmax(axis=-1) / (self.levels - 1)
         return self.low + (self.high - self.low) * outputs
 
     def drawn(self, trials: int, steps: int, rng: np.random.Generator) -> np.ndarray:
         """Return the stimuli (R, T, S) of trials that are only watched.
 
-        Random ones where classifiers would choose.
+        Where classifiers would choose, they are drawn as for "random".
         """
         if self.passive == "recorded":
             series = np.asarray(self.recorded)
             return series[rng.integers(len(series), size=trials)]
-        shape = (trials, 1 if self.passive == "constant" else steps, len(self.ranges))
-        shares = (
-            rng.integers(self.levels, size=shape) / (self.levels - 1)
-            if self.levels
-            else rng.random(shape)
-        )
-        return np.broadcast_to(
-            self.low + (self.high - self.low) * shares, (trials, steps, len(self.ranges))
-        )
+        changes = 1 if self.passive == "constant" else steps
+        shape = (trials, changes, len(self.ranges))
+        if self.levels:
+            shares = rng.integers(self.levels, size=shape) / (self.levels - 1)
+        else:
+            shares = rng.random(shape)
+        stimuli = self.low + (self.high - self.low) * shares
+        return np.broadcast_to(stimuli, (trials, steps, len(self.ranges)))
 
 
 @dataclass(frozen=True)
@@ -137,10 +133,9 @@ class Interrogator:
         return self.network.parameters + self.stimulus.outputs * (self.network.hidden + 1)
 
     def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
-        """Return outputs (N, S) for genomes (N, Q) and samples (S, T, D): what was seen, whoever chose the stimuli."""
-        return self.network.judge(
-            np.ascontiguousarray(genomes[:, : self.network.parameters]), samples
-        )
+        """Return outputs (N, S) for genomes (N, Q) and samples (S, T, D), whoever chose the stimuli in them."""
+        weights = np.ascontiguousarray(genomes[:, : self.network.parameters])
+        return self.network.judge(weights, samples)
 
 
 class Dialogue:
@@ -150,55 +145,56 @@ class Dialogue:
     """
 
     def __init__(self, interrogator: Interrogator, genomes: np.ndarray, dialogues: int) -> None:
-        network, o = interrogator.network, interrogator.stimulus.outputs
-        count, d, h = len(genomes), network.inputs, network.hidden
-        scale = np.ones(d) if network.scale is None else np.array(network.scale)
-        parts = np.split(
-            genomes.astype(np.float32), np.cumsum([h * d, h * h, h, h, 1, o * h]), axis=1
+        network = interrogator.network
+        self._stimulus = interrogator.stimulus
+        # N networks with D inputs, H hidden neurons and O outputs that choose.
+        n, d, h, o = len(genomes), network.inputs, network.hidden, self._stimulus.outputs
+        ends = np.cumsum([h * d, h * h, h, h, 1, o * h])
+        inward, recurrent, bias, judging, threshold, choosing, thresholds = np.split(
+            genomes.astype(np.float32), ends, axis=1
         )
-        inward, recurrent, bias, judging, threshold, choosing, thresholds = parts
-        weights = np.concatenate(
-            (inward.reshape(count, h, d), recurrent.reshape(count, h, h)), axis=2
-        )
+        weights = np.concatenate((inward.reshape(n, h, d), recurrent.reshape(n, h, h)), axis=2)
         self._inward = np.ascontiguousarray(weights.transpose(0, 2, 1))  # (N, D + H, H)
-        self._outward = np.ascontiguousarray(choosing.reshape(count, o, h).transpose(0, 2, 1))
-        self._bias, self._thresholds = bias[:, None], thresholds[:, None]
-        self._judging, self._threshold = judging[:, :, None], threshold
-        self._stimulus, self._scale, self._inputs = (
-            interrogator.stimulus,
-            scale.astype(np.float32),
-            d,
-        )
-        self._seen = np.zeros(
-            (count, dialogues, d + h), np.float32
-        )  # the inputs, then the activations
+        self._bias = bias[:, None]
+        self._judging = judging[:, :, None]
+        self._threshold = threshold
+        self._choosing = np.ascontiguousarray(choosing.reshape(n, o, h).transpose(0, 2, 1))
+        self._thresholds = thresholds[:, None]
+        scale = np.ones(d) if network.scale is None else np.array(network.scale)
+        self._scale = scale.astype(np.float32)
+        # What the hidden neurons take in: the inputs, then their activations before.
+        self._inputs = d
+        self._taken_in = np.zeros((n, dialogues, d + h), np.float32)
         self.stimuli = self._chosen()
 
     def observe(self, responses: np.ndarray) -> None:
         """Take in the centered responses (N, k, D) to the last stimuli, and choose the next ones."""
-        own = responses.shape[2]
-        np.clip(responses / self._scale[:own], -_LARGEST, _LARGEST, out=self._seen[..., :own])
-        self._seen[..., own : self._inputs] = (self.stimuli - self._stimulus.center) / self._scale[
-            own:
-        ]
-        self._seen[..., self._inputs :] = _logistic(self._seen @ self._inward + self._bias)
+        signals = responses.shape[2]
+        scaled = responses / self._scale[:signals]
+        np.clip(scaled, -_LARGEST_INPUT, _LARGEST_INPUT, out=self._taken_in[..., :signals])
+        stimuli = (self.stimuli - self._stimulus.center) / self._scale[signals:]
+        self._taken_in[..., signals : self._inputs] = stimuli
+        activations = _logistic(self._taken_in @ self._inward + self._bias)
+        self._taken_in[..., self._inputs :] = activations
         self.stimuli = self._chosen()
 
     @property
     def outputs(self) -> np.ndarray:
         """Judgments (N, k), from 0 (counterfeit) to 1 (genuine)."""
-        return _logistic(
-            (self._seen[..., self._inputs :] @ self._judging)[..., 0] + self._threshold
-        )
+        sums = (self._activations @ self._judging)[..., 0] + self._threshold
+        return _logistic(sums)
+
+    @property
+    def _activations(self) -> np.ndarray:
+        return self._taken_in[..., self._inputs :]
 
     def _chosen(self) -> np.ndarray:
-        return self._stimulus.of(
-            _logistic(self._seen[..., self._inputs :] @ self._outward + self._thresholds)
-        )
+        return self._stimulus.of(_logistic(self._activations @ self._choosing + self._thresholds))
 
 
 def _logistic(sums: np.ndarray) -> np.ndarray:
-    np.clip(sums, -_STEEPEST, _STEEPEST, out=sums)
+    """Return the logistic sigmoid, in the memory of the sums."""
+    np.clip(sums, -_LARGEST_SUM, _LARGEST_SUM, out=sums)
     np.negative(sums, out=sums)
     np.exp(sums, out=sums)
     sums += 1

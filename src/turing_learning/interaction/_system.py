@@ -19,6 +19,10 @@ from ..systems import CustomOptions, CustomSystem, CustomSystemError, Given, Ran
 from . import _examples
 from ._stimulus import PASSIVE, Dialogue, Interrogator, Stimulus
 
+# Trials in which the scale of what is observed is found.
+_SCALING_TRIALS = 200
+
+
 Step = Callable[[Any, np.ndarray, np.ndarray, np.random.Generator], tuple[Any, np.ndarray]]
 """(state, parameters (n, P), stimulus (n, S), rng) -> the next state, and what is observed (n, D); for n trials at once.
 
@@ -30,7 +34,6 @@ BEHAVIORS: dict[str, Step] = {
     "light-response-stochastic": _examples.LightResponse(stochastic=True),
     "sensor-configuration": _examples.SensorConfiguration(),
 }
-_OBSERVED = 200  # trials that the scale of what is observed is found in
 _NOT_FOR_STIMULI = (
     "length",
     "held_out",
@@ -40,10 +43,14 @@ _NOT_FOR_STIMULI = (
     "workers",
     "timeout_s",
 )
+
+
+# For a report: models with another value of a parameter, by which its interrogator is chosen.
+_VARIED_MODELS = 20
+
+
+_OR_PASSIVE = 'Or set scenario.stimulus.passive="random".'
 _NOT_FINITE = "an answer was not finite"
-_TOLD_APART = (
-    20  # models with another value of a parameter, by which an interrogator is chosen for a report
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,20 +77,20 @@ class StimulatedSystem(CustomSystem):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("opponents", "states"):
-            integer(name, getattr(self, name), 1)
-        given, count = len(self.true), len(self.parameters)
-        require(given in (0, count), "true", f"be {count} numbers, or none", given)
-        last, names = self.signals[self.own :], self.stimulus.names
-        require(last == names, "signals", f"end with the stimuli, {', '.join(names)}", last)
-        rule, recorded = (
-            f"be series of {self.steps} steps, as long as a trial",
-            np.shape(self.stimulus.recorded),
-        )
-        require(recorded[1:2] in ((), (self.steps,)), "recorded", rule, f"{recorded[1:2]}")
+        integer("opponents", self.opponents, 1)
+        integer("states", self.states, 1)
+        count = len(self.parameters)
+        fits = len(self.true) in (0, count)
+        require(fits, "true", f"be {count} numbers, or none", len(self.true))
+        names = self.stimulus.names
+        final = self.signals[self.observed :]
+        require(final == names, "signals", f"end with the stimuli, {', '.join(names)}", final)
+        steps = np.shape(self.stimulus.recorded)[1:2]
+        rule = f"be series of {self.steps} steps, as long as a trial"
+        require(steps in ((), (self.steps,)), "recorded", rule, f"{steps}")
 
     @property
-    def own(self) -> int:
+    def observed(self) -> int:
         """Number of the signals that are no stimuli."""
         return len(self.signals) - len(self.stimulus.names)
 
@@ -100,10 +107,11 @@ class StimulatedSystem(CustomSystem):
     @property
     def resuming(self) -> tuple[Setting, ...]:
         """What a folder does not hold: functions of the caller."""
-        names = (
-            () if self.behavior_name else ("simulate",) if self.true else ("genuine", "simulate")
-        )
-        return tuple(map(Setting, names))
+        if self.behavior_name:
+            return ()
+        if self.true:
+            return (Setting("simulate"),)
+        return (Setting("genuine"), Setting("simulate"))
 
     def evolved(self, network: Classifier) -> Classifier:
         """Return what evolves: networks that choose stimuli, too, unless they only watch."""
@@ -111,24 +119,13 @@ class StimulatedSystem(CustomSystem):
             return network
         if not isinstance(network, ElmanClassifier):
             rule = "be an Elman network where classifiers choose stimuli"
-            refuse(
-                "classifier",
-                rule,
-                type(network).__name__,
-                'Or set scenario.stimulus.passive="random".',
-            )
+            refuse("classifier", rule, type(network).__name__, _OR_PASSIVE)
         return Interrogator(network, self.stimulus)
 
     def require_trials(self) -> None:
-        """Refuse a run of few trials: it judges samples again that a classifier was the only one to cause."""
+        """Refuse a run of few trials, which lets all classifiers judge samples that one of them has caused."""
         rule = "be 0 where classifiers choose stimuli, as a sample belongs to the one that has caused it"
-        require(
-            self.stimulus.passive,
-            "run.trials",
-            rule,
-            "more",
-            'Or set scenario.stimulus.passive="random".',
-        )
+        require(self.stimulus.passive, "run.trials", rule, "more", _OR_PASSIVE)
 
     def imitated(self, values: np.ndarray) -> "StimulatedSystem":
         """Return the system whose truth is a model with parameters (P,)."""
@@ -136,7 +133,9 @@ class StimulatedSystem(CustomSystem):
 
     def again(self, path: str) -> Text:
         """Return how to run it again."""
-        return super().again(path) if self.resuming else System.again(self, path)
+        if self.resuming:
+            return super().again(path)
+        return System.again(self, path)
 
     def demands(self, models: int) -> tuple[float, float, tuple[str, ...]]:
         """Return samples and bytes of motion in a generation of so many models."""
@@ -145,35 +144,22 @@ class StimulatedSystem(CustomSystem):
 
     def accept(self, given: Given) -> Given:
         """Return what is given; refuse what the system has no use for."""
+        # The truth may be given again, to be compared.
+        has_truth = bool(self.true) and not self.behavior_name
         for name, value in given.named.items():
-            used = Setting(name) in self.resuming or (
-                name == "genuine" and self.true and not self.behavior_name
-            )
-            rule, shown = f"be left out for {self.name}", type(value).__name__
-            require(
-                value is None or used,
-                name,
-                rule,
-                shown,
-                "It is simulated here, by what its folder says.",
-            )
-        truth = isinstance(given.genuine, Mapping)
-        for name, value in (
-            ("simulate", given.simulate),
-            ("genuine", None if truth else given.genuine),
-        ):
+            used = Setting(name) in self.resuming or (name == "genuine" and has_truth)
+            rule = f"be left out for {self.name}"
+            remedy = "It is simulated here, by what its folder says."
+            require(value is None or used, name, rule, type(value).__name__, remedy)
+        functions = {"simulate": given.simulate}
+        if not isinstance(given.genuine, Mapping):
+            functions["genuine"] = given.genuine
+        for name, value in functions.items():
             require(value is None or callable(value), name, "be a function", brief(value))
-        if truth:
-            same, got = (
-                self.true_of(given.genuine, self.parameters) == self.true,
-                brief(dict(given.genuine)),
-            )
-            require(
-                same,
-                "genuine",
-                f"be what the run began with, {self.shown(np.array(self.true))}",
-                got,
-            )
+        if isinstance(given.genuine, Mapping):
+            fits = self.true_of(given.genuine, self.parameters) == self.true
+            rule = f"be what the run began with, {self.shown(np.array(self.true))}"
+            require(fits, "genuine", rule, brief(dict(given.genuine)))
         return given
 
     @staticmethod
@@ -181,11 +167,10 @@ class StimulatedSystem(CustomSystem):
         values: Mapping[str, float], parameters: Mapping[str, Parameter]
     ) -> tuple[float, ...]:
         """Return true parameters, given by name, in their order."""
-        rule, remedy = (
-            f"name the parameters {', '.join(parameters)}",
-            "Or be a function (state, stimulus, rng).",
-        )
-        require(set(values) == set(parameters), "genuine", rule, brief(list(values)), remedy)
+        fits = set(values) == set(parameters)
+        rule = f"name the parameters {', '.join(parameters)}"
+        remedy = "Or be a function (state, stimulus, rng)."
+        require(fits, "genuine", rule, brief(list(values)), remedy)
         return tuple(array("genuine", [values[name] for name in parameters], "P").tolist())
 
     def open(self, given: Given) -> "StimulatedSource":
@@ -207,7 +192,8 @@ class StimulatedSource(FallibleSource):
 
     def __init__(self, system: StimulatedSystem, step: Step, genuine: Any = None) -> None:
         super().__init__(system)
-        self.step, self.answering = step, genuine
+        self.step = step
+        self.genuine_step = genuine
 
     def interrogation(self, classifier: Classifier) -> Interrogation:
         """Return what lets classifiers choose stimuli, or watch.
@@ -231,25 +217,28 @@ class StimulatedSource(FallibleSource):
 
         See `coevolution.InteractiveSource`.
         """
-        count, known = len(classifiers), self.system.to_units(models)
-        trials = _Trials(self, count * genuine, known[met].reshape(-1, known.shape[1]), rng)
-        talk = Dialogue(self._interrogator, classifiers, genuine + met.shape[1])
+        parameters = self.system.to_units(models)
+        opponents = parameters[met].reshape(-1, parameters.shape[1])
+        trials = _Trials(self, len(classifiers) * genuine, opponents, rng)
+        dialogue = Dialogue(self._interrogator, classifiers, genuine + met.shape[1])
         for _ in range(self.system.steps):
-            talk.observe(trials.answer(talk.stimuli))
-        outputs, failed = talk.outputs, np.unique(met[trials.failed])
-        self.note(known, dict.fromkeys(failed.tolist(), _NOT_FINITE))
-        return outputs[:, :genuine], np.where(np.isin(met, failed), 0, outputs[:, genuine:])
+            dialogue.observe(trials.answer(dialogue.stimuli))
+        outputs = dialogue.outputs
+        failed = np.unique(met[trials.failed])
+        self.note(parameters, dict.fromkeys(failed.tolist(), _NOT_FINITE))
+        counterfeit = np.where(np.isin(met, failed), 0, outputs[:, genuine:])
+        return outputs[:, :genuine], counterfeit
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
-        """Return samples (K, T, D) of the system and (M, C, T, D) of models, watched under stimuli that nobody chooses."""
-        count, known = self.system.opponents, self.system.to_units(models)
-        split = len(models) * count
-        samples, failed = self._watched(split, np.repeat(known, count, axis=0), rng)
-        places = np.flatnonzero(failed.reshape(-1, count).any(axis=1))
-        self.note(known, dict.fromkeys(places.tolist(), _NOT_FINITE))
-        return Samples(
-            samples[:split], samples[split:].reshape(len(models), count, *samples.shape[1:])
-        )
+        """Return samples (K, T, D) of the system and (M, C, T, D) of models, under stimuli that nobody chooses."""
+        count = self.system.opponents
+        parameters = self.system.to_units(models)
+        genuine = len(models) * count
+        samples, failed = self._watched(genuine, np.repeat(parameters, count, axis=0), rng)
+        failed_models = np.flatnonzero(failed.reshape(-1, count).any(axis=1))
+        self.note(parameters, dict.fromkeys(failed_models.tolist(), _NOT_FINITE))
+        counterfeit = samples[genuine:].reshape(len(models), count, *samples.shape[1:])
+        return Samples(samples[:genuine], counterfeit)
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return samples (at most M, 1, T, D) of models with parameters (M, P), without those that fail."""
@@ -272,58 +261,67 @@ class StimulatedSource(FallibleSource):
         of the system; where classifiers only watch, those of one trial, and neither of the last
         two.
         """
-        system, count, passive = self.system, len(estimate), bool(self.system.stimulus.passive)
-        found = {"ranges": np.stack((system.stimulus.low, system.stimulus.high), 1)}
-        n, chosen = 1, classifiers[:1]
-        if not passive:
-            moved = np.tile(np.arange(count), _TOLD_APART)
-            numbers = [
-                one.to_numbers(value)
-                for one, value in zip(system.parameters.values(), estimate, strict=True)
-            ]
-            models = np.tile(numbers, (len(moved), 1))
-            models[np.arange(len(moved)), moved] = rng.uniform(-1, 1, len(moved))
-            met = np.tile(np.arange(len(moved)), (len(classifiers), 1))
-            genuine, counterfeit = self.confront(models, classifiers, met, 2 * _TOLD_APART, rng)
-            told = np.stack(
-                [(counterfeit[:, moved == k] < THRESHOLD).mean(axis=1) for k in range(count)],
-                axis=1,
-            )
-            right = (told + (genuine >= THRESHOLD).mean(axis=1)[:, None]) / 2
-            n, chosen, found["accuracy"] = (
-                count,
-                classifiers[right.argmax(axis=0)],
-                right.max(axis=0),
-            )
-        trials = _Trials(self, n, np.tile(estimate, (n, 1)), rng)
-        given = system.stimulus.drawn(n, system.steps, rng)[:, None].repeat(2, axis=1)
-        talk = None if passive else Dialogue(self._interrogator, chosen, 2)
-        stimuli, answers = [], []
-        for t in range(system.steps):
-            stimuli.append(given[:, :, t] if talk is None else talk.stimuli)
-            answers.append(trials.answer(stimuli[-1]))
-            if talk is not None:
-                talk.observe(answers[-1])
-        found["stimuli"] = np.stack(stimuli, axis=2)
-        found["answers"] = np.stack(answers, axis=2) + np.array(system.center[: system.own])
-        return found | ({} if talk is None else {"outputs": talk.outputs})
+        system = self.system
+        arrays = {"ranges": np.stack((system.stimulus.low, system.stimulus.high), 1)}
+        if system.stimulus.passive:
+            trials = _Trials(self, 1, estimate[None], rng)
+            watched = system.stimulus.drawn(1, system.steps, rng)[:, None].repeat(2, axis=1)
+            stimuli = [watched[:, :, t] for t in range(system.steps)]
+            answers = [trials.answer(stimulus) for stimulus in stimuli]
+        else:
+            best, arrays["accuracy"] = self._best_interrogators(classifiers, estimate, rng)
+            trials = _Trials(self, len(estimate), np.tile(estimate, (len(estimate), 1)), rng)
+            # Nobody uses these stimuli, but the generator goes on as where classifiers watch.
+            system.stimulus.drawn(len(estimate), system.steps, rng)
+            dialogue = Dialogue(self._interrogator, best, 2)
+            stimuli = []
+            answers = []
+            for _ in range(system.steps):
+                stimuli.append(dialogue.stimuli)
+                answers.append(trials.answer(dialogue.stimuli))
+                dialogue.observe(answers[-1])
+        arrays["stimuli"] = np.stack(stimuli, axis=2)
+        arrays["answers"] = np.stack(answers, axis=2) + np.array(system.center[: system.observed])
+        if not system.stimulus.passive:
+            arrays["outputs"] = dialogue.outputs
+        return arrays
+
+    def _best_interrogators(
+        self, classifiers: np.ndarray, estimate: np.ndarray, rng: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return for each parameter the best of N interrogators (P, Q), and its accuracy (P,)."""
+        numbers = []
+        for parameter, value in zip(self.system.parameters.values(), estimate, strict=True):
+            numbers.append(parameter.to_numbers(value))
+        varied = np.tile(np.arange(len(estimate)), _VARIED_MODELS)
+        models = np.tile(numbers, (len(varied), 1))
+        models[np.arange(len(varied)), varied] = rng.uniform(-1, 1, len(varied))
+        met = np.tile(np.arange(len(varied)), (len(classifiers), 1))
+        genuine, counterfeit = self.confront(models, classifiers, met, 2 * _VARIED_MODELS, rng)
+        sensitivity = (genuine >= THRESHOLD).mean(axis=1)
+        accuracy = np.empty((len(classifiers), len(estimate)))
+        for k in range(len(estimate)):
+            specificity = (counterfeit[:, varied == k] < THRESHOLD).mean(axis=1)
+            accuracy[:, k] = (specificity + sensitivity) / 2
+        return classifiers[accuracy.argmax(axis=0)], accuracy.max(axis=0)
 
     def _watched(
         self, genuine: int, parameters: np.ndarray, rng: np.random.Generator
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return centered samples of the system, then of models (n, P), and which models failed."""
-        system, count = self.system, genuine + len(parameters)
+        system = self.system
+        count = genuine + len(parameters)
         trials = _Trials(self, genuine, parameters, rng)
         stimuli = system.stimulus.drawn(count, system.steps, rng)
         samples = np.empty((count, system.steps, len(system.signals)))
         for t in range(system.steps):
-            samples[:, t, : system.own] = trials.answer(stimuli[:, t][None])[0]
-        samples[:, :, system.own :] = stimuli - system.stimulus.center
+            samples[:, t, : system.observed] = trials.answer(stimuli[:, t][None])[0]
+        samples[:, :, system.observed :] = stimuli - system.stimulus.center
         return samples, trials.failed.ravel()
 
 
 class _Trials:
-    """Trials of the system and of models, all one step at a time: first those of the system, then those of models."""
+    """Trials of the system, and after them trials of models, all one step at a time."""
 
     def __init__(
         self,
@@ -333,23 +331,27 @@ class _Trials:
         rng: np.random.Generator,
     ) -> None:
         system = source.system
-        self._rng, self._genuine, self._count = rng, genuine, genuine + len(parameters)
-        self._number, self._generation = 0, source.generation
-        self._center = np.array(system.center[: system.own])
+        self._rng = rng
+        self._genuine = genuine
+        self._count = genuine + len(parameters)
+        self._step_number = 0
+        self._generation = source.generation
+        self._center = np.array(system.center[: system.observed])
         self._failed = np.zeros(self._count, bool)
-        self._answering: list[tuple[str, Any, tuple[np.ndarray, ...], int]] = []
-        if genuine and source.answering is not None:
-            self._answering.append(("genuine", source.answering, (), genuine))
+        # Name, step function, its parameters if it has any, and number of trials.
+        self._steps: list[tuple[str, Any, tuple[np.ndarray, ...], int]] = []
+        if genuine and source.genuine_step is not None:
+            self._steps.append(("genuine", source.genuine_step, (), genuine))
         elif genuine:
             parameters = np.concatenate((np.tile(system.true, (genuine, 1)), parameters))
         if len(parameters):
-            self._answering.append(("simulate", source.step, (parameters,), len(parameters)))
+            self._steps.append(("simulate", source.step, (parameters,), len(parameters)))
         self._states: dict[str, Any] = {}
-        for name, step, _, count in reversed(self._answering):
-            initial = getattr(step, "initial", None)
-            self._states[name] = (
-                np.zeros((count, system.states)) if initial is None else initial(count, rng)
-            )
+        for name, step, _, count in reversed(self._steps):
+            if hasattr(step, "initial"):
+                self._states[name] = step.initial(count, rng)
+            else:
+                self._states[name] = np.zeros((count, system.states))
 
     @property
     def failed(self) -> np.ndarray:
@@ -357,42 +359,47 @@ class _Trials:
         return self._arranged(self._failed)[1]
 
     def answer(self, stimuli: np.ndarray) -> np.ndarray:
-        """Return centered observations (N, g + k, D) of the next step, under stimuli (N, g + k, S); not finite ones are 0."""
+        """Return centered observations (N, g + k, D) of the next step, under stimuli (N, g + k, S).
+
+        Those that are not finite become 0.
+        """
         self._rows = len(stimuli)
-        parts = np.split(stimuli, [self._genuine // self._rows], axis=1)
-        given = np.concatenate([part.reshape(-1, stimuli.shape[2]) for part in parts])
+        genuine, counterfeit = np.split(stimuli, [self._genuine // self._rows], axis=1)
+        size = stimuli.shape[2]
+        flat = np.concatenate((genuine.reshape(-1, size), counterfeit.reshape(-1, size)))
+        place = f"[step {self._step_number}, generation {self._generation}]"
         observed: np.ndarray = np.empty((self._count, len(self._center)))
-        start, place = 0, f"[step {self._number}, generation {self._generation}]"
-        for name, step, parameters, count in self._answering:
-            rule = f"`{name}` must return the next state, and observations (n, D) = ({count}, {len(self._center)})"
-            part = slice(start, start := start + count)
+        start = 0
+        for name, step, parameters, count in self._steps:
+            rows = slice(start, start + count)
+            start += count
+            shape = (count, len(self._center))
+            rule = f"`{name}` must return the next state, and observations (n, D) = {shape}"
             try:
-                self._states[name], seen = step(
-                    self._states[name], *parameters, given[part], self._rng
-                )
-                seen = np.asarray(seen, dtype=np.float64)
+                state = self._states[name]
+                self._states[name], answers = step(state, *parameters, flat[rows], self._rng)
+                answers = np.asarray(answers, dtype=np.float64)
             except Exception as error:
-                raise CustomSystemError(
-                    f"{rule}; it raised {type(error).__name__}: {error} {place}."
-                ) from error
-            if seen.shape != (count, len(self._center)):
-                raise CustomSystemError(f"{rule}; got shape {seen.shape} {place}. Repair it.")
-            observed[part] = seen
-        bad = ~np.isfinite(observed).all(axis=1)
-        if bad[: self._genuine].any():
+                raised = f"it raised {type(error).__name__}: {error}"
+                raise CustomSystemError(f"{rule}; {raised} {place}.") from error
+            if answers.shape != shape:
+                got = f"got shape {answers.shape}"
+                raise CustomSystemError(f"{rule}; {got} {place}. Repair it.")
+            observed[rows] = answers
+        failed = ~np.isfinite(observed).all(axis=1)
+        if failed[: self._genuine].any():
             rule = "`genuine` must return finite observations"
             raise CustomSystemError(f"{rule}; got one that is not {place}. Repair it.")
-        observed[bad] = self._center
-        self._failed |= bad
-        self._number += 1
+        observed[failed] = self._center
+        self._failed |= failed
+        self._step_number += 1
         return np.concatenate(self._arranged(observed - self._center), axis=1)
 
     def _arranged(self, flat: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return rows of trials as (N, g, ...) of the system, and (N, k, ...) of models."""
         genuine, models = np.split(flat, [self._genuine])
-        return genuine.reshape(self._rows, -1, *flat.shape[1:]), models.reshape(
-            self._rows, -1, *flat.shape[1:]
-        )
+        shape = (self._rows, -1, *flat.shape[1:])
+        return genuine.reshape(shape), models.reshape(shape)
 
 
 def _system_of(
@@ -400,7 +407,7 @@ def _system_of(
     signals: Sequence[str],
     center: Sequence[float],
     scale: Sequence[float],
-    **more: Any,
+    **fields: Any,
 ) -> StimulatedSystem:
     """Return a system of which these signals are observed.
 
@@ -408,9 +415,14 @@ def _system_of(
     """
     half = (stimulus.high - stimulus.low) / 2
     return StimulatedSystem(
-        signals=(*signals, *stimulus.names), center=(*center, *stimulus.center.tolist()), input_scale=(*scale, *half.tolist()),
-        samples=0, samples_per_generation=0, stimulus=stimulus, **more,
-    )  # fmt: skip
+        signals=(*signals, *stimulus.names),
+        center=(*center, *stimulus.center.tolist()),
+        input_scale=(*scale, *half.tolist()),
+        samples=0,
+        samples_per_generation=0,
+        stimulus=stimulus,
+        **fields,
+    )
 
 
 def describe_stimulated(
@@ -428,51 +440,44 @@ def describe_stimulated(
     parameters, options
         As for `turing_learning.infer`; the options name `signals`, `steps` and `stimulus`.
     """
-    given: dict[str, Any] = dict(options)
+    settings: dict[str, Any] = dict(options)
     for name in _NOT_FOR_STIMULI:
-        require(name not in given, name, "be left out for a system with stimuli", given.get(name))
-    for name, rule in (
-        ("signals", "name what is observed"),
-        ("steps", "be the number of steps of a trial"),
-    ):
-        require(name in given, name, rule, "nothing", 'For example signals=("speed",), steps=100.')
-    ranges, known = given["stimulus"], read_parameters(parameters)
-    if isinstance(ranges, Mapping):
-        pairs = {str(name): ends for name, ends in ranges.items()}
-        ranges = {
-            name: tuple(array("stimulus", ends, "2", place=repr(name)).tolist())
-            for name, ends in pairs.items()
-        }
-    passive, recorded = given.get("passive", ""), cast(Any, ())
-    if not isinstance(passive, str):
-        series = array(
-            "passive",
-            passive,
-            "R T S",
-            remedy="Series of stimuli, or one of: " + ", ".join(PASSIVE),
-        )
-        passive, recorded = "recorded", _frozen(series)
-    stimulus, count = (
-        Stimulus(ranges, given.get("levels", 0), cast(Any, passive), recorded),
-        len(given["signals"]),
-    )
-    true = StimulatedSystem.true_of(genuine, known) if isinstance(genuine, Mapping) else ()
-    name = given.get("name", "own-system")
+        rule = "be left out for a system with stimuli"
+        require(name not in settings, name, rule, settings.get(name))
+    example = 'For example signals=("speed",), steps=100.'
+    require("signals" in settings, "signals", "name what is observed", "nothing", example)
+    require("steps" in settings, "steps", "be the number of steps of a trial", "nothing", example)
+    system_parameters = read_parameters(parameters)
+    stimulus = _stimulus_of(settings)
+    true: tuple[float, ...] = ()
+    if isinstance(genuine, Mapping):
+        true = StimulatedSystem.true_of(genuine, system_parameters)
+        genuine = None
+    name = settings.get("name", "own-system")
+    signals = settings["signals"]
+    count = len(signals)
     system = _system_of(
-        stimulus, given["signals"], [0.0] * count, [1.0] * count, name=name, title=given.get("title", name), parameters=known,
-        steps=given["steps"], interval_s=float(given.get("interval_s", 0.0)), true=true, opponents=given.get("opponents", 10),
-        states=given.get("states", 1),
-    )  # fmt: skip
+        stimulus,
+        signals,
+        [0.0] * count,
+        [1.0] * count,
+        name=name,
+        title=settings.get("title", name),
+        parameters=system_parameters,
+        steps=settings["steps"],
+        interval_s=float(settings.get("interval_s", 0.0)),
+        true=true,
+        opponents=settings.get("opponents", 10),
+        states=settings.get("states", 1),
+    )
     try:
-        with system.open(Given(genuine=None if true else genuine, simulate=simulate)) as source:
-            seen = source.genuine_samples(_OBSERVED, np.random.default_rng(GENUINE))[
-                ..., :count
-            ].reshape(-1, count)
+        with system.open(Given(genuine=genuine, simulate=simulate)) as source:
+            rng = np.random.default_rng(GENUINE)
+            samples = source.genuine_samples(_SCALING_TRIALS, rng)
     except CustomSystemError as error:
-        raise CustomSystemError(
-            f"{error} [the first {_OBSERVED} trials, under stimuli by chance]"
-        ) from error
-    center, scale = scales_of(seen)
+        place = f"[the first {_SCALING_TRIALS} trials, under stimuli by chance]"
+        raise CustomSystemError(f"{error} {place}") from error
+    center, scale = scales_of(samples[..., :count].reshape(-1, count))
     return replace(
         system,
         center=center + system.center[count:],
@@ -480,53 +485,86 @@ def describe_stimulated(
     )
 
 
+def _stimulus_of(settings: Mapping[str, Any]) -> Stimulus:
+    """Return the stimuli that options describe."""
+    ranges = settings["stimulus"]
+    if isinstance(ranges, Mapping):
+        checked = {}
+        for name, ends in ranges.items():
+            pair = array("stimulus", ends, "2", place=repr(str(name)))
+            checked[str(name)] = tuple(pair.tolist())
+        ranges = checked
+    passive = settings.get("passive", "")
+    recorded: Any = ()
+    if not isinstance(passive, str):
+        remedy = "Series of stimuli, or one of: " + ", ".join(PASSIVE)
+        recorded = _frozen(array("passive", passive, "R T S", remedy=remedy))
+        passive = "recorded"
+    return Stimulus(ranges, settings.get("levels", 0), cast(Any, passive), recorded)
+
+
 def read_stimuli(path: Path, system: StimulatedSystem) -> StimulatedSystem:
-    """Return a system that is watched under stimuli of a table with a heading (CSV): a column for each, and "trial" for several."""
+    """Return a system that is watched under stimuli of a table with a heading (CSV).
+
+    It has a column for each stimulus, and "trial" where there are several series.
+    """
     try:
         table: Any = np.genfromtxt(
             path, delimiter=",", names=True, dtype=np.float64, encoding="utf-8"
         )
     except (OSError, ValueError) as error:
         refuse("passive", f"be one of {', '.join(PASSIVE[:2])}, or a file", f"{path} ({error})")
-    columns, names = table.dtype.names or (), system.stimulus.names
+    columns = table.dtype.names or ()
+    names = system.stimulus.names
+    fits = set(names) <= set(columns)
     rule = f"have the columns {', '.join(names)}, and trial for several series"
-    require(
-        set(names) <= set(columns), "passive", rule, ", ".join(columns) or "none", place=str(path)
-    )
+    require(fits, "passive", rule, ", ".join(columns) or "none", place=str(path))
     rows = np.stack([np.atleast_1d(table[name]) for name in names], axis=-1)
-    trial = np.atleast_1d(table["trial"]) if "trial" in columns else np.zeros(len(rows))
+    trial = np.zeros(len(rows))
+    if "trial" in columns:
+        trial = np.atleast_1d(table["trial"])
     series = [rows[trial == number] for number in dict.fromkeys(trial.tolist())]
-    lengths = sorted({len(one) for one in series})
-    require(
-        lengths == [system.steps],
-        "passive",
-        f"hold series of {system.steps} steps",
-        lengths,
-        place=str(path),
-    )
+    lengths = sorted({len(stimuli) for stimuli in series})
+    rule = f"hold series of {system.steps} steps"
+    require(lengths == [system.steps], "passive", rule, lengths, place=str(path))
     recorded = _frozen(np.stack(series))
     return replace(system, stimulus=replace(system.stimulus, passive="recorded", recorded=recorded))
 
 
 def _frozen(series: np.ndarray) -> tuple[tuple[tuple[float, ...], ...], ...]:
-    return tuple(tuple(map(tuple, one)) for one in series.tolist())
+    return tuple(tuple(map(tuple, trial)) for trial in series.tolist())
 
 
 _LIGHT: dict[str, Any] = {
-    "stimulus": Stimulus({"light": (0.0, 1.0)}), "signals": ("speed",), "center": (5.0,), "scale": (4.0,),
-    "parameters": _examples.LIGHT_PARAMETERS, "true": _examples.LIGHT_TRUTH,
-}  # fmt: skip
+    "stimulus": Stimulus({"light": (0.0, 1.0)}),
+    "signals": ("speed",),
+    "center": (5.0,),
+    "scale": (4.0,),
+    "parameters": _examples.LIGHT_PARAMETERS,
+    "true": _examples.LIGHT_TRUTH,
+    "steps": 100,
+    "interval_s": 0.1,
+}
 _SENSORS: dict[str, Any] = {
     "stimulus": Stimulus({"left_wheel": (-1.0, 1.0), "right_wheel": (-1.0, 1.0)}),
-    "signals": ("reading1", "reading2", "reading3"), "center": (15.0,) * 3, "scale": (15.0,) * 3,
-    "parameters": _examples.SENSOR_PARAMETERS, "true": _examples.SENSOR_TRUTH,
-}  # fmt: skip
-STIMULATED: dict[str, StimulatedSystem] = {
-    name: _system_of(name=name, title=title, behavior_name=name, steps=100, interval_s=0.1, **known)
-    for name, title, known in (
-        ("light-response", "Response to light", _LIGHT),
-        ("light-response-stochastic", "Response to light, by chance", _LIGHT),
-        ("sensor-configuration", "Sensors of a robot", _SENSORS),
-    )
+    "signals": ("reading1", "reading2", "reading3"),
+    "center": (15.0,) * 3,
+    "scale": (15.0,) * 3,
+    "parameters": _examples.SENSOR_PARAMETERS,
+    "true": _examples.SENSOR_TRUTH,
+    "steps": 100,
+    "interval_s": 0.1,
 }
-"""Built-in systems that answer to stimuli, by name."""
+
+
+def _named(name: str, title: str, fields: Mapping[str, Any]) -> StimulatedSystem:
+    return _system_of(name=name, title=title, behavior_name=name, **fields)
+
+
+STIMULATED: dict[str, StimulatedSystem] = {
+    "light-response": _named("light-response", "Response to light", _LIGHT),
+    "light-response-stochastic": _named(
+        "light-response-stochastic", "Response to light, by chance", _LIGHT
+    ),
+    "sensor-configuration": _named("sensor-configuration", "Sensors of a robot", _SENSORS),
+}

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import brief, require
 
 OPEN_WIDTH = 2.0
-"""Width of the initial range where a side is open, in the units of a linear parameter or in decades of a logarithmic one."""
+"""Width of the initial range where a side is open: units of a linear parameter, decades of a logarithmic one."""
 
 LARGEST = 1e9
 """Largest magnitude of a bound; also of the reciprocal of a bound on a logarithmic scale."""
@@ -67,42 +67,49 @@ class Parameter(Settings):
 
     def __post_init__(self) -> None:
         require(self.scale in ("linear", "log"), "scale", 'be "linear" or "log"', brief(self.scale))
-        decades = self.scale == "log"
-        smallest, kind = (1 / LARGEST, " on a logarithmic scale") if decades else (-LARGEST, "")
-        rule = f"be a number from {smallest:g} to {LARGEST:g}{kind}, or None for an open side"
-        for name, value in (("low", self.low), ("high", self.high)):
-            fits = value is None or (_is_number(value) and smallest <= value <= LARGEST)
-            require(fits, name, rule, brief(value))
-            object.__setattr__(self, name, None if value is None else float(value))
-        low, high, initial, half = self.low, self.high, self.initial, OPEN_WIDTH / 2
-        require(
-            low is None or high is None or low < high, "low", "be below `high`", f"{low} and {high}"
-        )
-        if initial is None:
-            first = (
-                self._value(-half if high is None else self._axis(high) - 2 * half)
-                if low is None
-                else low
-            )
-            last = (
-                self._value(half if low is None else self._axis(low) + 2 * half)
-                if high is None
-                else high
-            )
-            initial = (first, last)
+        self._check_bounds()
+        if self.initial is None:
+            initial = self._default_initial()
         else:
-            below = (
-                (self._value(-LARGEST_DECADE) if decades else -INITIAL_LARGEST)
-                if low is None
-                else low
-            )
-            above = INITIAL_LARGEST if high is None else high
-            pair = len(initial) == 2 and all(map(_is_number, initial))
-            rule = f"be two numbers from {below:g} to {above:g}, the lower first"
-            require(
-                pair and below <= initial[0] < initial[1] <= above, "initial", rule, brief(initial)
-            )
+            initial = self.initial
+            self._check_initial(initial)
         object.__setattr__(self, "initial", (float(initial[0]), float(initial[1])))
+
+    def _check_bounds(self) -> None:
+        smallest = -LARGEST
+        scale = ""
+        if self.scale == "log":
+            smallest = 1 / LARGEST
+            scale = " on a logarithmic scale"
+        rule = f"be a number from {smallest:g} to {LARGEST:g}{scale}, or None for an open side"
+        for name in ("low", "high"):
+            value = getattr(self, name)
+            if value is not None:
+                fits = _is_number(value) and smallest <= value <= LARGEST
+                require(fits, name, rule, brief(value))
+                object.__setattr__(self, name, float(value))
+        if self.low is not None and self.high is not None:
+            require(self.low < self.high, "low", "be below `high`", f"{self.low} and {self.high}")
+
+    def _default_initial(self) -> tuple[float, float]:
+        """Return the range from bound to bound; where a side is open, it is `OPEN_WIDTH` wide."""
+        if self.low is not None and self.high is not None:
+            return self.low, self.high
+        if self.low is not None:
+            return self.low, self._value(self._axis(self.low) + OPEN_WIDTH)
+        if self.high is not None:
+            return self._value(self._axis(self.high) - OPEN_WIDTH), self.high
+        return self._value(-OPEN_WIDTH / 2), self._value(OPEN_WIDTH / 2)
+
+    def _check_initial(self, initial: tuple[float, float]) -> None:
+        lowest = self.low
+        if lowest is None:
+            lowest = self._value(-LARGEST_DECADE) if self.scale == "log" else -INITIAL_LARGEST
+        highest = INITIAL_LARGEST if self.high is None else self.high
+        fits = len(initial) == 2 and all(map(_is_number, initial))
+        fits = fits and lowest <= initial[0] < initial[1] <= highest
+        rule = f"be two numbers from {lowest:g} to {highest:g}, the lower first"
+        require(fits, "initial", rule, brief(initial))
 
     def to_units(self, numbers: np.ndarray) -> np.ndarray:
         """Return the values, in the user's units, of an optimizer's numbers of any shape."""
@@ -115,20 +122,23 @@ class Parameter(Settings):
     def to_numbers(self, values: np.ndarray) -> np.ndarray:
         """Return the optimizer's numbers of values within the bounds, of any shape: the inverse of `to_units`."""
         middle, half = self._middle_and_half()
-        places = np.log10(values) if self.scale == "log" else np.asarray(values, dtype=np.float64)
-        return (places - middle) / half
+        if self.scale == "log":
+            positions = np.log10(values)
+        else:
+            positions = np.asarray(values, dtype=np.float64)
+        return (positions - middle) / half
 
     def bound_at(self, value: float) -> str:
         """Return the bound, with its unit, that a value is at: within `AT` of the initial range.
 
         Empty if it is at none.
         """
-        for end in (self.low, self.high):
-            if (
-                end is not None
-                and abs(float(np.diff(self.to_numbers(np.array([end, value])))[0])) <= 2 * AT
-            ):
-                return f"{end:g} {self.unit}".rstrip()
+        for bound in (self.low, self.high):
+            if bound is not None:
+                numbers = self.to_numbers(np.array([bound, value]))
+                # The initial range is [-1, 1] there, 2 wide.
+                if abs(numbers[1] - numbers[0]) <= 2 * AT:
+                    return f"{bound:g} {self.unit}".rstrip()
         return ""
 
     def _middle_and_half(self) -> tuple[float, float]:
@@ -138,20 +148,23 @@ class Parameter(Settings):
         return (low + high) / 2, (high - low) / 2
 
     def _axis(self, value: float) -> float:
+        """Return the position of a value on the scale of the parameter: itself, or its decade."""
         return math.log10(value) if self.scale == "log" else value
 
-    def _value(self, place: float) -> float:
-        return 10.0**place if self.scale == "log" else place
+    def _value(self, position: float) -> float:
+        return 10.0**position if self.scale == "log" else position
 
-    def _folded(self, places: np.ndarray) -> np.ndarray:
+    def _folded(self, positions: np.ndarray) -> np.ndarray:
+        """Return positions of which those beyond a bound are mirrored at it, as often as it takes."""
         if self.low is not None and self.high is not None:
-            low, high = self._axis(self.low), self._axis(self.high)
-            return low + np.abs((places - low + (high - low)) % (2 * (high - low)) - (high - low))
+            low = self._axis(self.low)
+            width = self._axis(self.high) - low
+            return low + np.abs((positions - low + width) % (2 * width) - width)
         if self.low is not None:
-            return self._axis(self.low) + np.abs(places - self._axis(self.low))
+            return self._axis(self.low) + np.abs(positions - self._axis(self.low))
         if self.high is not None:
-            return self._axis(self.high) - np.abs(places - self._axis(self.high))
-        return places
+            return self._axis(self.high) - np.abs(positions - self._axis(self.high))
+        return positions
 
 
 def _is_number(value: Any) -> bool:

@@ -18,7 +18,10 @@ STEADY_STEPS = 20
 VIEW_SATURATION = 10.0
 """Size of the number of a field of view beyond which the view is 0 or 2 pi, but for 0.0003 rad."""
 VIEW_REACH = 5.0
-"""Range of jumps of the number of a field of view, in ranges of first genomes: views of 2 to 358 degrees instead of 97 to 263."""
+"""Range of jumps of the number of a field of view, in ranges of first genomes.
+
+Views reach from 2 to 358 degrees instead of 97 to 263.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,15 +38,15 @@ class Behavior:
     hidden: int = 0  #: Hidden neurons H of the networks; 0 for none
 
     def __post_init__(self) -> None:
-        for name, shape in (
-            ("wheel_speeds", "... W"),
-            ("field_of_view", "..."),
-            ("weights", "... Q"),
-        ):
-            value = getattr(self, name)
-            if value is not None:
-                numbers = array(name, value, shape, finite=False, empty=True)
-                object.__setattr__(self, name, numbers)
+        self._check("wheel_speeds", "... W")
+        self._check("field_of_view", "...")
+        self._check("weights", "... Q")
+
+    def _check(self, name: str, shape: str) -> None:
+        value = getattr(self, name)
+        if value is not None:
+            numbers = array(name, value, shape, finite=False, empty=True)
+            object.__setattr__(self, name, numbers)
 
 
 @dataclass(frozen=True)
@@ -142,11 +145,10 @@ class MorphologyModel(ReactiveModel):
 
     @property
     def jumps(self) -> Jumps:
-        """Sensor states exchange the speeds of both wheels, and the field of view, which tells them apart, is drawn anew."""
+        """Sensor states exchange the speeds of both wheels; the field of view, which tells them apart, is drawn anew."""
         speeds = 2 * self.states
-        return Jumps(
-            super().jumps.groups, dependent=(speeds,), reach=(1.0,) * speeds + (VIEW_REACH,)
-        )
+        reach = (1.0,) * speeds + (VIEW_REACH,)
+        return Jumps(super().jumps.groups, dependent=(speeds,), reach=reach)
 
     @property
     def saturation(self) -> tuple[tuple[int, float], ...]:
@@ -160,9 +162,9 @@ class MorphologyModel(ReactiveModel):
     def to_units(self, genomes: np.ndarray) -> np.ndarray:
         """Return genomes (..., 2 n + 1) with the field of view (rad) in the place of its number."""
         parameters = np.array(genomes, dtype=np.float64)
-        parameters[..., -1] = FULL_VIEW * np.exp(
-            -np.logaddexp(0.0, -parameters[..., -1])
-        )  # sig(x) for x of any size
+        # The logistic sigmoid, for numbers of any size.
+        sigmoid = np.exp(-np.logaddexp(0.0, -parameters[..., -1]))
+        parameters[..., -1] = FULL_VIEW * sigmoid
         return parameters
 
     def behavior(self, parameters: np.ndarray) -> Behavior:
@@ -267,25 +269,25 @@ class ElmanModel(Representation):
             Left and right wheel speed, -1 to 1, in each time step; the network is reset before the
             first.
         """
-        h, count = self.hidden, len(self.parameter_names)
-        remedy = f"{h} hidden neurons have {count} weights."
+        hidden = self.hidden
+        count = len(self.parameter_names)
+        remedy = f"{hidden} hidden neurons have {count} weights."
         models = array("models", models, "... Q", empty=True, remedy=remedy, Q=count)
-        lead = models.shape[:-1]
-        inputs, recurrent, biases, output, last = np.split(
-            models, np.cumsum([h, h * h, h, 2 * h]), axis=-1
-        )
-        recurrent, output = recurrent.reshape(*lead, h, h), output.reshape(*lead, 2, h)
-        activations = np.zeros((*lead, h))
-        outputs = np.empty((*lead, len(readings), 2))
+        networks = models.shape[:-1]
+        ends = np.cumsum([hidden, hidden * hidden, hidden, 2 * hidden])
+        inward, recurrent, biases, outward, output_biases = np.split(models, ends, axis=-1)
+        recurrent = recurrent.reshape(*networks, hidden, hidden)
+        outward = outward.reshape(*networks, 2, hidden)
+        activations = np.zeros((*networks, hidden))
+        outputs = np.empty((*networks, len(readings), 2))
         for t, reading in enumerate(readings):
-            activations = _logistic(
-                inputs * reading + biases + np.einsum("...jk,...k->...j", recurrent, activations)
-            )
-            outputs[..., t, :] = (
-                2 * _logistic(np.einsum("...sj,...j->...s", output, activations) + last) - 1
-            )
+            fed_back = np.einsum("...jk,...k->...j", recurrent, activations)
+            activations = _logistic(inward * reading + biases + fed_back)
+            sums = np.einsum("...sj,...j->...s", outward, activations) + output_biases
+            outputs[..., t, :] = 2 * _logistic(sums) - 1
         return outputs
 
 
-def _logistic(z: np.ndarray) -> np.ndarray:
-    return 0.5 + 0.5 * np.tanh(0.5 * z)  # the logistic sigmoid, without overflow
+def _logistic(sums: np.ndarray) -> np.ndarray:
+    """Return the logistic sigmoid, without overflow."""
+    return 0.5 + 0.5 * np.tanh(0.5 * sums)
