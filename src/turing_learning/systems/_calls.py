@@ -25,7 +25,9 @@ def importable_name(function: Any) -> str | None:
     None where it has none.
     """
     name = f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', '')}"
-    return name if not name.startswith("__main__:") and _found(name) is function else None
+    if name.startswith("__main__:") or _named_object(name) is not function:
+        return None
+    return name
 
 
 def name_of(
@@ -42,26 +44,24 @@ def imported(
     name: Any, argument: str = "simulate", error: type[RefusedError] = RefusedError
 ) -> Any:
     """Return the function of a name, "module:function"; reject a name of nothing."""
-    found = _found(name)
-    got = (
-        f"{name!r} ({found})"
-        if isinstance(found, Exception)
-        else f"{name!r}, a {type(found).__name__}"
-    )
-    require(callable(found), argument, _RULE, got, _REMEDY, error=error)
-    return found
+    function = _named_object(name)
+    got = f"{name!r}, a {type(function).__name__}"
+    if isinstance(function, Exception):
+        got = f"{name!r} ({function})"
+    require(callable(function), argument, _RULE, got, _REMEDY, error=error)
+    return function
 
 
-def _found(name: str) -> Any:
-    """Return the object of a name, or why there is none."""
+def _named_object(name: str) -> Any:
+    """Return the object of a name, or the exception that says why there is none."""
     module, _, path = name.partition(":")
     try:
-        found: Any = import_module(module)
-        for part in path.split("."):
-            found = getattr(found, part)
+        named: Any = import_module(module)
+        for attribute in path.split("."):
+            named = getattr(named, attribute)
     except Exception as error:  # whatever a module does when it is imported
         return error
-    return found
+    return named
 
 
 @dataclass(frozen=True)
@@ -86,9 +86,10 @@ def answer(
 
     Return its samples (m, C, T, D), (T, D) being the shape, or why there are none.
     """
-    given = parameters.copy()
+    # A copy, which the simulator may change.
+    models = parameters.copy()
     try:
-        returned = with_gaps(simulate(given if vectorized else given[0], rng))
+        returned = with_gaps(simulate(models if vectorized else models[0], rng))
         if np.iscomplexobj(returned):
             return Failed("it returned complex numbers")
         samples = np.asarray(returned, dtype=np.float64)
@@ -96,25 +97,23 @@ def answer(
         return Failed(f"it raised {type(error).__name__}: {error}{_place(error)}")
     if returned is None:
         return Failed("it returned None")
-    samples = samples if vectorized else samples[None]
-    if (
-        samples.ndim in (3, 4)
-        and samples.size
-        and (len(samples), *samples.shape[-2:]) == (len(parameters), *shape)
-    ):
-        return samples.reshape(len(samples), -1, *shape)
-    got, rule = samples.shape, f"(M, T, D) = {(len(parameters), *shape)} or (M, C, T, D)"
+    expected = (len(parameters), *shape)
+    rule = f"(M, T, D) = {expected} or (M, C, T, D)"
+    got = samples.shape
     if not vectorized:
-        got, rule = samples.shape[1:], f"(T, D) = {shape} or (C, T, D)"
+        rule = f"(T, D) = {shape} or (C, T, D)"
+        samples = samples[None]
+    fits = samples.ndim in (3, 4) and samples.size > 0
+    if fits and (len(samples), *samples.shape[-2:]) == expected:
+        return samples.reshape(len(samples), -1, *shape)
     return Failed(f"it returned shape {got} instead of {rule}", misshapen=True)
 
 
 def _place(error: Exception) -> str:
     """Return file and line where a simulator's own code failed last, nothing if it was not in there."""
-    places = [(frame.f_code.co_filename, line) for frame, line in walk_tb(error.__traceback__)]
-    own = [
-        f" [{path}:{line}]"
-        for path, line in places
-        if path != __file__ and not path.startswith(sys.prefix)
-    ]
-    return own[-1] if own else ""
+    place = ""
+    for frame, line in walk_tb(error.__traceback__):
+        path = frame.f_code.co_filename
+        if path != __file__ and not path.startswith(sys.prefix):
+            place = f" [{path}:{line}]"
+    return place

@@ -18,14 +18,23 @@ from ..models import Behavior, Jumps, Parameter
 from ..trajectories import SIGNALS
 from ..workers import NotImportable, WorkerDied, Workers, packed
 from ._calls import Answer, Failed, Simulator, answer
-from ._genuine import Genuine, cut_samples, observed, shown
+from ._genuine import Genuine, cut_samples, observed, value_text
 from ._system import CustomSystemError, FallibleSource, Given, Source, System
 
+LARGEST_NUMBER = 10**9
+"""Of samples, steps or calls."""
+
+
+REPLAY_FRAMES = 601
+"""Frames of a replay of replicas alone, where there is no recording."""
+
+
 _LOGGER = logging.getLogger("turing_learning")
-MOST = 10**9  # samples, steps or calls
-SHOWN = 601  # frames of replicas alone, where there is no recording
-TIME_STEP_TOLERANCE = 0.01  # share by which time steps may differ that count as the same
-_HERE = "Define it at the top level of a module, or leave `workers` out."
+TIME_STEP_TOLERANCE = 0.01
+"""Share by which time steps may differ that count as the same."""
+
+
+_REMEDY = "Define it at the top level of a module, or leave `workers` out."
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,60}")
 
 
@@ -73,32 +82,28 @@ class CustomSystem(System, Settings):
         require(_NAME.fullmatch(self.name), "name", rule, brief(self.name))
         require(self.parameters, "parameters", "name one parameter or more", brief(self.parameters))
         rule = "have names of 1 to 60 letters, digits, _ and -"
+        remedy = "Give the unit to `Parameter`."
         for name in self.parameters:
-            require(
-                _NAME.fullmatch(name),
-                "parameters",
-                rule,
-                brief(name),
-                "Give the unit to `Parameter`.",
-            )
-        rule, given = "be as many names as the data has signals, one or more", len(self.signals)
-        fits = given == len(self.center) == len(self.input_scale) > 0
-        require(fits, "signals", rule, f"{given} names of {len(self.center)} signals")
-        different = len(set(self.signals)) == len(self.signals)
-        require(different, "signals", "have different names", ", ".join(self.signals))
-        least = {
+            require(_NAME.fullmatch(name), "parameters", rule, brief(name), remedy)
+        count = len(self.signals)
+        fits = count == len(self.center) == len(self.input_scale) > 0
+        rule = "be as many names as the data has signals, one or more"
+        require(fits, "signals", rule, f"{count} names of {len(self.center)} signals")
+        fits = len(set(self.signals)) == count
+        require(fits, "signals", "have different names", ", ".join(self.signals))
+        lowest = {
             "steps": 1,
             "samples": 0,
             "samples_per_generation": 0,
             "batches": 0,
             "smooth_frames": 1,
         }
-        for name, lowest in least.items():
-            if integer(name, getattr(self, name), lowest) > MOST:
-                refuse(name, f"be at most {MOST}", getattr(self, name))
+        for name, least in lowest.items():
+            value = integer(name, getattr(self, name), least)
+            require(value <= LARGEST_NUMBER, name, f"be at most {LARGEST_NUMBER}", value)
         require(self.interval_s >= 0, "interval_s", "be at least 0", self.interval_s)
-        known = self.headings in ("", "with", "without")
-        require(known, "headings", 'be "with", "without" or empty', brief(self.headings))
+        fits = self.headings in ("", "with", "without")
+        require(fits, "headings", 'be "with", "without" or empty', brief(self.headings))
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -146,15 +151,10 @@ class CustomSystem(System, Settings):
     def require_trials(self) -> None:
         """Refuse a run of few trials on a single sample, whose likeness to others nothing tells."""
         count = self.samples - len(self.held_out)
-        rule, got = (
-            "be 2 samples or more to learn from, with a budget in trials",
-            f"{count} of {self.steps} steps",
-        )
-        remedy = (
-            "Cut it into several that are shorter, or give ",
-            Setting("generations"),
-            " instead of trials.",
-        )
+        rule = "be 2 samples or more to learn from, with a budget in trials"
+        shorter = "Cut it into several that are shorter, or give "
+        remedy = (shorter, Setting("generations"), " instead of trials.")
+        got = f"{count} of {self.steps} steps"
         require(self.live or count > 1, "genuine", rule, got, remedy)
 
     def centered(self, samples: np.ndarray) -> np.ndarray:
@@ -167,18 +167,20 @@ class CustomSystem(System, Settings):
     def on_scales(
         self, models: np.ndarray, summarize: Callable[[np.ndarray], np.ndarray]
     ) -> np.ndarray:
-        """Return a summary of models (..., P), parameter by parameter: in decades on a logarithmic scale, and within its bounds."""
-        found = []
-        for place, parameter in enumerate(self.parameters.values()):
-            values = models[..., place, None]
+        """Return a summary of models (..., P), parameter by parameter.
+
+        It is computed in decades on a logarithmic scale, and stays within the bounds.
+        """
+        summaries = []
+        for k, parameter in enumerate(self.parameters.values()):
+            values = models[..., k, None]
             if parameter.scale == "log":
-                summary = 10.0 ** np.clip(
-                    summarize(np.log10(values)), -LARGEST_DECADE, LARGEST_DECADE
-                )
+                decades = summarize(np.log10(values))
+                summary = 10.0 ** np.clip(decades, -LARGEST_DECADE, LARGEST_DECADE)
             else:
                 summary = summarize(values)
-            found.append(np.clip(summary, parameter.low, parameter.high))
-        return np.concatenate(found)
+            summaries.append(np.clip(summary, parameter.low, parameter.high))
+        return np.concatenate(summaries)
 
     def again(self, path: str) -> Text:
         """Return how to run it again."""
@@ -208,80 +210,79 @@ class CustomSystem(System, Settings):
             self._refuse_other_simulator(given.simulate)
         if given.genuine is None or isinstance(given.genuine, Genuine):
             return given
-        genuine, held_out = observed(given.genuine), np.array(self.held_out, dtype=np.int64)
-        rule = (
-            f"be {'a live source' if self.live else 'an array of samples'}, as when the run began"
-        )
+        genuine = observed(given.genuine)
+        held_out = np.array(self.held_out, dtype=np.int64)
+        noun = "a live source" if self.live else "an array of samples"
+        rule = f"be {noun}, as when the run began"
         require(callable(genuine) == self.live, "genuine", rule, f"a {type(genuine).__name__}")
         if self.live:
             data = Genuine(np.zeros((1, self.steps, len(self.signals))), held_out, genuine)
             return replace(given, genuine=data)
         steps = np.shape(getattr(genuine, "learning", ()))[1:2]
-        rule, remedy = (
-            f"be windows of {self.steps} steps, as when the run began",
-            "Cut them as then.",
-        )
-        require(not steps or steps[0] == self.steps, "genuine", rule, steps and steps[0], remedy)
-        data = Genuine(
-            cut_samples(genuine, self.steps), held_out, excerpt=getattr(genuine, "excerpt", None)
-        )
+        if steps:
+            rule = f"be windows of {self.steps} steps, as when the run began"
+            require(steps[0] == self.steps, "genuine", rule, steps[0], "Cut them as then.")
+        excerpt = getattr(genuine, "excerpt", None)
+        data = Genuine(cut_samples(genuine, self.steps), held_out, excerpt=excerpt)
         rule = f"be the samples that the run began with, of SHA-256 {self.digest[:12]}..."
-        others, remedy = f"others, {data.digest[:12]}...", "Give the same, or start a new run."
-        require(data.digest == self.digest, "genuine", rule, others, remedy)
+        got = f"others, {data.digest[:12]}..."
+        remedy = "Give the same, or start a new run."
+        require(data.digest == self.digest, "genuine", rule, got, remedy)
         return replace(given, genuine=data)
 
     def _refuse_other_simulator(self, simulate: Any) -> None:
         """Refuse a simulator that says itself that it simulates another system, as a family of models can."""
-        asked = ("parameters", "signals", "interval_s", "steps")
-        parameters, signals, interval, steps = (getattr(simulate, name, None) for name in asked)
-        name, known, headings = (
-            type(simulate).__name__,
-            self.interval_s,
-            (self.headings, headings_of(simulate)),
-        )
-        if isinstance(parameters, Mapping) and tuple(parameters) != self.parameter_names:
+
+        def check(fits: bool, rule: str, got: str, remedy: str) -> None:
+            require(fits, "simulate", rule, got, remedy)
+
+        parameters = getattr(simulate, "parameters", None)
+        if isinstance(parameters, Mapping):
+            fits = tuple(parameters) == self.parameter_names
             rule = f"have the parameters of the run, {', '.join(self.parameters)}, in this order"
-            got, remedy = (
-                ", ".join(map(str, parameters)),
-                "Give the simulator that the run has, or its parameters.",
-            )
-        elif (
-            isinstance(signals, tuple)
-            and signals != self.signals
-            and {*signals, *self.signals} <= set(SIGNALS)
-        ):
+            remedy = "Give the simulator that the run has, or its parameters."
+            check(fits, rule, ", ".join(map(str, parameters)), remedy)
+        signals = getattr(simulate, "signals", None)
+        if isinstance(signals, tuple) and {*signals, *self.signals} <= set(SIGNALS):
             rule = f"have the signals of the samples, {', '.join(self.signals)}, in this order"
-            got, remedy = ", ".join(signals), f"Give the family of models signals={self.signals}."
-        elif headings == ("without", "with"):
-            rule, got = (
-                "have no headings, as the samples have none",
-                f"{name}, whose speeds are negative backwards",
-            )
+            remedy = f"Give the family of models signals={self.signals}."
+            check(signals == self.signals, rule, ", ".join(signals), remedy)
+        self._refuse_other_headings(simulate)
+        interval = getattr(simulate, "interval_s", None)
+        if self.interval_s and isinstance(interval, float | int):
+            fits = same_time_step(interval, self.interval_s)
+            rule = f"have the time step of the samples, {self.interval_s:.6g} s"
+            remedy = f"Give the family of models interval_s={self.interval_s:.6g}, or samples at its rate."
+            check(fits, rule, f"{interval:.6g} s", remedy)
+        steps = getattr(simulate, "steps", None)
+        if isinstance(steps, int):
+            rule = f"have as many steps as the samples, {self.steps}"
+            remedy = f"Give the family of models steps={self.steps}."
+            check(steps == self.steps, rule, str(steps), remedy)
+
+    def _refuse_other_headings(self, simulate: Any) -> None:
+        """Refuse a simulator whose speeds have signs where those of the samples have none, or the reverse."""
+        name = type(simulate).__name__
+        simulated = headings_of(simulate)
+        if self.headings == "without" and simulated == "with":
+            rule = "have no headings, as the samples have none"
+            got = f"{name}, whose speeds are negative backwards"
             remedy = "Give another family of models, or windows of a recording with headings."
-        elif headings == ("with", "without"):
-            rule, got = (
-                "have headings, as the samples do",
-                f"{name}, whose speeds are never negative",
-            )
+            refuse("simulate", rule, got, remedy)
+        if self.headings == "with" and simulated == "without":
+            rule = "have headings, as the samples do"
+            got = f"{name}, whose speeds are never negative"
             remedy = "Give a family of models with headings, or measure the samples without: "
             remedy += "dataclasses.replace(recording, headings=None).windows(...)."
-        elif known and isinstance(interval, float | int) and not same_time_step(interval, known):
-            rule, got = f"have the time step of the samples, {known:.6g} s", f"{interval:.6g} s"
-            remedy = f"Give the family of models interval_s={known:.6g}, or samples at its rate."
-        elif isinstance(steps, int) and steps != self.steps:
-            rule, got = f"have as many steps as the samples, {self.steps}", str(steps)
-            remedy = f"Give the family of models steps={self.steps}."
-        else:
-            return
-        refuse("simulate", rule, got, remedy)
+            refuse("simulate", rule, got, remedy)
 
 
 def headings_of(measured: Any) -> Literal["", "with", "without"]:
     """Return whether samples or a simulator say that they are measured with headings."""
-    known = getattr(measured, "headings", None)
-    if not isinstance(known, bool):
+    headings = getattr(measured, "headings", None)
+    if not isinstance(headings, bool):
         return ""
-    return "with" if known else "without"
+    return "with" if headings else "without"
 
 
 @dataclass(frozen=True)
@@ -330,24 +331,25 @@ class CustomSource(FallibleSource):
     _workers: Workers | None
 
     def __init__(
-        self, system: CustomSystem, genuine: Genuine, simulate: Simulator, *, workers: int | None = None,
+        self,
+        system: CustomSystem,
+        genuine: Genuine,
+        simulate: Simulator,
+        *,
+        workers: int | None = None,
         timeout_s: float | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         super().__init__(system)
-        self.genuine, self._live, self._learning = (
-            genuine,
-            genuine.live,
-            system.centered(genuine.learning),
-        )
-        require(
-            callable(simulate),
-            "simulate",
-            "be a function of (parameters, rng)",
-            type(simulate).__name__,
-        )
-        self._simulate, shape = simulate, (system.steps, len(system.signals))
+        self.genuine = genuine
+        self._learning = system.centered(genuine.learning)
+        rule = "be a function of (parameters, rng)"
+        require(callable(simulate), "simulate", rule, type(simulate).__name__)
+        self._simulate = simulate
+        shape = (system.steps, len(system.signals))
         self._answer = partial(answer, simulate, system.vectorized, shape)
-        self._count, self._timeout_s, self._workers = workers, timeout_s, None
+        self._worker_count = workers
+        self._timeout_s = timeout_s
+        self._workers = None
         if workers is None:
             rule = "be given together with `workers`, as only a process can be ended"
             require(timeout_s is None, "timeout_s", rule, timeout_s)
@@ -358,16 +360,13 @@ class CustomSource(FallibleSource):
         try:
             self._function = packed(self._answer)
         except Exception as error:  # pickle raises what the object's own methods raise
-            refuse(
-                "simulate",
-                "be a function that another process can import",
-                f"{simulate!r} ({error})",
-                _HERE,
-            )
+            rule = "be a function that another process can import"
+            refuse("simulate", rule, f"{simulate!r} ({error})", _REMEDY)
 
     def close(self) -> None:
         """End the worker processes, if there are any, at once."""
-        workers, self._workers = self._workers, None
+        workers = self._workers
+        self._workers = None
         if workers is not None:
             workers.kill()
             workers.close()
@@ -382,37 +381,37 @@ class CustomSource(FallibleSource):
         return Samples(genuine, self.system.centered(self.simulated(self.to_units(models), rng)))
 
     def simulated(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return samples (M, C, T, D) of models with parameters (M, P), both in their users' units; `failed` marks zeros."""
+        """Return samples (M, C, T, D) of models with parameters (M, P), both in their users' units.
+
+        Those of failed models are zeros, and marked in `failed`.
+        """
         samples: np.ndarray | None = None  # C is that of the first proper answer
         reasons: dict[int, str] = {}
-        for places, found in self._answers(parameters, rng):
-            if (
-                not isinstance(found, Failed)
-                and samples is not None
-                and found.shape[1] != samples.shape[1]
-            ):
-                found = Failed(
-                    f"it returned {found.shape[1]} samples of a model, and {samples.shape[1]} of others"
-                )
-            if isinstance(found, Failed):
+        for models, answered in self._answers(parameters, rng):
+            if samples is not None and not isinstance(answered, Failed):
+                answered = _of_as_many(answered, samples.shape[1])
+            if isinstance(answered, Failed):
                 if self.generation == 0:
-                    self._refuse(found, self.system.shown(parameters[places[0]]))
-                reasons |= dict.fromkeys(places.tolist(), found.reason)
+                    self._refuse(answered, self.system.shown(parameters[models[0]]))
+                reasons |= dict.fromkeys(models.tolist(), answered.reason)
             else:
-                samples = (
-                    np.zeros((len(parameters), *found.shape[1:])) if samples is None else samples
-                )
-                samples[places] = found
-                for k in np.flatnonzero(~np.isfinite(found).all(axis=(1, 2, 3))):
-                    c, t, d = (int(place) for place in np.argwhere(~np.isfinite(found[k]))[0])
-                    got = f"{shown(found[k, c, t, d])} [step {t}, signal {self.system.signals[d]}]"
-                    reasons[int(places[k])] = f"it returned {got}"
-                    samples[places[k]] = 0
+                if samples is None:
+                    samples = np.zeros((len(parameters), *answered.shape[1:]))
+                samples[models] = answered
+                for k in np.flatnonzero(~np.isfinite(answered).all(axis=(1, 2, 3))):
+                    reasons[int(models[k])] = self._not_finite(answered[k])
+                    samples[models[k]] = 0
             if 2 * len(reasons) > len(parameters):
                 break
         self.note(parameters, reasons)
         assert samples is not None  # more than half of the models would have failed
         return samples
+
+    def _not_finite(self, samples: np.ndarray) -> str:
+        """Return the reason why a model with samples (C, T, D) has failed: its first value that is not finite."""
+        c, t, d = np.argwhere(~np.isfinite(samples))[0].tolist()
+        place = f"[step {t}, signal {self.system.signals[d]}]"
+        return f"it returned {value_text(samples[c, t, d])} {place}"
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return samples (at most M, C, T, D) of models with parameters (M, P).
@@ -423,16 +422,16 @@ class CustomSource(FallibleSource):
         return samples[~self.failed]
 
     def positions(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
-        """Return where recorded individuals are, and replicas of the model with these parameters (P,), see `Source.positions`.
+        """Return where recorded individuals are, and replicas of the model with these parameters (P,).
 
-        Simulators know it that have a method `simulate`, as families of models do; a dataclass with
-        `steps` simulates as many as are recorded.
+        See `Source.positions`. Simulators can say it that have a method `simulate`, as families of
+        models do; a dataclass with `steps` simulates as many as are recorded.
         """
         group: Any = getattr(self._simulate, "groups", (self._simulate,))[0]
         if self.system.interval_s <= 0 or not callable(getattr(group, "simulate", None)):
             return {}
         recorded = self.genuine.excerpt
-        frames = SHOWN if recorded is None else len(recorded)
+        frames = REPLAY_FRAMES if recorded is None else len(recorded)
         if is_dataclass(group) and not isinstance(group, type) and hasattr(group, "steps"):
             group = replace(group, steps=max(1, frames - 2))
         try:
@@ -442,43 +441,45 @@ class CustomSource(FallibleSource):
             return {}
         if moved.ndim != 3 or moved.shape[2] != 2 or not np.isfinite(moved).all():
             return {}
-        found = {"replicas": moved, "interval_s": np.array(self.system.interval_s)}
+        positions = {"replicas": moved, "interval_s": np.array(self.system.interval_s)}
         if recorded is not None:
-            shown = min(len(moved), len(recorded))
-            found |= {"replicas": moved[:shown], "recorded": recorded[:shown]}
+            frames = min(len(moved), len(recorded))
+            positions["replicas"] = moved[:frames]
+            positions["recorded"] = recorded[:frames]
         if getattr(group, "tank_cm", None) is not None:
-            found["tank"] = np.asarray(group.tank_cm, dtype=np.float64)
-        return found
+            positions["tank"] = np.asarray(group.tank_cm, dtype=np.float64)
+        return positions
 
     def genuine_samples(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return the genuine samples (K, T, D) for learning.
 
         Of a live source `count` or more new ones.
         """
-        if self._live is None:
+        live = self.genuine.live
+        if live is None:
             return self.genuine.learning
-        parts: list[np.ndarray] = []
-        while sum(map(len, parts)) < count:
-            parts.append(cut_samples(self._live(rng), self.system.steps))
-        return np.concatenate(parts)
+        observations: list[np.ndarray] = []
+        while sum(map(len, observations)) < count:
+            observations.append(cut_samples(live(rng), self.system.steps))
+        return np.concatenate(observations)
 
     def _observed(self, models: int, rng: np.random.Generator) -> np.ndarray:
-        if self._live is None:
+        """Return centered genuine samples of a generation with so many models."""
+        live = self.genuine.live
+        if live is None:
             count = self.system.samples_per_generation or models
             if count >= len(self._learning):
                 return self._learning
             return self._learning[rng.choice(len(self._learning), count, replace=False)]
+        place = f"[live source, generation {self.generation}]"
         try:
-            samples = cut_samples(self._live(rng), self.system.steps)
+            samples = cut_samples(live(rng), self.system.steps)
         except Exception as error:
-            raise CustomSystemError(
-                f"{error} [live source, generation {self.generation}]"
-            ) from error
-        if samples.shape[2] != len(self.system.signals):
-            rule = f"yield {len(self.system.signals)} signals as in the beginning; got {samples.shape[2]}"
-            raise CustomSystemError(
-                f"`genuine` must {rule} [live source, generation {self.generation}]."
-            )
+            raise CustomSystemError(f"{error} {place}") from error
+        signals = len(self.system.signals)
+        if samples.shape[2] != signals:
+            rule = f"yield {signals} signals as in the beginning; got {samples.shape[2]}"
+            raise CustomSystemError(f"`genuine` must {rule} {place}.")
         return self.system.centered(samples)
 
     def _answers(
@@ -489,69 +490,82 @@ class CustomSource(FallibleSource):
         It is called here, or in worker processes, which are started on the first call and stay. The
         answers come in the order of the calls, and do not depend on the number of workers.
         """
-
-        def asked(
-            groups: list[np.ndarray], generators: list[np.random.Generator]
-        ) -> Iterator[Answer]:
-            calls = [(parameters[k], rng) for k, rng in zip(groups, generators, strict=True)]
-            if self._count is None:
-                yield from starmap(self._answer, calls)
-                return
-            if self._workers is None:
-                self._workers = Workers(self._function, self._count, timeout_s=self._timeout_s)
-            for future in self._workers.in_order(calls):
-                try:
-                    yield future.result()
-                except TimeoutError as error:
-                    yield Failed(str(error))
-                except WorkerDied:
-                    yield Failed("its worker process died")
-                except NotImportable as error:
-                    rule = "be importable by a worker process"
-                    raise CustomSystemError(
-                        f"`simulate` must {rule}; got {error}. {_HERE}"
-                    ) from error
-
         count = self.system.batches or len(parameters)
-        groups = [part for part in np.array_split(np.arange(len(parameters)), count) if len(part)]
+        groups = [
+            group for group in np.array_split(np.arange(len(parameters)), count) if len(group)
+        ]
         generators = rng.spawn(len(groups))
-        singles: list[np.ndarray] = []
-        again: list[np.random.Generator] = []
-        for group, generator, found in zip(
-            groups, generators, asked(groups, generators), strict=True
-        ):
-            if not isinstance(found, Failed) or len(group) == 1:
-                yield group, found
+        # Models of groups that failed, to be simulated again alone.
+        alone: list[np.ndarray] = []
+        new_generators: list[np.random.Generator] = []
+        answers = self._called(parameters, groups, generators)
+        for group, generator, answered in zip(groups, generators, answers, strict=True):
+            if not isinstance(answered, Failed) or len(group) == 1:
+                yield group, answered
                 continue
-            if self.generation == 0 and found.misshapen:
-                self._refuse(
-                    found, f"{self.system.shown(parameters[group[0]])} and {len(group) - 1} more"
-                )
-            singles += [np.array([k]) for k in group]
-            again += _untouched(generator).spawn(len(group))
-        yield from zip(singles, asked(singles, again), strict=True)
-        if singles and self.generation == 0:
+            if self.generation == 0 and answered.misshapen:
+                models = f"{self.system.shown(parameters[group[0]])} and {len(group) - 1} more"
+                self._refuse(answered, models)
+            alone += [np.array([k]) for k in group]
+            new_generators += _untouched(generator).spawn(len(group))
+        yield from zip(alone, self._called(parameters, alone, new_generators), strict=True)
+        if alone and self.generation == 0:
             raise CustomSystemError(
-                "`simulate` must return samples of several models at once; it failed for a group of models, and for none of "
-                "them alone [generation 0]. Repair it, or set vectorized=False for a function of one model's parameters (P,)."
+                "`simulate` must return samples of several models at once; it failed for a group of"
+                " models, and for none of them alone [generation 0]. Repair it, or set"
+                " vectorized=False for a function of one model's parameters (P,)."
             )
 
+    def _called(
+        self,
+        parameters: np.ndarray,
+        groups: list[np.ndarray],
+        generators: list[np.random.Generator],
+    ) -> Iterator[Answer]:
+        """Yield the answer for each group of models, here or from workers."""
+        calls = []
+        for group, generator in zip(groups, generators, strict=True):
+            calls.append((parameters[group], generator))
+        if self._worker_count is None:
+            yield from starmap(self._answer, calls)
+            return
+        if self._workers is None:
+            self._workers = Workers(self._function, self._worker_count, timeout_s=self._timeout_s)
+        for future in self._workers.in_order(calls):
+            try:
+                yield future.result()
+            except TimeoutError as error:
+                yield Failed(str(error))
+            except WorkerDied:
+                yield Failed("its worker process died")
+            except NotImportable as error:
+                rule = "`simulate` must be importable by a worker process"
+                raise CustomSystemError(f"{rule}; got {error}. {_REMEDY}") from error
+
     def _refuse(self, failed: Failed, models: str) -> NoReturn:
-        advice = (
-            "; for a function of one model's parameters (P,) set vectorized=False"
-            * self.system.vectorized
-        )
-        raise CustomSystemError(
-            f"`simulate` must return samples of every model; {failed.reason} [generation 0, {models}]. Repair it, or narrow "
-            f"the bounds of the parameters{advice}."
-        )
+        rule = "`simulate` must return samples of every model"
+        remedy = "Repair it, or narrow the bounds of the parameters"
+        if self.system.vectorized:
+            remedy += "; for a function of one model's parameters (P,) set vectorized=False"
+        got = f"{failed.reason} [generation 0, {models}]"
+        raise CustomSystemError(f"{rule}; {got}. {remedy}.")
+
+
+def _of_as_many(samples: np.ndarray, count: int) -> Answer:
+    """Return samples (m, C, T, D) if C is the count of other models, else why they count as failed."""
+    if samples.shape[1] == count:
+        return samples
+    return Failed(f"it returned {samples.shape[1]} samples of a model, and {count} of others")
 
 
 def _untouched(rng: np.random.Generator) -> np.random.Generator:
-    """Return a generator as it was before a simulator had it, which may have spawned from it, or from a copy in a worker."""
-    given = rng.bit_generator.seed_seq
-    assert isinstance(given, np.random.SeedSequence)  # what it was spawned from has one
+    """Return a generator as it was before a simulator had it.
+
+    The simulator may have spawned from it, or from a copy in a worker.
+    """
+    origin = rng.bit_generator.seed_seq
+    assert isinstance(origin, np.random.SeedSequence)  # what it was spawned from has one
     seeds = np.random.SeedSequence(
-        given.entropy, spawn_key=given.spawn_key, pool_size=given.pool_size
+        origin.entropy, spawn_key=origin.spawn_key, pool_size=origin.pool_size
     )
     return np.random.Generator(type(rng.bit_generator)(seeds))

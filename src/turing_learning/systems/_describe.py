@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Mapping
-from typing import Any, Literal, TypedDict, cast
+from typing import Any, Literal, TypedDict
 
 import numpy as np
 
@@ -72,30 +72,35 @@ def describe(
         As for `turing_learning.infer`.
     """
     genuine = observed(genuine)
-    asked, rng = (options.get("length"), options.get("held_out")), np.random.default_rng(GENUINE)
-    data = read_genuine(genuine, length=asked[0], held_out=asked[1], rng=rng)
+    data = read_genuine(
+        genuine,
+        length=options.get("length"),
+        held_out=options.get("held_out"),
+        rng=np.random.default_rng(GENUINE),
+    )
+    signals = _signals(options.get("signals") or getattr(genuine, "names", None), data)
     center, scale = data.scales()
-    name, names = (
-        options.get("name", "own-system"),
-        options.get("signals") or getattr(genuine, "names", None),
-    )
-    # its letters would be taken for names
-    require(
-        not isinstance(names, str),
-        "signals",
-        "be a tuple of names",
-        brief(names),
-        f"For one signal: ({names!r},).",
-    )
-    signals = tuple(names or (f"signal{d}" for d in range(data.samples.shape[2])))
+    name = options.get("name", "own-system")
+    headings: Literal["", "with", "without"] = ""
+    if not set(DIRECTED).isdisjoint(signals):
+        headings = headings_of(genuine)
     system = CustomSystem(
-        name=name, title=options.get("title", name), parameters=read_parameters(parameters),
-        signals=signals, steps=data.samples.shape[1], center=center, input_scale=scale,
-        samples=0 if data.live else len(data.samples), held_out=tuple(data.held_out.tolist()), digest=data.digest,
-        samples_per_generation=options.get("samples_per_generation", 0), batches=_batches(options),
-        interval_s=float(getattr(genuine, "interval_s", 0.0)), smooth_frames=int(getattr(genuine, "smooth_frames", 1)),
-        headings=headings_of(genuine) if set(DIRECTED) & set(signals) else "",
-    )  # fmt: skip
+        name=name,
+        title=options.get("title", name),
+        parameters=read_parameters(parameters),
+        signals=signals,
+        steps=data.samples.shape[1],
+        center=center,
+        input_scale=scale,
+        samples=0 if data.live else len(data.samples),
+        held_out=tuple(data.held_out.tolist()),
+        digest=data.digest,
+        samples_per_generation=options.get("samples_per_generation", 0),
+        batches=_batches(options),
+        interval_s=float(getattr(genuine, "interval_s", 0.0)),
+        smooth_frames=int(getattr(genuine, "smooth_frames", 1)),
+        headings=headings,
+    )
     constant = ", ".join(f"{signals[d]} is {center[d]:.6g}" for d in data.constant)
     if isinstance(genuine, SplitSamples) and len(data.constant) == len(signals):
         remedy = "See what `recording.check()` finds, and give windows of individuals that move."
@@ -110,49 +115,66 @@ def describe(
     return system, data
 
 
+def _signals(names: Any, data: Genuine) -> tuple[str, ...]:
+    """Return names of the D signals: those given, or signal0, signal1, ..."""
+    # The letters of a text would be taken for names.
+    rule = "be a tuple of names"
+    fits = not isinstance(names, str)
+    require(fits, "signals", rule, brief(names), f"For one signal: ({names!r},).")
+    if names:
+        return tuple(names)
+    return tuple(f"signal{d}" for d in range(data.samples.shape[2]))
+
+
 def describe_simulated(
     system: CustomSystem, source: Source, parameters: np.ndarray, rng: np.random.Generator
 ) -> tuple[CustomSystem, Genuine]:
-    """Return the same system with as many samples as it was learned from, simulated with parameters (P,) by its source."""
+    """Return the same system with as many samples, simulated by its source with parameters (P,)."""
     data = source.genuine
     assert data is not None
-    count = len(data.learning if data.live is None else cut_samples(data.live(rng), system.steps))
+    samples = data.learning if data.live is None else cut_samples(data.live(rng), system.steps)
+    models = np.tile(parameters, (len(samples), 1))
 
     def simulated(rng: np.random.Generator) -> np.ndarray:
-        return source.simulate(np.tile(parameters, (count, 1)), rng)[:, 0]
+        return source.simulate(models, rng)[:, 0]
 
-    names = ("name", "title", "signals", "samples_per_generation", "vectorized")
-    options = cast(CustomOptions, {name: getattr(system, name) for name in names})
+    options = CustomOptions(
+        name=system.name,
+        title=system.title,
+        signals=system.signals,
+        samples_per_generation=system.samples_per_generation,
+        vectorized=system.vectorized,
+    )
     if system.vectorized:
         options["batches"] = system.batches
     if not system.live:
         options["held_out"] = 0.0
-    return describe(simulated(rng) if data.live is None else simulated, system.parameters, options)
+    genuine = simulated(rng) if data.live is None else simulated
+    return describe(genuine, system.parameters, options)
 
 
-def read_parameters(given: Any) -> dict[str, Parameter]:
+def read_parameters(ranges: Any) -> dict[str, Parameter]:
     """Return parameters by name, checked; each is given as a `Parameter` or as two bounds."""
-    found = {}
-    for name, value in given.items():
-        if not isinstance(value, Parameter):
-            bounds, place = tuple(value), repr(name)
-            rule = "have two bounds (low, high) or a `Parameter` for each name"
-            require(
-                len(bounds) == 2,
-                "parameters",
-                rule,
-                brief(bounds),
-                "None leaves a side open.",
-                place=place,
-            )
-            try:
-                value = Parameter(*bounds)
-            except ValueError as error:
-                raise RefusedError(f"{error} [parameter {name!r}]") from error
-            except OverflowError:
-                refuse("parameters", rule, "one too large", place=place)
-        found[name] = value
-    return found
+    parameters = {}
+    for name, value in ranges.items():
+        if isinstance(value, Parameter):
+            parameters[name] = value
+        else:
+            parameters[name] = _parameter_within(tuple(value), name)
+    return parameters
+
+
+def _parameter_within(bounds: tuple[Any, ...], name: Any) -> Parameter:
+    place = repr(name)
+    rule = "have two bounds (low, high) or a `Parameter` for each name"
+    remedy = "None leaves a side open."
+    require(len(bounds) == 2, "parameters", rule, brief(bounds), remedy, place=place)
+    try:
+        return Parameter(*bounds)
+    except ValueError as error:
+        raise RefusedError(f"{error} [parameter {name!r}]") from error
+    except OverflowError:
+        refuse("parameters", rule, "one too large", place=place)
 
 
 def _batches(options: CustomOptions) -> int:
@@ -160,12 +182,13 @@ def _batches(options: CustomOptions) -> int:
 
     0 if it takes one model.
     """
-    vectorized, workers = options.get("vectorized", True), options.get("workers")
-    if vectorized:
-        sound = (
-            type(workers) is int and workers >= 1
-        )  # others are refused by what calls the simulator
-        return integer("batches", options.get("batches", workers if sound else 1), 1)
-    rule, remedy = "be left out where vectorized is False", "Every model has a call of its own."
-    require("batches" not in options, "batches", rule, options.get("batches"), remedy)
-    return 0
+    if not options.get("vectorized", True):
+        rule = "be left out where vectorized is False"
+        remedy = "Every model has a call of its own."
+        require("batches" not in options, "batches", rule, options.get("batches"), remedy)
+        return 0
+    calls = 1
+    workers = options.get("workers")
+    if type(workers) is int and workers >= 1:  # others are refused by what calls the simulator
+        calls = workers
+    return integer("batches", options.get("batches", calls), 1)

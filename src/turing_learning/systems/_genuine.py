@@ -16,6 +16,7 @@ LARGEST = 1e9
 """Largest magnitude of a genuine value."""
 
 SCALE_PERCENTILE = 99.0
+"""Of the distances from the median: what a signal is divided by."""
 SMALLEST_SCALE = 1e-9
 """A signal that varies less counts as constant, and is not divided."""
 
@@ -83,14 +84,18 @@ class Genuine:
 def scales_of(values: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the center and the scale of the values (n, D) of each signal, see `Genuine.scales`."""
     center = np.median(values, axis=0)
-    spread = np.percentile(np.abs(values - center), SCALE_PERCENTILE, axis=0)
-    return tuple(center.tolist()), tuple(np.where(spread < SMALLEST_SCALE, 1.0, spread).tolist())
+    scale = np.percentile(np.abs(values - center), SCALE_PERCENTILE, axis=0)
+    scale = np.where(scale < SMALLEST_SCALE, 1.0, scale)
+    return tuple(center.tolist()), tuple(scale.tolist())
 
 
 def read_genuine(
-    genuine: Any, *, length: int | Literal["shortest"] | None = None, held_out: float | Sequence[int] | None = None,
+    genuine: Any,
+    *,
+    length: int | Literal["shortest"] | None = None,
+    held_out: float | Sequence[int] | None = None,
     rng: np.random.Generator,
-) -> Genuine:  # fmt: skip
+) -> Genuine:
     """Check the samples of a system, cut them to one length, and choose those that are held out for testing.
 
     They are (K, T, D), or K arrays (T, D), or `SplitSamples`, or a live source, a function rng ->
@@ -107,143 +112,121 @@ def read_genuine(
         require(held_out is None, "held_out", rule, brief(held_out))
         excerpt = getattr(genuine, "excerpt", None)
         return Genuine(samples, np.arange(len(genuine.learning), len(samples)), excerpt=excerpt)
-    return Genuine(
-        samples, _held_out(HELD_OUT if held_out is None else held_out, len(samples), rng)
-    )
+    if held_out is None:
+        held_out = HELD_OUT
+    return Genuine(samples, _held_out(held_out, len(samples), rng))
 
 
-def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndarray:
+def cut_samples(samples: Any, length: int | Literal["shortest"] | None) -> np.ndarray:
     """Return samples (K, T, D) as a new array of floats, checked and cut to one length.
 
     See `read_genuine`.
     """
-    known = length is None or length == "shortest" or (type(length) is int and length >= 1)
-    require(known, "length", 'be an integer of at least 1, "shortest", or None', brief(length))
-    if isinstance(given, SplitSamples):
-        given = [*given.learning, *given.held_out]
-    shape, rule = getattr(given, "shape", ()), "be samples (K, T, D), or a list of K tables (T, D)"
+    fits = length is None or length == "shortest" or (type(length) is int and length >= 1)
+    require(fits, "length", 'be an integer of at least 1, "shortest", or None', brief(length))
+    if isinstance(samples, SplitSamples):
+        samples = [*samples.learning, *samples.held_out]
+    shape = getattr(samples, "shape", ())
+    is_table = isinstance(shape, tuple) and len(shape) == 2
+    rule = "be samples (K, T, D), or a list of K tables (T, D)"
     remedy = "Give [table] if it is one sample of several signals, table[..., None] if its rows are samples of one signal."
-    one = isinstance(shape, tuple) and len(shape) == 2
-    require(not one, "genuine", rule, f"one table of shape {shape}", remedy)
-    arrays = [_as_series(sample, k) for k, sample in enumerate(given)]
-    require(arrays, "genuine", "hold at least one sample", "none")
-    lengths = [len(array) for array in arrays]
-    shortest, longest = int(np.argmin(lengths)), int(np.argmax(lengths))
-    steps, place = lengths[shortest], f"sample {shortest}"
+    require(not is_table, "genuine", rule, f"one table of shape {shape}", remedy)
+    series = [_as_series(sample, k) for k, sample in enumerate(samples)]
+    require(series, "genuine", "hold at least one sample", "none")
+    steps = _common_length([len(values) for values in series], length)
+    widths = {values.shape[1] for values in series}
+    rule = "have the same signals in all samples"
+    require(len(widths) == 1, "genuine", rule, f"{sorted(widths)} signals")
+    cut = np.stack([values[:steps] for values in series])
+    # Not "> LARGEST", so that NaN, too, is refused.
+    for k, t, d in np.argwhere(~(np.abs(cut) <= LARGEST))[:1].tolist():
+        rule = f"be finite and at most {LARGEST:g} in size"
+        remedy = "Cut the gap out, or change the unit."
+        place = f"sample {k}, step {t}, signal {d}"
+        refuse("genuine", rule, value_text(cut[k, t, d]), remedy, place=place)
+    return cut
+
+
+def _common_length(lengths: Sequence[int], length: int | Literal["shortest"] | None) -> int:
+    """Return the number of steps to which samples of these lengths are cut."""
+    shortest = int(np.argmin(lengths))
+    longest = int(np.argmax(lengths))
+    steps = lengths[shortest]
+    place = f"sample {shortest}"
     if isinstance(length, int):
         rule = f"be at most that of the shortest sample, {steps}"
-        require(
-            steps >= length,
-            "length",
-            rule,
-            length,
-            "Remove that sample, or ask for less.",
-            place=place,
-        )
-        steps = length
+        remedy = "Remove that sample, or ask for less."
+        require(steps >= length, "length", rule, length, remedy, place=place)
+        return length
+    fits = length is not None or steps == lengths[longest]
     got = f"{steps} steps [{place}] and {lengths[longest]} [sample {longest}]"
     remedy = 'Cut them with length="shortest" or a number of steps.'
-    same = length is not None or steps == lengths[longest]
-    require(same, "genuine", "have samples of one length", got, remedy)
-    widths = {array.shape[1] for array in arrays}
-    require(
-        len(widths) == 1,
-        "genuine",
-        "have the same signals in all samples",
-        f"{sorted(widths)} signals",
-    )
-    samples = np.stack([array[:steps] for array in arrays])
-    for k, t, d in np.argwhere(~(np.abs(samples) <= LARGEST))[
-        :1
-    ].tolist():  # so that NaN, too, is refused
-        rule, place = (
-            f"be finite and at most {LARGEST:g} in size",
-            f"sample {k}, step {t}, signal {d}",
-        )
-        refuse(
-            "genuine",
-            rule,
-            shown(samples[k, t, d]),
-            "Cut the gap out, or change the unit.",
-            place=place,
-        )
-    return samples
+    require(fits, "genuine", "have samples of one length", got, remedy)
+    return steps
 
 
 def _as_series(sample: Any, number: int) -> np.ndarray:
     """Return a sample as an array (T, D) of floats."""
     try:
-        array = np.asarray(with_gaps(sample))
+        values = np.asarray(with_gaps(sample))
     except ValueError:  # rows of different lengths
-        array = np.empty(0, dtype=object)
-    got = f"{type(sample).__name__}" if array.ndim == 0 else f"shape {array.shape} of {array.dtype}"
-    rule, place = "be samples (K, T, D) of real numbers", f"sample {number}"
-    if array.dtype.kind == "c":
+        values = np.empty(0, dtype=object)
+    place = f"sample {number}"
+    rule = "be samples (K, T, D) of real numbers"
+    got = f"shape {values.shape} of {values.dtype}" if values.ndim else type(sample).__name__
+    if values.dtype.kind == "c":
         remedy = "Give real and imaginary part as two signals, or what you want to compare of them, such as the absolute value."
         refuse("genuine", rule, got, remedy, place=place)
-    if array.dtype.kind not in "fiu" or array.ndim != 2 or array.size == 0:
-        one = "Add an axis for a single signal: samples[..., None]."
-        remedy = one if array.ndim == 1 else "Give arrays of numbers."
-        refuse(
-            "genuine", f"{rule}, time steps T and signals D at least 1", got, remedy, place=place
-        )
-    return array.astype(np.float64)
+    if values.dtype.kind not in "fiu" or values.ndim != 2 or values.size == 0:
+        rule += ", time steps T and signals D at least 1"
+        remedy = "Give arrays of numbers."
+        if values.ndim == 1:
+            remedy = "Add an axis for a single signal: samples[..., None]."
+        refuse("genuine", rule, got, remedy, place=place)
+    return values.astype(np.float64)
 
 
-def _held_out(given: float | Sequence[int], count: int, rng: np.random.Generator) -> np.ndarray:
+def _held_out(selection: float | Sequence[int], count: int, rng: np.random.Generator) -> np.ndarray:
     """Return which of so many samples are held out, from a share or from their numbers."""
-    if isinstance(given, float | int):
-        require(0 <= given < 1, "held_out", "be a share of at least 0 and below 1", given)
-        return np.sort(rng.permutation(count)[: min(round(given * count), count - 1)])
+    if isinstance(selection, float | int):
+        fits = 0 <= selection < 1
+        require(fits, "held_out", "be a share of at least 0 and below 1", selection)
+        number = min(round(selection * count), count - 1)
+        return np.sort(rng.permutation(count)[:number])
     rule = f"be a share, or numbers of samples from 0 to {count - 1}, each once, but not all"
-    found: set[int] = set()
-    for place, number in enumerate(given):
+    chosen: set[int] = set()
+    for k, number in enumerate(selection):
+        place = f"place {k}"
         fits = is_integer(number) and 0 <= number < count
-        require(
-            fits,
-            "held_out",
-            rule,
-            brief(number),
-            "Samples are counted from 0.",
-            place=f"place {place}",
-        )
-        require(
-            number not in found,
-            "held_out",
-            rule,
-            f"{number} again",
-            "Leave it out there.",
-            place=f"place {place}",
-        )
-        found.add(int(number))
-    require(len(found) < count, "held_out", rule, f"all {count}", "Leave some to learn from.")
-    return np.array(sorted(found), dtype=np.int64)
+        remedy = "Samples are counted from 0."
+        require(fits, "held_out", rule, brief(number), remedy, place=place)
+        fits = number not in chosen
+        require(fits, "held_out", rule, f"{number} again", "Leave it out there.", place=place)
+        chosen.add(int(number))
+    require(len(chosen) < count, "held_out", rule, f"all {count}", "Leave some to learn from.")
+    return np.array(sorted(chosen), dtype=np.int64)
 
 
 def observed(genuine: Any) -> Any:
-    """Return genuine samples as they are given, windows of several recordings joined, and of a scenario or its
-    name a source of its agents' motion."""
-    listed = isinstance(genuine, list | tuple) and len(genuine) > 0
-    if listed and all(isinstance(one, Windows) for one in genuine):
-        return join_windows(genuine)
-    first, rule = genuine[0] if listed else genuine, "be samples, into which a recording is cut"
+    """Return genuine samples as they are given.
+
+    Windows of several recordings are joined; a scenario or its name becomes a source of its agents'
+    motion.
+    """
+    sample = genuine
+    if isinstance(genuine, list | tuple) and len(genuine) > 0:
+        if all(isinstance(windows, Windows) for windows in genuine):
+            return join_windows(genuine)
+        sample = genuine[0]
+    rule = "be samples, into which a recording is cut"
     remedy = "Give windows of it, for example of 4 s: genuine=recording.windows(length_s=4.0), where recording is what "
     remedy += "`load_trajectories` returned; of several: genuine=pooled_windows(recordings, length_s=4.0)."
-    require(
-        not isinstance(first, Trajectories | Signals), "genuine", rule, type(first).__name__, remedy
-    )
+    fits = not isinstance(sample, Trajectories | Signals)
+    require(fits, "genuine", rule, type(sample).__name__, remedy)
     if isinstance(genuine, str):
-        rule, remedy = (
-            "be samples, a scenario or the name of one",
-            "A file is read with `load_trajectories`.",
-        )
-        require(
-            genuine in SCENARIOS,
-            "genuine",
-            rule,
-            brief(genuine),
-            f"{nearest(genuine, SCENARIOS)} {remedy}",
-        )
+        rule = "be samples, a scenario or the name of one"
+        remedy = f"{nearest(genuine, SCENARIOS)} A file is read with `load_trajectories`."
+        require(genuine in SCENARIOS, "genuine", rule, brief(genuine), remedy)
         genuine = SCENARIOS[genuine]
     if not isinstance(genuine, Scenario):
         return genuine
@@ -252,15 +235,15 @@ def observed(genuine: Any) -> Any:
     return ObservedSwarm(genuine)
 
 
-def with_gaps(given: Any) -> Any:
+def with_gaps(values: Any) -> Any:
     """Return an array, or a list of arrays, with NaN where it is masked; anything else as it is."""
-    if isinstance(given, list | tuple):
-        return [with_gaps(one) for one in given]
-    if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
-        return np.ma.filled(given.astype(np.result_type(given.dtype, np.float64)), np.nan)
-    return given
+    if isinstance(values, list | tuple):
+        return [with_gaps(sample) for sample in values]
+    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+        return np.ma.filled(values.astype(np.result_type(values.dtype, np.float64)), np.nan)
+    return values
 
 
-def shown(value: float) -> str:
+def value_text(value: float) -> str:
     """Return a value that is refused as text; NaN may have been masked."""
     return "nan (or masked)" if math.isnan(value) else str(value)

@@ -59,14 +59,18 @@ class Swarm(System):
 
     def __post_init__(self) -> None:
         scenario = self.scenario
-        self.name, self.title, self.simulated = scenario.name, scenario.title, scenario
-        self.steps, self.interval_s = scenario.control_steps, scenario.trial.control_interval_s
-        names, angle = scenario.parameter_names, Parameter(0, FULL_VIEW, unit="rad")
-        networks = (
-            self.model.parameter_names != names
-        )  # their outputs are from -1 to 1, whatever their weights
-        speed = Parameter(-1, 1) if networks else Parameter(None, None, initial=self.initial)
-        self.parameters = {name: angle if name == "theta" else speed for name in names}
+        self.name = scenario.name
+        self.title = scenario.title
+        self.simulated = scenario
+        self.steps = scenario.control_steps
+        self.interval_s = scenario.trial.control_interval_s
+        speed = Parameter(None, None, initial=self.initial)
+        if self.model.parameter_names != scenario.parameter_names:
+            # Outputs of networks are from -1 to 1, whatever their weights.
+            speed = Parameter(-1, 1)
+        self.parameters = dict.fromkeys(scenario.parameter_names, speed)
+        if "theta" in self.parameters:
+            self.parameters["theta"] = Parameter(0, FULL_VIEW, unit="rad")
         if scenario.representation == "morphology":
             self.step_unit = " (that of theta is of the number x, theta = 2 pi sig(x))"
 
@@ -82,15 +86,10 @@ class Swarm(System):
     def imitated(self, values: np.ndarray) -> Scenario:
         """Return the scenario with agents that have these parameters (P,)."""
         robot = self.scenario.model.behavior(values)
-        view = (
-            self.scenario.sensor.field_of_view
-            if robot.field_of_view is None
-            else float(robot.field_of_view)
-        )
-        controller, sensor = (
-            tuple(robot.wheel_speeds.tolist()),
-            replace(self.scenario.sensor, field_of_view=view),
-        )
+        sensor = self.scenario.sensor
+        if robot.field_of_view is not None:
+            sensor = replace(sensor, field_of_view=float(robot.field_of_view))
+        controller = tuple(robot.wheel_speeds.tolist())
         return replace(self.scenario, controller=controller, sensor=sensor, known=True)
 
     def demands(self, models: int) -> tuple[float, float, tuple[str, ...]]:
@@ -101,9 +100,12 @@ class Swarm(System):
     def accept(self, given: Given) -> Given:
         """Refuse whatever is given: only a custom system has a use for it."""
         for name, value in given.named.items():
+            rule = "be left out for simulated robots"
+            got = type(value).__name__
+            if isinstance(value, str | int | float):
+                got = brief(value)
             remedy = "A custom system has `genuine`, `simulate` and `parameters`, and no scenario."
-            shown = brief(value) if isinstance(value, str | int | float) else type(value).__name__
-            require(value is None, name, "be left out for simulated robots", shown, remedy)
+            require(value is None, name, rule, got, remedy)
         return given
 
     def open(self, given: Given) -> Source:
@@ -156,8 +158,9 @@ class _SwarmSource(Source):
     def __init__(self, swarm: Swarm) -> None:
         from ..swarm import MixedSwarm, SeparatedSwarm
 
-        kind = SeparatedSwarm if swarm.scenario.grouping == "separated" else MixedSwarm
-        self.system, self._trials = swarm, kind(swarm.scenario, swarm.threads, swarm.model)
+        groups = SeparatedSwarm if swarm.scenario.grouping == "separated" else MixedSwarm
+        self.system = swarm
+        self._trials = groups(swarm.scenario, swarm.threads, swarm.model)
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         return self._trials.collect(models, rng)

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 _LOGGER = logging.getLogger("turing_learning")
 MOST_LISTED = 100
-LONGEST_REASON = 300  # characters
+"""Failed simulations that a result lists; the others are counted only."""
+LONGEST_REASON = 300
+"""Characters that are kept of the reason of a failure."""
 
 
 class SystemFailedError(RuntimeError):
@@ -49,9 +51,8 @@ class Given:
     @property
     def named(self) -> dict[str, Any]:
         """Name -> value of everything that may have been given."""
-        return {name: value for name, value in vars(self).items() if name != "more"} | dict(
-            self.more or {}
-        )
+        values = dict(vars(self))
+        return values | dict(values.pop("more") or {})
 
 
 class System:
@@ -80,9 +81,10 @@ class System:
     @property
     def parameter_labels(self) -> tuple[str, ...]:
         """Names of the parameters, with units where they have any, for figures."""
-        return tuple(
-            f"{name} ({one.unit})" if one.unit else name for name, one in self.parameters.items()
-        )
+        labels = []
+        for name, parameter in self.parameters.items():
+            labels.append(f"{name} ({parameter.unit})" if parameter.unit else name)
+        return tuple(labels)
 
     @property
     def truth(self) -> tuple[float, ...] | None:
@@ -106,10 +108,10 @@ class System:
 
     def shown(self, values: np.ndarray) -> str:
         """Return one model's parameters (P,) as text, by name, with units."""
-        return ", ".join(
-            f"{name} = {value:.6g}{' ' + parameter.unit if parameter.unit else ''}"
-            for (name, parameter), value in zip(self.parameters.items(), values, strict=True)
-        )
+        texts = []
+        for (name, parameter), value in zip(self.parameters.items(), values, strict=True):
+            texts.append(f"{name} = {value:.6g} {parameter.unit}".rstrip())
+        return ", ".join(texts)
 
     def evolved(self, network: Classifier) -> Classifier:
         """Return what evolves, made of the network that judges: the network itself, or one that chooses stimuli, too."""
@@ -142,13 +144,14 @@ class System:
 
     def require_all(self, given: Given) -> None:
         """Refuse where something is missing that no folder holds, see `resuming`."""
+        if not self.resuming:
+            return
         rule = f"be given for {self.kind.removeprefix('one on ')}, which no folder holds completely"
-        names = [piece for setting in self.resuming for piece in (" and ", setting)][1:]
-        remedy = (
-            "Give ",
-            *names,
-            f" as the run began with {'them' if len(names) > 1 else 'it'}, from Python.",
-        )
+        names: list[str | Setting] = [self.resuming[0]]
+        for setting in self.resuming[1:]:
+            names += [" and ", setting]
+        pronoun = "them" if len(self.resuming) > 1 else "it"
+        remedy = ("Give ", *names, f" as the run began with {pronoun}, from Python.")
         for setting in self.resuming:
             require(getattr(given, setting.name) is not None, setting.name, rule, "nothing", remedy)
 
@@ -235,13 +238,9 @@ class Source:
 
 
 def _refuse_simulation() -> NoReturn:
-    remedy = "The worth of its models there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` infers the same "
-    refuse(
-        "run",
-        "be of a system that can be simulated",
-        "one in a laboratory",
-        f"{remedy}setup in simulation.",
-    )
+    remedy = "The worth of its models there is in post_evaluation.json; "
+    remedy += "`turing_learning.runs.simulate_laboratory` infers the same setup in simulation."
+    refuse("run", "be of a system that can be simulated", "one in a laboratory", remedy)
 
 
 class FailureLog:
@@ -260,38 +259,37 @@ class FailureLog:
 
     def summary(self) -> dict[str, Any]:
         """Return the number of failures, and the first ones by generation, parameters and reason, for a result."""
-        listed = [
-            {
-                "generation": generation,
-                "parameters": dict(zip(self._names, values, strict=True)),
-                "reason": reason,
-            }
-            for generation, values, reason in self._listed
-        ]
+        listed = []
+        for generation, values, reason in self._listed:
+            parameters = dict(zip(self._names, values, strict=True))
+            failure = {"generation": generation, "parameters": parameters, "reason": reason}
+            listed.append(failure)
         return {"count": self.count, "listed": listed}
 
     def state(self) -> dict[str, np.ndarray]:
         """Return everything as arrays, without Python objects."""
-        generations, parameters, reasons = (
-            zip(*self._listed, strict=True) if self._listed else ((), (), ())
-        )
+        generations = [generation for generation, _, _ in self._listed]
+        parameters = [values for _, values, _ in self._listed]
+        reasons = [reason for _, _, reason in self._listed]
+        shape = (len(self._listed), len(self._names))
         return {
             "count": np.array(self.count, dtype=np.int64),
             "generations": np.array(generations, dtype=np.int64),
-            "parameters": np.array(parameters, dtype=np.float64).reshape(
-                len(parameters), len(self._names)
-            ),
+            "parameters": np.array(parameters, dtype=np.float64).reshape(shape),
             "reasons": np.array(reasons, dtype=f"<U{LONGEST_REASON}"),
         }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Continue from a `state`."""
-        rows = (state[name].tolist() for name in ("generations", "parameters", "reasons"))
         self.count = int(state["count"])
-        self._listed = [
-            (generation, tuple(values), reason)
-            for generation, values, reason in zip(*rows, strict=True)
-        ]
+        self._listed = []
+        for generation, values, reason in zip(
+            state["generations"].tolist(),
+            state["parameters"].tolist(),
+            state["reasons"].tolist(),
+            strict=True,
+        ):
+            self._listed.append((generation, tuple(values), reason))
 
 
 class FallibleSource(Source):
@@ -316,26 +314,33 @@ class FallibleSource(Source):
 
         End the run if these are more than half.
         """
-        self.failed = np.isin(np.arange(len(parameters)), list(reasons))
+        models = len(parameters)
+        self.failed = np.isin(np.arange(models), list(reasons))
         if not reasons:
             return
-        generation, count, first = self.generation, len(reasons), min(reasons)
-        told = f"{self.system.shown(parameters[first])}: {reasons[first]}"
-        if 2 * count > len(parameters):
-            of, place, remedy = "", "", "Repair"
-            if generation is not None:
-                of, place = " of a generation", f" [generation {generation}]"
-                remedy = "Narrow the bounds of the parameters, or repair"
-            raise CustomSystemError(
-                f"`simulate` must not fail for more than half of the {len(parameters)} models{of}; got {count} failures or "
-                f"more{place}, the first with {told}. {remedy} the simulator."
-            )
+        count = len(reasons)
+        first = min(reasons)
+        example = f"the first with {self.system.shown(parameters[first])}: {reasons[first]}"
+        if 2 * count > models:
+            self._end_run(models, count, example)
+        generation = self.generation
         if self.failures.count == 0:
             when = "" if generation is None else f" in generation {generation}"
-            message = "%d of %d simulations failed%s, the first with %s."
-            _LOGGER.warning(message, count, len(parameters), when, told)
+            _LOGGER.warning("%d of %d simulations failed%s, %s.", count, models, when, example)
         for k in sorted(reasons):
             self.failures.add(generation, parameters[k], reasons[k])
+
+    def _end_run(self, models: int, failed: int, example: str) -> NoReturn:
+        """Raise what says that more than half of the models have failed."""
+        several = f"more than half of the {models} models"
+        got = f"{failed} failures or more"
+        remedy = "Repair the simulator."
+        if self.generation is not None:
+            several += " of a generation"
+            got += f" [generation {self.generation}]"
+            remedy = "Narrow the bounds of the parameters, or repair the simulator."
+        rule = f"`simulate` must not fail for {several}"
+        raise CustomSystemError(f"{rule}; got {got}, {example}. {remedy}")
 
 
 class GuardedInterrogation(PassiveInterrogation):
@@ -356,12 +361,11 @@ class GuardedInterrogation(PassiveInterrogation):
     ) -> Judgments:
         """Return the judgments of N classifiers (N, Q), and of B archived ones (B, Q) if given, on M models (M, P)."""
         judgments = super().__call__(models, classifiers, rng, referees)
-        failed = self.source.failed
+        failed = self.source.failed[:, None]
         if not failed.any():
             return judgments
-        outputs, archived = (
-            np.where(failed[:, None], 0.0, judgments.counterfeit_outputs),
-            judgments.referee_outputs,
-        )
-        archived = None if archived is None else np.where(failed[:, None], 0.0, archived)
+        archived = judgments.referee_outputs
+        if archived is not None:
+            archived = np.where(failed, 0.0, archived)
+        outputs = np.where(failed, 0.0, judgments.counterfeit_outputs)
         return replace(judgments, counterfeit_outputs=outputs, referee_outputs=archived)
