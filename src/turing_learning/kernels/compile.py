@@ -58,7 +58,8 @@ class _SealedCacheFile(IndexDataCacheFile):
 
 
 def _unsealed(data: bytes) -> Any:
-    seal, raw = data[:_SEAL_BYTES], data[_SEAL_BYTES:]
+    seal = data[:_SEAL_BYTES]
+    raw = data[_SEAL_BYTES:]
     if hashlib.sha256(raw).digest() != seal:
         raise ValueError("damaged machine code")
     return pickle.loads(raw)  # noqa: S301 - Numba's own files, beside the code
@@ -73,20 +74,22 @@ class _KernelCache(FunctionCache):
 
     def __init__(self, function: Callable[..., Any], notice: str) -> None:
         super().__init__(function)
-        self._notice, self._which = notice, "this"
-        given = self._cache_file
-        base = f"{given._index_name.removesuffix('.nbi')}-sealed"  # earlier versions find files of their own
-        self._cache_file = _SealedCacheFile(given._cache_path, base, given._source_stamp)
+        self._notice = notice
+        self._which = "this"
+        file = self._cache_file
+        # Another name than Numba's own files and those of earlier versions have.
+        name = f"{file._index_name.removesuffix('.nbi')}-sealed"
+        self._cache_file = _SealedCacheFile(file._cache_path, name, file._source_stamp)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         return (*super()._index_key(sig, codegen), _room_digest())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        found = super().load_overload(sig, target_context)
-        if found is None and self._notice:
+        overload = super().load_overload(sig, target_context)
+        if overload is None and self._notice:
             _LOGGER.info("Compiling %s, once on this machine.", self._notice.format(self._which))
             self._which = "another"
-        return found
+        return overload
 
     def save_overload(self, sig: Any, data: Any) -> None:
         with contextlib.suppress(

@@ -29,8 +29,9 @@ def cache_folder() -> Path:
 
 @lru_cache(maxsize=64)
 def load_elman(inputs: int, hidden: int) -> ModuleType:
-    """Return a module with ``pack`` and ``judge``, compiled for ``inputs`` inputs and ``hidden`` hidden neurons."""
-    name, source = f"elman_{inputs}_{hidden}", elman_source(inputs, hidden, cache=True)
+    """Return a module with ``pack`` and ``judge``, compiled for so many inputs and hidden neurons."""
+    name = f"elman_{inputs}_{hidden}"
+    source = elman_source(inputs, hidden, cache=True)
     cached = f"{name}_{sha256(source.encode()).hexdigest()[:16]}"
     path = cache_folder() / f"{cached}.py"
     try:
@@ -38,9 +39,8 @@ def load_elman(inputs: int, hidden: int) -> ModuleType:
             path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
             write_atomically(path, source.encode())
         return _run(cached, source, str(path))
-    except (
-        Exception
-    ):  # whatever is wrong with the cache (full, damaged, not writable), the judge works without it
+    except Exception:
+        # Whatever is wrong with the cache (full, damaged, not writable), the judge works without it.
         return _run(name, elman_source(inputs, hidden, cache=False), f"<{name}>")
 
 

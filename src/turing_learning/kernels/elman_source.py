@@ -15,12 +15,10 @@ sample per lane.
 The arithmetic, and why nothing can overflow or become NaN:
 
 * the largest input of a time step and the largest weight of a neuron are at most `LIMIT`, so with
-at most
-  `LARGEST_SUM` terms a weighted sum stays below 3e18 and its square below 1e37 (float32 ends at
-  3.4e38);
+  at most `LARGEST_SUM` terms a weighted sum stays below 3e18 and its square below 1e37 (float32 ends
+  at 3.4e38);
 * sigmoid(z) = 1/2 + z P(u) / Q(u), u = min(z^2, `SATURATION`^2), cut to [0, 1]. P / Q is a minimax
-fit of
-  tanh(z / 2) / (2 z); all coefficients are positive, so Q has no zero. Errors stay below
+  fit of tanh(z / 2) / (2 z); all coefficients are positive, so Q has no zero. Errors stay below
   `SIGMOID_ERROR`. At |z| = `SATURATION` the fit passes 0 and 1, so that saturated neurons are
   exactly 0 or 1, as in double precision.
 
@@ -32,7 +30,10 @@ twice. So it lies on the stack, aligned to a cache line, which also makes the co
 weights that it keeps there.
 """
 
+# Samples that are judged side by side.
 LANES = 32
+
+# See above for these and for the numbers of the fit.
 LIMIT = 1e8
 LARGEST_SUM = 256
 SATURATION = 12.25
@@ -40,7 +41,9 @@ SIGMOID_ERROR = 6e-6
 SMALLEST_OUTPUT = 1e-7
 NUMERATOR = (312499.815, 8860.40842, 27.9429323)
 DENOMINATOR = (1250059.65, 139567.629, 1335.55456, 1.0)
-UNROLLED_WEIGHTS = 200  # beyond, writing out every weight takes the compiler more than two seconds
+
+# Beyond, writing out every weight takes the compiler more than two seconds.
+UNROLLED_WEIGHTS = 200
 
 _CUT = "min(max(y, F(0)), F(1))"
 

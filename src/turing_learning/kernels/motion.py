@@ -161,11 +161,9 @@ SKIN = 0.5
 
 # Each imperfection draws from a stream of its own, so that one changes no number of another.
 # Random 64-bit constants.
-_SCALES, _SLIPS, _MISTAKES = (
-    np.uint64(0x6A09E667F3BCC909),
-    np.uint64(0xBB67AE8584CAA73B),
-    np.uint64(0x3C6EF372FE94F82B),
-)
+_SCALES = np.uint64(0x6A09E667F3BCC909)
+_SLIPS = np.uint64(0xBB67AE8584CAA73B)
+_MISTAKES = np.uint64(0x3C6EF372FE94F82B)
 
 
 @inlined
@@ -201,10 +199,8 @@ def mistake(
     """Replace the readings of robots whose sensor is mistaken in this cycle, each by any other state."""
     if imperfections.mistakes > 0.0:
         for i in range(world.robots):
-            draw = (
-                uniform(key ^ _MISTAKES, np.uint64(cycle * world.robots + i))
-                / imperfections.mistakes
-            )
+            counter = np.uint64(cycle * world.robots + i)
+            draw = uniform(key ^ _MISTAKES, counter) / imperfections.mistakes
             if draw < 1.0:
                 shift = 1 + int(draw * (imperfections.states - 1))
                 state.reading[i, w] = (state.reading[i, w] + shift) % imperfections.states
@@ -270,7 +266,8 @@ def chebyshev(degree: int, cosine: float) -> float:
 
     0 for n = -1.
     """
-    before, value = 0.0, 1.0 if degree >= 0 else 0.0
+    before = 0.0
+    value = 1.0 if degree >= 0 else 0.0
     for _ in range(degree):
         before, value = value, 2.0 * cosine * value - before
     return value

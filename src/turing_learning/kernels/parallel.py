@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 CHUNKS_PER_THREAD = 4
+"""Pieces of work for each thread, so that none has to wait long for the slowest."""
 
 
 def default_threads() -> int:
@@ -25,26 +26,25 @@ def run_range(
     """Call ``function(start, stop, *arguments)`` for pieces that cover ``range(count)``.
 
     The function is compiled, releases the interpreter lock, and its iterations are independent.
-    There are at least one of `threads`; None takes every processor that the process may use. Pieces
+    There is at least one of `threads`; None takes every processor that the process may use. Pieces
     are not made smaller than `grain` unless a thread would have nothing to do.
     """
-    threads = default_threads() if threads is None else threads
+    if threads is None:
+        threads = default_threads()
     if threads == 1 or count < 2:
         function(0, count, *arguments)
         return
     chunks = min(count, max(threads, min(threads * CHUNKS_PER_THREAD, count // grain)))
     bounds = [count * k // chunks for k in range(chunks + 1)]
-    pieces = iter(
-        range(chunks)
-    )  # drawing the next one is one step of the interpreter: no two threads get the same
+    # Drawing the next one is one step of the interpreter: no two threads get the same.
+    pieces = iter(range(chunks))
 
     def work() -> None:
         for k in pieces:
             function(bounds[k], bounds[k + 1], *arguments)
 
-    futures = [
-        _pool(threads - 1, os.getpid()).submit(work) for _ in range(min(threads, chunks) - 1)
-    ]
+    pool = _pool(threads - 1, os.getpid())
+    futures = [pool.submit(work) for _ in range(min(threads, chunks) - 1)]
     try:
         work()
     finally:

@@ -46,21 +46,14 @@ def look_into(i: int, j: int, world: World, state: State) -> None:
 
     Count the two if they are within reach.
     """
-    x, y, cosine, sine, reach = (
-        state.x[i],
-        state.y[i],
-        state.cosine[i],
-        state.sine[i],
-        state.reach[i],
-    )
-    other_x, other_y, other_reach, crowd = state.x[j], state.y[j], state.reach[j], state.crowd
-    view_cosine, view_sine, nearest, reading = (
-        state.view_cosine[i],
-        state.view_sine[i],
-        state.seen[i],
-        state.reading[i],
-    )
-    radius, own = world.sight_radius[j], world.reading[j]
+    x, y, reach = state.x[i], state.y[i], state.reach[i]
+    cosine, sine = state.cosine[i], state.sine[i]
+    view_cosine, view_sine = state.view_cosine[i], state.view_sine[i]
+    nearest, reading = state.seen[i], state.reading[i]
+    other_x, other_y, other_reach = state.x[j], state.y[j], state.reach[j]
+    radius = world.sight_radius[j]
+    reading_of_body = world.reading[j]
+    crowd = state.crowd
     for w in range(crowd.shape[0]):
         dx = other_x[w] - x[w]
         dy = other_y[w] - y[w]
@@ -70,7 +63,7 @@ def look_into(i: int, j: int, world: World, state: State) -> None:
         distance = nearest_visible(ahead, off, radius, view_cosine[w], view_sine[w])
         closer = (distance < nearest[w]) & (radius >= 0.0)
         nearest[w] = distance if closer else nearest[w]
-        reading[w] = own if closer else reading[w]
+        reading[w] = reading_of_body if closer else reading[w]
         crowd[w] += 1.0 if dx * dx + dy * dy < limit * limit else 0.0
 
 
@@ -89,21 +82,19 @@ def sense_in_sectors(world: World, state: State) -> None:
 @inlined
 def sense_one_trial(world: World, state: State) -> None:
     """Read the sensor of every robot of the only trial: the inner loop is over the bodies, of which there are many."""
-    x, y, visible, distance = (
-        state.x.reshape(-1),
-        state.y.reshape(-1),
-        world.sight_radius,
-        state.work[0].reshape(-1),
-    )
+    x, y = state.x.reshape(-1), state.y.reshape(-1)
+    sight_radius = world.sight_radius
+    distance = state.work[0].reshape(-1)
     for i in range(world.robots):
         cosine, sine = state.cosine[i, 0], state.sine[i, 0]
         view_cosine, view_sine = state.view_cosine[i, 0], state.view_sine[i, 0]
         for j in range(world.bodies):
             dx = x[j] - x[i]
             dy = y[j] - y[i]
-            ahead, off = dx * cosine + dy * sine, dx * sine - dy * cosine
-            found = nearest_visible(ahead, off, visible[j], view_cosine, view_sine)
-            distance[j] = found if (visible[j] >= 0.0) & (j != i) else np.inf
+            ahead = dx * cosine + dy * sine
+            off = dx * sine - dy * cosine
+            visible = nearest_visible(ahead, off, sight_radius[j], view_cosine, view_sine)
+            distance[j] = visible if (sight_radius[j] >= 0.0) & (j != i) else np.inf
         state.reading[i, 0] = reading_of_nearest(distance, world)
 
 
@@ -113,10 +104,12 @@ def reading_of_nearest(distance: np.ndarray, world: World) -> int:
 
     0 if all distances (bodies,) are infinite.
     """
-    nearest, reading = np.inf, 0
+    nearest = np.inf
+    reading = 0
     for j in range(world.bodies):
         if distance[j] < nearest:
-            nearest, reading = distance[j], world.reading[j]
+            nearest = distance[j]
+            reading = world.reading[j]
     return reading
 
 
@@ -125,24 +118,24 @@ def open_view(sectors: np.ndarray | None, trial: int, w: int, state: State) -> N
     """Give the robots in slot `w` the fields of view of a trial, if there are any."""
     if sectors is not None:
         for i in range(sectors.shape[2]):
-            state.view_cosine[i, w], state.view_sine[i, w] = (
-                sectors[0, trial, i],
-                sectors[1, trial, i],
-            )
+            state.view_cosine[i, w] = sectors[0, trial, i]
+            state.view_sine[i, w] = sectors[1, trial, i]
 
 
 @inlined
 def look_at(i: int, j: int, radius: float, state: State) -> None:
     """Count body `j`, in every slot, if robot `i` has it in its line of sight, and if the two are within reach."""
-    x, y, cosine, sine = state.x[i], state.y[i], state.cosine[i], state.sine[i]
-    reach, seen = state.reach[i], state.seen[i]
-    other_x, other_y, other_reach, crowd = state.x[j], state.y[j], state.reach[j], state.crowd
+    x, y, reach = state.x[i], state.y[i], state.reach[i]
+    cosine, sine = state.cosine[i], state.sine[i]
+    other_x, other_y, other_reach = state.x[j], state.y[j], state.reach[j]
+    in_sight = state.seen[i]
+    crowd = state.crowd
     for w in range(crowd.shape[0]):
         dx = other_x[w] - x[w]
         dy = other_y[w] - y[w]
         limit = reach[w] + other_reach[w]
         ahead = dx * cosine[w] + dy * sine[w] > 0.0
-        seen[w] += 1.0 if ahead & (abs(dx * sine[w] - dy * cosine[w]) <= radius) else 0.0
+        in_sight[w] += 1.0 if ahead & (abs(dx * sine[w] - dy * cosine[w]) <= radius) else 0.0
         crowd[w] += 1.0 if dx * dx + dy * dy < limit * limit else 0.0
 
 

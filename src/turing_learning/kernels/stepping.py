@@ -57,25 +57,34 @@ def push_apart(i: int, j: int, party: Party) -> None:
 
 @inlined
 def after_contact(a: Motion, b: Motion, disk_a: Disk, disk_b: Disk) -> tuple[Motion, Motion]:
-    """Return the motion (x, y, vx, vy, turn rate) of two overlapping disks (radius, inverse mass and inertia) after their contact.
+    """Return the motion of two overlapping disks after their contact.
 
-    They are pushed apart, and exchange an impulse along the normal (nx, ny), from b to a, at the
-    contact point on the boundary of b; also when they already separate.
+    A motion is (x, y, vx, vy, turn rate), a disk (radius, inverse mass, inverse inertia). The disks
+    are pushed apart, and exchange an impulse along the normal (nx, ny), from b to a, at the contact
+    point on the boundary of b; also when they already separate.
     """
     x_a, y_a, vx_a, vy_a, turn_a = a
     x_b, y_b, vx_b, vy_b, turn_b = b
     radius_a, mass_a, inertia_a = disk_a
     radius_b, mass_b, inertia_b = disk_b
-    dx, dy = x_a - x_b, y_a - y_b
+    dx = x_a - x_b
+    dy = y_a - y_b
     distance = math.sqrt(dx * dx + dy * dy)
+    # Disks with one center are pushed apart along x.
     nx = dx / distance if distance > 0.0 else 1.0
     ny = dy / distance if distance > 0.0 else 0.0
     shift = (radius_a + radius_b - distance) / (mass_a + mass_b)
-    x_a, y_a = x_a + nx * shift * mass_a, y_a + ny * shift * mass_a
-    x_b, y_b = x_b - nx * shift * mass_b, y_b - ny * shift * mass_b
-    contact_x, contact_y = x_b + nx * radius_b, y_b + ny * radius_b
-    ax, ay = contact_x - x_a, contact_y - y_a
-    bx, by = contact_x - x_b, contact_y - y_b
+    x_a = x_a + nx * shift * mass_a
+    y_a = y_a + ny * shift * mass_a
+    x_b = x_b - nx * shift * mass_b
+    y_b = y_b - ny * shift * mass_b
+    # From the centers to the contact point, and the relative velocity there.
+    contact_x = x_b + nx * radius_b
+    contact_y = y_b + ny * radius_b
+    ax = contact_x - x_a
+    ay = contact_y - y_a
+    bx = contact_x - x_b
+    by = contact_y - y_b
     relative_x = (vx_a - turn_a * ay) - (vx_b - turn_b * by)
     relative_y = (vy_a + turn_a * ax) - (vy_b + turn_b * bx)
     cross_a = ax * ny - ay * nx
@@ -85,22 +94,13 @@ def after_contact(a: Motion, b: Motion, disk_a: Disk, disk_b: Disk) -> tuple[Mot
         * (relative_x * nx + relative_y * ny)
         / (mass_a + mass_b + cross_a * cross_a * inertia_a + cross_b * cross_b * inertia_b)
     )
-    return (
-        (
-            x_a,
-            y_a,
-            vx_a + impulse * nx * mass_a,
-            vy_a + impulse * ny * mass_a,
-            turn_a + impulse * cross_a * inertia_a,
-        ),
-        (
-            x_b,
-            y_b,
-            vx_b - impulse * nx * mass_b,
-            vy_b - impulse * ny * mass_b,
-            turn_b - impulse * cross_b * inertia_b,
-        ),
-    )
+    vx_a = vx_a + impulse * nx * mass_a
+    vy_a = vy_a + impulse * ny * mass_a
+    turn_a = turn_a + impulse * cross_a * inertia_a
+    vx_b = vx_b - impulse * nx * mass_b
+    vy_b = vy_b - impulse * ny * mass_b
+    turn_b = turn_b - impulse * cross_b * inertia_b
+    return (x_a, y_a, vx_a, vy_a, turn_a), (x_b, y_b, vx_b, vy_b, turn_b)
 
 
 @inlined
@@ -108,26 +108,25 @@ def push_all_apart(hits: int, party: Party, lanes: Lanes) -> None:
     """Resolve the contacts of the first `hits` pairs in `lanes.hit`, each of another trial, side by side."""
     lane = lanes.number
     for c in range(hits):
-        i, j = np.uint64(lanes.hit[c, 0]), np.uint64(lanes.hit[c, 1])
-        lane[X_A + c], lane[Y_A + c], lane[VX_A + c], lane[VY_A + c] = (
-            party.x[i],
-            party.y[i],
-            party.vx[i],
-            party.vy[i],
-        )
-        lane[X_B + c], lane[Y_B + c], lane[VX_B + c], lane[VY_B + c] = (
-            party.x[j],
-            party.y[j],
-            party.vx[j],
-            party.vy[j],
-        )
-        lane[TURN_A + c], lane[TURN_B + c] = party.turn[i], party.turn[j]
-        lane[RADIUS_A + c], lane[RADIUS_B + c] = party.radius[i], party.radius[j]
-        lane[MASS_A + c], lane[MASS_B + c] = party.inverse_mass[i], party.inverse_mass[j]
-        lane[INERTIA_A + c], lane[INERTIA_B + c] = (
-            party.inverse_inertia[i],
-            party.inverse_inertia[j],
-        )
+        i = np.uint64(lanes.hit[c, 0])
+        j = np.uint64(lanes.hit[c, 1])
+        lane[X_A + c] = party.x[i]
+        lane[Y_A + c] = party.y[i]
+        lane[VX_A + c] = party.vx[i]
+        lane[VY_A + c] = party.vy[i]
+        lane[TURN_A + c] = party.turn[i]
+        lane[RADIUS_A + c] = party.radius[i]
+        lane[MASS_A + c] = party.inverse_mass[i]
+        lane[INERTIA_A + c] = party.inverse_inertia[i]
+        lane[X_B + c] = party.x[j]
+        lane[Y_B + c] = party.y[j]
+        lane[VX_B + c] = party.vx[j]
+        lane[VY_B + c] = party.vy[j]
+        lane[TURN_B + c] = party.turn[j]
+        lane[RADIUS_B + c] = party.radius[j]
+        lane[MASS_B + c] = party.inverse_mass[j]
+        lane[INERTIA_B + c] = party.inverse_inertia[j]
+    # All lanes, also those without a contact: the loop has a fixed length, and vectorizes.
     for c in range(LANES):
         a, b = after_contact(
             (lane[X_A + c], lane[Y_A + c], lane[VX_A + c], lane[VY_A + c], lane[TURN_A + c]),
@@ -138,20 +137,18 @@ def push_all_apart(hits: int, party: Party, lanes: Lanes) -> None:
         lane[X_A + c], lane[Y_A + c], lane[VX_A + c], lane[VY_A + c], lane[TURN_A + c] = a
         lane[X_B + c], lane[Y_B + c], lane[VX_B + c], lane[VY_B + c], lane[TURN_B + c] = b
     for c in range(hits):
-        i, j = np.uint64(lanes.hit[c, 0]), np.uint64(lanes.hit[c, 1])
-        party.x[i], party.y[i], party.vx[i], party.vy[i] = (
-            lane[X_A + c],
-            lane[Y_A + c],
-            lane[VX_A + c],
-            lane[VY_A + c],
-        )
-        party.x[j], party.y[j], party.vx[j], party.vy[j] = (
-            lane[X_B + c],
-            lane[Y_B + c],
-            lane[VX_B + c],
-            lane[VY_B + c],
-        )
-        party.turn[i], party.turn[j] = lane[TURN_A + c], lane[TURN_B + c]
+        i = np.uint64(lanes.hit[c, 0])
+        j = np.uint64(lanes.hit[c, 1])
+        party.x[i] = lane[X_A + c]
+        party.y[i] = lane[Y_A + c]
+        party.vx[i] = lane[VX_A + c]
+        party.vy[i] = lane[VY_A + c]
+        party.turn[i] = lane[TURN_A + c]
+        party.x[j] = lane[X_B + c]
+        party.y[j] = lane[Y_B + c]
+        party.vx[j] = lane[VX_B + c]
+        party.vy[j] = lane[VY_B + c]
+        party.turn[j] = lane[TURN_B + c]
 
 
 @inlined
@@ -264,8 +261,11 @@ def resolve_side_by_side(trials: int, pairs: Pairs, party: Party, lanes: Lanes) 
         hits = np.int64(0)  # a literal would be compiled as a kind of its own
         for g in range(trials):
             if k < pairs.number[g]:
-                i, j = np.uint64(pairs.near[g, k, 0]), np.uint64(pairs.near[g, k, 1])
-                lanes.hit[hits, 0], lanes.hit[hits, 1] = i, j
+                i = np.uint64(pairs.near[g, k, 0])
+                j = np.uint64(pairs.near[g, k, 1])
+                # The row counts only if the two overlap; else the next pair overwrites it.
+                lanes.hit[hits, 0] = i
+                lanes.hit[hits, 1] = j
                 hits += overlap(i, j, party)
         if hits == 0:
             continue
@@ -274,9 +274,8 @@ def resolve_side_by_side(trials: int, pairs: Pairs, party: Party, lanes: Lanes) 
         else:
             push_all_apart(hits, party, lanes)
         for c in range(hits):
-            astray += strays(np.uint64(lanes.hit[c, 0]), party) + strays(
-                np.uint64(lanes.hit[c, 1]), party
-            )
+            astray += strays(np.uint64(lanes.hit[c, 0]), party)
+            astray += strays(np.uint64(lanes.hit[c, 1]), party)
     return astray
 
 
@@ -377,7 +376,7 @@ def mark_near_walls(w: int, world: World, state: State) -> None:
 
 @inlined
 def advance_involved(
-    first: int, stop: int, world: World, state: State, pairs: Pairs, party: Party, lanes: Lanes | None,
+    start: int, stop: int, world: World, state: State, pairs: Pairs, party: Party, lanes: Lanes | None,
     tiles: Tiles | None,
 ) -> None:  # fmt: skip
     """Advance by one control cycle the bodies of the trials in these slots that may touch something or move by themselves.
@@ -386,24 +385,27 @@ def advance_involved(
     changed; the trials are then advanced one by one, and one trial with larger margins, in the end
     with every pair.
     """
-    w, end, attempt = first, stop, np.int64(0)  # a literal would be compiled as a kind of its own
+    w = start
+    beyond = stop
+    attempt = np.int64(0)  # a literal would be compiled as a kind of its own
     while w < stop:
-        margin = list_involved(w, end, attempt, world, state, pairs, lanes, tiles)
-        robots, members = gather_party(w, end, margin, world, state, pairs, party)
-        if step_cycle(
-            end - w, robots, members, margin == np.inf, pairs, world, party, lanes, tiles
-        ):
+        margin = list_involved(w, beyond, attempt, world, state, pairs, lanes, tiles)
+        robots, members = gather_party(w, beyond, margin, world, state, pairs, party)
+        every = margin == np.inf
+        if step_cycle(beyond - w, robots, members, every, pairs, world, party, lanes, tiles):
             scatter_party(w, members, world, state, party)
-            w, end, attempt = end, end + 1, np.int64(0)
-        elif end - w > 1:
-            end = w + 1
+            w = beyond
+            beyond = beyond + 1
+            attempt = np.int64(0)
+        elif beyond - w > 1:
+            beyond = w + 1
         else:
             attempt += 1
 
 
 @inlined
 def list_involved(
-    first: int, stop: int, attempt: int, world: World, state: State, pairs: Pairs, lanes: Lanes | None,
+    start: int, stop: int, attempt: int, world: World, state: State, pairs: Pairs, lanes: Lanes | None,
     tiles: Tiles | None,
 ) -> float:  # fmt: skip
     """Mark the bodies of these trials that may touch something or move by themselves, and list their near pairs.
@@ -412,18 +414,19 @@ def list_involved(
     trial of many bodies alone can have, so that every pair is looked at.
     """
     margin = MARGINS[attempt]
-    for w in range(first, stop):
+    for w in range(start, stop):
         mark_moving_objects(w, world, state)
         if world.width > 0.0:
             mark_near_walls(w, world, state)
-        near, listed = pairs.near[w - first], 0
+        listed_pairs = pairs.near[w - start]
+        listed = 0
         if attempt > 0 or state.crowd[w] > 0.0 or world.bodies > world.robots or world.width > 0.0:
             if lanes is not None:
-                listed = find_near_pairs(w, MARGINS[attempt], world, state, near)
+                listed = find_near_pairs(w, MARGINS[attempt], world, state, listed_pairs)
             if tiles is not None:
-                listed = find_pairs_in_tiles(world.bodies, MARGINS[attempt], near, tiles)
-        mark_pairs(listed, w, state, near)
-        pairs.number[w - first] = listed
+                listed = find_pairs_in_tiles(world.bodies, MARGINS[attempt], listed_pairs, tiles)
+        mark_pairs(listed, w, state, listed_pairs)
+        pairs.number[w - start] = listed
         if listed == ALL_PAIRS:
             margin = np.inf
     return margin

@@ -79,10 +79,7 @@ def new_tiles(bodies: int, pairs: int) -> Tiles:
 
 @inlined
 def sort_places(order: np.ndarray, start: int, stop: int, key: np.ndarray) -> None:
-    """Sort the bodies at places start ...
-
-    stop - 1 by their key (Shell 1959, gaps of Tokuda 1992).
-    """
+    """Sort the bodies at places start to stop - 1 by their key (Shell 1959, gaps of Tokuda 1992)."""
     gap = 1
     while gap < (stop - start) // 2:
         gap = (9 * gap + 4) // 4
@@ -139,17 +136,18 @@ def enclose(
     left = bottom = np.inf
     right = top = sight = reach = -np.inf
     for k in range(start, start + TILE):
-        left, right = min(left, source[rows[0], k]), max(right, source[rows[1], k])
-        bottom, top = min(bottom, source[rows[2], k]), max(top, source[rows[3], k])
-        sight, reach = max(sight, source[rows[4], k]), max(reach, source[rows[5], k])
-    box[LEFT], box[RIGHT], box[BOTTOM], box[TOP], box[SIGHT], box[REACH] = (
-        left,
-        right,
-        bottom,
-        top,
-        sight,
-        reach,
-    )
+        left = min(left, source[rows[0], k])
+        right = max(right, source[rows[1], k])
+        bottom = min(bottom, source[rows[2], k])
+        top = max(top, source[rows[3], k])
+        sight = max(sight, source[rows[4], k])
+        reach = max(reach, source[rows[5], k])
+    box[LEFT] = left
+    box[RIGHT] = right
+    box[BOTTOM] = bottom
+    box[TOP] = top
+    box[SIGHT] = sight
+    box[REACH] = reach
 
 
 @inlined
@@ -220,9 +218,9 @@ def meets_any(member: np.ndarray, start: int, x: float, y: float, c: float, s: f
 
 @inlined
 def first_of_tile(
-    start: int, x: float, y: float, c: float, s: float, nearest: float, first: int, tiles: Tiles
+    start: int, x: float, y: float, c: float, s: float, nearest: float, met: int, tiles: Tiles
 ) -> tuple[float, int]:
-    """Return entry distance and index of the first body met, of (nearest, first) and the bodies of a tile."""
+    """Return entry distance and index of the first body met, of (nearest, met) and the bodies of a tile."""
     for k in range(start, start + TILE):
         dx = tiles.member[0, k] - x
         dy = tiles.member[1, k] - y
@@ -231,9 +229,10 @@ def first_of_tile(
         radius = tiles.member[2, k]
         if ahead > 0.0 and abs(off) <= radius:
             entry = ahead - math.sqrt(radius * radius - off * off)
-            if entry < nearest or (entry == nearest and tiles.order[k] < first):
-                nearest, first = entry, tiles.order[k]
-    return nearest, first
+            if entry < nearest or (entry == nearest and tiles.order[k] < met):
+                nearest = entry
+                met = tiles.order[k]
+    return nearest, met
 
 
 @inlined
@@ -244,18 +243,19 @@ def first_in_sight(i: int, c: float, s: float, tiles: Tiles) -> int:
     """
     home = tiles.home[i]
     x, y = tiles.member[0, home], tiles.member[1, home]
-    own = home // (TILE * TILE)
+    home_block = home // (TILE * TILE)
     of_block, of_tile = tiles.bound[0], tiles.bound[1]
     bound_entries(tiles.block, np.int64(0), tiles.block.shape[1], x, y, c, s, of_block)
-    nearest, first = FARTHEST, np.int64(-1)  # literals would be compiled as kinds of their own
+    nearest = FARTHEST
+    met = np.int64(-1)  # a literal would be compiled as a kind of its own
     for n in range(tiles.block.shape[1]):
-        block = own if n == 0 else n - 1 if n <= own else n
+        block = home_block if n == 0 else n - 1 if n <= home_block else n
         if of_block[block] <= nearest:
             bound_entries(tiles.tile, block * TILE, block * TILE + TILE, x, y, c, s, of_tile)
             for tile in range(block * TILE, block * TILE + TILE):
                 if of_tile[tile] <= nearest and meets_any(tiles.member, tile * TILE, x, y, c, s):
-                    nearest, first = first_of_tile(tile * TILE, x, y, c, s, nearest, first, tiles)
-    return int(first)
+                    nearest, met = first_of_tile(tile * TILE, x, y, c, s, nearest, met, tiles)
+    return int(met)
 
 
 @inlined
@@ -264,8 +264,8 @@ def read_sensors(
 ) -> None:
     """Fill the readings (bodies,) of all robots, whose headings have the given cosines and sines (bodies,)."""
     for i in range(world.robots):
-        first = first_in_sight(i, cosine[i], sine[i], tiles)
-        reading[i] = world.reading[first] if first >= 0 else 0
+        met = first_in_sight(i, cosine[i], sine[i], tiles)
+        reading[i] = world.reading[met] if met >= 0 else 0
 
 
 @inlined

@@ -53,7 +53,9 @@ def start_trial(
 ) -> None:
     """Place the bodies of a trial at rest at `poses` (bodies, 3)."""
     for i in range(world.bodies):
-        state.x[i, w], state.y[i, w], state.heading[i, w] = poses[i, 0], poses[i, 1], poses[i, 2]
+        state.x[i, w] = poses[i, 0]
+        state.y[i, w] = poses[i, 1]
+        state.heading[i, w] = poses[i, 2]
         state.vx[i, w] = state.vy[i, w] = state.turn[i, w] = 0.0
     for i in range(world.robots):
         state.reach[i, w] = reach_of_robot(controllers[i], world)
@@ -109,7 +111,9 @@ def write_speeds(speeds: np.ndarray, cycle: int, w: int, world: World, state: St
 def record(poses: np.ndarray, sensors: np.ndarray, w: int, world: World, state: State) -> None:
     """Write the present poses (bodies, 3) and readings (robots,) of a trial."""
     for i in range(world.bodies):
-        poses[i, 0], poses[i, 1], poses[i, 2] = state.x[i, w], state.y[i, w], state.heading[i, w]
+        poses[i, 0] = state.x[i, w]
+        poses[i, 1] = state.y[i, w]
+        poses[i, 2] = state.heading[i, w]
     for i in range(world.robots):
         sensors[i] = state.reading[i, w]
 
@@ -148,7 +152,8 @@ def _advance_trials(
                 drive(block, controllers, state, networks)
             for i in range(world.robots):
                 for w in range(slots):
-                    state.start_x[i, w], state.start_y[i, w] = state.x[i, w], state.y[i, w]
+                    state.start_x[i, w] = state.x[i, w]
+                    state.start_y[i, w] = state.y[i, w]
             for w in range(slots):
                 command_wheels(
                     controllers[block + w], keys[block + w], cycle, w, world, state, imperfections
@@ -156,10 +161,9 @@ def _advance_trials(
             if imperfections is not None:
                 delay_commands(cycle, world, state, imperfections)
             state.near[:] = 0
-            for first in range(0, slots, LANES):
-                advance_involved(
-                    first, min(first + LANES, slots), world, state, pairs, party, lanes, tiles
-                )
+            for start in range(0, slots, LANES):
+                stop = min(start + LANES, slots)
+                advance_involved(start, stop, world, state, pairs, party, lanes, tiles)
             glide_free_robots(world, state)
             for w in range(slots):
                 write_speeds(speeds[block + w], cycle, w, world, state)

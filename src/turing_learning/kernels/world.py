@@ -189,53 +189,66 @@ def new_party(bodies: int) -> Party:
 
 @inlined
 def gather_party(
-    first: int, stop: int, margin: float, world: World, state: State, pairs: Pairs, party: Party
+    start: int, stop: int, margin: float, world: World, state: State, pairs: Pairs, party: Party
 ) -> tuple[int, int]:
-    """Copy the marked bodies of the trials in slots first ... stop - 1, and replace the bodies of their pairs by members.
+    """Copy the marked bodies of the trials in slots start ... stop - 1, and replace the bodies of their pairs by members.
 
     Members may travel half of `margin` (cm) beyond their reach. Returns the number of robots and of
     members.
     """
-    robots, k = 0, 0
-    for kind in range(2):  # robots, then objects
-        for w in range(first, stop):
-            for i in range(world.robots if kind else 0, world.bodies if kind else world.robots):
-                if state.near[i, w] == 1:
-                    party.body[k] = (w - first) * world.bodies + i
-                    party.place[party.body[k]] = k
-                    party.x[k], party.y[k], party.heading[k] = (
-                        state.x[i, w],
-                        state.y[i, w],
-                        state.heading[i, w],
-                    )
-                    party.vx[k], party.vy[k], party.turn[k] = (
-                        state.vx[i, w],
-                        state.vy[i, w],
-                        state.turn[i, w],
-                    )
-                    party.forward[k], party.command[k] = state.forward[i, w], state.command[i, w]
-                    party.radius[k] = world.radius[i]
-                    party.inverse_mass[k], party.inverse_inertia[k] = (
-                        world.inverse_mass[i],
-                        world.inverse_inertia[i],
-                    )
-                    party.start_x[k], party.start_y[k] = state.x[i, w], state.y[i, w]
-                    travel = (state.reach[i, w] - world.radius[i] + 0.5 * margin) * SAFE
-                    party.travel[k] = travel * travel
-                    k += 1
-        if kind == 0:
-            robots = k
-    for g in range(stop - first):
+    none = np.int64(0)  # a literal would be compiled as a kind of its own
+    robots = gather_bodies(start, stop, none, world.robots, none, margin, world, state, party)
+    members = gather_bodies(
+        start, stop, world.robots, world.bodies, robots, margin, world, state, party
+    )
+    for g in range(stop - start):
         for n in range(pairs.number[g]):
-            for end in range(2):
-                pairs.near[g, n, end] = party.place[g * world.bodies + pairs.near[g, n, end]]
-    return robots, k
+            for side in range(2):
+                body = g * world.bodies + pairs.near[g, n, side]
+                pairs.near[g, n, side] = party.place[body]
+    return robots, members
 
 
 @inlined
-def scatter_party(first: int, members: int, world: World, state: State, party: Party) -> None:
-    """Write the motion of the members back to the trials in the slots from `first` on."""
+def gather_bodies(
+    start: int, stop: int, low: int, high: int, members: int, margin: float, world: World, state: State,
+    party: Party,
+) -> int:  # fmt: skip
+    """Append the marked ones of bodies low ... high - 1 to the party; return the new number of members."""
+    k = members
+    for w in range(start, stop):
+        for i in range(low, high):
+            if state.near[i, w] == 1:
+                party.body[k] = (w - start) * world.bodies + i
+                party.place[party.body[k]] = k
+                party.x[k] = state.x[i, w]
+                party.y[k] = state.y[i, w]
+                party.heading[k] = state.heading[i, w]
+                party.vx[k] = state.vx[i, w]
+                party.vy[k] = state.vy[i, w]
+                party.turn[k] = state.turn[i, w]
+                party.forward[k] = state.forward[i, w]
+                party.command[k] = state.command[i, w]
+                party.radius[k] = world.radius[i]
+                party.inverse_mass[k] = world.inverse_mass[i]
+                party.inverse_inertia[k] = world.inverse_inertia[i]
+                party.start_x[k] = state.x[i, w]
+                party.start_y[k] = state.y[i, w]
+                travel = (state.reach[i, w] - world.radius[i] + 0.5 * margin) * SAFE
+                party.travel[k] = travel * travel
+                k += 1
+    return k
+
+
+@inlined
+def scatter_party(start: int, members: int, world: World, state: State, party: Party) -> None:
+    """Write the motion of the members back to the trials in the slots from `start` on."""
     for k in range(members):
-        i, w = party.body[k] % world.bodies, first + party.body[k] // world.bodies
-        state.x[i, w], state.y[i, w], state.heading[i, w] = party.x[k], party.y[k], party.heading[k]
-        state.vx[i, w], state.vy[i, w], state.turn[i, w] = party.vx[k], party.vy[k], party.turn[k]
+        i = party.body[k] % world.bodies
+        w = start + party.body[k] // world.bodies
+        state.x[i, w] = party.x[k]
+        state.y[i, w] = party.y[k]
+        state.heading[i, w] = party.heading[k]
+        state.vx[i, w] = party.vx[k]
+        state.vy[i, w] = party.vy[k]
+        state.turn[i, w] = party.turn[k]
