@@ -21,28 +21,24 @@ app = App(
 )
 
 _ORDER: tuple[Callable[..., object], ...] = (
-    *(
-        _runs.infer,
-        _runs.resume,
-        _runs.show,
-        _runs.simulate,
-        _runs.scenarios,
-        _runs.study,
-        _runs.pool,
-        _runs.check,
-    ),
-    *(
-        _examine.test,
-        _detect.detect,
-        _beside.reproduce,
-        _robots.arena,
-        _beside.sample,
-        _beside.docs,
-        _beside.warm_up,
-    ),
+    _runs.infer,
+    _runs.resume,
+    _runs.show,
+    _runs.simulate,
+    _runs.scenarios,
+    _runs.study,
+    _runs.pool,
+    _runs.check,
+    _examine.test,
+    _detect.detect,
+    _beside.reproduce,
+    _robots.arena,
+    _beside.sample,
+    _beside.docs,
+    _beside.warm_up,
 )
-for place, command in enumerate(_ORDER):
-    app.command(command, sort_key=place, help_epilogue="")
+for number, command in enumerate(_ORDER):
+    app.command(command, sort_key=number, help_epilogue="")
 app.command(_robots.robots)
 app.command(_runs.study_run, show=False)
 app.command(_runs.study_collect, show=False)

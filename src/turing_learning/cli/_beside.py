@@ -5,7 +5,7 @@ import shlex
 from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import turing_learning as tl
 from turing_learning.errors import choice, refuse
@@ -14,23 +14,19 @@ from ._options import Integer
 from ._stopping import Interrupted, stopping
 from ._tables import plain_console, print_table
 
-FISH = (
-    "--fps",
-    "30",
-    "--scale",
-    "20",
-    "--every",
-    "3",
-    "--bridge",
-    "5",
-    "--model",
-    "burst-and-coast",
-)
-SWARM = ("--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "robots")
-SWARM_S = (
-    40.0  # they still gather; from 120 s the estimate was off, likely because replicas start apart
-)
-PARTS = ("*.md", "examples/*.md", "robots/*.md")  # of the documentation, which the wheel has, too
+if TYPE_CHECKING:
+    from rich.console import Console
+
+FISH = "--fps 30 --scale 20 --every 3 --bridge 5 --model burst-and-coast"
+SWARM = "--fps 10 --scale 1 --y-axis up --model robots"
+"""Options of `infer` for the two samples."""
+
+SWARM_S = 40.0
+"""Duration of the sample of a swarm (s). Robots still gather then; from 120 s the estimate was off, likely because
+replicas start apart."""
+
+PAGES = ("*.md", "examples/*.md", "robots/*.md")
+"""Of the documentation, which the wheel has, too."""
 
 
 def reproduce(
@@ -60,8 +56,6 @@ def reproduce(
     :param page: Write the page of all claims (Markdown) to this file as well, and that of each experiment.
     :param force: Let --page replace a file that is no such page.
     """
-    from rich.text import Text
-
     from turing_learning.store import os_errors_as
 
     if page is not None:
@@ -71,42 +65,55 @@ def reproduce(
         refuse("force", "be given with a page, which it may replace", "it alone", remedy)
     console = plain_console()
     if experiment is None:
-        known = [
-            (each.experiment, each.state) for each in tl.reproduction.standings(out, fast=fast)
-        ]
-        rows = [(one.id, one.title, one.cost, state) for one, state in known]
+        rows = []
+        for standing in tl.reproduction.standings(out, fast=fast):
+            listed = standing.experiment
+            rows.append((listed.id, listed.title, listed.cost, standing.state))
         print_table(console, ("experiment", "title", "cost", "state"), rows)
     else:
-        ahead = "the same command resumes"
-        try:
-            with stopping(ahead) as should_stop:
-                done = tl.reproduction.reproduce(
-                    experiment,
-                    fast=fast,
-                    out=out,
-                    workers=workers,
-                    should_stop=should_stop,
-                    say=print,
-                )
-        except tl.reproduction.Stopped as error:
-            raise Interrupted(f"stopped at {error}; {ahead}") from error
-        results = [one.results for one in done if one.results is not None]
-        for verdict in (verdict for each in results for verdict in each.verdicts):
-            word = Text(f"{verdict.word:8}", style="green" if verdict.agrees else "bold red")
-            what = " ".join(filter(None, (verdict.claim, verdict.variant)))
-            console.print(word + f"{what}: printed {verdict.printed}; came out {verdict.outcome}")
-        for remark in (text for each in results for text in each.remarks):
-            console.print(f"* {remark}")
-        for one in done:
-            console.print(f"{one.experiment.id}: {one.state}")
+        _print_outcomes(console, _repeated(experiment, fast, out, workers))
     if page is not None:
+        folder = out or tl.reproduction.default_folder(fast=fast)
         what = f"`page` must be a file that can be written; got {page}"
         with os_errors_as(tl.results.RunFolderError, what, "Choose another place."):
-            print(
-                tl.reproduction.write_page(
-                    out or tl.reproduction.default_folder(fast=fast), page, force=force
-                )
+            print(tl.reproduction.write_page(folder, page, force=force))
+
+
+def _repeated(
+    experiment: str, fast: bool, out: Path | None, workers: int | None
+) -> "tuple[tl.reproduction.Standing, ...]":
+    """Repeat experiments, and return their standings."""
+    ahead = "the same command resumes"
+    try:
+        with stopping(ahead) as should_stop:
+            return tl.reproduction.reproduce(
+                experiment,
+                fast=fast,
+                out=out,
+                workers=workers,
+                should_stop=should_stop,
+                say=print,
             )
+    except tl.reproduction.Stopped as error:
+        raise Interrupted(f"stopped at {error}; {ahead}") from error
+
+
+def _print_outcomes(console: "Console", standings: "tuple[tl.reproduction.Standing, ...]") -> None:
+    """Print what came out beside what the paper prints, remarks, and the state of each experiment."""
+    from rich.text import Text
+
+    results = [standing.results for standing in standings if standing.results is not None]
+    for result in results:
+        for verdict in result.verdicts:
+            word = Text(f"{verdict.word:8}", style="green" if verdict.agrees else "bold red")
+            claim = " ".join(filter(None, (verdict.claim, verdict.variant)))
+            outcome = f"printed {verdict.printed}; came out {verdict.outcome}"
+            console.print(word + f"{claim}: {outcome}")
+    for result in results:
+        for remark in result.remarks:
+            console.print(f"* {remark}")
+    for standing in standings:
+        console.print(f"{standing.experiment.id}: {standing.state}")
 
 
 def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> None:
@@ -123,47 +130,56 @@ def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> Non
     :param out: File to write; fish.txt or swarm.csv by default.
     :param force: Replace a file that exists.
     """
-    import numpy as np
-
     from turing_learning._files import write_atomically
     from turing_learning.targets import refuse_target
 
     choice("sample", what, ("fish", "swarm"))
-    path = out or Path("fish.txt" if what == "fish" else "swarm.csv")
+    if what == "fish":
+        path = out or Path("fish.txt")
+        options = FISH
+        remarks = (
+            "Five zebrafish, an excerpt of an example of Tracktor (Sridhar, Roche and Gingins 2019; MIT licence).",
+            "Frame rate and scale are not stated: 30 frames/s and 20 pixels/cm are assumptions.",
+        )
+    else:
+        path = out or Path("swarm.csv")
+        options = SWARM
+        remarks = (
+            "Eleven robots of the scenario aggregation, simulated: vl0 = -0.7, vr0 = -1, vl1 = 1, vr1 = -1.",
+            "They gather for 40 s, driving backwards, as `infer` will remark.",
+        )
     refuse_target(path, name="out", suffixes=(path.suffix,), force=force)
     if what == "fish":
         packed = files(__package__).joinpath("samples/zebrafish.txt.gz").read_bytes()
         write_atomically(path, gzip.decompress(packed))
-        print(
-            "Five zebrafish, an excerpt of an example of Tracktor (Sridhar, Roche and Gingins 2019; MIT licence)."
-        )
-        print("Frame rate and scale are not stated: 30 frames/s and 20 pixels/cm are assumptions.")
     else:
-        scenario = tl.swarm.AGGREGATION
-        poses = tl.swarm.initial_poses(scenario, 1, np.random.default_rng(1))
-        controllers = np.broadcast_to(scenario.controller, (*poses.shape[:2], 4))
-        steps = round(SWARM_S / scenario.trial.control_interval_s)
-        moved = tl.swarm.simulate(scenario, controllers, poses, control_steps=steps, seed=1).poses[
-            0
-        ]
-        robots = (
-            (t, who, *pose) for t, poses in enumerate(moved) for who, pose in enumerate(poses)
-        )
-        rows = (f"{t},{who},{x:.3f},{y:.3f},{angle:.4f}" for t, who, x, y, angle in robots)
-        write_atomically(path, "\n".join(("frame,id,x,y,heading", *rows, "")).encode())
-        print(
-            "Eleven robots of the scenario aggregation, simulated: vl0 = -0.7, vr0 = -1, vl1 = 1, vr1 = -1."
-        )
-        print("They gather for 40 s, driving backwards, as `infer` will remark.")
-    options = shlex.join(FISH if what == "fish" else SWARM)
+        write_atomically(path, _swarm_table().encode())
+    for remark in remarks:
+        print(remark)
     print(f"Now: turing-learning infer --trajectories {shlex.quote(str(path))} {options}")
+
+
+def _swarm_table() -> str:
+    """Return a simulated swarm as a table with a heading (CSV)."""
+    import numpy as np
+
+    scenario = tl.swarm.AGGREGATION
+    start = tl.swarm.initial_poses(scenario, 1, np.random.default_rng(1))
+    controllers = np.broadcast_to(scenario.controller, (*start.shape[:2], 4))
+    steps = round(SWARM_S / scenario.trial.control_interval_s)
+    trial = tl.swarm.simulate(scenario, controllers, start, control_steps=steps, seed=1)
+    lines = ["frame,id,x,y,heading"]
+    for frame, poses in enumerate(trial.poses[0]):
+        for robot, (x, y, heading) in enumerate(poses):
+            lines.append(f"{frame},{robot},{x:.3f},{y:.3f},{heading:.4f}")
+    return "\n".join([*lines, ""])
 
 
 def warm_up() -> None:
     """Compile everything now, once on this machine, so that no later run waits for it. Takes a minute or two."""
     short: dict[str, Any] = {"scenario.trial.duration_s": 1.0}
     few = short | {"models.population": 8, "classifiers.population": 8, "run.generations": 1}
-    kinds = {
+    compiled = {
         "a swarm": few,
         "a field of view": few | {"scenario.representation": "morphology"},
         "networks": few | {"models.hidden": 3},
@@ -171,7 +187,7 @@ def warm_up() -> None:
         "a budget in trials": short | {"run.trials": 20},
     }
     with TemporaryDirectory() as folder:
-        for name, settings in kinds.items():
+        for name, settings in compiled.items():
             print(name, flush=True)
             tl.infer("aggregation", settings=settings, out=Path(folder) / name, progress=False)
     print("ready")
@@ -189,35 +205,37 @@ def docs(page: str | None = None, /) -> None:
     """
     from rich.markdown import Markdown
 
-    top = Path(str(files("turing_learning") / "_docs"))
-    top = (
-        top if top.is_dir() else Path(__file__).parents[3] / "docs"
-    )  # beside the code in a repository
-    pages = {
-        str(path.relative_to(top).with_suffix("")): path
-        for part in PARTS
-        for path in sorted(top.glob(part))
-    }
-    if not pages:
-        refuse(
-            "docs",
-            "be installed with the package",
-            f"nothing in {top}",
-            "Install the package again.",
-        )
+    pages = _pages()
     if page is None:
         for name, path in pages.items():
-            title = next(
-                (
-                    line[2:]
-                    for line in path.read_text("utf-8").splitlines()
-                    if line.startswith("# ")
-                ),
-                "",
-            )
-            print(f"{name:28} {title}")
+            print(f"{name:28} {_title(path)}")
         return
     name = page.removeprefix("docs/").removesuffix(".md")
     text = pages[choice("page", name, pages)].read_text("utf-8")
     console = plain_console()
-    console.print(Markdown(text)) if console.is_terminal else print(text, end="")
+    if console.is_terminal:
+        console.print(Markdown(text))
+    else:
+        print(text, end="")
+
+
+def _pages() -> dict[str, Path]:
+    """Return name -> path of the pages of the documentation."""
+    folder = Path(str(files("turing_learning") / "_docs"))
+    if not folder.is_dir():  # beside the code in a repository
+        folder = Path(__file__).parents[3] / "docs"
+    pages = {}
+    for pattern in PAGES:
+        for path in sorted(folder.glob(pattern)):
+            pages[str(path.relative_to(folder).with_suffix(""))] = path
+    if not pages:
+        got = f"nothing in {folder}"
+        refuse("docs", "be installed with the package", got, "Install the package again.")
+    return pages
+
+
+def _title(page: Path) -> str:
+    for line in page.read_text("utf-8").splitlines():
+        if line.startswith("# "):
+            return line[2:]
+    return ""

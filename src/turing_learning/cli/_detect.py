@@ -21,10 +21,14 @@ from ._tables import plain_console, print_table
 if TYPE_CHECKING:
     Motion = tl.detection.Motion | tl.detection.RecordedMotion
 
-MOST_SPELLS = 3  # in a cell
+MOST_SPELLS = 3
+"""Spells of abnormal motion in a cell of the table."""
 SAMPLES = 10
+"""Of each simulated individual."""
 ALIKE = "judged-alike"
-_WRITTEN = (".csv", ".png", ".svg", ".html")  # a table, a picture twice, a page
+"""The rule that ranks individuals; all others vote."""
+# What is written beside each other: a table, a picture twice, a page.
+_WRITTEN = (".csv", ".png", ".svg", ".html")
 
 
 def detect(
@@ -70,91 +74,103 @@ def detect(
     :param force: Replace files of `--out` that exist.
     :param as_json: Print JSON.
     """
-    from turing_learning.targets import refuse_target
-
     got = "neither" if motion is None else "both"
     require((motion is None) != (simulate is None), "MOTION", "be given, or --simulate", got)
     if samples is not None and simulate is None:
         refuse("samples", "be left out beside a file", str(samples), place="--samples")
-    stored = tl.results.RunFolder(run).manifest().get("recording")
-    recorded = (
-        stored if isinstance(stored, Mapping) else {}
-    )  # what the run has learned from, and how it was read
-    options = recorded.get("options", {})
+    learned_recording = tl.results.RunFolder(run).manifest().get("recording")
+    if not isinstance(learned_recording, Mapping):
+        learned_recording = {}
+    # What files do not state is as it was when the run read its recording.
+    options = learned_recording.get("options", {})
     usual = {name: options[name] for name in ("fps", "every", "scale", "y_axis") if name in options}
-    if motion is None or not _is_recording(motion, tracks, usual):
-        remedy = (
-            ""
-            if motion is None
-            else f"{motion} holds samples of the run's signals, in their units."
-        )
+    if motion is None:
+        tracks.refuse_beside("be left out where there is no recording", out=out)
+    elif not _is_recording(motion, tracks, usual):
+        remedy = f"{motion} holds samples of the run's signals, in their units."
         tracks.refuse_beside("be left out where there is no recording", remedy, out=out)
     if out is not None:
-        refuse_target(out, name="out", suffixes=(".csv",), force=force)
-        for path in map(out.with_suffix, _WRITTEN[1:]):
-            refuse_target(path, name="out", suffixes=(path.suffix,), force=force)
-        writable = os.access(out.absolute().parent, os.W_OK)
-        require(
-            writable, "out", "be in a folder that can be written", str(out), "Choose another place."
-        )
+        _refuse_out(out, force)
     result = opened(run)
     learned = tl.detection.run_classifiers(result)
-    given: Motion
-    if motion is None:  # of a simulated swarm: its agents, then those that do something else
-        count, each = simulate or 0, SAMPLES if samples is None else samples
-        planted = tl.detection.plant_abnormal(
-            learned.simulated_scenario(), count, samples=each, seed=seed
-        )
-        numbered = [
-            (kind, int(number))
-            for kind, _, number in (name.partition(" ") for name in planted.individuals)
-        ]
-        order = sorted(range(len(numbered)), key=numbered.__getitem__)
-        given = tl.detection.Motion(
-            tuple(planted.individuals[k] for k in order), planted.samples[order]
-        )
+    judged: Motion
+    if motion is None:
+        judged = _simulated(learned, simulate or 0, SAMPLES if samples is None else samples, seed)
     else:
-        given = _read(motion, "motion", tracks, learned, usual)
+        judged = _read(motion, "motion", tracks, learned, usual)
     files = {"genuine": genuine or [], "abnormal": abnormal or []}
-    chosen: dict[str, Any] = {"false_alarms": false_alarms, "seed": seed}
-    found: tl.detection.Detection | None = None
+    arguments: dict[str, Any] = {"false_alarms": false_alarms, "seed": seed}
+    detection: tl.detection.Detection | None = None
     if rule == ALIKE:
         for name, paths in files.items():
-            chosen[name] = [_read(path, f"--{name}", tracks, learned, usual) for path in paths]
-        if (
-            motion is not None
-            and recorded
-            and not genuine
-            and isinstance(given, tl.detection.RecordedMotion)
-        ):
-            chosen["learned"] = _learned_from(recorded, learned, tracks.smooth, but=motion)
-        found = tl.detection.detect(learned, given, **chosen)
-        said = _ranked(found, given, learned.steps)
+            arguments[name] = [_read(path, f"--{name}", tracks, learned, usual) for path in paths]
+        is_recorded = motion is not None and isinstance(judged, tl.detection.RecordedMotion)
+        if is_recorded and learned_recording and not genuine:
+            assert motion is not None
+            arguments["learned"] = _learned_from(
+                learned_recording, learned, tracks.smooth, but=motion
+            )
+        detection = tl.detection.detect(learned, judged, **arguments)
+        summary = _ranked(detection, judged, learned.steps)
     else:
         for name, paths in files.items():
-            alone, remedy = f"be given once with the rule {rule}", f"Take --rule {ALIKE}."
-            require(len(paths) <= 1, f"--{name}", alone, len(paths), remedy)
+            once = f"be given once with the rule {rule}"
+            require(len(paths) <= 1, f"--{name}", once, len(paths), f"Take --rule {ALIKE}.")
             for path in paths:
-                chosen[name] = _samples(path, f"--{name}", learned).samples
-        detector = tl.detection.Detector.from_run(result, rule=rule, **chosen)
-        said = _voted(detector, given)
-    chosen_rate = ("every",) if "fps" in tracks.given else ()
-    taken = {
-        name: value for name, value in usual.items() if name not in (*tracks.given, *chosen_rate)
-    }
-    if taken and isinstance(given, tl.detection.RecordedMotion):
-        said.content["as_in_the_run"] = taken
-        shown = " ".join(f"--{name.replace('_', '-')} {value}" for name, value in taken.items())
-        said.lines.append(f"What files do not state is as in the recording of the run: {shown}")
+                arguments[name] = _samples(path, f"--{name}", learned).samples
+        detector = tl.detection.Detector.from_run(result, rule=rule, **arguments)
+        summary = _voted(detector, judged)
+    if isinstance(judged, tl.detection.RecordedMotion):
+        _add_usual_options(summary, tracks, usual)
     if as_json:
-        print(json.dumps(said.content, indent=2))
+        print(json.dumps(summary.content, indent=2))
     else:
         console = plain_console()
-        print_table(console, said.headings, said.rows)
-        for line in said.lines:
+        print_table(console, summary.headings, summary.rows)
+        for line in summary.lines:
             console.print(line)
-    if out is not None and isinstance(given, tl.detection.RecordedMotion):
-        _write(out, given, said.timed, found, as_json)
+    if out is not None and isinstance(judged, tl.detection.RecordedMotion):
+        _write(out, judged, summary.timed, detection, as_json)
+
+
+def _refuse_out(out: Path, force: bool) -> None:
+    """Reject a table that cannot be written, or whose pictures and page cannot."""
+    from turing_learning.targets import refuse_target
+
+    refuse_target(out, name="out", suffixes=(".csv",), force=force)
+    for path in map(out.with_suffix, _WRITTEN[1:]):
+        refuse_target(path, name="out", suffixes=(path.suffix,), force=force)
+    fits = os.access(out.absolute().parent, os.W_OK)
+    require(fits, "out", "be in a folder that can be written", str(out), "Choose another place.")
+
+
+def _simulated(
+    learned: "tl.detection.RunClassifiers", count: int, samples: int, seed: int
+) -> "tl.detection.Motion":
+    """Return the motion of a simulated swarm: its agents, then `count` individuals that do something else."""
+    scenario = learned.simulated_scenario()
+    planted = tl.detection.plant_abnormal(scenario, count, samples=samples, seed=seed)
+
+    def by_name_and_number(k: int) -> tuple[str, int]:
+        name, _, number = planted.individuals[k].partition(" ")
+        return name, int(number)
+
+    order = sorted(range(len(planted.individuals)), key=by_name_and_number)
+    individuals = tuple(planted.individuals[k] for k in order)
+    return tl.detection.Motion(individuals, planted.samples[order])
+
+
+def _add_usual_options(summary: "_Summary", tracks: Tracks, usual: Mapping[str, Any]) -> None:
+    """Say which options were taken from the recording of the run."""
+    taken = dict(usual)
+    for name in tracks.given:
+        taken.pop(name, None)
+    if "fps" in tracks.given:  # with a frame rate of its own, a file has its own steps
+        taken.pop("every", None)
+    if taken:
+        summary.content["as_in_the_run"] = taken
+        words = " ".join(f"--{name.replace('_', '-')} {value}" for name, value in taken.items())
+        summary.lines.append(f"What files do not state is as in the recording of the run: {words}")
 
 
 def _learned_from(
@@ -163,16 +179,20 @@ def _learned_from(
     smooth: int | None,
     but: Path,
 ) -> "list[tl.detection.RecordedMotion]":
-    """Return the recordings that a run has learned from, but for one that is judged; none if one is gone or has changed."""
+    """Return the recordings that a run has learned from, but for one that is judged.
+
+    There are none if one is gone or has changed.
+    """
     from turing_learning.families import RecordedSystem, read_recording
 
+    motion = []
     with suppress(RefusedError):
         options = RecordedSystem.remembered(recorded).options
         paths = [path for path in options["trajectories"] if path.resolve() != but.resolve()]
         recordings = [read_recording(path, "trajectories", options) for path in paths]
-        return [
-            tl.detection.recorded_motion(each, learned, smooth_frames=smooth) for each in recordings
-        ]
+        for recording in recordings:
+            motion.append(tl.detection.recorded_motion(recording, learned, smooth_frames=smooth))
+        return motion
     return []
 
 
@@ -218,7 +238,7 @@ def _samples(
 
 
 @dataclass
-class _Said:
+class _Summary:
     """What is printed of a detection: a table and lines below it, or JSON; and when each individual is abnormal."""
 
     headings: Sequence[str]
@@ -228,125 +248,135 @@ class _Said:
     timed: "Sequence[tl.detection.TimedVerdict]" = ()
 
 
-def _ranked(found: "tl.detection.Detection", motion: "Motion", steps: int) -> _Said:
+def _ranked(detection: "tl.detection.Detection", motion: "Motion", steps: int) -> _Summary:
     """Say how unlike normal ones individuals are, the most unlike first, and what can be promised."""
     from turing_learning.detection.present import standings, timed_verdicts
 
-    timed, seconds = timed_verdicts(found, motion), isinstance(motion, tl.detection.RecordedMotion)
-    called = sum(bool(each.abnormal) for each in found.individuals)
-    others = [(ranking, each) for ranking in found.rankings[1:] for each in ranking.individuals]
-    ways = [f"{each.individual} ({ranking.name})" for ranking, each in others if each.rank == 1]
-    by = (
-        f"ranked by {found.rankings[0].name}"
-        + f"; the other ways put first: {', '.join(ways)}" * bool(ways)
-    )
-    names = ("individual", "rank", "score", "p_value", "abnormal", "windows")
-    both, when = zip(found.individuals, timed, strict=True), "spells_s" if seconds else "samples"
+    timed = timed_verdicts(detection, motion)
+    in_seconds = isinstance(motion, tl.detection.RecordedMotion)
+    columns = ("individual", "rank", "score", "p_value", "abnormal", "windows")
+    individuals = []
+    for individual, verdict in zip(detection.individuals, timed, strict=True):
+        when = "spells_s" if in_seconds else "samples"
+        individuals.append(_json_row(individual, columns) | {when: verdict.spells})
+    rankings = []
+    firsts = []
+    for ranking in detection.rankings:
+        row = {"by": ranking.name} | _json_row(ranking, ("area", "called"))
+        row["individuals"] = [_json_row(individual, columns) for individual in ranking.individuals]
+        rankings.append(row)
+    for ranking in detection.rankings[1:]:
+        for individual in ranking.individuals:
+            if individual.rank == 1:
+                firsts.append(f"{individual.individual} ({ranking.name})")
     content = {
         "rule": ALIKE,
-        "by": found.rankings[0].name,
-        "false_alarms": found.false_alarms,
-        "promised": found.level,
+        "by": detection.rankings[0].name,
+        "false_alarms": detection.false_alarms,
+        "promised": detection.level,
         "steps": steps,
-        "normal": {"recordings": found.recordings, "individuals": found.normal},
-        "remarks": found.remarks,
-        "individuals": [_row(each, names) | {when: one.spells} for each, one in both],
-        "rankings": [
-            {"by": ranking.name}
-            | _row(ranking, ("area", "called"))
-            | {"individuals": [_row(each, names) for each in ranking.individuals]}
-            for ranking in found.rankings
-        ],
+        "normal": {"recordings": detection.recordings, "individuals": detection.normal},
+        "remarks": detection.remarks,
+        "individuals": individuals,
+        "rankings": rankings,
     }
-    lines = [
-        f"{called} of {len(timed)} abnormal, by windows of {steps} steps; {by}",
-        *found.remarks,
-    ]
-    return _Said(*standings(found, timed, seconds=seconds), lines, content, timed)
+    abnormal = sum(bool(individual.abnormal) for individual in detection.individuals)
+    line = f"{abnormal} of {len(timed)} abnormal, by windows of {steps} steps; "
+    line += f"ranked by {detection.rankings[0].name}"
+    if firsts:
+        line += f"; the other ways put first: {', '.join(firsts)}"
+    lines = [line, *detection.remarks]
+    headings, rows = standings(detection, timed, seconds=in_seconds)
+    return _Summary(headings, rows, lines, content, timed)
 
 
-def _voted(detector: "tl.detection.Detector", motion: "Motion") -> _Said:
+def _voted(detector: "tl.detection.Detector", motion: "Motion") -> _Summary:
     """Say which individuals are abnormal by votes; of a recording also when."""
-    timed: Sequence[tl.detection.TimedVerdict] = ()
-    rows, counted, classifiers = list[Sequence[str]](), tl.report.counted, len(detector.genomes)
+    classifiers = len(detector.genomes)
     content: dict[str, Any] = {
         "rule": detector.rule,
         "false_alarms": detector.false_alarms,
         "classifiers": classifiers,
     }
-    by = f"of {detector.steps} steps; rule {detector.rule}, {counted(classifiers, 'classifier')}"
+    by = f"of {detector.steps} steps; rule {detector.rule}, "
+    by += tl.report.counted(classifiers, "classifier")
     if isinstance(motion, tl.detection.RecordedMotion):
-        headings = [
-            "individual",
-            "windows",
-            "score",
-            "evidence",
-            "threshold",
-            "verdict",
-            "when (s)",
-        ]
-        timed = detector.timeline(motion)
-        for verdict in timed:
-            numbers = (
-                f"{verdict.score:.3f}",
-                f"{verdict.strength:.2f}",
-                f"{verdict.threshold:.2f}",
-            )
-            cells = (
-                (*numbers, "abnormal" if verdict.abnormal else "normal")
-                if verdict.windows
-                else (*"---", "no window")
-            )
-            spells = [f"{begin:.1f} to {end:.1f}" for begin, end in verdict.spells[:MOST_SPELLS]]
-            spells += [f"{more} more"] if (more := len(verdict.spells) - MOST_SPELLS) > 0 else []
-            rows.append(
-                (verdict.individual, str(verdict.windows), *cells, ", ".join(spells) or "-")
-            )
-        names = ("individual", "windows", "score", "strength", "threshold", "abnormal")
-        individuals = [_row(each, names) | {"spells_s": each.spells} for each in timed]
-        content |= {"steps": detector.steps, "individuals": individuals}
-        abnormal, by = [each.abnormal for each in timed], f"windows {by}"
-    else:
-        headings = ["individual", "judged genuine", "score", "p-value", "verdict", "since sample"]
-        verdicts, count, votes = (
-            detector.verdicts(motion),
-            motion.samples.shape[1],
-            detector.rule == "unanimous",
+        return _voted_over_time(detector, motion, content, by)
+    verdicts = detector.verdicts(motion)
+    rows = []
+    for verdict in verdicts:
+        row = (
+            verdict.individual,
+            f"{100 * verdict.genuine_share:.0f} %",
+            f"{verdict.score:.3f}",
+            f"{verdict.p_value:.2g}",
+            "abnormal" if verdict.abnormal else "normal",
+            "-" if verdict.since is None else str(verdict.since),
         )
-        for each in verdicts:
-            cells = (
-                f"{100 * each.genuine_share:.0f} %",
-                f"{each.score:.3f}",
-                f"{each.p_value:.2g}",
-            )
-            since = "-" if each.since is None else str(each.since)
-            rows.append((each.individual, *cells, "abnormal" if each.abnormal else "normal", since))
-        content |= {"samples": count, "individuals": [asdict(each) for each in verdicts]}
-        content |= {"false_alarms": None} if votes else {}
-        limit = (
-            "all samples judged counterfeit"
-            if votes
-            else f"p-value up to {detector.false_alarms:g}"
-        )
-        abnormal, by = (
-            [each.abnormal for each in verdicts],
-            f"{counted(count, 'sample')} each {by}, {limit}",
-        )
-    line = f"{sum(abnormal)} of {len(abnormal)} abnormal, by {by}"
-    return _Said(headings, rows, [line], content, timed)
+        rows.append(row)
+    samples = motion.samples.shape[1]
+    content |= {"samples": samples, "individuals": [asdict(verdict) for verdict in verdicts]}
+    limit = f"p-value up to {detector.false_alarms:g}"
+    if detector.rule == "unanimous":
+        content["false_alarms"] = None
+        limit = "all samples judged counterfeit"
+    abnormal = sum(verdict.abnormal for verdict in verdicts)
+    line = f"{abnormal} of {len(verdicts)} abnormal, by {tl.report.counted(samples, 'sample')} each {by}, {limit}"
+    headings = ["individual", "judged genuine", "score", "p-value", "verdict", "since sample"]
+    return _Summary(headings, rows, [line], content)
 
 
-def _row(each: Any, names: Sequence[str]) -> dict[str, Any]:
-    """Return what JSON holds of an individual: null for NaN."""
-    found = {name: getattr(each, name) for name in names}
-    return {name: None if value != value else value for name, value in found.items()}
+def _voted_over_time(
+    detector: "tl.detection.Detector",
+    motion: "tl.detection.RecordedMotion",
+    content: dict[str, Any],
+    by: str,
+) -> _Summary:
+    """Say which individuals of a recording are abnormal, and when."""
+    verdicts = detector.timeline(motion)
+    rows = [_timed_row(verdict) for verdict in verdicts]
+    columns = ("individual", "windows", "score", "strength", "threshold", "abnormal")
+    individuals = []
+    for verdict in verdicts:
+        individuals.append(_json_row(verdict, columns) | {"spells_s": verdict.spells})
+    content |= {"steps": detector.steps, "individuals": individuals}
+    abnormal = sum(verdict.abnormal for verdict in verdicts)
+    line = f"{abnormal} of {len(verdicts)} abnormal, by windows {by}"
+    headings = ["individual", "windows", "score", "evidence", "threshold", "verdict", "when (s)"]
+    return _Summary(headings, rows, [line], content, verdicts)
+
+
+def _timed_row(verdict: "tl.detection.TimedVerdict") -> tuple[str, ...]:
+    """Return the cells of an individual in the table of a recording."""
+    cells = ("-", "-", "-", "no window")
+    if verdict.windows:
+        cells = (
+            f"{verdict.score:.3f}",
+            f"{verdict.strength:.2f}",
+            f"{verdict.threshold:.2f}",
+            "abnormal" if verdict.abnormal else "normal",
+        )
+    spells = [f"{begin:.1f} to {end:.1f}" for begin, end in verdict.spells[:MOST_SPELLS]]
+    more = len(verdict.spells) - MOST_SPELLS
+    if more > 0:
+        spells.append(f"{more} more")
+    return (verdict.individual, str(verdict.windows), *cells, ", ".join(spells) or "-")
+
+
+def _json_row(judged: Any, columns: Sequence[str]) -> dict[str, Any]:
+    """Return what JSON holds of an individual, or a ranking: null for NaN."""
+    row = {}
+    for name in columns:
+        value = getattr(judged, name)
+        row[name] = None if value != value else value
+    return row
 
 
 def _write(
     out: Path,
     motion: "tl.detection.RecordedMotion",
     verdicts: "Sequence[tl.detection.TimedVerdict]",
-    found: "tl.detection.Detection | None",
+    detection: "tl.detection.Detection | None",
     as_json: bool,
 ) -> None:
     """Write table, picture and page, or, if there is no room for all of it, no new file: the same command may be repeated."""
@@ -355,21 +385,21 @@ def _write(
     from turing_learning.store import os_errors_as
 
     name = titled(Path(motion.recording.source)) if motion.recording else out.stem
-    figure = timeline_of(motion, verdicts, votes=found is None)
-    paths = [out.with_suffix(suffix) for suffix in (_WRITTEN if found else _WRITTEN[:-1])]
-    fresh = [path for path in paths if not path.exists()]
+    figure = timeline_of(motion, verdicts, votes=detection is None)
+    paths = [out.with_suffix(suffix) for suffix in (_WRITTEN if detection else _WRITTEN[:-1])]
+    new_paths = [path for path in paths if not path.exists()]
     what = f"`out` must be a file that can be written; could not write to {out}"
     remedy = "Make room, or choose another place, and give the command again."
     with os_errors_as(tl.results.RunStorageError, what, remedy):
         try:
             write_atomically(out, window_table(verdicts).encode())
             tl.figures.save_figure(figure, out.parent, out.stem)
-            if found is not None:
+            if detection is not None:
                 tl.report.write_page(
-                    detection_page(found, motion, verdicts, figure, name), paths[-1]
+                    detection_page(detection, motion, verdicts, figure, name), paths[-1]
                 )
         except OSError:
-            for path in fresh:
+            for path in new_paths:
                 with suppress(OSError):
                     path.unlink(missing_ok=True)
             raise

@@ -17,17 +17,24 @@ from turing_learning.report.tabular import tables
 
 from ._tables import named_numbers
 
-INTERVAL_S = 0.2  # between two pictures
-LINE_EVERY = 100  # generations between two lines, or a tenth as many batches of trials
-LAST = 5  # runs in the live view
+INTERVAL_S = 0.2
+"""Between two pictures (s)."""
+LINE_EVERY = 100
+"""Generations between two lines, or a tenth as many batches of trials."""
+
+
+SHOWN_RUNS = 5
+"""Runs of a study in the live view: the latest that have ended."""
 
 
 @contextmanager
 def _terminal(console: Console, what: str) -> Iterator[tuple[Live | None, Text]]:
-    """Lend what draws on a terminal, None elsewhere, where lines are printed; and what is said before the first step."""
-    waiting = Text(
-        f"getting ready; the first {what} of an installation compiles for some seconds", style="dim"
-    )
+    """Lend what draws on a terminal, and what is said before the first step.
+
+    Elsewhere it is None, and lines are printed.
+    """
+    text = f"getting ready; the first {what} of an installation compiles for some seconds"
+    waiting = Text(text, style="dim")
     if not console.is_terminal:
         yield None, waiting
         return
@@ -46,61 +53,100 @@ class RunView:
     """Tables that are drawn again a few times a second; without a terminal a line now and then, and one for the last step."""
 
     def __init__(self, console: Console, live: Live | None) -> None:
-        self._console, self._live, self._next = console, live, 0.0
-        self._seen, self._stopped, self._how = (
-            0,
-            0,
-            "",
-        )  # generations since the last picture, and without selection
+        self._console = console
+        self._live = live
+        self._next_picture_s = 0.0
+        # Since the last picture: generations, those without selection, and how they were without.
+        self._generations = 0
+        self._unselected = 0
+        self._selection = ""
 
     def __call__(self, progress: "tl.runs.Progress") -> None:
         """Show a generation if it is time, with an alarm if there was no selection."""
-        self._seen += 1
-        if (selection := progress.generation.selection) != "active":
-            self._stopped, self._how = self._stopped + 1, selection
-        last, every = (
-            progress.completed == progress.total,
-            LINE_EVERY // 10 if progress.trials else LINE_EVERY,
-        )
-        early = progress.completed % every if self._live is None else time.monotonic() < self._next
-        if early and not last:
+        self._generations += 1
+        selection = progress.generation.selection
+        if selection != "active":
+            self._unselected += 1
+            self._selection = selection
+        if not self._is_due(progress):
             return
-        alarm = f"SELECTION STOPPED in {self._stopped} of the last {self._seen} generations ({self._how})"
-        alarm, self._seen, self._stopped = alarm if self._stopped else "", 0, 0
-        rate = (
-            ""
-            if progress.trials
-            else f"{1 / max(progress.seconds_per_generation, 1e-9):.1f} generations/s"
-        )
-        outlook = "away from the truth" if progress.outlook == "other" else progress.outlook
-        outlook = f"models so far: {outlook}" if outlook else ""
-        generation, names = progress.generation, progress.parameter_names
-        models = {"estimate so far": progress.shown(generation.typical_model)}
-        both = {"models": generation.model_fitness, "classifiers": generation.classifier_fitness}
+        alarm = ""
+        if self._unselected:
+            times = f"{self._unselected} of the last {self._generations} generations"
+            alarm = f"SELECTION STOPPED in {times} ({self._selection})"
+        self._generations = 0
+        self._unselected = 0
         if self._live is None:
-            typical = named_numbers(zip(names, *models.values(), strict=True))
-            fitness = ", ".join(f"{name} {np.median(values):.3f}" for name, values in both.items())
-            said = (progress.place, rate, typical, f"fitness: {fitness}", outlook, alarm)
-            self._console.print("  ".join(filter(None, said)), soft_wrap=True)
-            return
-        self._next, width = time.monotonic() + INTERVAL_S, self._live.console.width
-        models["best model"] = progress.shown(generation.best_model)
-        if progress.truth is not None:
-            models["truth"] = np.asarray(progress.truth)
-        rows = [[name, *map(short_number, model)] for name, model in models.items()]
-        bar = ProgressBar(total=progress.total, completed=progress.completed, width=30)
-        left = Text(f"{_clock(progress.seconds_left)} left")
-        parts: list[Table | Text] = [*tables(["", *names], rows, width)]
-        parts.append(_row(Text(progress.place, style="bold"), bar, Text(rate), left))
-        rows = [
-            [name, f"{np.median(values):.3f}", f"{values.max():.3f}"]
-            for name, values in both.items()
-        ]
-        parts += tables(["fitness", "median", "best"], rows, width)
-        if outlook:
-            parts.append(Text(outlook, style="dim"))
-        self._live.transient = last  # the result's table follows
-        self._live.update(_alarmed(parts, alarm), refresh=True)
+            self._print_line(progress, alarm)
+        else:
+            self._next_picture_s = time.monotonic() + INTERVAL_S
+            self._live.transient = _is_last(progress)  # the result's table follows
+            picture = _run_picture(progress, alarm, self._live.console.width)
+            self._live.update(picture, refresh=True)
+
+    def _is_due(self, progress: "tl.runs.Progress") -> bool:
+        if _is_last(progress):
+            return True
+        if self._live is not None:
+            return time.monotonic() >= self._next_picture_s
+        every = LINE_EVERY // 10 if progress.trials else LINE_EVERY
+        return progress.completed % every == 0
+
+    def _print_line(self, progress: "tl.runs.Progress", alarm: str) -> None:
+        generation = progress.generation
+        typical = progress.shown(generation.typical_model)
+        estimate = named_numbers(zip(progress.parameter_names, typical, strict=True))
+        models = np.median(generation.model_fitness)
+        classifiers = np.median(generation.classifier_fitness)
+        fitness = f"fitness: models {models:.3f}, classifiers {classifiers:.3f}"
+        texts = (progress.place, _rate(progress), estimate, fitness, _outlook(progress), alarm)
+        self._console.print("  ".join(filter(None, texts)), soft_wrap=True)
+
+
+def _is_last(progress: "tl.runs.Progress") -> bool:
+    return progress.completed == progress.total
+
+
+def _rate(progress: "tl.runs.Progress") -> str:
+    if progress.trials:
+        return ""
+    return f"{1 / max(progress.seconds_per_generation, 1e-9):.1f} generations/s"
+
+
+def _outlook(progress: "tl.runs.Progress") -> str:
+    """Return what is said of the models so far, if anything."""
+    if not progress.outlook:
+        return ""
+    outlook = "away from the truth" if progress.outlook == "other" else progress.outlook
+    return f"models so far: {outlook}"
+
+
+def _run_picture(progress: "tl.runs.Progress", alarm: str, width: int) -> Group:
+    """Return the live view of a run, for a terminal of so many columns."""
+    generation = progress.generation
+    models = {
+        "estimate so far": progress.shown(generation.typical_model),
+        "best model": progress.shown(generation.best_model),
+    }
+    if progress.truth is not None:
+        models["truth"] = np.asarray(progress.truth)
+    rows = [[name, *map(short_number, model)] for name, model in models.items()]
+    pieces: list[Table | Text] = list(tables(["", *progress.parameter_names], rows, width))
+    bar = ProgressBar(total=progress.total, completed=progress.completed, width=30)
+    place = Text(progress.place, style="bold")
+    left = Text(f"{_clock(progress.seconds_left)} left")
+    pieces.append(_row(place, bar, Text(_rate(progress)), left))
+    rows = []
+    for name, fitness in (
+        ("models", generation.model_fitness),
+        ("classifiers", generation.classifier_fitness),
+    ):
+        rows.append([name, f"{np.median(fitness):.3f}", f"{fitness.max():.3f}"])
+    pieces += tables(["fitness", "median", "best"], rows, width)
+    outlook = _outlook(progress)
+    if outlook:
+        pieces.append(Text(outlook, style="dim"))
+    return _alarmed(pieces, alarm)
 
 
 def _row(*cells: Text | ProgressBar) -> Table:
@@ -109,15 +155,19 @@ def _row(*cells: Text | ProgressBar) -> Table:
     return grid
 
 
-def _alarmed(parts: list[Table | Text], alarm: str) -> Group:
-    return Group(*parts, *([Text(f" {alarm} ", style="bold white on red")] if alarm else []))
+def _alarmed(pieces: list[Table | Text], alarm: str) -> Group:
+    if alarm:
+        pieces = [*pieces, Text(f" {alarm} ", style="bold white on red")]
+    return Group(*pieces)
 
 
 def _clock(seconds: float) -> str:
     """Return a duration (s) as minutes and seconds, with hours if there are any."""
-    minutes, rest = divmod(round(seconds), 60)
+    minutes, seconds = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+    if hours:
+        return f"{hours}:{minutes:02d}:{seconds:02d}"
+    return f"{minutes}:{seconds:02d}"
 
 
 @contextmanager
@@ -125,7 +175,7 @@ def watching_study(
     console: Console, should_stop: Callable[[], bool]
 ) -> Iterator[Callable[["tl.studies.StudyProgress"], None]]:
     """Show a study inside the block: runs that have ended, on a terminal with a bar, and whether a stop has been asked for."""
-    last: list[tl.studies.StudyRun] = []
+    latest: list[tl.studies.StudyRun] = []
 
     with _terminal(console, "study") as (live, waiting):
         if live is None:
@@ -135,40 +185,37 @@ def watching_study(
             done = progress.done + progress.failed
             if live is None:
                 for run in progress.finished:
-                    console.print(
-                        f"{done}/{progress.total}  {_ended(run)}  {_left(progress)}", soft_wrap=True
-                    )
+                    line = f"{done}/{progress.total}  {_ended(run)}  {_left(progress)}"
+                    console.print(line, soft_wrap=True)
                 return
             live.transient = done == progress.total  # the table follows
-            last[:] = [*last, *progress.finished][-LAST:]
-            live.update(study_picture(progress, last, stopping=should_stop()), refresh=True)
+            latest[:] = [*latest, *progress.finished][-SHOWN_RUNS:]
+            live.update(study_picture(progress, latest, stopping=should_stop()), refresh=True)
 
         yield show
 
 
 def study_picture(
-    progress: "tl.studies.StudyProgress", last: "list[tl.studies.StudyRun]", *, stopping: bool
+    progress: "tl.studies.StudyProgress", latest: "list[tl.studies.StudyRun]", *, stopping: bool
 ) -> Group:
-    """Return the live view of a study."""
+    """Return the live view of a study, with the runs that ended latest."""
     bar = ProgressBar(
         total=max(progress.generations_total, 1), completed=progress.generations, width=30
     )
-    done, running = (
-        Text(f"{progress.done} of {progress.total} runs", style="bold"),
-        Text(f"{progress.running} running"),
-    )
+    done = Text(f"{progress.done} of {progress.total} runs", style="bold")
+    running = Text(f"{progress.running} running")
     failed = Text(f"{progress.failed} failed", style="bold red" if progress.failed else "dim")
-    said, maes = "no run has ended yet", np.array(progress.maes)
+    summary = "no run has ended yet"
     if progress.maes:
-        median, largest = f"{np.median(maes):.3f}", short_number(maes.max())
-        said = f"MAE of the estimate: median {median}, largest {largest}, {np.count_nonzero(maes < 0.05)} below 0.05"
-    grid = _row(done, bar, running, failed, Text(_left(progress)))
-    parts: list[Table | Text] = [
-        grid,
-        Text(said, style="dim"),
-        *(Text(_ended(run)) for run in last),
-    ]
-    return _alarmed(parts, "stopping after the present generation of each run" if stopping else "")
+        maes = np.array(progress.maes)
+        largest = short_number(maes.max())
+        summary = f"MAE of the estimate: median {np.median(maes):.3f}, largest {largest}, "
+        summary += f"{np.count_nonzero(maes < 0.05)} below 0.05"
+    pieces: list[Table | Text] = [_row(done, bar, running, failed, Text(_left(progress)))]
+    pieces.append(Text(summary, style="dim"))
+    pieces += [Text(_ended(run)) for run in latest]
+    alarm = "stopping after the present generation of each run" if stopping else ""
+    return _alarmed(pieces, alarm)
 
 
 def _ended(run: "tl.studies.StudyRun") -> str:

@@ -14,13 +14,24 @@ from turing_learning.errors import MissingExtraError, RefusedError
 from ._stopping import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted, OptionWords
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
-DEEPEST = 300  # brackets in an argument that may be too many for a parser
-NARROWEST = 10  # columns in which rich can lay out a table
-_NO_WAY = (
-    *(errno.EACCES, errno.EPERM, errno.EROFS),
-    *(errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ELOOP, errno.ENAMETOOLONG),
+_NOT_USABLE = (
+    errno.EACCES,
+    errno.EPERM,
+    errno.EROFS,
+    errno.ENOENT,
+    errno.ENOTDIR,
+    errno.EISDIR,
+    errno.EEXIST,
+    errno.ELOOP,
+    errno.ENAMETOOLONG,
 )
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
+
+# Brackets in an argument that may be too many for a parser.
+DEEPEST = 300
+
+# Columns in which rich can lay out a table.
+NARROWEST = 10
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -113,9 +124,9 @@ def _run(arguments: list[str]) -> int:
 
 
 def _say(text: str, code: int) -> int:
-    sys.stderr.write(
-        _CONTROL.sub(lambda found: ascii(found[0])[1:-1], text) + "\n"
-    )  # one line, whatever is in a path
+    # One line, whatever is in a path.
+    line = _CONTROL.sub(lambda control: ascii(control[0])[1:-1], text)
+    sys.stderr.write(line + "\n")
     return code
 
 
@@ -130,6 +141,6 @@ def _of_files(error: OSError) -> str:
         return f"{what}. Print elsewhere. What is stored can be shown, and a run that was not done be resumed."
     if error.errno in _NO_ROOM:
         return f"no room is left for {error.filename} ({error.strerror}). Make room, then give the same command again."
-    if error.errno in _NO_WAY and error.filename is not None:
+    if error.errno in _NOT_USABLE and error.filename is not None:
         return f"{error.filename} cannot be used ({error.strerror}). Check that it is there, and that it may be read and written."
     raise error

@@ -14,19 +14,19 @@ from turing_learning.errors import RefusedError, Setting, nearest, refuse, refus
 if TYPE_CHECKING:
     from turing_learning.families import RecordedSystem
 
-MOST_PROBLEMS = 12  # lines about what is found in a recording
+MOST_PROBLEMS = 12
+"""Lines about what is found in a recording."""
 RECORDED = Group("Recorded motion", sort_key=10)
 
 
-def number_of(kind: type, token: Any) -> Any:
+def number_of(number_type: type, token: Any) -> Any:
     """Return the number that a text is."""
     text = token[0].value
+    noun = "an integer" if number_type is int else "a number"
     try:
-        return kind(text)
+        return number_type(text)
     except ValueError as error:
-        raise ValueError(
-            f"must be {'an integer' if kind is int else 'a number'}; got {text!r}."
-        ) from error
+        raise ValueError(f"must be {noun}; got {text!r}.") from error
 
 
 Integer = Annotated[int, Parameter(converter=number_of, n_tokens=1)]
@@ -70,14 +70,18 @@ class Tracks:
     def refuse_beside(self, rule: str, remedy: str = "", **others: Any) -> None:
         """Reject the first option that is given, of these and of others, None if they are not."""
         for name, value in (self.given | others).items():
+            if isinstance(value, list | tuple):
+                value = " ".join(map(str, value))
             if value is not None:
-                shown = " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
-                refuse(f"--{name.replace('_', '-')}", rule, shown, remedy)
+                refuse(f"--{name.replace('_', '-')}", rule, str(value), remedy)
 
     def read(
         self, path: Path, name: str, usual: Mapping[str, Any] | None = None
     ) -> "tl.Trajectories":
-        """Open a recording; `name` is that of the argument for its file. What neither options nor the file state is as `usual`."""
+        """Open a recording; `name` is that of the argument for its file.
+
+        What neither options nor the file state is as `usual`.
+        """
         from turing_learning.families import read_recording
 
         return read_recording(path, name, self.given, usual or {})
@@ -111,49 +115,54 @@ class Recording(Tracks):
         """Return what the options name; reject them where they do not name recordings and a family."""
         from turing_learning.families import RecordedSystem
 
-        known = tl.families.FAMILIES
+        families = tl.families.FAMILIES
         example = "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin"
         if not self.trajectories:
             refuse("--trajectories", "be given for recorded motion", "none", example)
         if self.model is None:
-            also: tuple[Any, ...] = ()
-            try:
-                self.read(self.trajectories[0], "--trajectories")
-            except RefusedError as error:
-                if (why := error.refusal) is not None and why.rule == "be given":
-                    more = why.remedy if isinstance(why.remedy, tuple) else (why.remedy,)
-                    also = (". Give ", Setting(why.name), ", too. ", *more)
-            refuse("--model", "be given for recorded motion", "none", (example, *also))
-        rule = f"be one of {', '.join(known)}"
-        require(self.model in known, "--model", rule, repr(self.model), nearest(self.model, known))
+            remedy = (example, *self._missing_options())
+            refuse("--model", "be given for recorded motion", "none", remedy)
+        rule = f"be one of {', '.join(families)}"
+        remedy_of_model = nearest(self.model, families)
+        require(self.model in families, "--model", rule, repr(self.model), remedy_of_model)
         return RecordedSystem(self.given)
+
+    def _missing_options(self) -> tuple[Any, ...]:
+        """Return what to give, too, to read the first recording; nothing if all is there."""
+        assert self.trajectories
+        try:
+            self.read(self.trajectories[0], "--trajectories")
+        except RefusedError as error:
+            refusal = error.refusal
+            if refusal is not None and refusal.rule == "be given":
+                remedy = refusal.remedy
+                if not isinstance(remedy, tuple):
+                    remedy = (remedy,)
+                return (". Give ", Setting(refusal.name), ", too. ", *remedy)
+        return ()
 
     def system(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
-        windows, family, motion = self.motion().opened()
+        windows, family, recordings = self.motion().opened()
         paths = self.trajectories or []
-        names = [path.name if len(paths) == 1 else titled(path) for path in paths]
-        for name, each in zip(names, motion, strict=True):
-            found = str(each.problems).splitlines()
-            for line in found[:MOST_PROBLEMS]:
-                print(f"{name}: {line}")
-            if len(found) > MOST_PROBLEMS:
-                print(
-                    f"{name}: and {len(found) - MOST_PROBLEMS} more; all by `recording.check()` in Python"
-                )
-        if tl.families.FAMILIES[str(self.model)].social and all(
-            len(each.individuals) == 1 for each in motion
-        ):
-            print(
-                f"there is one individual: what {self.model} says of neighbors cannot be inferred"
-            )
-        more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
+        names = [titled(path) for path in paths]
+        title = names[0]
+        if len(paths) == 1:
+            names = [paths[0].name]
+        else:
+            title += f" and {len(paths) - 1} more"
+        for name, recording in zip(names, recordings, strict=True):
+            _print_problems(name, recording)
+        social = tl.families.FAMILIES[str(self.model)].social
+        if social and all(len(recording.individuals) == 1 for recording in recordings):
+            neighbors = f"what {self.model} says of neighbors"
+            print(f"there is one individual: {neighbors} cannot be inferred")
         return {
             "genuine": windows,
             "simulate": family,
             "parameters": family.parameters,
             "name": self.model,
-            "title": f"{titled(paths[0])}{more}, as {self.model}",
+            "title": f"{title}, as {self.model}",
             "provenance": {"recording": self.motion().entry},
         }
 
@@ -164,10 +173,20 @@ class Recording(Tracks):
         stored = tl.results.RunFolder(run).manifest().get("recording")
         if not isinstance(stored, Mapping):
             return self
-        remedy, elsewhere = "Give its path with --trajectories.", bool(self.trajectories)
-        return Recording(
-            **RecordedSystem.remembered(stored, remedy, elsewhere=elsewhere).options | self.given
-        )
+        remedy = "Give its path with --trajectories."
+        elsewhere = bool(self.trajectories)
+        system = RecordedSystem.remembered(stored, remedy, elsewhere=elsewhere)
+        return Recording(**system.options | self.given)
+
+
+def _print_problems(name: str, recording: "tl.Trajectories") -> None:
+    """Print what is found in a recording, by the name of its file."""
+    problems = str(recording.problems).splitlines()
+    for line in problems[:MOST_PROBLEMS]:
+        print(f"{name}: {line}")
+    more = len(problems) - MOST_PROBLEMS
+    if more > 0:
+        print(f"{name}: and {more} more; all by `recording.check()` in Python")
 
 
 def titled(path: Path) -> str:
@@ -178,27 +197,31 @@ def titled(path: Path) -> str:
 def settings_of(
     settings: list[str] | None, options: Mapping[str, str | None]
 ) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return dotted key -> value, and dotted key -> where it was given, of --set texts and of the options for some keys."""
+    """Return dotted key -> value, and dotted key -> where it was given.
+
+    They come from --set texts and from the options for some keys.
+    """
     from turing_learning.config.settings import stated_once
 
-    given = {key: text for key, text in options.items() if text is not None}
-    if {"run.trials", "run.generations"} <= given.keys():
-        got = f"{given['run.trials']} beside {given['run.generations']}"
+    texts = {key: text for key, text in options.items() if text is not None}
+    if {"run.trials", "run.generations"} <= texts.keys():
+        got = f"{texts['run.trials']} beside {texts['run.generations']}"
         refuse("--trials", "be given without --generations", got)
-    stated = [
-        (key, toml_value(text), f"--{key.removeprefix('run.')} {text}")
-        for key, text in given.items()
-    ]
+    statements = []
+    for key, text in texts.items():
+        statements.append((key, toml_value(text), f"--{key.removeprefix('run.')} {text}"))
     for setting in settings or []:
         key, equals, text = setting.partition("=")
-        if not equals or not key.strip():
+        key = key.strip()
+        if not equals or not key:
             refuse("--set", "be KEY=VALUE", repr(setting), "For example: --set models.parents=20")
         value = toml_value(text)
-        stated.append((key.strip(), value, f"--set {key.strip()}={value}"))
-    values = stated_once(stated)
-    return values, {
-        key: f"--{key.removeprefix('run.')}" if key in given else f"--set {key}" for key in values
-    }
+        statements.append((key, value, f"--set {key}={value}"))
+    values = stated_once(statements)
+    labels = {}
+    for key in values:
+        labels[key] = f"--{key.removeprefix('run.')}" if key in texts else f"--set {key}"
+    return values, labels
 
 
 def toml_value(text: str) -> Any:
@@ -222,13 +245,12 @@ def watched(scenario: str | None, passive: str) -> "tl.interaction.StimulatedSys
     """Return a system with stimuli that classifiers only watch: "random", "constant", or under those of a file."""
     from turing_learning.interaction import read_stimuli
 
-    known = tl.interaction.STIMULATED
-    remedy = f"Choose from: {', '.join(known)}."
-    require(
-        scenario in known, "--passive", "be given for a system with stimuli", repr(scenario), remedy
-    )
+    systems = tl.interaction.STIMULATED
+    rule = "be given for a system with stimuli"
+    remedy = f"Choose from: {', '.join(systems)}."
+    require(scenario in systems, "--passive", rule, repr(scenario), remedy)
     with refusing_as(RefusedError, name="--passive"):
-        system = known[str(scenario)]
+        system = systems[str(scenario)]
         if passive not in ("random", "constant"):
             return read_stimuli(Path(passive), system)
         return replace(system, stimulus=replace(system.stimulus, passive=passive))  # type: ignore[arg-type]

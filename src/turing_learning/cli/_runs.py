@@ -80,18 +80,22 @@ def infer(
             if value is not None:
                 refuse(option, "be left out for recorded motion", repr(value))
         system = recording.system()
-        document = {} if config is None else read_toml(config)[1]
-        path = out or tl.runs.new_run_path(
-            system["name"], (dotted(document) | overrides).get("run.seed", 1)
+        stated = {}
+        if config is not None:
+            _, document = read_toml(config)
+            stated = dotted(document)
+        stated |= overrides
+        path = out or tl.runs.new_run_path(system["name"], stated.get("run.seed", 1))
+        run = partial(
+            tl.infer,
+            **system,
+            config=config,
+            preset=preset,
+            settings=overrides,
+            out=path,
+            force=force,
         )
-        more: dict[str, Any] = {
-            "config": config,
-            "preset": preset,
-            "settings": overrides,
-            "out": path,
-            "force": force,
-        }
-        _execute(partial(tl.infer, **system, **more), path)
+        _execute(run, path)
         return
     require_scenario(scenario, config, SCENARIOS)
     chosen = scenario if passive is None else watched(scenario, passive)
@@ -130,45 +134,44 @@ def resume(
     :param cluster: Of a study: a Dask scheduler, as tcp://10.0.0.1:8786.
     :param trust: Of a run in a laboratory whose laboratory.json you have edited: it names functions that are executed.
     """
-    from turing_learning.results.folder import FINISHED
-
-    of_study = tl.studies.is_study(run)
-    what = "study, whose runs have one thread each" if of_study else "single run"
-    of_runs = {"threads": threads, "trials": trials, "tolerance": tolerance, "trust": trust or None}
-    for name, value in (of_runs if of_study else {"workers": workers, "cluster": cluster}).items():
-        if value is not None:
-            refuse(name, f"be left out for a {what}", str(value), place=f"--{name}")
-    if of_study:
+    if tl.studies.is_study(run):
+        what = "study, whose runs have one thread each"
+        of_runs = {"threads": threads, "trials": trials, "tolerance": tolerance}
+        _refuse_options(what, **of_runs, trust=trust or None)
         recording.refuse_beside("be left out for a study, which needs nothing but its folder")
-        return _execute_study(
-            partial(tl.studies.resume_study, run, workers=workers, cluster=cluster), run
-        )
+        resumed = partial(tl.studies.resume_study, run, workers=workers, cluster=cluster)
+        return _execute_study(resumed, run)
+    _refuse_options("single run", workers=workers, cluster=cluster)
     if threads is not None:
         integer("threads", threads, 1, place="--threads")
     if tl.runs.is_laboratory_run(run):
-        recording.refuse_beside(
-            "be left out for a run in a laboratory, which needs nothing but its folder"
-        )
+        rule = "be left out for a run in a laboratory, which needs nothing but its folder"
+        recording.refuse_beside(rule)
         return _robots.resume_run(run, trust=trust, trials=trials, tolerance=tolerance)
-    require(
-        not trust,
-        "--trust",
-        "be left out for a run that takes place in no laboratory",
-        "it",
-        place=str(run),
-    )
+    rule = "be left out for a run that takes place in no laboratory"
+    require(not trust, "--trust", rule, "it", place=str(run))
     system: dict[str, Any] = {}
-    if (
-        recording.given
-        or trials is not None
-        or tl.results.RunFolder(run).manifest()["state"] != FINISHED
-    ):
+    if recording.given or trials is not None or not _is_finished(run):
         system = _system_of(run, recording, "resume({run}, genuine=..., simulate=...)")
         system.pop("recording", None)
-    _execute(
-        partial(tl.resume, run, **system, threads=threads, trials=trials, tolerance=tolerance), run
+    resumed_run = partial(
+        tl.resume, run, **system, threads=threads, trials=trials, tolerance=tolerance
     )
+    _execute(resumed_run, run)
     return None
+
+
+def _refuse_options(what: str, **options: Any) -> None:
+    """Reject the first option that is given, as it is none of such a folder."""
+    for name, value in options.items():
+        if value is not None:
+            refuse(name, f"be left out for a {what}", str(value), place=f"--{name}")
+
+
+def _is_finished(run: Path) -> bool:
+    from turing_learning.results.folder import FINISHED
+
+    return bool(tl.results.RunFolder(run).manifest()["state"] == FINISHED)
 
 
 def show(run: Path, /) -> None:
@@ -224,20 +227,22 @@ def simulate(
 
     require_scenario(scenario, config, tl.swarm.SCENARIOS)
     overrides, labels = settings_of(settings, {})
-    named = (
-        scenario
-        and tl.swarm.SCENARIOS[choice("scenario", scenario, tl.swarm.SCENARIOS, noun="scenario")]
-    )
+    named = None
+    if scenario is not None:
+        choice("scenario", scenario, tl.swarm.SCENARIOS, noun="scenario")
+        named = tl.swarm.SCENARIOS[scenario]
     system = load_configuration(config, "default", overrides, scenario=named, labels=labels).system
     chosen = system.simulated
     if chosen is None:
         refuse("SCENARIO", "be a swarm of robots", system.name)
     path = out or Path(f"{chosen.name}.html")
     refuse_target(path, name="out", suffixes=REPLAY_SUFFIXES, force=force)
-    try:
-        speeds = None if controller is None else [float(part) for part in controller.split(",")]
-    except ValueError:
-        refuse("controller", "be numbers with commas between them", repr(controller))
+    speeds = None
+    if controller is not None:
+        try:
+            speeds = [float(speed) for speed in controller.split(",")]
+        except ValueError:
+            refuse("controller", "be numbers with commas between them", repr(controller))
     replay = tl.runs.trial_replay(
         chosen, speeds, robots=robots, duration_s=duration, seed=seed, threads=threads
     )
@@ -252,26 +257,22 @@ def scenarios() -> None:
     line = partial(plain_console().print, soft_wrap=True)
     for name, scenario in tl.swarm.SCENARIOS.items():
         line(Text(name, style="bold") + f"  {scenario.description}")
-        names, view = (
-            tl.models.ReactiveModel(scenario.sensor.states).parameter_names,
-            scenario.sensor.field_of_view,
-        )
-        values = [
-            f"{name} = {speed:g}" for name, speed in zip(names, scenario.controller, strict=True)
-        ]
-        if (
-            view > 0 or scenario.representation == "morphology"
-        ):  # else a line of sight, as everywhere
+        values = []
+        names = tl.models.ReactiveModel(scenario.sensor.states).parameter_names
+        for parameter, speed in zip(names, scenario.controller, strict=True):
+            values.append(f"{parameter} = {speed:g}")
+        view = scenario.sensor.field_of_view
+        # Elsewhere robots have a line of sight.
+        if view > 0 or scenario.representation == "morphology":
             values.append(f"field of view {view:.4g} rad")
-        objects = f", {scenario.objects.count} objects" if scenario.objects.count else ""
-        line(
-            f"    {scenario.agents} agents, {scenario.replicas} replica{objects}; {', '.join(values)}"
-        )
+        bodies = f"{scenario.agents} agents, {scenario.replicas} replica"
+        if scenario.objects.count:
+            bodies += f", {scenario.objects.count} objects"
+        line(f"    {bodies}; {', '.join(values)}")
     for name, system in tl.interaction.STIMULATED.items():
         line(Text(name, style="bold") + f"  {system.title}")
-        line(
-            f"    stimuli {', '.join(system.stimulus.names)}; {system.shown(np.array(system.true))}"
-        )
+        stimuli = f"stimuli {', '.join(system.stimulus.names)}"
+        line(f"    {stimuli}; {system.shown(np.array(system.true))}")
 
 
 def study(
@@ -427,20 +428,26 @@ def check(
     """
     result = opened(run)
     system = _system_of(run, recording, "load_run({run}).check(genuine=..., simulate=...)")
-    given = {"samples": samples, "points": points}
-    effort = replace(
-        tl.identifiability.Effort(),
-        **{name: value for name, value in given.items() if value is not None},
-    )
-    stages, console = plain_console(stderr=True), plain_console()
-    repeated = {"recoveries": recoveries, "recovery_generations": recovery_generations}
+    effort = tl.identifiability.Effort()
+    if samples is not None:
+        effort = replace(effort, samples=samples)
+    if points is not None:
+        effort = replace(effort, points=points)
+    stages = plain_console(stderr=True)
+    console = plain_console()
     try:
-        found = result.check(
-            **system, **repeated, effort=effort, seed=seed, force=force, stage=stages.print
+        done = result.check(
+            **system,
+            recoveries=recoveries,
+            recovery_generations=recovery_generations,
+            effort=effort,
+            seed=seed,
+            force=force,
+            stage=stages.print,
         )
     except KeyboardInterrupt as error:
         raise Interrupted("interrupted; the same command continues from what is done") from error
-    console.print(found)
+    console.print(done)
     print_files(console, report=tl.results.RunFolder(run).report_path)
 
 
@@ -456,25 +463,20 @@ def _system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
     """
     folder = tl.results.RunFolder(run)
     system = folder.configuration().system
-    needed = (
-        {each.name for each in system.resuming}
-        if system.name not in tl.families.FAMILIES
-        else set()
-    )
+    needed: set[str] = set()
+    if system.name not in tl.families.FAMILIES:
+        needed = {setting.name for setting in system.resuming}
     if not needed <= folder.known_parts():
-        rule, got = (
-            "be on recorded motion, or have samples and a simulator that can be imported",
-            repr(system.name),
-        )
+        rule = "be on recorded motion, or have samples and a simulator that can be imported"
+        got = f"{system.name!r}, to which Python gave them"
         remedy = f"In Python call turing_learning.{call.format(run=repr(str(run)))}."
-        refuse("run", rule, f"{got}, to which Python gave them", remedy, place=str(run))
+        refuse("run", rule, got, remedy, place=str(run))
     recording = recording.remembered(run)
     if not recording.given:
         return {}
     if not system.resuming:
-        recording.refuse_beside(
-            "be left out for a run on simulated robots, which needs nothing but its folder"
-        )
+        rule = "be left out for a run on simulated robots, which needs nothing but its folder"
+        recording.refuse_beside(rule)
     windows, family, motion = recording.motion().opened(system.steps, system.signals)
     return {"genuine": windows, "simulate": family, "recording": motion}
 
@@ -484,15 +486,13 @@ def _execute(run: "partial[tl.Result]", path: Path) -> None:
     from ._live import watching
 
     console = plain_console()
-    ahead, early = (
-        f"resume with: {tl.results.resume_command(path)}",
-        "interrupted before the run began",
-    )
-    begun = tl.results.RunFolder(path).is_run
-    with (
-        stopping(lambda: f"interrupted; {ahead}" if begun() else early) as should_stop,
-        watching(console) as view,
-    ):
+    ahead = f"resume with: {tl.results.resume_command(path)}"
+    has_begun = tl.results.RunFolder(path).is_run
+
+    def interrupted() -> str:
+        return f"interrupted; {ahead}" if has_begun() else "interrupted before the run began"
+
+    with stopping(interrupted) as should_stop, watching(console) as view:
         result = run(observer=view, should_stop=should_stop)
     if not result.complete:
         raise Interrupted(f"stopped after {result.length}; {ahead}")

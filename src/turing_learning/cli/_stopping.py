@@ -9,26 +9,29 @@ from types import FrameType
 
 from turing_learning.errors import Call, Setting, Words
 
-DONE, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
+DONE = 0
+FAILED = 1
+REFUSED = 2
+INTERRUPTED = 130
 """Exit codes."""
 
-_SIGNALS = [
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
-]
+_SIGNALS = [signal.SIGINT, signal.SIGTERM]
+if hasattr(signal, "SIGHUP"):  # Windows has none
+    _SIGNALS.append(signal.SIGHUP)
 
+# Options that stand in messages with their dashes, though Python has the same names.
 _ALIKE = (
-    *(
-        "fps",
-        "y_axis",
-        "format",
-        "keypoint",
-        "every",
-        "trajectories",
-        "signals",
-        "tank",
-        "min_confidence",
-    ),
-    *("hold_out_individuals", "hold_out_recordings"),
+    "fps",
+    "y_axis",
+    "format",
+    "keypoint",
+    "every",
+    "trajectories",
+    "signals",
+    "tank",
+    "min_confidence",
+    "hold_out_individuals",
+    "hold_out_recordings",
 )
 _OPTIONS = {name: f"--{name.replace('_', '-')}" for name in _ALIKE} | {
     "pixels_per_cm": "--scale", "length_s": "--window", "steps": "--window", "max_gap": "--bridge",
@@ -117,21 +120,20 @@ class OptionWords(Words):
 
     def setting(self, setting: Setting) -> str:
         """Return ``--name value``; ``--set key=value`` for a key of the configuration; only ``--name`` for a switch."""
+        value = setting.value
         if "." in setting.name:
-            return f"--set {setting.name}={'...' if setting.value is None else setting.value}"
+            return f"--set {setting.name}={'...' if value is None else value}"
         option = self._options.get(setting.name, f"--{setting.name.replace('_', '-')}")
-        if isinstance(setting.value, Mapping):
-            return " ".join(
-                f"{option} {shlex.quote(f'{name}={value}')}"
-                for name, value in setting.value.items()
-            )
-        return (
-            option
-            if setting.value in (None, True)
-            else f"{option} {shlex.quote(str(setting.value))}"
-        )
+        if value is None or value is True:
+            return option
+        if not isinstance(value, Mapping):
+            return f"{option} {shlex.quote(str(value))}"
+        pairs = [shlex.quote(f"{name}={content}") for name, content in value.items()]
+        return " ".join(f"{option} {pair}" for pair in pairs)
 
     def call(self, call: Call) -> str:
         """Return the command in backticks; a custom system is given from Python, and a recording by its options."""
         command = f"`{shlex.join(filter(None, ('turing-learning', call.verb, call.path)))}`"
-        return f"{command} and the options that the run began with" if call.more else command
+        if call.more:
+            command += " and the options that the run began with"
+        return command

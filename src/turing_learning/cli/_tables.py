@@ -47,16 +47,16 @@ def print_result(
     console.print(result)
     print_files(console, report=tl.results.RunFolder(path).report_path)
     console.print(f"run:    {path}", soft_wrap=True)
-    found = tl.runs.read_post_evaluation(path)
-    if found is not None:
-        times = tl.report.counted(found.repeats, "time")
-        text = f"the last models have been observed again {len(found.fitness)} of {times}"
-        if found.best_model is not None:
-            text = f"the last models, observed again {times}; the best: {named_numbers(found.best_model.items())}"
-        if found.absolute_error is not None:
-            text += f"; absolute errors: {named_numbers(found.absolute_error.items())}"
+    evaluation = tl.runs.read_post_evaluation(path)
+    if evaluation is not None:
+        times = tl.report.counted(evaluation.repeats, "time")
+        text = f"the last models have been observed again {len(evaluation.fitness)} of {times}"
+        if evaluation.best_model is not None:
+            text = f"the last models, observed again {times}; the best: {named_numbers(evaluation.best_model.items())}"
+        if evaluation.absolute_error is not None:
+            text += f"; absolute errors: {named_numbers(evaluation.absolute_error.items())}"
         console.print(text, soft_wrap=True)
-    return found
+    return evaluation
 
 
 def print_study(console: "Console", result: "tl.StudyResult") -> None:
