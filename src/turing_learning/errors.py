@@ -210,7 +210,10 @@ def optional(module: str, name: str, extra: str) -> ModuleType:
 
 
 def require_extras(*libraries: tuple[str, str, str]) -> None:
-    """Raise `MissingExtraError` unless all libraries (module, name, extra) are installed; one command installs them all."""
+    """Raise `MissingExtraError` unless all libraries (module, name, extra) are installed.
+
+    One command installs them all.
+    """
     names, extras = [], []
     for module, name, extra in libraries:
         try:

@@ -157,8 +157,8 @@ def _free_path(x: np.ndarray, y: np.ndarray, cosine: np.ndarray, sine: np.ndarra
     for center_x, center_y, radius in OBSTACLES:
         offset_x = center_x - x
         offset_y = center_y - y
-        # The center of the obstacle is so far along the ray, and half of the chord that the ray cuts is
-        # the root of this square.
+        # The center of the obstacle is so far along the ray, and half of the chord that the ray
+        # cuts is the root of this square.
         along = offset_x * cosine + offset_y * sine
         square = radius**2 - (offset_x * sine - offset_y * cosine) ** 2
         entry = along - np.sqrt(np.maximum(square, 0.0))

@@ -24,7 +24,8 @@ _SCALING_TRIALS = 200
 
 
 Step = Callable[[Any, np.ndarray, np.ndarray, np.random.Generator], tuple[Any, np.ndarray]]
-"""(state, parameters (n, P), stimulus (n, S), rng) -> the next state, and what is observed (n, D); for n trials at once.
+"""(state, parameters (n, P), stimulus (n, S), rng) -> the next state, and what is observed (n, D);
+for n trials at once.
 
 The first state is `initial(n, rng)`, where the function has such a method; else zeros (n,
 states)."""

@@ -10,7 +10,8 @@ import numpy as np
 from ..errors import brief, require
 
 OPEN_WIDTH = 2.0
-"""Width of the initial range where a side is open: units of a linear parameter, decades of a logarithmic one."""
+"""Width of the initial range where a side is open: units of a linear parameter, decades of a
+logarithmic one."""
 
 LARGEST = 1e9
 """Largest magnitude of a bound; also of the reciprocal of a bound on a logarithmic scale."""

@@ -145,7 +145,10 @@ class MorphologyModel(ReactiveModel):
 
     @property
     def jumps(self) -> Jumps:
-        """Sensor states exchange the speeds of both wheels; the field of view, which tells them apart, is drawn anew."""
+        """Sensor states exchange the speeds of both wheels.
+
+        The field of view, which tells them apart, is drawn anew.
+        """
         speeds = 2 * self.states
         reach = (1.0,) * speeds + (VIEW_REACH,)
         return Jumps(super().jumps.groups, dependent=(speeds,), reach=reach)

@@ -41,7 +41,8 @@ class Start:
     def crowd(self) -> str:
         """Which bodies have no room side by side, in words; empty if nothing speaks against it."""
         for _, radius_cm in self.disks:
-            # Disks of one size are compared with what has room; larger ones count as if they had this size.
+            # Disks of one size are compared with what has room; larger ones count as if they had
+            # this size.
             numbers = [number for number, other_cm in self.disks if other_cm >= radius_cm]
             count = sum(numbers)
             room = most_disks(self.sides_cm, radius_cm)
@@ -57,8 +58,9 @@ def most_disks(sides_cm: tuple[float, float], radius_cm: float) -> float:
 
     The centers lie in the rectangle, and no two disks overlap.
 
-    Source: N. Oler, An inequality in the geometry of numbers, Acta Mathematica 105 (1961) 19: points of a
-    convex region of area A and perimeter P, no two closer than 1, are at most 2 A / sqrt(3) + P / 2 + 1.
+    Source: N. Oler, An inequality in the geometry of numbers, Acta Mathematica 105 (1961) 19:
+    points of a convex region of area A and perimeter P, no two closer than 1, are at most 2 A /
+    sqrt(3) + P / 2 + 1.
     """
     width = sides_cm[0] / (2 * radius_cm)
     height = sides_cm[1] / (2 * radius_cm)
@@ -175,7 +177,10 @@ class Sensor(Settings):
         return len(self.readings)
 
     def reading_of(self, item: str) -> int:
-        """Return the reading I that an item, "robot" or "object", gives; 0 if the sensor does not see it."""
+        """Return the reading I that an item, "robot" or "object", gives.
+
+        0 if the sensor does not see it.
+        """
         return self.readings.index(item) if item in self.readings else 0
 
 
@@ -198,7 +203,10 @@ class Trial(Settings):
         self.steps_of(self.duration_s, "trial.duration_s")
 
     def steps_of(self, duration_s: float, name: str) -> int:
-        """Return the number of control cycles in a duration; reject it, by its name, if it is not a whole number."""
+        """Return the number of control cycles in a duration.
+
+        Reject it, by its name, if it is not a whole number.
+        """
         cycles = duration_s / self.control_interval_s
         is_whole = (
             math.isfinite(cycles) and round(cycles) >= 1 and abs(cycles - round(cycles)) < 1e-6
@@ -235,8 +243,8 @@ WORLDS: dict[str, dict[str, dict[str, Any]]] = {
     "enki": {"objects": {"gravity_cm_s2": ENKI_GRAVITY}, "robot": {"actuation_lag_cycles": 0}},
     "paper": {"objects": {"gravity_cm_s2": EARTH_GRAVITY}, "robot": {"actuation_lag_cycles": 1}},
 }
-"""Named worlds, and what a scenario has in them: "enki" is exactly the paper's simulator as it is published, "paper" the world
-in which the printed numbers come out (docs/decisions/0036)."""
+"""Named worlds, and what a scenario has in them: "enki" is exactly the paper's simulator as it is
+published, "paper" the world in which the printed numbers come out (docs/decisions/0036)."""
 
 
 @dataclass(frozen=True)
@@ -416,8 +424,8 @@ AGGREGATION_VIEW_60 = replace(
     description="As aggregation; the field of view of the sensor is inferred too, and is pi / 3 (paper, section 4.6.1).",
     controller=(-0.7, -1.0, 1.0, 0.0), sensor=Sensor(field_of_view=math.pi / 3),
 )  # fmt: skip
-"""The same with a field of view of 60 degrees. The paper does not print this controller; it was found by
-experiments/4.6.1/search/search.py."""
+"""The same with a field of view of 60 degrees. The paper does not print this controller; it was
+found by experiments/4.6.1/search/search.py."""
 
 SCENARIOS: dict[str, Scenario] = {
     scenario.name: scenario

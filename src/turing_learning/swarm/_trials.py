@@ -231,7 +231,8 @@ def _check_inside(scenario: Scenario, robots: int, poses: np.ndarray) -> None:
 def tracked_speeds(scenario: Scenario, poses: np.ndarray, keys: np.ndarray) -> np.ndarray:
     """Return the speeds (R, A, T, 2) that the scenario's tracker measures of robots at poses (R, T + 1, A, 3).
 
-    Each trial has its own noise, drawn by its key. The heading as tracked tells forwards from backwards.
+    Each trial has its own noise, drawn by its key. The heading as tracked tells forwards from
+    backwards.
     """
     tracker = scenario.tracker
     interval_s = scenario.trial.control_interval_s
@@ -269,7 +270,10 @@ def observe(
     fields_of_view: np.ndarray | None = None,
     drivers: Drivers | None = None,
 ) -> np.ndarray:
-    """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are."""
+    """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration.
+
+    Arguments are taken as they are.
+    """
     trials, robots = controllers.shape[:2]
     steps = scenario.control_steps
     wheel_noise = scenario.robot.wheel_noise
@@ -442,8 +446,8 @@ class Trials:
     def observe(self, models: Behavior | None = None, threads: int | None = None) -> np.ndarray:
         """Return the speeds (R, A, T, 2) of robots that execute models (M, ...); None if all are agents.
 
-        Linear speed (cm/s), negative when moving against the heading, and angular speed (rad/s). The number
-        of threads, None for every processor, does not change them.
+        Linear speed (cm/s), negative when moving against the heading, and angular speed (rad/s).
+        The number of threads, None for every processor, does not change them.
         """
         if models is None:
             models = Behavior(np.asarray([self.scenario.controller], dtype=np.float64))

@@ -16,7 +16,8 @@ _RULE = 'be "module:function", or a function of a module, which another process 
 _REMEDY = "Define it at the top level of a module, and have the module's folder in PYTHONPATH."
 
 Simulator = Callable[[np.ndarray, np.random.Generator], Any]
-"""(parameters (M, P), rng) -> samples (M, T, D) or (M, C, T, D); of one model: (P,) -> (T, D) or (C, T, D)."""
+"""(parameters (M, P), rng) -> samples (M, T, D) or (M, C, T, D); of one model: (P,) -> (T, D) or
+(C, T, D)."""
 
 
 def importable_name(function: Any) -> str | None:
