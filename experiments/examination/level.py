@@ -7,6 +7,7 @@ already is not done again.
 import csv
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ HERE = Path(__file__).parent
 TRIALS, TABLE = HERE / "level-trials.csv", HERE / "level.csv"
 DATA = HERE.parents[1] / "tests" / "reference" / "data" / "tracktor"
 SPLITS = 200
+SIGNALS = ("speed", "turn", "neighbor_distance")
 BLOCK_S = {"zebrafish": 25.0, "termites": 11.0}
 LASTING = 0.2
 """Standard deviation of the logarithm of how much farther an individual moves in each step than others."""
@@ -34,17 +36,22 @@ def recording(name: str) -> Trajectories:
     return tl.load_trajectories(path, fps=25, pixels_per_cm="unknown").bridged(max_gap=5)
 
 
+@cache
+def windows_of(name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return windows of a recording (K, T, 3), and in which block of time each is."""
+    own = recording(name)
+    windows = own.windows(length_s=5.0, signals=SIGNALS, hold_out=0.0)
+    return windows.learning, (windows.learning_index[:, 1] / own.fps // BLOCK_S[name]).astype(int)
+
+
 def halves(name: str, rng: np.random.Generator) -> Examined:
     """Examine one half of the blocks of time of a recording, drawn at random, against the other."""
-    own = recording(name)
-    signals = ("speed", "turn", "neighbor_distance")
-    windows = own.windows(length_s=5.0, signals=signals, hold_out=0.0)
-    blocks = (windows.learning_index[:, 1] / own.fps // BLOCK_S[name]).astype(int)
+    windows, blocks = windows_of(name)
     labels = rng.permutation(np.unique(blocks))
     first = np.isin(blocks, labels[: len(labels) // 2])
-    sides = windows.learning[first], windows.learning[~first]
+    sides = windows[first], windows[~first]
     owners = blocks[first], blocks[~first]
-    return examine(*sides, groups=owners, names=signals, examiners=QUICK, seed=int(rng.integers(2**31)))
+    return examine(*sides, groups=owners, names=SIGNALS, examiners=QUICK, seed=int(rng.integers(2**31)))
 
 
 def shoal(individuals: int, frames: int, rng: np.random.Generator) -> Trajectories:

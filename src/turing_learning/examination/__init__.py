@@ -2,7 +2,7 @@
 
 `test`, `TuringTest`
     Two sets of recordings or of arrays to an accuracy, a p-value, the power of the test, and what gives one away.
-`examine`, `Examined`
+`examine`, `Examined`, `Member`
     The same of samples that are cut and grouped already, without what gives them away.
 `Examiner`, `Ridge`, `Kernel`, `Trees`, `PANEL`, `QUICK`
     Who judges: anything that has `fit` and `score`. The panel of a test, and that of a quick look.

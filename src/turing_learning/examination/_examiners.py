@@ -6,9 +6,13 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.linalg import eigh, solve
 from scipy.spatial.distance import cdist
+from threadpoolctl import threadpool_limits
 
 PENALTIES = (0.01, 0.1, 1.0, 10.0)
 """Of ridge regression, in units of the mean variance of the samples along one direction."""
+
+LEVELS = 31
+"""Ranks of a statistic that trees see: dividing its values anew for each tree would take most of the time."""
 
 LEAST = 1e-9
 """Of a variance: what varies less is taken for constant."""
@@ -23,7 +27,7 @@ class Examiner(Protocol):
 
     @property
     def sees(self) -> str:
-        """What its samples are: "statistics", "convolutions" or "windows"."""
+        """What its samples are: "statistics", their "ranks", "convolutions" or "windows"."""
 
     def fit(self, samples: np.ndarray, labels: np.ndarray) -> None:
         """Learn from samples (K, ...) with labels (K,), True for genuine ones."""
@@ -37,7 +41,7 @@ class Trees:
     """Boosted trees, by scikit-learn."""
 
     name: str = "boosted trees on window statistics"
-    sees: str = "statistics"
+    sees: str = "ranks"
     rounds: int = 30  #: Trees; more gained nothing in experiments/examination/members.csv
     _trees: Any = field(default=None, repr=False)
 
@@ -49,16 +53,20 @@ class Trees:
             max_iter=self.rounds,
             learning_rate=0.2,
             max_leaf_nodes=8,
-            max_bins=31,
+            max_bins=LEVELS,
             min_samples_leaf=max(1, min(20, len(samples) // 10)),
             early_stopping=False,
             class_weight="balanced",
             random_state=0,
-        ).fit(samples, labels)
+        )
+        # trees of so few samples take longer with several threads, which wait for each other
+        with threadpool_limits(1, user_api="openmp"):
+            self._trees.fit(samples, labels)
 
     def score(self, samples: np.ndarray) -> np.ndarray:
         """See `Examiner`."""
-        return np.asarray(self._trees.decision_function(samples))
+        with threadpool_limits(1, user_api="openmp"):
+            return np.asarray(self._trees.decision_function(samples))
 
 
 @dataclass
@@ -163,14 +171,19 @@ class Smoother:
         scores = np.empty_like(labels, dtype=float)
         separation = np.full(labels.shape[1], -np.inf)
         chosen = np.zeros(labels.shape[1], dtype=int)
-        members = [np.flatnonzero(groups == group) for group in range(groups.max() + 1)]
-        means = [(total - labels[own].sum(axis=0)) / (count - len(own)) for own in members]
+        single = len(np.unique(groups)) == count
+        members = [] if single else [np.flatnonzero(groups == group) for group in range(groups.max() + 1)]
         for place, penalty in enumerate(PENALTIES):
             roots = self.vectors * np.sqrt(self.values / (self.values + penalty))
             rest = labels - roots @ (roots.T @ labels) - total / count
-            found = np.empty_like(scores)
-            for own, mean in zip(members, means, strict=True):
+            if single:
+                left = 1 + LEAST - (roots**2).sum(axis=1) - 1 / count
+                found = labels - rest / left[:, None] - (total - labels) / (count - 1)
+            else:
+                found = np.empty_like(scores)
+            for own in members:
                 left = (1 + LEAST) * np.eye(len(own)) - roots[own] @ roots[own].T - 1 / count
+                mean = (total - labels[own].sum(axis=0)) / (count - len(own))
                 found[own] = labels[own] - solve(left, rest[own], assume_a="pos") - mean
             apart = _separation(found, labels)
             better = apart > separation

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 from scipy.special import ndtr, ndtri, stdtrit
+from scipy.stats import rankdata
 
 from turing_learning.analysis import LEVEL, area_under_curve
 from turing_learning.errors import integer, require
 
 from ._convolution import convolution_features
-from ._examiners import LEAST, PANEL, Examiner, Ridge
+from ._examiners import LEAST, LEVELS, PANEL, Examiner, Ridge
 from ._statistics import named_statistics
 
 PERMUTATIONS = 99
@@ -84,7 +85,7 @@ class Views:
     windows: np.ndarray  #: (K, T, D)
     names: tuple[str, ...]  #: Of the statistics (F,)
     statistics: np.ndarray  #: (K, F), as they are
-    standardized: dict[str, np.ndarray]  #: What "statistics" and "convolutions" examiners see (K, any)
+    standardized: dict[str, np.ndarray]  #: What examiners see (K, ...), by the word that they ask for it
 
     @classmethod
     def of(
@@ -93,6 +94,9 @@ class Views:
         """Describe windows (K, T, D) of signals with names (D,) for some examiners."""
         labels, statistics = named_statistics(windows, names, interval_s)
         seen = {"windows": windows, "statistics": _standardized(statistics)}
+        if any(examiner.sees == "ranks" for examiner in examiners):
+            ranks = rankdata(seen["statistics"], method="min", axis=0) - 1
+            seen["ranks"] = np.floor(ranks * LEVELS / len(windows))
         if any(examiner.sees == "convolutions" for examiner in examiners):
             seen["convolutions"] = _standardized(convolution_features(windows, np.random.default_rng(seed)))
         return cls(windows, tuple(labels), statistics, seen)
