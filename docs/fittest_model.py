@@ -11,8 +11,7 @@ import numpy as np
 
 from turing_learning.coevolution import THRESHOLD
 from turing_learning.detection import RunClassifiers, run_classifiers
-from turing_learning.results import Result
-from turing_learning.runs import load_run
+from turing_learning.runs import Result, load_run
 from turing_learning.swarm import execution_of, initial_poses, simulate
 
 TRIALS, LAST, FAR, MUCH = 60, 100, 2.2, 0.3

@@ -19,14 +19,16 @@ settings.load_profile("patient")
 
 HERE = Path(__file__).parent
 
-FAST_ROOMS = ("analysis", "classifiers", "coevolution", "config", "evolution", "families", "models", "trajectories")
+FAST_ROOMS = (
+    "analysis", "classifiers", "coevolution", "config", "evolution", "families", "few_trials", "models", "trajectories",
+)  # fmt: skip
 """Rooms under tests/unit whose tests need no simulated robots and no processes, but for `SLOW_FILES`."""
 
 SLOW_FILES = {
     "test_circles.py",  # starts processes
     "test_executor.py",  # starts processes
     "test_family.py",  # compiles the sensors of robots
-    "test_few_trials.py",  # complete runs
+    "test_batches.py",  # complete runs
     "test_matching.py",  # statistics over many seeds
     "test_reader_fuzz.py",  # hundreds of random files
     "test_several_recordings.py",  # complete runs

@@ -38,14 +38,14 @@ def follow(seed: int) -> None:
     for progress in run:
         walkers, usable = trials._design.walkers, np.flatnonzero(trials.buffer.usable)
         tried = trials.buffer.parameters[usable]
-        error = np.abs(progress.generation.estimate - scenario.controller).mean()
+        error = np.abs(progress.estimate - scenario.controller).mean()
         rejections.append(rejection(trials._density.near, truth))
         print(
             f"batch {progress.completed}, {trials.spent} trials: error {error:.3f}, "
             f"walkers near the truth {(np.abs(walkers - truth).mean(axis=1) < 0.15).sum()} of {len(walkers)}, "
             f"trials within 0.1 of it {(np.abs(tried - truth).max(axis=1) < 0.1).sum()}, "
             f"misfit {trials.batch.misfit:.1f}, rejection of the truth {rejections[-1]:.1f}, "
-            f"best classifier {progress.generation.classifier_fitness.max():.2f}",
+            f"best classifier {progress.scored.classifier_fitness.max():.2f}",
             flush=True,
         )
         if progress.completed % 10 == 0:

@@ -7,8 +7,8 @@ with a custom system (recorded samples and a simulator), whose parameters may be
 `resume` resumes a run; `load_run` opens a stored run; `pool` combines several runs; `study` does many runs, and
 `load_study` opens them. `load_trajectories` reads recorded motion. `test` puts any simulator to the test.
 
-Rejected input raises `errors.RefusedError`, a ValueError; `config.ConfigurationError` and `results.RunFolderError` are kinds of it.
-A run that has begun and fails raises `systems.CustomSystemError`, `results.RunStorageError` or `robots.LaboratoryError`.
+Rejected input raises `errors.RefusedError`, a ValueError; `config.ConfigurationError` and `runs.RunFolderError` are kinds of it.
+A run that has begun and fails raises `systems.CustomSystemError`, `runs.RunStorageError` or `robots.LaboratoryError`.
 
 Names are listed in ``__init__.pyi`` and imported on first use, so that ``import turing_learning`` is fast.
 """

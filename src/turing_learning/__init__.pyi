@@ -26,6 +26,9 @@ from . import (
     families as families,
 )
 from . import (
+    few_trials as few_trials,
+)
+from . import (
     figures as figures,
 )
 from . import (
@@ -42,9 +45,6 @@ from . import (
 )
 from . import (
     reproduction as reproduction,
-)
-from . import (
-    results as results,
 )
 from . import (
     robots as robots,
@@ -66,11 +66,13 @@ from . import (
 )
 from .examination import test as test
 from .models import Parameter as Parameter
-from .results import Pooled as Pooled
-from .results import Result as Result
-from .results import pool as pool
+from .runs import Evolution as Evolution
+from .runs import Pooled as Pooled
+from .runs import Posterior as Posterior
+from .runs import Result as Result
 from .runs import infer as infer
 from .runs import load_run as load_run
+from .runs import pool as pool
 from .runs import resume as resume
 from .studies import StudyResult as StudyResult
 from .studies import load_study as load_study

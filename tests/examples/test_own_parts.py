@@ -11,7 +11,7 @@ import turing_learning as tl
 from turing_learning.config import ConfigurationError, load_configuration
 from turing_learning.detection import run_classifiers
 from turing_learning.identifiability import Effort
-from turing_learning.results import RunFolderError
+from turing_learning.runs import RunFolderError
 
 PAGE = Path(__file__).parents[2] / "docs" / "your-own-parts.md"
 SMALL = {

@@ -11,7 +11,7 @@ import pytest
 import turing_learning as tl
 from turing_learning.families import Couzin
 from turing_learning.identifiability import Effort
-from turing_learning.results import Result
+from turing_learning.runs import Result
 
 DOCS = Path(__file__).parents[2] / "docs"
 FEW = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}

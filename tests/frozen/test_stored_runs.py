@@ -14,7 +14,7 @@ import pytest
 import turing_learning as tl
 from turing_learning.cli import main
 from turing_learning.identifiability import Effort
-from turing_learning.results import RunFolder
+from turing_learning.runs import RunFolder
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))

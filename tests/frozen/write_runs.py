@@ -174,7 +174,7 @@ def write(path: Path) -> None:
 
 def make_anonymous(path: Path) -> None:
     """Let a run not say where it was written; its seals fit."""
-    from turing_learning.results import RunFolder
+    from turing_learning.runs import RunFolder
 
     folder = RunFolder(path)
     machine = {"system": "Linux", "architecture": "x86_64", "processor": None, "processors": 2}

@@ -14,7 +14,7 @@ import turing_learning.classifiers
 import turing_learning.runs
 import turing_learning.swarm
 from turing_learning.config import load_configuration
-from turing_learning.results import _present  # noqa: F401 - imported before the fork
+from turing_learning.runs import _report  # noqa: F401 - imported before the fork
 
 CONFIGURATION = load_configuration(
     overrides={

@@ -26,7 +26,7 @@ from turing_learning.config import flat_settings
 from turing_learning.detection import Detector, detect
 from turing_learning.errors import MissingExtraError, RefusedError
 from turing_learning.identifiability import Effort
-from turing_learning.results import pool
+from turing_learning.runs import pool
 from turing_learning.store import RunStorageError
 from turing_learning.studies import plan_study
 from turing_learning.swarm import AGGREGATION, simulate

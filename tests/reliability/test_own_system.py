@@ -11,7 +11,7 @@ import pytest
 from own_run import genuine, simulate, start
 
 import turing_learning as tl
-from turing_learning.results import TIMINGS, stored_generations
+from turing_learning.runs import TIMINGS, stored_generations
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
 

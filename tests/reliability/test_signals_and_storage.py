@@ -11,7 +11,7 @@ import study_tools
 from study_tools import COMMAND, call, wait_until
 
 import turing_learning as tl
-from turing_learning.results import TIMINGS
+from turing_learning.runs import TIMINGS
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals and limits")
 

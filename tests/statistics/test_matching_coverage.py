@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from turing_learning.analysis import match
+from turing_learning.few_trials import match
 
 REPETITIONS = 24
 LOW, HIGH = np.array([-2.0, -2.0, -2.0]), np.array([2.0, 2.0, 2.0])

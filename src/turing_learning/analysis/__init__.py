@@ -5,14 +5,11 @@
 `mean_absolute_error`     MAE over all parameters, equation 10.
 `estimate`                One model from the last generations of a run, better than any of them.
 `interval`                The uncertainty of that estimate, for each parameter.
-`match`                   The parameters with which classifiers judge a model as they judge the agents; a `Matched`.
-`combined`                Several solutions of `match` as one; one below `LEAST_P` is told from the agents.
 `pooled_estimate`         One model from several runs; `pooled_interval`: its uncertainty, if runs settle in different regions.
 `mixed_interval`          The same of runs of trials, from their draws.
 `r_hat`                   Whether runs agree, for each parameter, as of Markov chains.
 `is_known`                Whether there is a number: an interval or R-hat of models that have not moved is `UNKNOWN`, which is NaN.
 `replace_unknown`         An interval with something instead of what is not known; `WHY_UNKNOWN` says why it may not be.
-`modes`                   Solutions apart from each other, among draws of the right model.
 `predictive_check`        Whether samples simulated at an estimate resemble the genuine ones; a `PredictiveCheck`.
 `resemblance`             How often two sets of samples of one system would differ as much by chance.
 `name_failure`            How a run misses a known truth: states exchanged, I = 2 as I = 1, runaway.
@@ -26,7 +23,8 @@
 `Judgment`                Whether to believe a run, all that is said of it; `Verdict`: in a word, `Examination`: by what test, at
                           what `LEVEL`;
                           `OF_CHECKS`: what only checks say.
-`settled`, `told`         Whether the models of a run have settled, and whether its classifiers still tell them from the agents.
+`settled`                 Whether the models of a run have settled.
+`classifiers_tell`        Whether its classifiers still tell them from the agents.
 `Jury`                    Classifiers with votes; `competence`: Youden's J of each.
 `area_under_curve`        How well scores separate two kinds.
 `compare`                 Mann-Whitney tests against a reference, with Bonferroni's correction; a `Comparison`.
@@ -47,6 +45,7 @@ from ._errors import (
 from ._estimate import (
     UNKNOWN,
     WHY_UNKNOWN,
+    classifiers_tell,
     estimate,
     interval,
     is_known,
@@ -56,19 +55,16 @@ from ._estimate import (
     r_hat,
     replace_unknown,
     settled,
-    told,
 )
 from ._judgment import LEVEL, OF_CHECKS, Examination, Judgment, Verdict
-from ._matching import LEAST_P, Matched, combined, match
-from ._modes import modes
 from ._predictive import PredictiveCheck, predictive_check, resemblance
 from ._tests import Comparison, Jury, area_under_curve, compare, competence, decision_accuracy, polarization
 
 __all__ = [
-    "DYNAMIC_READINGS", "LEAST_P", "LEVEL", "OF_CHECKS", "UNKNOWN", "WHY_UNKNOWN", "Comparison", "Examination", "Judgment",
-    "Jury", "Matched", "PredictiveCheck", "Verdict", "absolute_error", "area_under_curve", "combined", "compare",
+    "DYNAMIC_READINGS", "LEVEL", "OF_CHECKS", "UNKNOWN", "WHY_UNKNOWN", "Comparison", "Examination", "Judgment",
+    "Jury", "PredictiveCheck", "Verdict", "absolute_error", "area_under_curve", "classifiers_tell", "compare",
     "competence", "decision_accuracy", "dispersion", "dynamic_outputs", "estimate", "interval", "is_known",
-    "largest_cluster", "least_dispersion", "match", "mean_absolute_error", "mixed_interval", "modes", "name_failure",
+    "largest_cluster", "least_dispersion", "mean_absolute_error", "mixed_interval", "name_failure",
     "polarization", "pooled_estimate", "pooled_interval", "predictive_check", "r_hat", "replace_unknown", "resemblance",
-    "response_error", "settled", "told",
+    "response_error", "settled",
 ]  # fmt: skip

@@ -276,6 +276,6 @@ def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None 
     return quiet
 
 
-def told(classifier_fitness: np.ndarray, window: int, above: float = GUESSING) -> bool:
+def classifiers_tell(classifier_fitness: np.ndarray, window: int, above: float = GUESSING) -> bool:
     """Say whether classifiers tell the models of a run from the system: their median fitness (G,) is above chance at last."""
     return bool(np.mean(classifier_fitness[-window:]) > above)

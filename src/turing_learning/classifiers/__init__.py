@@ -3,14 +3,11 @@
 `ElmanClassifier`
     A small recurrent network, the classifier of the paper: reads a sample step by step and judges it at the
     end.
-`PooledClassifier`
-    A neuron that judges every short stretch of a sample; random ones observe beside the evolved networks.
 
 A classifier has ``parameters`` (the length of a genome, Q) and ``judge(genomes (N, Q), samples (S, T, D))``,
 which returns outputs (N, S) strictly between 0 and 1; 0.5 and above means judged genuine.
 """
 
 from ._elman import ElmanClassifier
-from ._pooled import PooledClassifier
 
-__all__ = ["ElmanClassifier", "PooledClassifier"]
+__all__ = ["ElmanClassifier"]

@@ -75,7 +75,7 @@ def reproduce(
     if page is not None:
         folder = out or tl.reproduction.default_folder(fast=fast)
         what = f"`page` must be a file that can be written; got {page}"
-        with os_errors_as(tl.results.RunFolderError, what, "Choose another place."):
+        with os_errors_as(tl.runs.RunFolderError, what, "Choose another place."):
             print(tl.reproduction.write_page(folder, page, force=force))
 
 

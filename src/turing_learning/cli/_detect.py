@@ -78,7 +78,7 @@ def detect(
     require((motion is None) != (simulate is None), "MOTION", "be given, or --simulate", got)
     if samples is not None and simulate is None:
         refuse("samples", "be left out beside a file", str(samples), place="--samples")
-    learned_recording = tl.results.RunFolder(run).manifest().get("recording")
+    learned_recording = tl.runs.RunFolder(run).manifest().get("recording")
     if not isinstance(learned_recording, Mapping):
         learned_recording = {}
     # What files do not state is as it was when the run read its recording.
@@ -390,7 +390,7 @@ def _write(
     new_paths = [path for path in paths if not path.exists()]
     what = f"`out` must be a file that can be written; could not write to {out}"
     remedy = "Make room, or choose another place, and give the command again."
-    with os_errors_as(tl.results.RunStorageError, what, remedy):
+    with os_errors_as(tl.runs.RunStorageError, what, remedy):
         try:
             write_atomically(out, window_table(verdicts).encode())
             tl.figures.save_figure(figure, out.parent, out.stem)

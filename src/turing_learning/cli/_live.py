@@ -64,7 +64,7 @@ class RunView:
     def __call__(self, progress: "tl.runs.Progress") -> None:
         """Show a generation if it is time, with an alarm if there was no selection."""
         self._generations += 1
-        selection = progress.generation.selection
+        selection = progress.selection
         if selection != "active":
             self._unselected += 1
             self._selection = selection
@@ -93,11 +93,11 @@ class RunView:
         return progress.completed % every == 0
 
     def _print_line(self, progress: "tl.runs.Progress", alarm: str) -> None:
-        generation = progress.generation
-        typical = progress.shown(generation.typical_model)
+        scored = progress.scored
+        typical = progress.shown(progress.estimate)
         estimate = named_numbers(zip(progress.parameter_names, typical, strict=True))
-        models = np.median(generation.model_fitness)
-        classifiers = np.median(generation.classifier_fitness)
+        models = np.median(scored.model_fitness)
+        classifiers = np.median(scored.classifier_fitness)
         fitness = f"fitness: models {models:.3f}, classifiers {classifiers:.3f}"
         texts = (progress.place, _rate(progress), estimate, fitness, _outlook(progress), alarm)
         self._console.print("  ".join(filter(None, texts)), soft_wrap=True)
@@ -123,10 +123,10 @@ def _outlook(progress: "tl.runs.Progress") -> str:
 
 def _run_picture(progress: "tl.runs.Progress", alarm: str, width: int) -> Group:
     """Return the live view of a run, for a terminal of so many columns."""
-    generation = progress.generation
+    scored = progress.scored
     models = {
-        "estimate so far": progress.shown(generation.typical_model),
-        "best model": progress.shown(generation.best_model),
+        "estimate so far": progress.shown(progress.estimate),
+        "best model": progress.shown(scored.best_model),
     }
     if progress.truth is not None:
         models["truth"] = np.asarray(progress.truth)
@@ -138,8 +138,8 @@ def _run_picture(progress: "tl.runs.Progress", alarm: str, width: int) -> Group:
     pieces.append(_row(place, bar, Text(_rate(progress)), left))
     rows = []
     for name, fitness in (
-        ("models", generation.model_fitness),
-        ("classifiers", generation.classifier_fitness),
+        ("models", scored.model_fitness),
+        ("classifiers", scored.classifier_fitness),
     ):
         rows.append([name, f"{np.median(fitness):.3f}", f"{fitness.max():.3f}"])
     pieces += tables(["fitness", "median", "best"], rows, width)

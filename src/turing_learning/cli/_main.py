@@ -111,7 +111,7 @@ def _run(arguments: list[str]) -> int:
     except RefusedError as error:
         return _say(f"error: {error.text(OptionWords(arguments[0]))}", REFUSED)
     except (
-        tl.results.RunStorageError,
+        tl.runs.RunStorageError,
         tl.systems.CustomSystemError,
         tl.studies.ExecutorError,
     ) as error:

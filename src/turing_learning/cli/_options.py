@@ -170,7 +170,7 @@ class Recording(Tracks):
         """Return these options over those that a run began with; reject a recording that is gone or has changed."""
         from turing_learning.families import RecordedSystem
 
-        stored = tl.results.RunFolder(run).manifest().get("recording")
+        stored = tl.runs.RunFolder(run).manifest().get("recording")
         if not isinstance(stored, Mapping):
             return self
         remedy = "Give its path with --trajectories."

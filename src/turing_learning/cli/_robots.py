@@ -89,7 +89,7 @@ def run(
         others = {"a file": config is not None, "settings": overrides, "a folder": out is not None, "--force": force}
         if got := [name for name, given in others.items() if given]:
             rule = "be given without a file, settings or a folder, which the run has, and without --force"
-            edited = tl.results.RunFolder(resume).laboratory_path
+            edited = tl.runs.RunFolder(resume).laboratory_path
             remedy = f"Its laboratory may be edited in {edited}; then add --trust."
             refuse("resume", rule, " and ".join(got), remedy)
         return resume_run(resume, emulated=emulated, trust=trust)
@@ -117,7 +117,7 @@ def resume_run(
     if emulated and real:
         rule, remedy = "be left out for a run with real robots", "Rehearse in another folder."
         refuse("--emulated", rule, "it", remedy, place=str(path))
-    file = tl.results.RunFolder(path).laboratory_path
+    file = tl.runs.RunFolder(path).laboratory_path
     with _opened(stored, emulated, trust, file) as (laboratory, equipment):
         ahead = partial(tl.runs.resume_laboratory, path, equipment=equipment, trials=trials, tolerance=tolerance)
         needed = trials is not None or tl.runs.awaits_robots(path)
@@ -324,13 +324,13 @@ def _execute(
             print(text, file=sys.stderr)
         return REFUSED
     trusted = " --trust" if _named_functions(laboratory.setup) else ""
-    ahead = f"resume with: {tl.results.resume_command(path)}{trusted}"
+    ahead = f"resume with: {tl.runs.resume_command(path)}{trusted}"
     of_trials = laboratory.configuration.run.trials > 0
     repeats, console = 0 if of_trials else laboratory.setup.evaluation.repeats, plain_console()
     line = partial(console.print, soft_wrap=True)
 
     def progressed(progress: "tl.runs.Progress") -> None:
-        shown = progress.generation.typical_model if of_trials else progress.generation.best_model
+        shown = progress.estimate if of_trials else progress.scored.best_model
         models = named_numbers(zip(progress.parameter_names, shown, strict=True))
         each = f"{progress.seconds_per_generation:.0f} s each {'batch' if of_trials else 'generation'}"
         line(f"{progress.place}  {each}  {models}")

@@ -169,9 +169,9 @@ def _refuse_options(what: str, **options: Any) -> None:
 
 
 def _is_finished(run: Path) -> bool:
-    from turing_learning.results.folder import FINISHED
+    from turing_learning.runs import FINISHED
 
-    return bool(tl.results.RunFolder(run).manifest()["state"] == FINISHED)
+    return bool(tl.runs.RunFolder(run).manifest()["state"] == FINISHED)
 
 
 def show(run: Path, /) -> None:
@@ -448,12 +448,12 @@ def check(
     except KeyboardInterrupt as error:
         raise Interrupted("interrupted; the same command continues from what is done") from error
     console.print(done)
-    print_files(console, report=tl.results.RunFolder(run).report_path)
+    print_files(console, report=tl.runs.RunFolder(run).report_path)
 
 
 def opened(run: Path) -> "tl.Result":
     """Open a run; messages name its folder as it was given."""
-    return replace(tl.runs.load_run(run), path=tl.results.RunFolder(run).path)
+    return replace(tl.runs.load_run(run), path=tl.runs.RunFolder(run).path)
 
 
 def _system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
@@ -461,7 +461,7 @@ def _system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
 
     A run whose simulator only Python has is rejected; `call` is what Python does with it.
     """
-    folder = tl.results.RunFolder(run)
+    folder = tl.runs.RunFolder(run)
     system = folder.configuration().system
     needed: set[str] = set()
     if system.name not in tl.families.FAMILIES:
@@ -486,8 +486,8 @@ def _execute(run: "partial[tl.Result]", path: Path) -> None:
     from ._live import watching
 
     console = plain_console()
-    ahead = f"resume with: {tl.results.resume_command(path)}"
-    has_begun = tl.results.RunFolder(path).is_run
+    ahead = f"resume with: {tl.runs.resume_command(path)}"
+    has_begun = tl.runs.RunFolder(path).is_run
 
     def interrupted() -> str:
         return f"interrupted; {ahead}" if has_begun() else "interrupted before the run began"
@@ -504,7 +504,7 @@ def _execute_study(run: "partial[tl.StudyResult]", path: Path) -> int | None:
     from ._live import watching_study
 
     console = plain_console()
-    ahead = f"resume with: {tl.results.resume_command(path)}"
+    ahead = f"resume with: {tl.runs.resume_command(path)}"
     with stopping(ahead) as should_stop, watching_study(console, should_stop) as view:
         result = run(observer=view, should_stop=should_stop)
     if result.unfinished:
@@ -514,5 +514,5 @@ def _execute_study(run: "partial[tl.StudyResult]", path: Path) -> int | None:
     if not result.failed:
         return None
     failed = tl.report.counted(len(result.failed), "run")
-    print(f"{failed} failed; try again with: {tl.results.resume_command(path)}", file=sys.stderr)
+    print(f"{failed} failed; try again with: {tl.runs.resume_command(path)}", file=sys.stderr)
     return FAILED

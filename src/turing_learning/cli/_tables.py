@@ -45,7 +45,7 @@ def print_result(
     Of a run in a laboratory print and return what was found when its last models were observed again.
     """
     console.print(result)
-    print_files(console, report=tl.results.RunFolder(path).report_path)
+    print_files(console, report=tl.runs.RunFolder(path).report_path)
     console.print(f"run:    {path}", soft_wrap=True)
     evaluation = tl.runs.read_post_evaluation(path)
     if evaluation is not None:

@@ -14,20 +14,15 @@ In the order of the data:
 `ClassifierArchive`, `jury_reward`             Past classifiers go on judging models.
 `Coevolution`                                  The loop: one `step` is one generation.
 `Generation`                                   What a step leaves: both populations, scored.
-`FewTrials`, `Batch`                           The loop for few trials: samples are kept and judged again.
-`batch_schedule`                               The trials that it has spent after each batch.
-`SampleBuffer`                                 All samples of a run.
-`Observers`                                    Protocol: random classifiers beside the evolved ones.
 =============================================  ================================================================
 
 Other rewards (`Reward`) are functions of `Judgments` that return an array with one number for each model or
 classifier.
 """
 
-from ._few_trials import Batch, FewTrials, Observers, batch_schedule
+from ._archive import ClassifierArchive
 from ._interrogation import InteractiveInterrogation, PassiveInterrogation
 from ._loop import Coevolution, Generation
-from ._memory import ClassifierArchive, SampleBuffer
 from ._protocols import Classifier, InteractiveSource, Interrogation, Samples, SampleSource
 from ._rewards import (
     THRESHOLD,
@@ -41,8 +36,8 @@ from ._rewards import (
 )
 
 __all__ = [
-    "THRESHOLD", "Batch", "Classifier", "ClassifierArchive", "Coevolution", "FewTrials", "Generation",
-    "InteractiveInterrogation", "InteractiveSource", "Interrogation", "Judgments", "Observers",
-    "PassiveInterrogation", "Reward", "SampleBuffer", "SampleSource", "Samples", "batch_schedule",
+    "THRESHOLD", "Classifier", "ClassifierArchive", "Coevolution", "Generation",
+    "InteractiveInterrogation", "InteractiveSource", "Interrogation", "Judgments",
+    "PassiveInterrogation", "Reward", "SampleSource", "Samples",
     "classifier_reward", "jury_reward", "model_reward", "sensitivity", "specificity",
 ]  # fmt: skip

@@ -16,7 +16,7 @@ from turing_learning.evolution import (
     state_part,
 )
 
-from ._memory import ClassifierArchive
+from ._archive import ClassifierArchive
 from ._protocols import Interrogation
 from ._rewards import Judgments, Reward, classifier_reward, model_reward, specificity
 

@@ -8,8 +8,8 @@ from typing import Annotated, Any, cast
 import numpy as np
 from pydantic import Discriminator, Tag, model_validator
 
-from turing_learning.coevolution import batch_schedule
 from turing_learning.errors import ConfigurationError, Setting, refusing_as, reject, require
+from turing_learning.few_trials import batch_schedule
 from turing_learning.interaction import StimulatedSystem
 from turing_learning.models import Representation
 from turing_learning.swarm import Scenario

@@ -31,7 +31,7 @@ _REMEDY = "See docs/your-own-parts.md."
 
 
 if TYPE_CHECKING:
-    from turing_learning.classifiers import PooledClassifier
+    from turing_learning.few_trials import PooledClassifier
 
 
 # Distance of individuals that begin in the middle of their range, as a share of the range.
@@ -67,7 +67,7 @@ def classifier_of(configuration: Configuration) -> Classifier:
 
 def observers_of(configuration: Configuration) -> "PooledClassifier":
     """Return the random networks that judge in a run of trials, beside its classifiers."""
-    from turing_learning.classifiers import PooledClassifier
+    from turing_learning.few_trials import PooledClassifier
 
     scale = configuration.input_scale
     if hasattr(

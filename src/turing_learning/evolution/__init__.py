@@ -9,8 +9,6 @@ The module knows no robots, no models and no classifiers; it imports nothing but
 `FitnessMemory`              and a memory of fitness.
 `CMAEvolutionStrategy`       CMA-ES from the package `cma` (extra ``optimizers``), behind the same protocol.
 `RenewedOptimizer`           Replaces an optimizer by a fresh one at regular intervals.
-`MomentField`                A map of moments over the parameters (`INDUCING` points), and the density of the right model.
-`TrialDesign`                Walkers that follow a density, and batches of trials around them.
 `Seed`, `check_seed`         What a seed is: a non-negative integer, or several.
 `generation_rng`             The random generator of one generation.
 `state_arrays`               The arrays of a stored state, checked; `join_states` and `state_part` put states together and take
@@ -20,14 +18,12 @@ The module knows no robots, no models and no classifiers; it imports nothing but
 
 from ._checks import Seed, check_generation, check_seed, generation_rng, join_states, state_arrays, state_part
 from ._cma import CMAEvolutionStrategy
-from ._design import TrialDesign
 from ._evolution_strategy import EvolutionStrategy
-from ._field import INDUCING, MomentField
 from ._optimizer import Optimizer, RenewedOptimizer
 from ._parts import FitnessMemory, Jumper, PhasedMating
 
 __all__ = [
-    "INDUCING", "CMAEvolutionStrategy", "EvolutionStrategy", "FitnessMemory", "Jumper", "MomentField",
-    "Optimizer", "PhasedMating", "RenewedOptimizer", "Seed", "TrialDesign", "check_generation", "check_seed",
+    "CMAEvolutionStrategy", "EvolutionStrategy", "FitnessMemory", "Jumper",
+    "Optimizer", "PhasedMating", "RenewedOptimizer", "Seed", "check_generation", "check_seed",
     "generation_rng", "join_states", "state_arrays", "state_part",
 ]  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning import results, robots, runs
+from turing_learning import robots, runs
 from turing_learning.analysis import dispersion, largest_cluster
 from turing_learning.purposes import (
     ACCURACY_MODELS,
@@ -117,7 +117,7 @@ def _emulated(
     """Begin a run, or resume it. A laboratory that is opened again meets other noise than the first time."""
     laboratory = robots.load_laboratory(path, overrides)
     if runs.is_laboratory_run(out):
-        begun = results.stored_generations(results.RunFolder(out).checkpoints_path)
+        begun = runs.stored_generations(runs.RunFolder(out).checkpoints_path)
         entropy = (laboratory.configuration.run.seed, 1 + begun)
         seed = int(np.random.SeedSequence(entropy).generate_state(1)[0])
         equipment = robots.rehearse(laboratory, seed)
@@ -144,7 +144,7 @@ def _simulated(
 
 
 def _arrays(
-    result: results.Result, again: np.ndarray, generations: list[int]
+    result: runs.Result, again: np.ndarray, generations: list[int]
 ) -> dict[str, np.ndarray]:
     """Return what a run has been through, by the names of `LaboratoryRuns`."""
     history = result.history

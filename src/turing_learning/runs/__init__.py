@@ -1,11 +1,32 @@
-"""Runs: execute a configuration, and open what was stored again; what they have inferred is in `results`.
+"""A run, from its configuration to what it has inferred and stored, and whether that can be believed.
+
+A run goes from top to bottom: `infer` (or `start`, `resume`) resolves what is to be run and opens a
+`Run`. Each turn of a loop over the run is a generation or a batch of trials, of which `Progress`
+tells. What comes is stored in a `RunFolder`, or kept in memory. In the end there is a `Result`: a
+`Posterior` of a run of trials, an `Evolution` of a run of generations. `check`, `report`, `Plots`
+and `pool` are functions of results.
 
 `infer`
     One run from Python or the command line, in memory or in a run folder.
 `Run`, `Progress`
-    A run as an iterable: begin or open it, one `Progress` for each generation; leaving the loop stops it.
+    A run as an iterable: begin or open it, one `Progress` for each generation; leaving the loop
+    stops it.
 `start`, `resume`, `load_run`, `new_run_path`
     Run a resolved configuration in a folder; resume a run; open its result; where a new one may be.
+`Result`, `Posterior`, `Evolution`, `Mode`, `TIMINGS`
+    What a run has inferred, with its history; what of its file differs between equal runs.
+`check`, `stored_check`, `refuse_unknown_part`
+    Whether its estimate can be believed. What an earlier check has found; parts that are none.
+`report`, `Plots`, `save_figures`, `swarm_replay`
+    The page of a run, its pictures, its figures as files, and trials of a swarm to be replayed.
+`pool`, `Pooled`
+    Several runs of one configuration, combined.
+`RunFolder`, `FINISHED`, `RUNNING`, `resume_command`, `stored_generations`
+    The files of a run: configuration, manifest, result, history, checkpoints, figures, report,
+    lock; its states; how to resume it; what its last checkpoint holds, without the rest of it.
+`RunFolderError`, `RunStorageError`
+    A folder that is refused before anything runs, such as one of a later version; a run that cannot
+    be written any further.
 `start_laboratory`, `resume_laboratory`, `stored_laboratory`, `is_laboratory_run`, `awaits_robots`, `read_events`
     The same with real robots; whether they are still needed; what has happened in the laboratory.
 `trust_laboratory`

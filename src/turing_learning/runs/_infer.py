@@ -1,4 +1,5 @@
-"""The doors: infer, start, resume; and how far a run is, in one line, on terminals and in notebooks."""
+"""The doors: infer, start, resume; and how far a run is, in one line, on terminals and in
+notebooks."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -14,8 +15,6 @@ from turing_learning.config.parts import part_named
 from turing_learning.config.settings import refuse_unknown, resolved, single_settings
 from turing_learning.errors import brief, check, refusing_as
 from turing_learning.interaction import describe_stimulated
-from turing_learning.results.folder import RunFolder, resume_command
-from turing_learning.results.result import Result
 from turing_learning.store import RunFolderError, check_folder
 from turing_learning.swarm import Scenario
 from turing_learning.systems import (
@@ -30,8 +29,11 @@ from turing_learning.systems import (
     imported,
 )
 
+from ._folder import RunFolder, resume_command
 from ._progress import Observer, watched
-from ._run import Origin, Run, conduct, give_parts, refuse_given_source
+from ._result import Result
+from ._run import Run, conduct, refuse_given_source
+from ._summary import give_parts
 
 RUNS = Path("runs")
 
@@ -65,43 +67,47 @@ def infer(
     ----------
     scenario
         Name of a preset scenario, or a scenario; by default that of the configuration, without one
-        "aggregation". Left out for a custom system, which is given by `genuine`, `simulate` and `parameters`
-        together.
+        "aggregation". Left out for a custom system, which is given by `genuine`, `simulate` and
+        `parameters` together.
     genuine
-        Samples (K, T, D) of a custom system, or K arrays (T, D), or windows of recorded motion, or a function
-        rng -> (K, T, D) that observes it, or a scenario or the name of one, whose agents are observed anew in
-        every generation.
+        Samples (K, T, D) of a custom system, or K arrays (T, D), or windows of recorded motion, or
+        a function rng -> (K, T, D) that observes it, or a scenario or the name of one, whose agents
+        are observed anew in every generation.
     simulate
-        Simulates models of it: a function (parameters (M, P), rng) -> samples (M, T, D), or (M, C, T, D) with C
-        samples of each model; or its name, "module:function". The columns are in the order of `parameters`; all
-        randomness comes from `rng`.
+        Simulates models of it: a function (parameters (M, P), rng) -> samples (M, T, D), or (M, C,
+        T, D) with C samples of each model; or its name, "module:function". The columns are in the
+        order of `parameters`; all randomness comes from `rng`.
     parameters
-        Name -> (low, high), the range of the first models and the space of the search, where None leaves a
-        side open; or name -> `Parameter`, with a unit or on a logarithmic scale.
+        Name -> (low, high), the range of the first models and the space of the search, where None
+        leaves a side open; or name -> `Parameter`, with a unit or on a logarithmic scale.
     generations
         Number of generations, >= 1, instead of a budget in trials.
     trials
-        Budget in trials, >= 20: every sample is kept and judged again, and the next trials are spent where they
-        tell most (decision 0028). A trial is one execution of the simulator, whatever the number of replicas in
-        it. 3000 where neither the length of the run nor a setting of its populations is given (decision 0035).
+        Budget in trials, >= 20: every sample is kept and judged again, and the next trials are
+        spent where they tell most (decision 0028). A trial is one execution of the simulator,
+        whatever the number of replicas in it. 3000 where neither the length of the run nor a
+        setting of its populations is given (decision 0035).
     models
-        Optimizer of the models: "evolution-strategy" by default, "cma", "module:function", a function that
-        makes an `evolution.Optimizer`, or such an optimizer; see docs/your-own-parts.md.
+        Optimizer of the models: "evolution-strategy" by default, "cma", "module:function", a
+        function that makes an `evolution.Optimizer`, or such an optimizer; see
+        docs/your-own-parts.md.
     classifier
-        What judges: a `coevolution.Classifier`, a function that makes one, or "module:function"; by default an
-        Elman network.
+        What judges: a `coevolution.Classifier`, a function that makes one, or "module:function"; by
+        default an Elman network.
     tolerance
         The run stops before its trials are spent once it has settled and `interval` leaves, of each
-        parameter that can be identified, at most this share of its range to either side. None, or 0: never.
+        parameter that can be identified, at most this share of its range to either side. None, or
+        0: never.
     seed
-        Seed of all random numbers, >= 0. The same seed gives the same result for any number of threads.
+        Seed of all random numbers, >= 0. The same seed gives the same result for any number of
+        threads.
     preset
         "default"; "paper" keeps to the text of the paper, "authors" to the group's public code.
     config
         A TOML file, or a resolved configuration. The other arguments come before it.
     settings
-        Dotted key -> value, any setting of a configuration, for example ``{"models.parents": 20}``. What is an
-        argument, too, must not have another value here.
+        Dotted key -> value, any setting of a configuration, for example ``{"models.parents": 20}``.
+        What is an argument, too, must not have another value here.
     threads
         Number of threads; None takes the configuration's, which is all by default.
     out
@@ -116,9 +122,10 @@ def infer(
         Whether to show a progress bar. None shows one on a terminal and in a notebook, unless `observer` or
         `should_stop` is given.
     **options
-        More about a custom system: name, title, signals, length, held_out, samples_per_generation, vectorized,
-        batches, workers, timeout_s; see docs/own-system.md. With `stimulus` it is one whose classifiers choose
-        stimuli, and `genuine` and `simulate` make one step; see docs/interaction.md.
+        More about a custom system: name, title, signals, length, held_out, samples_per_generation,
+        vectorized, batches, workers, timeout_s; see docs/own-system.md. With `stimulus` it is one
+        whose classifiers choose stimuli, and `genuine` and `simulate` make one step; see
+        docs/interaction.md.
 
     Returns
     -------
@@ -130,9 +137,9 @@ def infer(
     RunStorageError
         If the folder cannot be written any more; the run can be resumed.
     CustomSystemError
-        If the simulator of one's own raises or returns the wrong shape in the first generation, or fails for
-        more than half of the models of a later one; a run in a folder has kept what was inferred before, and
-        can be resumed.
+        If the simulator of one's own raises or returns the wrong shape in the first generation, or
+        fails for more than half of the models of a later one; a run in a folder has kept what was
+        inferred before, and can be resumed.
 
     Examples
     --------
@@ -141,16 +148,28 @@ def infer(
     >>> result.estimate  # doctest: +SKIP
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
-    refuse_unknown(options, {*CustomOptions.__annotations__, *signature(infer).parameters} - {"options"})
+    refuse_unknown(
+        options, {*CustomOptions.__annotations__, *signature(infer).parameters} - {"options"}
+    )
     overrides = single_settings(
-        settings, generations=generations, trials=trials, tolerance=tolerance, seed=seed, threads=threads
+        settings,
+        generations=generations,
+        trials=trials,
+        tolerance=tolerance,
+        seed=seed,
+        threads=threads,
     )
     for key, argument, part in (
         ("models.optimizer", "models", models),
         ("classifiers.network", "classifier", classifier),
     ):
         if part is not None:
-            check(key not in overrides, argument, "be given once", f"{brief(part)} beside {key} in `settings`")
+            check(
+                key not in overrides,
+                argument,
+                "be given once",
+                f"{brief(part)} beside {key} in `settings`",
+            )
             overrides[key] = part_named(part)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     if not is_custom(scenario, genuine, simulate, parameters):
@@ -162,13 +181,23 @@ def infer(
             return conduct(Run.begin(configuration, out, force=force), observer, should_stop)
     provenance = options.pop("provenance", None) or {}
     entries: dict[str, Any] = dict(provenance)
-    for name, value in (("genuine", genuine), ("simulate", simulate)):  # imported again, where the run is resumed
-        known = value if isinstance(value, str) else importable_name(value) if callable(value) else None
+    for name, value in (
+        ("genuine", genuine),
+        ("simulate", simulate),
+    ):  # imported again, where the run is resumed
+        known = (
+            value if isinstance(value, str) else importable_name(value) if callable(value) else None
+        )
         entries |= {name: known} if known else {}
     with refusing_as(ConfigurationError):
         simulate = imported(simulate) if isinstance(simulate, str) else simulate
-        genuine = imported(genuine, "genuine") if isinstance(genuine, str) and ":" in genuine else genuine
-        given, data = Given(genuine, simulate, options.get("workers"), options.get("timeout_s")), genuine
+        genuine = (
+            imported(genuine, "genuine") if isinstance(genuine, str) and ":" in genuine else genuine
+        )
+        given, data = (
+            Given(genuine, simulate, options.get("workers"), options.get("timeout_s")),
+            genuine,
+        )
         if "stimulus" in options:
             system: CustomSystem = describe_stimulated(genuine, simulate, parameters or {}, options)
         else:
@@ -177,14 +206,17 @@ def infer(
     with refusing_as(ConfigurationError):
         opened = configuration.system.open(replace(given, genuine=data))
     with opened as source, watched(observer, should_stop, progress) as observer:
-        run = Run.begin(configuration, out, force=force, source=source, entries=entries)
-        result = conduct(run, observer, should_stop)
-    assert isinstance(result.origin, Origin)
-    return replace(result, origin=replace(result.origin, given=given))  # can be checked in this process
+        run = Run.begin(
+            configuration, out, force=force, source=source, entries=entries, given=given
+        )
+        return conduct(run, observer, should_stop)
 
 
 def is_custom(scenario: object, genuine: object, simulate: object, parameters: object) -> bool:
-    """Return whether a custom system is given; reject one that is given in part, or beside a scenario."""
+    """Return whether a custom system is given.
+
+    Reject one that is given in part, or beside a scenario.
+    """
     parts = {"genuine": genuine, "simulate": simulate, "parameters": parameters}
     if all(part is None for part in parts.values()):
         return False
@@ -231,11 +263,11 @@ def resume(
     Parameters
     ----------
     path
-        The run folder. One that is finished is left as it is, whether its system is given or not; another one
-        is refused.
+        The run folder. One that is finished is left as it is, whether its system is given or not;
+        another one is refused.
     genuine, simulate
-        Of a custom system: the samples that the run began with, and the simulator. Functions of a module are
-        imported by their names unless they are given; samples are not in the folder.
+        Of a custom system: the samples that the run began with, and the simulator. Functions of a
+        module are imported by their names unless they are given; samples are not in the folder.
     models, classifier
         The objects that the run began with, where no other process can import them.
     trials, tolerance
@@ -246,8 +278,8 @@ def resume(
     Raises
     ------
     RunFolderError
-        If the folder is not a run, has been changed, or is in use; if a custom system lacks its samples or
-        simulator, or the samples are others.
+        If the folder is not a run, has been changed, or is in use; if a custom system lacks its
+        samples or simulator, or the samples are others.
     RunStorageError
         If the folder cannot be written; the run can be resumed.
     """
@@ -257,7 +289,10 @@ def resume(
         given = folder.configuration().system.accept(Given(genuine, simulate, workers, timeout_s))
 
     def reopen(configuration: Configuration) -> Source:
-        rule, remedy = "be one that the computer can resume alone", f"Resume it with `{resume_command(folder.path)}`."
+        rule, remedy = (
+            "be one that the computer can resume alone",
+            f"Resume it with `{resume_command(folder.path)}`.",
+        )
         got = f"{folder.path}, which takes place in a laboratory"
         check_folder(not folder.laboratory_path.exists(), "run", rule, got, remedy)
         refuse_given_source(folder)

@@ -12,16 +12,27 @@ from turing_learning import robots
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config.parts import give_again, part_named
 from turing_learning.errors import reject
-from turing_learning.results.folder import CAMERA, FINISHED, LABORATORY, RunFolder, resume_command, stored_generations
-from turing_learning.results.result import Result
 from turing_learning.robots.emulation import SimulatedLaboratory
-from turing_learning.robots.program import laboratory_calibration, read_setup, refuse_without_history
+from turing_learning.robots.program import (
+    laboratory_calibration,
+    read_setup,
+    refuse_without_history,
+)
 from turing_learning.store import DamagedError, RunFolderError, reject_folder, writable
 
+from ._folder import CAMERA, FINISHED, LABORATORY, RunFolder, resume_command, stored_generations
 from ._infer import start
 from ._progress import Observer, Progress
+from ._result import Posterior, Result
 from ._run import Run, conduct
-from ._trials import POST_EVALUATION, judged_again, note_event, post_evaluate, read_post_evaluation, stored_trials
+from ._trials import (
+    POST_EVALUATION,
+    judged_again,
+    note_event,
+    post_evaluate,
+    read_post_evaluation,
+    stored_trials,
+)
 
 EventObserver = Callable[[robots.Event], None]
 
@@ -47,15 +58,16 @@ def start_laboratory(
     out, force, observer, should_stop
         As in `infer`.
     open_replica
-        Address -> `robots.Replica`, for robots that are no e-pucks: a function, its name "module:function", or
-        the name of an entry point in the group "turing_learning.robots". In place of `open_replica` in the
-        file.
+        Address -> `robots.Replica`, for robots that are no e-pucks: a function, its name
+        "module:function", or the name of an entry point in the group "turing_learning.robots". In
+        place of `open_replica` in the file.
     tracker
         Setup -> `robots.PoseSource`, for anything but a camera; likewise.
     equipment
         Its devices; the real ones by default.
     on_event
-        Called with every `robots.Event`: states of the program, trials, disturbances, new batteries.
+        Called with every `robots.Event`: states of the program, trials, disturbances, new
+        batteries.
 
     Raises
     ------
@@ -78,7 +90,9 @@ def start_laboratory(
             stored = _calibrated(setup, CAMERA)
         files[LABORATORY] = (stored.model_dump_json(indent=1) + "\n").encode()
         watch: dict[str, Any] = {"observer": observer, "should_stop": should_stop}
-        result = start(laboratory.configuration, out, force=force, source=source, files=files, **watch)
+        result = start(
+            laboratory.configuration, out, force=force, source=source, files=files, **watch
+        )
         post_evaluate(result, folder, source, setup.evaluation.repeats, should_stop)
     return result
 
@@ -97,17 +111,24 @@ def resume_laboratory(
 ) -> Result:
     """Go on with a run in a laboratory. See `start_laboratory`.
 
-    Trials that were executed are not executed again. With `trials`, and `tolerance`, a finished run of trials
-    gets more of them, see `Run.open`. The folder's `laboratory.json` may have been edited meanwhile, for
-    example an address: then `trust_laboratory` comes first. A rehearsal (see `robots.as_emulated`) is refused
-    without `equipment`. Functions that have names need not be given again.
+    Trials that were executed are not executed again. With `trials`, and `tolerance`, a finished run
+    of trials gets more of them, see `Run.open`. The folder's `laboratory.json` may have been edited
+    meanwhile, for example an address: then `trust_laboratory` comes first. A rehearsal (see
+    `robots.as_emulated`) is refused without `equipment`. Functions that have names need not be
+    given again.
     """
     folder = RunFolder(path)
     setup, configuration = stored_setup(folder), folder.configuration()
     refuse_without_history(setup, configuration, str(folder.laboratory_path))
     if setup.emulated and equipment is None:
         rule, place = "be given for a rehearsal, which must not meet real robots", str(folder.path)
-        reject("equipment", rule, "none", "Give robots.rehearse(runs.stored_laboratory(path)).", place=place)
+        reject(
+            "equipment",
+            rule,
+            "none",
+            "Give robots.rehearse(runs.stored_laboratory(path)).",
+            place=place,
+        )
     give_again("open_replica", setup.open_replica or "", open_replica)
     give_again("tracker", setup.tracker or "", tracker)
     with _source(robots.Laboratory(setup, configuration), folder, equipment, on_event) as source:
@@ -126,8 +147,8 @@ class SimulatedRun:
     result
         As of any run, kept in memory.
     fitness : (repeats, M)
-        Of the models of the last generation, observed again and judged by all its classifiers; none of a run of
-        trials.
+        Of the models of the last generation, observed again and judged by all its classifiers; none
+        of a run of trials.
     best_model : (P,)
         That of the highest mean fitness, in wheel speeds; of a run of trials the estimate.
     """
@@ -146,8 +167,9 @@ def simulate_laboratory(
 ) -> SimulatedRun | None:
     """Run Turing Learning with a laboratory's setup in plain simulation, in seconds.
 
-    To see what a laboratory adds, or costs: the same numbers of robots, models, classifiers and trials, the
-    same observed time, the hyperbolic tangent on the models, the same post-evaluation. None if it was stopped.
+    To see what a laboratory adds, or costs: the same numbers of robots, models, classifiers and
+    trials, the same observed time, the hyperbolic tangent on the models, the same post-evaluation.
+    None if it was stopped.
 
     Parameters
     ----------
@@ -167,7 +189,7 @@ def simulate_laboratory(
     populations: list[tuple[np.ndarray, np.ndarray]] = []
 
     def watch(progress: Progress) -> None:
-        populations[:] = [(progress.generation.models, progress.generation.classifiers)]
+        populations[:] = [(progress.scored.models, progress.scored.classifiers)]
         if observer is not None:
             observer(progress)
 
@@ -175,8 +197,10 @@ def simulate_laboratory(
     if not result.complete:
         return None
     models, classifiers = populations[0]
-    if of_trials:
-        return SimulatedRun(result, np.empty((0, len(models))), np.array(list(result.estimate.values())))
+    if isinstance(result, Posterior):
+        return SimulatedRun(
+            result, np.empty((0, len(models))), np.array(list(result.estimate.values()))
+        )
     observed = (source.observe(models, f"{POST_EVALUATION}{k + 1}") for k in range(repeats))
     fitness = np.array([judged_again(configuration, classifiers, samples) for samples in observed])
     return SimulatedRun(result, fitness, models[int(np.argmax(fitness.mean(axis=0)))])
@@ -203,7 +227,10 @@ def trust_laboratory(path: str | Path) -> None:
 
 
 def stored_setup(folder: RunFolder) -> robots.LaboratorySetup:
-    """Return the laboratory of a run; a RunFolderError says that it cannot be read, or was edited and not trusted."""
+    """Return the laboratory of a run.
+
+    A RunFolderError says that it cannot be read, or was edited and not trusted.
+    """
     _require_laboratory(folder)
     try:
         text = folder.read_bytes(LABORATORY).decode()
@@ -224,36 +251,58 @@ def stored_setup(folder: RunFolder) -> robots.LaboratorySetup:
 def _require_laboratory(folder: RunFolder) -> None:
     folder.manifest()
     if not folder.laboratory_path.exists():
-        got, remedy = f"{folder.path} without {LABORATORY}", f"Go on with `{resume_command(folder.path)}`"
+        got, remedy = (
+            f"{folder.path} without {LABORATORY}",
+            f"Go on with `{resume_command(folder.path)}`",
+        )
         remedy += " if it is a run of another kind."
         reject_folder("run", "take place in a laboratory", got, remedy)
 
 
 def _calibrated(setup: robots.LaboratorySetup, path: str) -> robots.LaboratorySetup:
-    return setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": path})})
+    return setup.model_copy(
+        update={"camera": setup.camera.model_copy(update={"calibration": path})}
+    )
 
 
 def stored_laboratory(path: str | Path) -> robots.Laboratory:
-    """Return the laboratory of a run, and the run that it is to do; a RunFolderError says that they cannot be read."""
+    """Return the laboratory of a run, and the run that it is to do.
+
+    A RunFolderError says that they cannot be read.
+    """
     folder = RunFolder(path)
     return robots.Laboratory(stored_setup(folder), folder.configuration())
 
 
 def awaits_robots(path: str | Path) -> bool:
-    """Return whether robots are needed to resume a run in a laboratory: for generations, or to observe its last models again."""
+    """Return whether robots are needed to resume a run in a laboratory.
+
+    For generations, or to observe its last models again.
+    """
     folder = RunFolder(path)
-    setup, again, configuration = stored_setup(folder), read_post_evaluation(path), folder.configuration()
+    setup, again, configuration = (
+        stored_setup(folder),
+        read_post_evaluation(path),
+        folder.configuration(),
+    )
     unfinished = stored_generations(folder.checkpoints_path) < configuration.length
     if unfinished or configuration.run.trials:
-        return unfinished and folder.manifest()["state"] != FINISHED  # with a tolerance also before its length
+        return (
+            unfinished and folder.manifest()["state"] != FINISHED
+        )  # with a tolerance also before its length
     return setup.evaluation.repeats > (0 if again is None else len(again.fitness))
 
 
 def _source(
-    laboratory: robots.Laboratory, folder: RunFolder, equipment: robots.Equipment | None, on_event: EventObserver | None
+    laboratory: robots.Laboratory,
+    folder: RunFolder,
+    equipment: robots.Equipment | None,
+    on_event: EventObserver | None,
 ) -> robots.LaboratorySource:
     def spent(batches: int) -> int:
-        return folder.configuration().trials_after(batches) if batches > 0 else 0  # the run may have got more of them
+        return (
+            folder.configuration().trials_after(batches) if batches > 0 else 0
+        )  # the run may have got more of them
 
     def watch(event: robots.Event) -> None:
         note_event(folder, event)

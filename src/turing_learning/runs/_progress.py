@@ -13,6 +13,8 @@ import numpy as np
 from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
 
+from ._loops import TrialBatch
+
 INTERVAL_S = 0.2  # between two pictures
 WAITING = "getting ready; the first run of an installation compiles for some seconds"
 
@@ -24,7 +26,7 @@ class Progress:
     Attributes
     ----------
     generation
-        Both populations, scored.
+        Both populations of a generation, scored; None for a run of trials.
     completed, total
         Numbers of generations.
     parameter_names
@@ -36,13 +38,15 @@ class Progress:
     recent : (up to 50, P)
         Typical models of the last generations; None if not recorded.
     described
-        Gives models (..., P) in the parameters of `parameter_names`; None if these are their numbers.
+        Gives models (..., P) in the parameters of `parameter_names`; None if these are their
+        numbers.
     trials
-        Spent so far, and the budget, of a run of trials, whose generations are batches of them; None for other
-        runs.
+        Spent so far, and the budget, of a run of trials; None for other runs.
+    batch
+        Of a run of trials: what was tried in a batch, and what is known after it.
     """
 
-    generation: Generation
+    generation: Generation | None
     completed: int
     total: int
     parameter_names: tuple[str, ...]
@@ -51,6 +55,34 @@ class Progress:
     recent: np.ndarray | None = None
     described: Callable[[np.ndarray], np.ndarray] | None = None
     trials: tuple[int, int] | None = None
+    batch: TrialBatch | None = None
+
+    @property
+    def scored(self) -> Generation | TrialBatch:
+        """Models and classifiers with their fitness.
+
+        Of the generation, or of the batch of trials.
+        """
+        scored = self.generation if self.batch is None else self.batch
+        assert scored is not None
+        return scored
+
+    @property
+    def estimate(self) -> np.ndarray:
+        """What is inferred so far (P,).
+
+        The typical model of the generation, or the estimate after the batch.
+        """
+        scored = self.scored
+        return scored.typical_model if isinstance(scored, Generation) else scored.estimate
+
+    @property
+    def selection(self) -> str:
+        """Whether selection was "active" in the generation, see `Generation`.
+
+        Nothing is selected in batches.
+        """
+        return "active" if self.generation is None else self.generation.selection
 
     @property
     def place(self) -> str:
@@ -79,10 +111,13 @@ Observer = Callable[[Progress], None]
 
 
 @contextmanager
-def watched(observer: Observer | None, should_stop: Any, progress: bool | None) -> Iterator[Observer | None]:
+def watched(
+    observer: Observer | None, should_stop: Any, progress: bool | None
+) -> Iterator[Observer | None]:
     """Return an observer that also shows a bar, on standard error or in the cell of a notebook.
 
-    If `progress` is None, a bar is shown where somebody looks and has given neither an observer nor `should_stop`.
+    If `progress` is None, a bar is shown where somebody looks and has given neither an observer nor
+    `should_stop`.
     """
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     notebook = getattr(shell, "kernel", None) is not None
@@ -99,7 +134,9 @@ def watched(observer: Observer | None, should_stop: Any, progress: bool | None) 
                 observer(state)
             if (now := time.monotonic()) >= following or state.completed == state.total:
                 following = now + INTERVAL_S
-                left = f"{state.seconds_left:.0f} s left" if state.completed < state.total else "done"
+                left = (
+                    f"{state.seconds_left:.0f} s left" if state.completed < state.total else "done"
+                )
                 show(state.completed, state.total, f"{state.place}, {left}")
 
         yield observe
@@ -124,8 +161,13 @@ def _terminal() -> Iterator[Callable[[int, int, str], None]]:
 
 
 def _cell() -> Callable[[int, int, str], None]:
-    """Show one line of a cell's output, which is replaced: without the widgets that bars of rich need."""
-    handle: Any = import_module("IPython.display").display({"text/plain": WAITING}, raw=True, display_id=True)
+    """Show one line of a cell's output, which is replaced.
+
+    Without the widgets that bars of rich need.
+    """
+    handle: Any = import_module("IPython.display").display(
+        {"text/plain": WAITING}, raw=True, display_id=True
+    )
 
     def show(done: int, total: int, text: str) -> None:
         handle.update({"text/plain": f"[{'#' * (30 * done // total):.<30}] {text}"}, raw=True)

@@ -4,42 +4,38 @@ import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from turing_learning._files import remove_partial
-from turing_learning.analysis import UNKNOWN, Judgment, replace_unknown
 from turing_learning.coevolution import Generation
-from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
-from turing_learning.config.parts import give_again, observers_of
+from turing_learning.config import Configuration, ConfigurationError, to_toml
 from turing_learning.config.settings import resolved
 from turing_learning.detection import simulated_calibration
 from turing_learning.errors import in_words, refusing_as
 from turing_learning.identifiability import Check
 from turing_learning.provenance import now
 from turing_learning.purposes import DIALOGUE, REPLAY
-from turing_learning.results import check_run, refuse_unknown_part, write_report
-from turing_learning.results import folder as folders
-from turing_learning.results import history as histories
-from turing_learning.results.folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, piece
-from turing_learning.results.result import Jury, Mode, Result, simulated_model, summarize, units_of
 from turing_learning.store import RunFolderError, check_folder, reject_folder, storage, writable
-from turing_learning.systems import FailureLog, Given, Source, SystemFailedError
+from turing_learning.systems import Given, Source, SystemFailedError
 
-from ._loops import Loop, loop_of
+from . import _folder as folders
+from . import _history as histories
+from ._folder import FINISHED, RUNNING, STOPPED, Checkpoint, RunFolder, how_to_resume, piece
+from ._loops import Loop, TrialBatch, loop_of
 from ._progress import Observer, Progress
+from ._record import READOUT, Record, layout_of, traces_of
+from ._report import write_report
+from ._result import Result
+from ._summary import COMPLETE, FAILURES, Ending, result_of, stored_result, summarize
 
 if TYPE_CHECKING:
     import xarray
 
 _LOGGER = logging.getLogger("turing_learning")
-_FAILURES = "failures/"  # of simulations, among the arrays of a checkpoint
 GIVEN = "given"  # in the manifest: the source of samples came from the caller
-_READOUT = "readout/"  # interval and draws of its estimate, among the arrays of a checkpoint
-_COMPLETE = "complete"  # whether the run was, among the arrays of a checkpoint
 _LOOKED_BACK = 50  # generations whose fittest classifiers may be shown
 _RECENT = 50  # generations that rate and outlook are taken from
 
@@ -47,9 +43,9 @@ _RECENT = 50  # generations that rate and outlook are taken from
 class Run:
     """A run of Turing Learning, one generation for each turn of a loop over it.
 
-    Leaving the loop, also by an error in it, stops the run: what is done is saved, and a run in a folder can be
-    opened again. As a context manager it gives back its lock wherever it is left. `Run.begin` and `Run.open`
-    make one.
+    Leaving the loop, also by an error in it, stops the run: what is done is saved, and a run in a
+    folder can be opened again. As a context manager it gives back its lock wherever it is left.
+    `Run.begin` and `Run.open` make one.
 
     Attributes
     ----------
@@ -68,8 +64,17 @@ class Run:
     >>> run.result.estimate  # doctest: +SKIP
     """
 
-    def __init__(self, configuration: Configuration, source: Source, loop: Loop, folder: RunFolder | None) -> None:
-        self.configuration, self.folder = configuration, folder
+    def __init__(
+        self,
+        configuration: Configuration,
+        source: Source,
+        loop: Loop,
+        folder: RunFolder | None,
+        given: Given | None = None,
+    ) -> None:
+        self.configuration = configuration
+        self.folder = folder
+        self._given = given or Given()
         self._source, self._loop, self._held, self._closed = source, loop, ExitStack(), False
         self._result: Result | None = None
         self._layout = layout_of(configuration)
@@ -78,7 +83,11 @@ class Run:
         self._saved = self._blocks = 0  # generations, and blocks of traces, that are stored
         self._readout, self._dialogues = dict[str, np.ndarray](), dict[str, np.ndarray]()
         self._begun = time.perf_counter()
-        self._manifest = folders.new_manifest(to_toml(configuration), configuration.run.seed) if folder is None else {}
+        self._manifest = (
+            folders.new_manifest(to_toml(configuration), configuration.run.seed)
+            if folder is None
+            else {}
+        )
         seals = None if folder is None else self._restored(folder)
         self._recorder: histories.HistoryRecorder | None = None
         if not configuration.run.thin:
@@ -100,6 +109,7 @@ class Run:
         force: bool = False,
         files: Mapping[str, bytes] | None = None,
         entries: Mapping[str, Any] | None = None,
+        given: Given | None = None,
     ) -> Self:
         """Begin a run.
 
@@ -110,31 +120,36 @@ class Run:
         out
             A new or empty folder; None keeps the run in memory.
         source
-            Samples of its system, which the caller closes; None opens those of a system that needs nothing
-            else.
+            Samples of its system, which the caller closes; None opens those of a system that needs
+            nothing else.
         force
             Whether a run that is in the folder already may be replaced.
         files
             Name -> content of what else the folder holds.
         entries
             What else the manifest holds.
+        given
+            Samples and simulator of a custom system, by which the result can be checked in this
+            process.
         """
         more = dict(entries or {})
         if source is None:
             with refusing_as(ConfigurationError):
                 source = configuration.system.open(Given())
-        elif not configuration.system.resuming:  # else `resume` asks for samples and simulator anyway
+        elif (
+            not configuration.system.resuming
+        ):  # else `resume` asks for samples and simulator anyway
             more["source"] = GIVEN
         loop = loop_of(configuration, source)
         if out is None:
-            return cls(configuration, source, loop, None)
+            return cls(configuration, source, loop, None, given)
         folder = RunFolder(out)
         with ExitStack() as held, writable("out", folder.path):
             folder.refuse_if_taken(force=force)
             folder.path.mkdir(parents=True, exist_ok=True)
             held.enter_context(folder.locked())
             folder.begin(configuration, force=force, files=files, **more)
-            run = cls(configuration, source, loop, folder)
+            run = cls(configuration, source, loop, folder, given)
             run._held = held.pop_all()
         return run
 
@@ -148,7 +163,9 @@ class Run:
         trials: int | None = None,
         tolerance: float | None = None,
     ) -> "Run | FinishedRun":
-        """Open a run that was stopped or killed, to resume it; a finished one has its result, and no further generations.
+        """Open a run that was stopped or killed, to resume it.
+
+        A finished one has its result, and no further generations.
 
         A finished run of trials that is given more of them is the run whose configuration has all of them as
         `run.trials`, and what it had before in `run.extended`: to the same bits, wherever either is stopped.
@@ -158,8 +175,8 @@ class Run:
         path
             The run folder.
         reopen
-            Opens the samples of the run's system, while the folder is locked; None opens those of a system that
-            needs nothing else.
+            Opens the samples of the run's system, while the folder is locked; None opens those of a
+            system that needs nothing else.
         threads
             Number of threads; None takes that of the configuration.
         trials
@@ -174,18 +191,22 @@ class Run:
         elif tolerance is not None:
             reject_folder("tolerance", "be given beside `trials`", f"{tolerance} alone")
         configuration = folder.configuration()
-        if (result := _stored_result(folder, configuration)) is not None:
+        if (result := stored_result(folder, configuration)) is not None:
             return FinishedRun(result)
-        here = configuration if threads is None else resolved(None, "default", configuration, {"run.threads": threads})
+        here = (
+            configuration
+            if threads is None
+            else resolved(None, "default", configuration, {"run.threads": threads})
+        )
         with ExitStack() as held, writable("run", folder.path):
             held.enter_context(folder.locked())
-            found, manifest = _stored_result(folder, configuration), folder.manifest()
+            found, manifest = stored_result(folder, configuration), folder.manifest()
             if found is None and manifest["state"] == FINISHED and (last := folder.checkpoint()):
                 if folder.result_path.exists():
                     aside = folder.set_aside("result.json").name
                     text = "%s is damaged; it is made again. The damaged file is %s."
                     _LOGGER.warning(text, folder.result_path, aside)
-                found = _result_of(last, folder, configuration)
+                found = result_of(last, folder, configuration)
                 folder.write("result.json", found.to_json())
             if found is not None:
                 return FinishedRun(found)
@@ -237,11 +258,12 @@ class Run:
         configuration, spent = self.configuration, self.configuration.trials_after
         try:
             while not self.complete:
-                generation = self._step()
+                step = self._step()
                 if self.completed % configuration.run.save_every == 0 or self.complete:
                     self._save()
                 yield Progress(
-                    generation=generation,
+                    generation=step if isinstance(step, Generation) else None,
+                    batch=step if isinstance(step, TrialBatch) else None,
                     completed=self.completed,
                     total=configuration.length,
                     parameter_names=configuration.scenario.parameter_names,
@@ -249,7 +271,9 @@ class Run:
                     seconds_per_generation=float(self._traces["seconds"][-_RECENT:].mean()),
                     recent=self._traces["typical_model"][-_RECENT:],
                     described=configuration.described,
-                    trials=(spent(self.completed), spent(configuration.length)) if configuration.run.trials else None,
+                    trials=(spent(self.completed), spent(configuration.length))
+                    if isinstance(step, TrialBatch)
+                    else None,
                 )
         except GeneratorExit:
             if self._closed:  # the block around the loop has raised
@@ -260,22 +284,29 @@ class Run:
     def result(self) -> Result:
         """What the completed generations have inferred; at least one must be completed."""
         if self._result is None or self._result.generations != self.completed:
-            if self.folder is None:
-                kept = self._traces if self._recorder is None else self._recorder.arrays
-                memory: dict[str, Any] = {"manifest": self._manifest, "readout": self._readout}
-                origin = Origin(self.configuration, self.completed, kept=kept, dialogues=self._dialogues, **memory)
-            else:
-                origin = Origin.of(self.folder, self.configuration, self.completed)
             failures = self._source.failures
-            self._result = summarize(
-                self._traces,
-                self._seconds or time.perf_counter() - self._begun,
-                origin=origin,
+            ending = Ending(
+                seconds=self._seconds or time.perf_counter() - self._begun,
                 complete=self.complete,
                 readout=self._readout,
                 failed_simulations=None if failures is None else failures.summary(),
             )
+            self._result = summarize(self._traces, ending, self._record())
         return self._result
+
+    def _record(self) -> Record:
+        """Return where what the run has stored is."""
+        if self.folder is not None:
+            return Record.of(self.folder, self.configuration, self.completed, self._given)
+        return Record(
+            self.configuration,
+            self.completed,
+            arrays=self._traces if self._recorder is None else self._recorder.arrays,
+            manifest=self._manifest,
+            readout=self._readout,
+            dialogues=self._dialogues,
+            given=self._given,
+        )
 
     @property
     def history(self) -> "xarray.Dataset":
@@ -295,19 +326,20 @@ class Run:
         if self.folder is None:
             return nullcontext()
         return storage(
-            self.folder.path, f"resume with {in_words(how_to_resume(self.folder.path, self.configuration))}."
+            self.folder.path,
+            f"resume with {in_words(how_to_resume(self.folder.path, self.configuration))}.",
         )
 
     # Generations
 
-    def _step(self) -> Generation:
+    def _step(self) -> Generation | TrialBatch:
         """Run a generation; where its system fails, save those before, and say where they are."""
         folder, before = self.folder, {}
         if self._source.fallible:
-            before, self._source.generation = self._loop.state(), self._loop.generation
+            before, self._source.generation = self._loop.state(), self._loop.completed
         begun = time.perf_counter()
         try:
-            generation = self._loop.step()
+            step = self._loop.step()
         except SystemFailedError as error:
             self._loop.restore(before)
             if self._saved != self.completed:
@@ -321,16 +353,14 @@ class Run:
             if error.explained or not self.completed:
                 raise
             raise type(error)(f"{error} {where}") from error.__cause__
-        models = self._source.to_units(generation.models)
-        generation = generation if models is generation.models else replace(generation, models=models)
-        values = histories.generation_values(generation)
+        values = histories.values_of(step)
         with self.storage():
             if folder is not None:
                 folder.require_here()
             if self._recorder is not None:
                 self._recorder.record(values)
         self._traces.record(values, time.perf_counter() - begun)
-        return generation
+        return step
 
     # What is stored
 
@@ -356,19 +386,28 @@ class Run:
             self._blocks += 1
         groups = {"traces/": self._traces.state(slice(self._blocks * folders.BLOCK, None))}
         if self._source.failures is not None:
-            groups[_FAILURES] = self._source.failures.state()
+            groups[FAILURES] = self._source.failures.state()
         if self.complete:
-            groups[_READOUT] = self._readout
+            groups[READOUT] = self._readout
         if with_state:
             groups["coevolution/"] = self._loop.state()
             groups["history/"] = {} if self._recorder is None else self._recorder.seals()
-        arrays = {f"{prefix}{name}": array for prefix, group in groups.items() for name, array in group.items()}
-        arrays[_COMPLETE], arrays["seconds"] = np.array(self.complete), np.array(self._seconds)
+        arrays = {
+            f"{prefix}{name}": array
+            for prefix, group in groups.items()
+            for name, array in group.items()
+        }
+        arrays[COMPLETE], arrays["seconds"] = np.array(self.complete), np.array(self._seconds)
         arrays[folders.CONFIGURATION] = np.array(str(folder.manifest().get("configuration_sha256")))
-        folders.save_checkpoint(folder.checkpoints_path, Checkpoint(self.completed, arrays), not with_state)
+        folders.save_checkpoint(
+            folder.checkpoints_path, Checkpoint(self.completed, arrays), not with_state
+        )
 
     def _finish(self) -> None:
-        """Save, and write the result; of a complete run everything. The state comes last: a run killed here does it again."""
+        """Save, and write the result.
+
+        Of a complete run everything. The state comes last: a run killed here does it again.
+        """
         if self._saved != self.completed:
             self._save()
         folder, full = self.folder, self.complete and self.configuration.run.history == "full"
@@ -381,13 +420,19 @@ class Run:
         result = self.result
         with self.storage():
             folder.write("result.json", result.to_json())
-            folder.update_manifest(state=RUNNING if self.complete else STOPPED, seconds=self._seconds)
+            folder.update_manifest(
+                state=RUNNING if self.complete else STOPPED, seconds=self._seconds
+            )
             closed = {"state": FINISHED, "finished": now()}
             if full:
                 motion = self._keep_motion(folder, result)
                 if self._dialogues:
                     folder.write(folders.DIALOGUES, self._dialogues)
-                shown: dict[str, Any] = {"motion": motion, "dialogues": self._dialogues, "figures": folder.figures_path}
+                shown: dict[str, Any] = {
+                    "motion": motion,
+                    "dialogues": self._dialogues,
+                    "figures": folder.figures_path,
+                }
                 write_report(result, folder.report_path, folder.manifest() | closed, **shown)
             if self.complete:
                 folder.update_manifest(**closed)
@@ -403,10 +448,14 @@ class Run:
             return {}
         self._source.generation, model = None, np.array(list(self.result.estimate.values()))
         rows = np.unique(np.linspace(0, self.completed - 1, _LOOKED_BACK).astype(int))
-        some = self.result.history[["classifier", "classifier_fitness"]].isel(generation=rows).load()
+        some = (
+            self.result.history[["classifier", "classifier_fitness"]].isel(generation=rows).load()
+        )
         best = some["classifier_fitness"].to_numpy().argmax(axis=1)
         rng = np.random.default_rng((DIALOGUE, self.configuration.run.seed))
-        return self._source.dialogues(some["classifier"].to_numpy()[np.arange(len(rows)), best], model, rng)
+        return self._source.dialogues(
+            some["classifier"].to_numpy()[np.arange(len(rows)), best], model, rng
+        )
 
     def _keep_motion(self, folder: RunFolder, result: Result) -> dict[str, np.ndarray]:
         """Store what detectors of a custom system are calibrated with, and return what its report shows."""
@@ -421,7 +470,10 @@ class Run:
         return seen
 
     def _restored(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
-        """Take over the newest usable checkpoint whose history is there; return the seals of that, None without a checkpoint."""
+        """Take over the newest usable checkpoint whose history is there.
+
+        Return the seals of that, None without a checkpoint.
+        """
         checkpoint, damaged, lost, thin = None, list[str](), False, self.configuration.run.thin
         for path, found in folder.checkpoints():
             if found is None:
@@ -434,22 +486,30 @@ class Run:
             lost = True
         done = checkpoint.generation if checkpoint else 0
         if lost:
-            _LOGGER.warning("The history in %s is damaged; the run is resumed from generation %d.", folder.path, done)
+            _LOGGER.warning(
+                "The history in %s is damaged; the run is resumed from generation %d.",
+                folder.path,
+                done,
+            )
         for name in damaged:
-            _LOGGER.warning("Checkpoint %s is damaged; the run is resumed from generation %d.", name, done)
+            _LOGGER.warning(
+                "Checkpoint %s is damaged; the run is resumed from generation %d.", name, done
+            )
         folders.discard_checkpoints(folder.checkpoints_path, above=done)
         if checkpoint is None:
             return None
-        self._traces = _traces_of(checkpoint, folder, self.configuration)
+        self._traces = traces_of(checkpoint, folder, self.configuration)
         self._blocks = folders.blocks_before(checkpoint)
         state = checkpoint.part("coevolution/")
-        if self.configuration.run.trials:
+        if self._loop.stores_rows:
             rows = [folder.read(piece("buffer", number)) for number in range(1, done + 1)]
-            state |= {f"buffer/{name}": np.concatenate([each[name] for each in rows]) for name in rows[0]}
+            state |= {
+                f"buffer/{name}": np.concatenate([each[name] for each in rows]) for name in rows[0]
+            }
         self._loop.restore(state)
-        self._readout = checkpoint.part(_READOUT) if self.complete else {}
+        self._readout = checkpoint.part(READOUT) if self.complete else {}
         if self._source.failures is not None:
-            self._source.failures.restore(checkpoint.part(_FAILURES))
+            self._source.failures.restore(checkpoint.part(FAILURES))
         self._seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
         self._saved = done
         return checkpoint.part("history/")
@@ -469,9 +529,14 @@ class FinishedRun(ExitStack):
 
 
 def conduct(
-    run: Run | FinishedRun, observer: Observer | None = None, should_stop: Callable[[], bool] | None = None
+    run: Run | FinishedRun,
+    observer: Observer | None = None,
+    should_stop: Callable[[], bool] | None = None,
 ) -> Result:
-    """Run to the end, or until `should_stop` returns True after a generation; `observer` is called after each."""
+    """Run to the end, or until `should_stop` returns True after a generation.
+
+    `observer` is called after each.
+    """
     with run:
         generations = iter(run)
         for progress in generations:
@@ -483,235 +548,11 @@ def conduct(
 
 
 def refuse_given_source(folder: RunFolder) -> None:
-    """Reject a run that began with a source of its caller's: without it the run would continue in plain simulation."""
+    """Reject a run that began with a source of its caller's.
+
+    Without it the run would continue in plain simulation.
+    """
     got = f"{folder.path}, which began with a source of its caller's"
     remedy = "Give it again: turing_learning.runs.Run.open(path, lambda configuration: source)."
     given = folder.manifest().get("source") == GIVEN
     check_folder(not given, "run", "be one that can be resumed without its source", got, remedy)
-
-
-def give_parts(folder: RunFolder, models: Any, classifier: Any) -> None:
-    """Take optimizer and classifier that a stored run began with, as they are given again."""
-    if models is not None or classifier is not None:
-        configuration = folder.configuration()
-        with refusing_as(RunFolderError):
-            give_again("models", configuration.models.optimizer, models)
-            give_again("classifier", configuration.classifiers.network, classifier)
-
-
-def layout_of(configuration: Configuration, weights: int | None = None) -> histories.Layout:
-    """Return the sizes of a run's history; `weights` of a classifier are those of its network by default."""
-    run, models, classifiers = configuration.run, configuration.models, configuration.classifiers
-    return histories.Layout(
-        generations=configuration.length,
-        models=models.parents + models.offspring,
-        parameters=configuration.parameter_names,
-        classifiers=classifiers.parents + classifiers.offspring,
-        weights=classifier_of(configuration).parameters if weights is None else weights,
-        chunk=min(run.checkpoint_every, run.generations),
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class Origin:
-    """The run that a result belongs to: in its folder, or in memory."""
-
-    configuration: Configuration
-    completed: int  # generations
-    path: Path | None = None
-    begun: tuple[Any, Any] = (None, None)  # which run was in its folder, see `RunFolder.begun`
-    # of a run without a folder: its history, and what it would have written
-    kept: "Mapping[str, np.ndarray] | histories.Traces | None" = None
-    manifest: Mapping[str, Any] = field(default_factory=dict)
-    readout: Mapping[str, np.ndarray] = field(default_factory=dict)
-    dialogues: Mapping[str, np.ndarray] = field(default_factory=dict)
-    beside: dict[str, Any] = field(default_factory=dict)  # what its check and its pool have said
-    given: Given = field(default_factory=Given)  # of a custom system, in the process that had it
-
-    @classmethod
-    def of(cls, folder: RunFolder, configuration: Configuration, completed: int) -> Self:
-        """Return the origin of a result in a folder, which can be opened from wherever the process is by then."""
-        return cls(configuration, completed, folder.path.absolute(), folder.begun())
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Leave a run in memory and a caller's simulator behind, which another process does not have."""
-        if self.path is None:
-            return type(None), ()
-        return type(self), (self.configuration, self.completed, self.path, self.begun)
-
-    @property
-    def folder(self) -> RunFolder | None:
-        """Its folder, as it is now."""
-        return None if self.path is None else RunFolder(self.path)
-
-    def require_there(self) -> None:
-        """Reject a folder that holds this run no more."""
-        if folder := self.folder:
-            folder.require_there(self.begun)
-
-    def history(self) -> "xarray.Dataset":
-        """Return the history, with names and units, and trials spent where they are the budget; one on disk is verified."""
-        configuration, folder, completed = self.configuration, self.folder, self.completed
-        kept = self.kept
-        if folder is not None and configuration.run.thin:
-            kept = _traces_of(_stored_checkpoint(folder, configuration), folder, configuration)
-            if kept.completed < completed:
-                why = f"one of {kept.completed} generations is left, the result has {completed}"
-                raise folder.damaged("its last checkpoint", why)
-        if kept is not None:
-            found = histories.dataset_in_memory(kept, configuration.parameter_names, completed)
-        else:
-            assert folder is not None
-            checkpoint, path = folder.checkpoint(), folder.history_path
-            if checkpoint is not None and (seals := checkpoint.part("history/")):
-                # the network may be a function that the folder names, and reading executes nothing
-                layout = layout_of(configuration, weights=histories.stored_weights(path))
-                histories.require_sound(path, layout, completed, seals)
-            else:
-                _LOGGER.warning("%s: not verified, no checkpoint is left.", path)
-            found = histories.dataset_on_disk(path, completed)
-        units = units_of(configuration.system, configuration.parameter_names)
-        found = histories.with_units(found, list(units.values()))
-        spent = configuration.spent(completed)
-        return found if spent is None else found.assign_coords(trials=("generation", spent))
-
-    def draws(self) -> np.ndarray | None:
-        """Return draws (D, P) of the matched estimate; None where there are none."""
-        if self.folder is None:
-            return self.readout.get("draws")
-        return _stored_checkpoint(self.folder, self.configuration).arrays.get(f"{_READOUT}draws")
-
-    def jury(self) -> Jury:
-        """Return who judges in a run of trials, see `Result.jury`; nobody where its last state is not stored."""
-        if self.folder is None or not self.configuration.run.trials:
-            return ()
-        state = _stored_checkpoint(self.folder, self.configuration).part("coevolution/")
-        if "drawn" not in state:
-            return ()
-        evolved = np.concatenate((state["archive/genomes"], state["present"][::-1]))
-        return (classifier_of(self.configuration), evolved), (observers_of(self.configuration), state["drawn"])
-
-    def report(self, result: Result, target: Path) -> Path:
-        """Write the report of the run to a file."""
-        manifest, dialogues = self.manifest, self.dialogues
-        if folder := self.folder:
-            manifest, dialogues = folder.manifest(), folder.find(folders.DIALOGUES) or {}
-        motion = self.motion(simulated_model(result))
-        return write_report(result, target, manifest, motion=motion, dialogues=dialogues)
-
-    def motion(self, model: np.ndarray) -> Mapping[str, np.ndarray]:
-        """Return recorded motion beside that of replicas of a model (P,), see `Source.positions`; nothing if it is not known."""
-        if self.folder is not None:
-            return self.folder.find(folders.MOTION) or {}
-        if self.given.simulate is None:
-            return {}
-        with self.configuration.system.open(self.given) as source:
-            rng = np.random.default_rng((REPLAY, self.configuration.run.seed))
-            return source.positions(model, rng)
-
-    def opened(self, genuine: Any, simulate: Any) -> Source:
-        """Return the samples of the run, opened again, see `_known`."""
-        given = self._known(genuine, simulate)
-        with refusing_as(ConfigurationError):
-            return self.configuration.system.open(given)
-
-    def _known(self, genuine: Any, simulate: Any) -> Given:
-        """Return samples and simulator: those given, else those of this process, else functions that the folder names."""
-        parts = {"genuine": genuine, "simulate": simulate}
-        given = replace(self.given, **{name: value for name, value in parts.items() if value is not None})
-        with refusing_as(ConfigurationError):
-            return given if self.folder is None else self.folder.remembered(given)
-
-    def check(self, result: Result, /, **options: Any) -> Check:
-        """Check the estimate of the run, with the samples and simulator that are known in this process."""
-        refuse_unknown_part(options)
-        found = self._known(options.get("genuine"), options.get("simulate"))
-        known = {"genuine": found.genuine, "simulate": found.simulate}
-        return check_run(result, self.configuration, **options | known)
-
-    def recover(self, configuration: Configuration, path: Path | None, given: Given) -> Result:
-        """Run a configuration, in a folder or in memory; one that is in the folder already is resumed."""
-        if path is not None and RunFolder(path).is_run():
-            return conduct(Run.open(path, lambda configuration: configuration.system.open(given)))
-        with refusing_as(ConfigurationError):
-            source = configuration.system.open(given)
-        with source:
-            return conduct(Run.begin(configuration, path, source=source))
-
-
-# Runs that are stored
-
-
-def load_run(path: str | Path, *, models: Any = None, classifier: Any = None) -> Result:
-    """Open a run that is finished, stopped, killed, or still running.
-
-    Parameters
-    ----------
-    path
-        The run folder.
-    models, classifier
-        The objects that the run began with, where no other process can import them; checks and detectors need
-        the classifier.
-
-    Returns
-    -------
-    Result
-        What was inferred up to the last checkpoint.
-    """
-    folder = RunFolder(path)
-    give_parts(folder, models, classifier)
-    configuration = folder.configuration()
-    if (stored := _stored_result(folder, configuration)) is not None:
-        return stored
-    found = _result_of(_stored_checkpoint(folder, configuration), folder, configuration)
-    if folder.manifest()["state"] == FINISHED:
-        _LOGGER.warning("%s is damaged; the result is made again from the last checkpoint.", folder.result_path)
-    return found
-
-
-def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | None:
-    """Return the result of a finished run; None of one that is not, or if it is missing or damaged."""
-    if folder.manifest()["state"] != FINISHED:
-        return None
-    try:
-        content = folder.read("result.json")
-        found = {name: value for name, value in content.items() if name not in ("verdict", "verdicts")}
-        found |= {
-            name: replace_unknown(UNKNOWN, ends) for name in ("interval", "wandering") if (ends := content.get(name))
-        }
-        found["modes"] = tuple(Mode(**mode) for mode in content.get("modes", ()))
-        origin = Origin.of(folder, configuration, content["generations"])
-        return Result(**found, found=Judgment(content["verdicts"]).verdicts, path=origin.path, origin=origin)
-    except (RunFolderError, ValueError, KeyError, TypeError, AttributeError):
-        return None
-
-
-def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> Result:
-    traces, failures = _traces_of(checkpoint, folder, configuration), checkpoint.part(_FAILURES)
-    log = FailureLog(configuration.parameter_names)
-    if failures:
-        log.restore(failures)
-    spent = configuration.trials_after(checkpoint.generation) if configuration.run.trials else 0
-    settled = bool(checkpoint.arrays.get(_COMPLETE)) and spent not in configuration.run.earlier
-    return summarize(
-        traces,
-        float(checkpoint.arrays["seconds"]),
-        origin=Origin.of(folder, configuration, traces.completed),
-        complete=checkpoint.generation == configuration.length or settled,
-        readout=checkpoint.part(_READOUT),
-        failed_simulations=log.summary() if failures else None,
-    )
-
-
-def _stored_checkpoint(folder: RunFolder, configuration: Configuration) -> Checkpoint:
-    checkpoint = folder.checkpoint()
-    if checkpoint is None:
-        got, remedy = f"{folder.path} without a usable checkpoint", how_to_resume(folder.path, configuration)
-        reject_folder("run", "have been saved at least once", got, ("Begin it with ", remedy, "."))
-    return checkpoint
-
-
-def _traces_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> histories.Traces:
-    traces = histories.Traces(configuration.length, len(configuration.parameter_names))
-    traces.restore(folder.traces(checkpoint) or {})
-    return traces

@@ -9,9 +9,10 @@ from turing_learning import report
 from turing_learning.config import ConfigurationError, require_whole_cycles
 from turing_learning.errors import brief, check, integer, number
 from turing_learning.models import ReactiveModel
-from turing_learning.results import swarm_replay
 from turing_learning.swarm import Execution, Scenario, initial_poses
 from turing_learning.targets import refuse_target, writing
+
+from ._plots import swarm_replay
 
 LONGEST_S = 3600.0
 MOST_ROBOTS = 1000
@@ -39,7 +40,8 @@ def trial_replay(
     controller : (2 n,)
         Wheel speeds for each sensor state, as fractions of the maximum; None takes the agents'.
     robots
-        Number of robots, 1 to 1000; None takes the scenario's. Objects and start square grow in proportion.
+        Number of robots, 1 to 1000; None takes the scenario's. Objects and start square grow in
+        proportion.
     duration_s
         Duration (s), above 0 and at most 3600; a whole number of control intervals.
     seed
@@ -54,9 +56,15 @@ def trial_replay(
         speeds = np.empty(0)
     fits, got = speeds.shape == (len(names),) and np.isfinite(speeds).all(), brief(controller)
     check(fits, "controller", f"be {len(names)} finite numbers ({', '.join(names)})", got)
-    rule, fits = f"be at most {LARGEST_SPEED:g} in size", controller is None or np.abs(speeds).max() <= LARGEST_SPEED
+    rule, fits = (
+        f"be at most {LARGEST_SPEED:g} in size",
+        controller is None or np.abs(speeds).max() <= LARGEST_SPEED,
+    )
     check(fits, "controller", rule, got)
-    for name, value, least, most in (("robots", robots, 1, MOST_ROBOTS), ("threads", threads, 1, None)):
+    for name, value, least, most in (
+        ("robots", robots, 1, MOST_ROBOTS),
+        ("threads", threads, 1, None),
+    ):
         if value is not None:
             integer(name, value, least, most, error=ConfigurationError)
     number("duration", duration_s, above=0, most=LONGEST_S, error=ConfigurationError)
@@ -66,7 +74,10 @@ def trial_replay(
         scenario,
         Execution(np.tile(speeds, (1, robots or scenario.individuals, 1)), None, None),
         initial_poses(scenario, 1, np.random.default_rng(seed), robots=robots),
-        {"Agents" if controller is None else "Robots with the given controller": controller is not None},
+        {
+            "Agents" if controller is None else "Robots with the given controller": controller
+            is not None
+        },
         title=scenario.title,
         duration_s=duration_s,
         seed=seed,
@@ -75,13 +86,15 @@ def trial_replay(
 
 
 def write_trial(replay: report.Replay, path: Path, *, force: bool = False) -> Path:
-    """Write a trial as page (.html), GIF (.gif) or film (.mp4), by the suffix of the path; `force` replaces a file that exists.
+    """Write a trial as page (.html), GIF (.gif) or film (.mp4), by the suffix of the path.
+
+    `force` replaces a file that exists.
 
     Raises
     ------
     ConfigurationError
-        If the suffix is unknown, the file exists, it cannot be written, or a film needs an extra that is not
-        installed.
+        If the suffix is unknown, the file exists, it cannot be written, or a film needs an extra
+        that is not installed.
     """
     refuse_target(path, name="out", suffixes=REPLAY_SUFFIXES, force=force)
     try:

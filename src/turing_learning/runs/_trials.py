@@ -1,4 +1,5 @@
-"""Trials as they were observed: their raw tracks, the log of a laboratory, and which model is best when they are observed again."""
+"""Trials as they were observed: their raw tracks, the log of a laboratory, and which model is best
+when they are observed again."""
 
 import json
 import logging
@@ -17,9 +18,10 @@ from turing_learning.coevolution import Judgments, Samples, model_reward
 from turing_learning.config import Configuration, classifier_of
 from turing_learning.detection import observed_calibration
 from turing_learning.provenance import now
-from turing_learning.results.folder import CALIBRATION, RunFolder
-from turing_learning.results.result import Result, named
 from turing_learning.store import RunFolderError, check_folder
+
+from ._folder import CALIBRATION, RunFolder
+from ._result import Posterior, Result, named
 
 if TYPE_CHECKING:
     from turing_learning.robots import Event, LaboratorySource
@@ -27,14 +29,20 @@ if TYPE_CHECKING:
 
 
 _LOGGER = logging.getLogger("turing_learning")
-_TRIAL = re.compile(r"trials/(?P<stage>[^/]+)/attempt-(?P<attempt>\d+)/(?:trial-(?P<number>\d+)|rejected-.*)\.npz")
+_TRIAL = re.compile(
+    r"trials/(?P<stage>[^/]+)/attempt-(?P<attempt>\d+)/(?:trial-(?P<number>\d+)|rejected-.*)\.npz"
+)
 
 POST_EVALUATION = "post-evaluation-"
-"""Begin of the names of the stages in which the last models are observed again; their number follows."""
+"""Begin of the names of the stages in which the last models are observed again; their number
+follows."""
 
 
 def _keep_trial(folder: RunFolder, stage: str, attempt: int, trial: "ObservedTrial") -> None:
-    """Write a trial as `trials/STAGE/attempt-N/trial-NN.npz`; with faults as rejected-NN-K.npz, the K-th time."""
+    """Write a trial as `trials/STAGE/attempt-N/trial-NN.npz`.
+
+    With faults as rejected-NN-K.npz, the K-th time.
+    """
     attempt_folder = f"{folder.trials_path.name}/{stage}/attempt-{attempt}"
     name, rejected = f"trial-{trial.number:02d}.npz", f"rejected-{trial.number:02d}"
     with folder.storage():
@@ -56,11 +64,17 @@ def stored_trials(folder: RunFolder, stage: str) -> tuple[int, list["ObservedTri
 
 def _last_attempt(folder: RunFolder, stage: str) -> tuple[int, dict[int, str]]:
     """Return the number of the last attempt at a stage, or 0, and number -> file of its trials without faults, lost ones too."""
-    files = (file.relative_to(folder.path).as_posix() for file in folder.trials_path.glob("*/*/*.npz"))
+    files = (
+        file.relative_to(folder.path).as_posix() for file in folder.trials_path.glob("*/*/*.npz")
+    )
     found = [match for name in {*folder.seals.names(), *files} if (match := _TRIAL.fullmatch(name))]
     found = [match for match in found if match["stage"] == stage]
     last = max((int(match["attempt"]) for match in found), default=0)
-    return last, {int(each["number"]): each[0] for each in found if each["number"] and int(each["attempt"]) == last}
+    return last, {
+        int(each["number"]): each[0]
+        for each in found
+        if each["number"] and int(each["attempt"]) == last
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +119,8 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     path
         The run folder.
     stage
-        Name of a folder in ``trials``: "generation-0012", "post-evaluation-1". Of a stage that is not complete,
-        see `read_events`, what there is.
+        Name of a folder in ``trials``: "generation-0012", "post-evaluation-1". Of a stage that is
+        not complete, see `read_events`, what there is.
 
     Raises
     ------
@@ -116,11 +130,17 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     folder = RunFolder(path)
     folder.manifest()
     _, names = _last_attempt(folder, stage)
-    there, place = any((folder.path / name).exists() for name in names.values()), str(folder.trials_path)
+    there, place = (
+        any((folder.path / name).exists() for name in names.values()),
+        str(folder.trials_path),
+    )
     rule, remedy = "be one of which the run has trials", "Name a folder in it."
     check_folder(there, "stage", rule, repr(stage), remedy, place=place)
     trials = [folder.read(names[number]) for number in sorted(names)]
-    alike, place = len({(trial["poses"].shape, trial["models"].shape) for trial in trials}) == 1, f"{place}/{stage}"
+    alike, place = (
+        len({(trial["poses"].shape, trial["models"].shape) for trial in trials}) == 1,
+        f"{place}/{stage}",
+    )
     rule, remedy = "have trials of one shape", "Restore the files."
     check_folder(alike, "stage", rule, "others", remedy, place=place)
     return ObservedTrials(
@@ -141,8 +161,17 @@ def note_event(folder: RunFolder, event: "Event") -> None:
     if event.trial is not None or event.kind == "state":
         return
     if event.kind == "disturbed":
-        _LOGGER.info("%s, attempt %d, %s: %s.", event.stage, event.attempt, event.state, event.fault.rstrip("."))
-    known = {name: getattr(event, name) for name in ("kind", "stage", "attempt", "state", "fault", "asked")}
+        _LOGGER.info(
+            "%s, attempt %d, %s: %s.",
+            event.stage,
+            event.attempt,
+            event.state,
+            event.fault.rstrip("."),
+        )
+    known = {
+        name: getattr(event, name)
+        for name in ("kind", "stage", "attempt", "state", "fault", "asked")
+    }
     line = json.dumps({"time": now(), **known}) + "\n"
     with folder.storage(), folder.events_path.open("a+b") as file:
         file.seek(max(0, file.seek(0, os.SEEK_END) - 1))
@@ -197,14 +226,19 @@ class ModelEvaluation:
 
 
 def read_post_evaluation(path: str | Path) -> ModelEvaluation | None:
-    """Return what is known of a run's last models from observing them again; None if they have not been observed again yet."""
+    """Return what is known of a run's last models from observing them again.
+
+    None if they have not been observed again yet.
+    """
     folder = RunFolder(path)
     file = folder.post_evaluation_path
     if not file.exists():
         return None
     try:
         stored = dict(folder.read(file.name))
-        return ModelEvaluation(**stored | {"fitness": np.array(stored["fitness"], dtype=np.float64)})
+        return ModelEvaluation(
+            **stored | {"fitness": np.array(stored["fitness"], dtype=np.float64)}
+        )
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         what = f"`run` must have a readable {file.name}; got {file}, which holds something else."
         raise RunFolderError(f"{what} Restore the file, or remove it and resume.") from error
@@ -217,12 +251,14 @@ def post_evaluate(
     repeats: int,
     should_stop: Callable[[], bool] | None = None,
 ) -> None:
-    """Observe the last models of a complete run of generations `repeats` times; write what they are worth, see `ModelEvaluation`.
+    """Observe the last models of a complete run of generations `repeats` times.
 
-    What is written already is not observed again, and what was observed more often is left out. In the end what
-    detectors need is written, too. Source: paper, section 5.4.
+    Write what they are worth, see `ModelEvaluation`.
+
+    What is written already is not observed again, and what was observed more often is left out. In
+    the end what detectors need is written, too. Source: paper, section 5.4.
     """
-    if result.configuration.run.trials or not (result.complete and repeats):
+    if isinstance(result, Posterior) or not (result.complete and repeats):
         return
     with folder.locked():
         last, stored = result.history.isel(generation=-1), read_post_evaluation(folder.path)
@@ -235,8 +271,15 @@ def post_evaluate(
                 names, truth = tuple(result.best_model), result.truth
                 chosen = models[int(np.argmax(np.mean(fitness, axis=0)))]
                 best = named(names, chosen)
-                error = truth and named(names, absolute_error(chosen, np.array([truth[name] for name in names])))
-            found = {"repeats": repeats, "fitness": fitness, "best_model": best, "absolute_error": error}
+                error = truth and named(
+                    names, absolute_error(chosen, np.array([truth[name] for name in names]))
+                )
+            found = {
+                "repeats": repeats,
+                "fitness": fitness,
+                "best_model": best,
+                "absolute_error": error,
+            }
             with folder.storage():
                 folder.write(folder.post_evaluation_path.name, found)
 
@@ -252,7 +295,9 @@ def post_evaluate(
             _keep_observed_motion(result, folder, repeats)
 
 
-def judged_again(configuration: Configuration, classifiers: np.ndarray, samples: Samples) -> np.ndarray:
+def judged_again(
+    configuration: Configuration, classifiers: np.ndarray, samples: Samples
+) -> np.ndarray:
     """Return the fitness (M,) as in equation 1 that classifiers (N, Q) give the models of samples, one of each model."""
     classifier, genomes = classifier_of(configuration), np.asarray(classifiers, dtype=np.float64)
     judged = classifier.judge(genomes, samples.counterfeit[:, 0])[..., None]
@@ -265,13 +310,17 @@ def _keep_observed_motion(result: Result, folder: RunFolder, repeats: int) -> No
     Held out are those of the trials in which the last models were observed again.
     """
     try:
-        learned, replicas, models = _motion(folder, [f"generation-{g:04d}" for g in range(result.generations)])
+        learned, replicas, models = _motion(
+            folder, [f"generation-{g:04d}" for g in range(result.generations)]
+        )
         held_out, _, _ = _motion(folder, [f"{POST_EVALUATION}{k + 1}" for k in range(repeats)])
     except RunFolderError as error:
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
         return
     estimate = np.array(list(result.estimate.values()))
-    kept = observed_calibration(learned=learned, held_out=held_out, replicas=replicas, models=models, estimate=estimate)
+    kept = observed_calibration(
+        learned=learned, held_out=held_out, replicas=replicas, models=models, estimate=estimate
+    )
     if kept is None:
         why = "too few samples, or all models are near the estimate."
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", why)

@@ -18,8 +18,7 @@ from turing_learning._files import in_home, write_atomically, write_json
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import check, integer, reject
 from turing_learning.kernels.parallel import default_threads
-from turing_learning.results import Result, RunFolder
-from turing_learning.runs import resume, start
+from turing_learning.runs import Result, RunFolder, resume, start
 from turing_learning.store import check_folder
 from turing_learning.systems import Given, imported
 from turing_learning.targets import writing

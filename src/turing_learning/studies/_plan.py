@@ -23,8 +23,7 @@ from turing_learning.config.settings import load_variants, with_settings
 from turing_learning.errors import brief, check, integer, is_integer, refusing_as, require
 from turing_learning.interaction import describe_stimulated
 from turing_learning.purposes import RANDOM_BEHAVIORS
-from turing_learning.results import resume_command
-from turing_learning.runs import is_custom
+from turing_learning.runs import is_custom, resume_command
 from turing_learning.store import (
     FolderKind,
     RunFolderError,

@@ -23,7 +23,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.config.settings import single_settings
 from turing_learning.errors import check, nearest
 from turing_learning.report import write_page
-from turing_learning.results import resume_command, save_figures, stored_generations
+from turing_learning.runs import resume_command, save_figures, stored_generations
 from turing_learning.store import storage, writable
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomOptions, Range, imported

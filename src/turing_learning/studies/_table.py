@@ -16,8 +16,7 @@ from turing_learning._files import digest_of
 from turing_learning.analysis import absolute_error, name_failure
 from turing_learning.config import to_toml
 from turing_learning.report import Tabular, shown
-from turing_learning.results import TIMINGS, RunFolder
-from turing_learning.results.folder import FINISHED, RUNNING
+from turing_learning.runs import FINISHED, RUNNING, TIMINGS, RunFolder
 from turing_learning.store import RunFolderError, check_folder
 
 from ._backends import COMPLETE, FAILED, STOPPED, WAITING

@@ -363,6 +363,18 @@ class CustomSource(FallibleSource):
             rule = "be a function that another process can import"
             refuse("simulate", rule, f"{simulate!r} ({error})", _REMEDY)
 
+    @property
+    def recorded(self) -> np.ndarray | None:
+        """All genuine samples (K, T, D) to learn from, as classifiers see them; or None."""
+        return None if self.system.live else self._learning
+
+    @property
+    def independent(self) -> np.ndarray | None:
+        """The same and those held out; None of windows of one recording."""
+        if self.system.live or self.system.interval_s > 0:
+            return None
+        return self.system.centered(self.genuine.samples)
+
     def close(self) -> None:
         """End the worker processes, if there are any, at once."""
         workers = self._workers

@@ -185,6 +185,8 @@ class Source:
     #: Samples that the run was given; None where some are observed anew
     genuine: "Genuine | None" = None
     together: int = 1  #: Number of models that a trial executes
+    #: Whether the samples of a batch of trials have to be collected at once
+    whole_batches: bool = False
     #: Lowest and highest of the optimizer's numbers, beyond which a model is that at the end; None
     #: without ends
     ends: tuple[float, float] | None = None
@@ -197,6 +199,21 @@ class Source:
 
     def close(self) -> None:
         """Release what was opened."""
+
+    @property
+    def recorded(self) -> np.ndarray | None:
+        """All genuine samples (K, T, D) to learn from, as classifiers see them; None where the system is observed anew."""
+        return None
+
+    @property
+    def observed_anew(self) -> bool:
+        """Whether the system is observed anew in each generation or batch."""
+        return self.recorded is None
+
+    @property
+    def independent(self) -> np.ndarray | None:
+        """The same and those held out, if they are independent of each other; None of windows of one recording."""
+        return None
 
     def interrogation(self, classifier: Classifier) -> Interrogation:
         """Return what lets classifiers judge its samples."""

@@ -13,7 +13,7 @@ import pytest
 
 import turing_learning
 from turing_learning.cli import main
-from turing_learning.results import RunFolder
+from turing_learning.runs import RunFolder
 from turing_learning.systems import CustomSystemError
 
 SMALL = [

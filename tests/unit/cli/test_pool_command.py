@@ -2,8 +2,7 @@
 
 import pytest
 
-from turing_learning.results import pool
-from turing_learning.runs import infer, load_run
+from turing_learning.runs import infer, load_run, pool
 
 SMALL = {
     "models.population": 8,

@@ -316,7 +316,7 @@ def test_a_disk_that_is_full_says_how_the_command_line_goes_on(call, monkeypatch
     def full(*arguments):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("turing_learning.results.folder.save_checkpoint", full)
+    monkeypatch.setattr("turing_learning.runs._folder.save_checkpoint", full)
     code, _, err = call("infer", *RECORDED, *SMALL, "--generations", "2", "--out", "my run")
     assert code == 1
     assert err.startswith(

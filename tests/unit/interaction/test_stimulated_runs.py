@@ -16,7 +16,7 @@ from turing_learning.identifiability import Effort
 from turing_learning.interaction import STIMULATED as BUILT_IN
 from turing_learning.interaction import describe_stimulated
 from turing_learning.interaction._system import StimulatedSource
-from turing_learning.results import TIMINGS, RunFolderError
+from turing_learning.runs import TIMINGS, RunFolderError
 from turing_learning.systems import CustomSystemError
 
 SMALL = {"models.population": 8, "classifiers.population": 8, "run.checkpoint_every": 3, "scenario.opponents": 3}
@@ -93,7 +93,7 @@ def test_a_system_may_be_a_function_without_parameters(tmp_path):
 
 
 def test_one_of_several_levels_is_chosen_and_the_picture_says_how_often_the_classifier_was_right():
-    dialogues = custom(levels=3, settings=SMALL).origin.dialogues
+    dialogues = custom(levels=3, settings=SMALL).record.dialogues
     assert set(np.unique(dialogues["stimuli"])) <= {0.0, 0.5, 1.0}
     figure = dialogues_figure(dialogues, names=("speed", "light"), rows=("rate", "gain"), interval_s=0.1)
     assert "right; output" in " ".join(text.get_text() for text in figure.findobj(Text))

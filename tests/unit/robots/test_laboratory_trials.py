@@ -7,10 +7,10 @@ import pytest
 from program_laboratory import CALIBRATION, FILE, ScriptedLaboratory
 
 from turing_learning.config import ConfigurationError
-from turing_learning.results import RunFolderError
 from turing_learning.robots import LaboratoryError, LaboratorySource, load_laboratory
 from turing_learning.robots.emulation import SimulatedLaboratory
 from turing_learning.runs import (
+    RunFolderError,
     awaits_robots,
     load_run,
     read_post_evaluation,

@@ -14,9 +14,10 @@ from program_laboratory import CALIBRATION, FILE, NAMES, ScriptedLaboratory
 
 from turing_learning.config import ConfigurationError
 from turing_learning.detection import Detector, run_classifiers
-from turing_learning.results import RunFolder, RunFolderError
 from turing_learning.robots import load_laboratory
 from turing_learning.runs import (
+    RunFolder,
+    RunFolderError,
     awaits_robots,
     is_laboratory_run,
     load_run,

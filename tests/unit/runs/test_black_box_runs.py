@@ -8,8 +8,7 @@ import pytest
 import turing_learning as tl
 from turing_learning.config import ConfigurationError, with_settings
 from turing_learning.models import ElmanModel
-from turing_learning.results import TIMINGS, RunFolder
-from turing_learning.runs import resume, start
+from turing_learning.runs import TIMINGS, RunFolder, resume, start
 
 MODEL = ElmanModel(hidden=3)
 

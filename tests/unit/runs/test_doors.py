@@ -6,8 +6,7 @@ import pytest
 import turing_learning as tl
 from turing_learning.config import ConfigurationError
 from turing_learning.errors import RefusedError
-from turing_learning.results import RunFolderError
-from turing_learning.runs import start, trial_replay
+from turing_learning.runs import RunFolderError, start, trial_replay
 from turing_learning.swarm import AGGREGATION
 
 HUGE = 10**400

@@ -11,12 +11,10 @@ import pytest
 from matplotlib.figure import Figure
 
 import turing_learning as tl
-from turing_learning.analysis import Matched, combined, mixed_interval
-from turing_learning.coevolution import _climb, _few_trials
+from turing_learning.analysis import mixed_interval
 from turing_learning.config import ConfigurationError
+from turing_learning.few_trials import Matched, SearchSpace, _loop, _readout, _search, combined
 from turing_learning.identifiability import Effort
-from turing_learning.runs import _loops
-from turing_learning.runs._loops import TrialsLoop
 from turing_learning.store import RunFolderError
 from turing_learning.systems import CustomSystemError
 
@@ -54,7 +52,7 @@ def test_a_run_spends_its_trials_and_states_them(whole):
 
 
 def test_where_classifiers_tell_the_models_at_the_end_no_interval_is_stated(monkeypatch):
-    monkeypatch.setattr("turing_learning.results.result.LEAST_P", 0.0)  # matching has nothing against the model
+    monkeypatch.setattr("turing_learning.runs._summary.LEAST_P", 0.0)  # matching has nothing against the model
     still = 8 + 0.01 * np.random.default_rng(1).standard_normal((60, 12, 1))  # the model's speed is never so steady
     result = tl.infer(
         genuine=still,
@@ -76,7 +74,7 @@ def test_the_history_has_a_row_for_each_batch(whole):
 
 
 def test_it_is_described_in_trials(whole):
-    assert repr(whole).startswith("<Result: aggregation, seed 3, 90 trials, ")
+    assert repr(whole).startswith("<Posterior: aggregation, seed 3, 90 trials, ")
     page = (whole.path / "report.html").read_text()
     assert "After 90 trials the estimate differs" in page
     assert "Parameters over trials" in page
@@ -100,17 +98,16 @@ def test_a_stopped_run_is_resumed_to_the_same_bits(whole, tmp_path):
 
 
 def test_a_lost_run_settles_on_a_center_and_is_resumed_to_the_same_bits(monkeypatch, tmp_path):
-    monkeypatch.setattr(_climb, "LOST", 0.0)
-    monkeypatch.setattr(_few_trials, "FEWEST", 10)
-    monkeypatch.setattr(_loops, "_AT_LEAST", 60)
+    monkeypatch.setattr(_search, "LOST", 0.0)
+    monkeypatch.setattr(_loop, "FEWEST", 10)
+    monkeypatch.setattr(_readout, "AT_LEAST", 60)
     settled = []
 
-    def center(loop, number, sought=TrialsLoop._center):
-        found = sought(loop, number)
-        settled.extend([] if found is None else [found.draws])
-        return found
+    def settle(run, draws, settle=_loop.FewTrials.settle):
+        settled.append(draws)
+        return settle(run, draws)
 
-    monkeypatch.setattr(TrialsLoop, "_center", center)
+    monkeypatch.setattr(_loop.FewTrials, "settle", settle)
     known = {"trials": 150, "seed": 3, "settings": SMALL}
     lost = tl.infer("aggregation", **known)
     chosen = len(settled)
@@ -124,7 +121,7 @@ def test_a_lost_run_settles_on_a_center_and_is_resumed_to_the_same_bits(monkeypa
     for first, again in zip(settled, settled[chosen:], strict=False):
         np.testing.assert_array_equal(first, again)
     assert len(settled) == 2 * chosen
-    monkeypatch.setattr(_climb, "LOST", 1e9)
+    monkeypatch.setattr(_search, "LOST", 1e9)
     assert tl.infer("aggregation", **known).estimate != lost.estimate
 
 
@@ -261,23 +258,18 @@ def test_where_models_end_the_interval_reaches_the_end(share, matched, estimate,
     draws, tried = np.full((10, 2), [[0.95, 0.95]]), np.full((100, 2), [[0.9, 0.9]])
     tried[: round(100 * share)] = 1.0
     low, upper = np.full(2, 0.9), np.full(2, matched)
-    found = SimpleNamespace(interval_low=low, interval_high=upper, draws=draws, p_value=0.5, settled=True)
-    found.mode = np.zeros(len(draws), dtype=np.int64)
-    source = SimpleNamespace(ends=ends, to_units=lambda values: values)
-    loop = SimpleNamespace(
-        matched=lambda: found, trials=SimpleNamespace(draws=tried), _source=source, _middle=0.0, _reach=1.0,
-        _saturated=np.array([True, False]), _examinable=False,
-    )  # fmt: skip
-    read = TrialsLoop.readout(loop)
-    assert read["estimate"].tolist() == [end if estimate is None else estimate, 0.95]
-    assert read["interval"].tolist() == [[0.9, 0.9], [end if high is None else high, matched]]
+    found = SimpleNamespace(interval_low=low, interval_high=upper, draws=draws)
+    ends = {"saturated": [True, False], "end": end}
+    space = SearchSpace.between([-1.0, -1.0], [1.0, 1.0], **ends)
+    stated, interval = _readout.stated(found, tried, space)
+    assert stated.tolist() == [end if estimate is None else estimate, 0.95]
+    assert interval.tolist() == [[0.9, 0.9], [end if high is None else high, matched]]
 
 
 def test_a_run_of_generations_has_no_draws():
     result = tl.infer("aggregation", generations=2, settings={**SMALL, "models.population": 6})
-    assert result.covariance is None
-    with pytest.raises(RuntimeError, match="`draws` must be of a run of trials that has settled"):
-        result.draws()
+    assert isinstance(result, tl.Evolution)
+    assert not hasattr(result, "draws")
 
 
 def test_a_custom_system_is_inferred_from_few_trials_of_its_simulator():

@@ -15,20 +15,23 @@ import turing_learning as tl
 from turing_learning.analysis import Verdict, interval
 from turing_learning.config import ConfigurationError, load_configuration
 from turing_learning.identifiability import Effort, Recovery, TwoSampleTest
-from turing_learning.results import (
+from turing_learning.robots import LABORATORY
+from turing_learning.runs import (
     TIMINGS,
+    Run,
     RunFolder,
     RunFolderError,
     RunStorageError,
+    new_run_path,
+    resume,
     resume_command,
+    start,
     stored_generations,
 )
-from turing_learning.results._paper import paper_absolute_errors
-from turing_learning.results.history import Traces
-from turing_learning.results.result import summarize
-from turing_learning.robots import LABORATORY
-from turing_learning.runs import Run, new_run_path, resume, start
-from turing_learning.runs._run import Origin
+from turing_learning.runs._history import Traces
+from turing_learning.runs._paper import paper_absolute_errors
+from turing_learning.runs._record import Record
+from turing_learning.runs._summary import Ending, summarize
 from turing_learning.systems import Given
 
 
@@ -529,7 +532,7 @@ def test_a_folder_in_use_is_refused_and_names_who_uses_it(stopped, small):
 
 
 def test_a_full_disk_ends_with_a_message_and_a_run_that_can_be_resumed(small, whole, tmp_path, monkeypatch):
-    from turing_learning.results import folder as folders
+    from turing_learning.runs import _folder as folders
 
     written = folders.write_atomically
     calls = []
@@ -617,8 +620,7 @@ def test_a_run_has_converged_if_its_models_have_contracted_and_classifiers_guess
         values = {"best_model": models[0], "typical_model": truth + 0.01 * rng.standard_normal(4), "selection": 0}
         values |= {"model": models, "model_fitness": np.full(8, 0.5), "classifier_fitness": np.full(8, fitness)}
         traces.record(values, 0.1)
-    owner = Origin(configuration, 100)
-    result = summarize(traces, 1.0, origin=owner, complete=True, readout={})
+    result = summarize(traces, Ending(1.0, complete=True, readout={}), Record(configuration, 100))
     assert result.verdict == found
     assert np.isfinite(list(result.interval.values())).all() == (found == Verdict.CONVERGED)
     assert result.to_json()["verdict"] == found
@@ -676,7 +678,7 @@ def test_a_report_where_none_can_be_is_refused(finished, tmp_path, name, message
 
 
 def test_a_result_alone_has_no_history():
-    result = tl.Result(
+    result = tl.Evolution(
         "a", 1, 1, True, None, {"x": 0.0}, {"x": 0.0}, {"x": [-1.0, 2.0]}, None, None, None, None, None, 0, 1.0, 1.0, 8
     )
     with pytest.raises(RuntimeError, match="`history` must belong to a run; got a result alone"):

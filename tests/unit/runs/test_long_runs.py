@@ -6,10 +6,9 @@ import logging
 import numpy as np
 import pytest
 
-from turing_learning.results import RunFolder
-from turing_learning.results import folder as folders
-from turing_learning.results.history import Layout, create_store
-from turing_learning.runs import load_run, resume, start
+from turing_learning.runs import RunFolder, load_run, resume, start
+from turing_learning.runs import _folder as folders
+from turing_learning.runs._history import Layout, create_store
 
 
 def layout(generations, chunk=20):
@@ -68,7 +67,7 @@ def test_a_run_that_is_resumed_with_other_packages_says_so_and_records_it(small,
 
 @pytest.mark.parametrize("version", [0, -1, True])
 def test_a_folder_of_no_known_format_is_rejected(small, tmp_path, version):
-    from turing_learning.results import RunFolderError
+    from turing_learning.runs import RunFolderError
 
     start(small(), tmp_path / "run")
     path = tmp_path / "run" / "manifest.json"

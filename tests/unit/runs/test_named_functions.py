@@ -8,7 +8,7 @@ import pytest
 from own_models import RANGES, recorded
 
 import turing_learning as tl
-from turing_learning.results import RunFolder, RunFolderError
+from turing_learning.runs import RunFolder, RunFolderError
 
 PARTS = """
 from own_models import walk

@@ -15,8 +15,7 @@ from turing_learning.config.settings import load_variants
 from turing_learning.errors import RefusedError
 from turing_learning.families import BurstAndCoast
 from turing_learning.identifiability import Effort
-from turing_learning.results import TIMINGS, RunFolder, RunFolderError, RunStorageError
-from turing_learning.runs import start
+from turing_learning.runs import TIMINGS, RunFolder, RunFolderError, RunStorageError, start
 from turing_learning.systems import CustomSystem, CustomSystemError
 
 SMALL = {
@@ -59,7 +58,7 @@ def test_a_disk_that_is_full_says_how_python_goes_on(tmp_path, monkeypatch):
 
     path = tmp_path / "run"
     with monkeypatch.context() as patch:
-        patch.setattr("turing_learning.results.folder.save_checkpoint", full)
+        patch.setattr("turing_learning.runs._folder.save_checkpoint", full)
         with pytest.raises(RunStorageError) as refused:
             infer(out=path)
     call = f"turing_learning.resume({str(path)!r}, genuine=...)"

@@ -8,8 +8,8 @@ from turing_learning.config import ConfigurationError
 from turing_learning.detection import load_motion
 from turing_learning.families import Couzin
 from turing_learning.identifiability import Effort
-from turing_learning.results import RunFolderError, RunStorageError
 from turing_learning.robots import LaboratoryError
+from turing_learning.runs import RunFolderError, RunStorageError
 from turing_learning.studies import ExecutorError
 from turing_learning.systems import CustomSystemError
 

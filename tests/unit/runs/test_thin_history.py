@@ -4,8 +4,7 @@ import shutil
 import numpy as np
 import pytest
 
-from turing_learning.results import TIMINGS
-from turing_learning.runs import infer, load_run, resume, start
+from turing_learning.runs import TIMINGS, infer, load_run, resume, start
 
 
 def untimed(folder):

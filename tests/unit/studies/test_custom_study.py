@@ -9,7 +9,7 @@ import pytest
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError
-from turing_learning.results import RunFolderError
+from turing_learning.runs import RunFolderError
 from turing_learning.store import DamagedError
 from turing_learning.studies import load_study, plan_study, resume_study, study
 

@@ -4,7 +4,7 @@ import json
 from contextlib import ExitStack
 from functools import partial
 
-from turing_learning.results import RunFolder
+from turing_learning.runs import RunFolder
 from turing_learning.studies import StudyFolder, _backends, plan_study
 from turing_learning.studies._backends import execute, execute_in_worker
 from turing_learning.studies._study import create_study

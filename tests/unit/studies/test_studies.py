@@ -13,8 +13,7 @@ import pytest
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError
-from turing_learning.results import RunFolder, RunFolderError
-from turing_learning.runs import start
+from turing_learning.runs import RunFolder, RunFolderError, start
 from turing_learning.store import DamagedError, RunStorageError
 from turing_learning.studies import (
     ExecutorError,

@@ -20,7 +20,7 @@ from turing_learning.figures import box_figure
 from turing_learning.figures.many_runs import convergence_figure, dispersion_figure
 from turing_learning.figures.swarms import snapshots_figure
 from turing_learning.purposes import EMERGENCE_STARTS
-from turing_learning.results import RunFolder
+from turing_learning.runs import RunFolder
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
 from .._experiment import (

@@ -147,6 +147,7 @@ def _conducted(
 
     def keep(progress: "Progress") -> None:
         generation = progress.generation
+        assert generation is not None  # the run has generations
         if generation.number in generations:
             classifiers.append(generation.classifiers.astype(np.float32))
             fitness.append(generation.classifier_fitness)

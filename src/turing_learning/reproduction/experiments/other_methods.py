@@ -251,7 +251,7 @@ def _infer(
 def _infer_by_turing_learning(
     work: Work, scenario: Scenario, trials: int, seed: int
 ) -> methods.Inferred | None:
-    from turing_learning.runs import infer
+    from turing_learning.runs import Evolution, infer
 
     population = work.sizes["population"]
     populations = {"models.population": population, "classifiers.population": population}
@@ -265,7 +265,8 @@ def _infer_by_turing_learning(
     )
     if not result.complete:
         return None
-    low, high = np.array(list((result.wandering or result.interval).values())).T
+    assert isinstance(result, Evolution)
+    low, high = np.array(list(result.wandering.values())).T
     return methods.Inferred(np.array(list(result.estimate.values())), low, high)
 
 

@@ -437,6 +437,8 @@ class SimulatedLaboratory(Source):
     `observe`.
     """
 
+    whole_batches = True
+
     def __init__(self, scenario: Scenario, seed: int = 0, *, of_trials: bool = False) -> None:
         self._scenario, self._seed = scenario, seed
         self.together, self.ends = scenario.replicas, LARGEST if of_trials else None

@@ -393,6 +393,7 @@ class LaboratorySource(Source):
     """
 
     generation: int = 0  #: Number of the generation, or batch, that is collected next; set by the run
+    whole_batches = True
 
     def __init__(
         self, setup: LaboratorySetup, scenario: Scenario, equipment: Equipment, *,

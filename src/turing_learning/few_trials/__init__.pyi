@@ -1,0 +1,16 @@
+from ._buffer import SampleBuffer as SampleBuffer
+from ._design import TrialDesign as TrialDesign
+from ._examination import Examiner as Examiner
+from ._loop import Batch as Batch
+from ._loop import FewTrials as FewTrials
+from ._map import MomentField as MomentField
+from ._matching import LEAST_P as LEAST_P
+from ._matching import Matched as Matched
+from ._matching import combined as combined
+from ._matching import match as match
+from ._modes import modes as modes
+from ._observers import Observers as Observers
+from ._observers import PooledClassifier as PooledClassifier
+from ._schedule import batch_schedule as batch_schedule
+from ._space import SearchSpace as SearchSpace
+from ._space import symmetries_of as symmetries_of

@@ -1,0 +1,227 @@
+"""What is kept of a run of trials: all samples, and what classifiers say of these."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from turing_learning.arrays import array
+from turing_learning.coevolution import Classifier
+from turing_learning.errors import integer, require
+
+
+class SampleBuffer:
+    """The samples of all trials of models, and the latest genuine ones; arrays that only grow.
+
+    Rows are appended and never changed, so that a store can write what has come since it last wrote
+    (`since`), and nothing twice.
+
+    Parameters
+    ----------
+    pool
+        Number of genuine samples that are judged, the latest: those of trials with models that are
+        nearly right.
+    share
+        Share of the pool that one batch may fill; of more, a random part is kept.
+
+    Attributes
+    ----------
+    pool
+        As given; all genuine samples are kept, so that it may be raised.
+    """
+
+    def __init__(self, pool: int = 2000, share: float = 0.1) -> None:
+        self.pool = integer("pool", pool, 2)
+        self._share = share
+        self._arrays: dict[str, np.ndarray] = {}
+        self._counts: dict[str, int] = {}
+
+    def __len__(self) -> int:
+        return self._counts.get("parameters", 0)
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """Parameters of the model of each trial (S, P)."""
+        return self._filled("parameters")
+
+    @property
+    def samples(self) -> np.ndarray:
+        """C samples of each trial (S, C, T, D) float32."""
+        return self._filled("samples")
+
+    @property
+    def usable(self) -> np.ndarray:
+        """Which trials have samples (S,) bool; those that failed count as trials."""
+        return self._filled("usable")
+
+    @property
+    def genuine(self) -> np.ndarray:
+        """Genuine samples (K, T, D) float32 that are judged."""
+        return self._filled("genuine")[-self.pool :]
+
+    def append(
+        self,
+        parameters: np.ndarray,
+        samples: np.ndarray,
+        genuine: np.ndarray,
+        rng: np.random.Generator,
+        usable: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Take over trials; return the genuine samples (k, T, D) that are kept.
+
+        Parameters
+        ----------
+        parameters : (M, P)
+            Of the models.
+        samples : (M, C, T, D)
+            Of the models.
+        genuine : (K, T, D)
+            That were met beside them.
+        rng
+            Chooses genuine samples where there are more than one batch may bring.
+        usable : (M,)
+            Which trials have not failed; None: all.
+        """
+        parameters = array("parameters", parameters, "M P")
+        samples = array("samples", samples, "M C T D", M=len(parameters))
+        genuine = array(
+            "genuine", genuine, "K T D", empty=True, T=samples.shape[2], D=samples.shape[3]
+        )
+        most = max(1, round(self._share * self.pool)) if len(self) else self.pool
+        if len(genuine) > most:
+            genuine = genuine[np.sort(rng.permutation(len(genuine))[:most])]
+        self._add("parameters", parameters)
+        self._add("samples", samples.astype(np.float32))
+        if usable is None:
+            usable = np.ones(len(parameters), bool)
+        self._add("usable", np.asarray(usable, bool))
+        self._add("genuine", genuine.astype(np.float32))
+        return genuine
+
+    def since(self, trials: int, genuine: int) -> dict[str, np.ndarray]:
+        """Return the rows that came after so many trials and kept genuine samples.
+
+        `counts` says how many there are now.
+        """
+        rows = {name: self._filled(name)[trials:] for name in self._arrays if name != "genuine"}
+        if "genuine" in self._arrays:
+            rows["genuine"] = self._filled("genuine")[genuine:]
+        return rows
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Numbers of trials and of genuine samples kept so far."""
+        return len(self), self._counts.get("genuine", 0)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return all rows."""
+        return {name: array.copy() for name, array in self.since(0, 0).items()}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take over rows in the place of all that there are."""
+        self._arrays = {}
+        self._counts = {}
+        if not state:
+            return
+        names = {"parameters", "samples", "usable", "genuine"}
+        require(names <= set(state), "state", f"hold {sorted(names)}", str(sorted(state)))
+        lengths = {name: len(rows) for name, rows in state.items()}
+        same = lengths["parameters"] == lengths["samples"] == lengths["usable"]
+        require(same, "state", "hold as many samples as parameters", str(lengths))
+        for name in names:
+            self._add(name, np.asarray(state[name]))
+
+    def _filled(self, name: str) -> np.ndarray:
+        return self._arrays[name][: self._counts[name]]
+
+    def _add(self, name: str, rows: np.ndarray) -> None:
+        count = self._counts.get(name, 0)
+        needed = count + len(rows)
+        if name not in self._arrays:
+            self._arrays[name] = np.empty((max(needed, 64), *rows.shape[1:]), rows.dtype)
+        elif len(self._arrays[name]) < needed:
+            larger = np.empty((max(needed, count + count // 2), *rows.shape[1:]), rows.dtype)
+            larger[:count] = self._arrays[name][:count]
+            self._arrays[name] = larger
+        shape = self._arrays[name].shape[1:]
+        require(rows.shape[1:] == shape, name, f"have rows of shape {shape}", str(rows.shape[1:]))
+        self._arrays[name][count:needed] = rows
+        self._counts[name] = needed
+
+
+class JudgmentRecord:
+    """Outputs of classifiers for all samples of a buffer: what has been judged is not judged again.
+
+    Parameters
+    ----------
+    classifier
+        Judges the samples, as genomes say.
+
+    Attributes
+    ----------
+    counterfeit : (S, N) float32
+        Outputs of N classifiers for S trials, each the mean over the samples of the trial.
+    genuine : (K, N) float32
+        Outputs for the genuine samples that are judged.
+    """
+
+    def __init__(self, classifier: Classifier) -> None:
+        self.classifier = classifier
+        self._genomes = np.empty((0, classifier.parameters))
+        # the genuine samples that are judged, among all that are kept
+        self._pool = range(0)
+        self.counterfeit = np.empty((0, 0), np.float32)
+        self.genuine = np.empty((0, 0), np.float32)
+
+    def update(self, genomes: np.ndarray, buffer: SampleBuffer) -> None:
+        """Let classifiers (N, Q) judge what is new to them.
+
+        New samples, and all if a classifier is new in its row.
+        """
+        compared = min(len(genomes), len(self._genomes))
+        changed = np.ones(len(genomes), bool)
+        changed[:compared] = (genomes[:compared] != self._genomes[:compared]).any(axis=1)
+        last = buffer.counts[1]
+        pool = range(last - len(buffer.genuine), last)
+        trials = range(len(buffer))
+        before = range(len(self.counterfeit))
+        self.counterfeit = self._updated(
+            self.counterfeit, before, trials, genomes, changed, buffer.samples
+        )
+        self.genuine = self._updated(
+            self.genuine, self._pool, pool, genomes, changed, buffer.genuine[:, None]
+        )
+        self._genomes = genomes.copy()
+        self._pool = pool
+
+    def _updated(
+        self,
+        outputs: np.ndarray,
+        before: range,
+        now: range,
+        genomes: np.ndarray,
+        changed: np.ndarray,
+        samples: np.ndarray,
+    ) -> np.ndarray:
+        """Return the outputs for the rows `now`.
+
+        Those for the rows in `before` are there, but for classifiers that have changed.
+        """
+        updated = np.empty((len(now), len(genomes)), np.float32)
+        # rows only come at the end, unless the pool has become larger
+        first = max(now.start, before.start)
+        last = max(min(now.stop, before.stop), first)
+        kept = slice(first - now.start, last - now.start)
+        same = np.flatnonzero(~changed)
+        updated[kept, same] = outputs[first - before.start : last - before.start, same]
+        updated[kept, changed] = self._judged(genomes[changed], samples[kept])
+        for new in (slice(0, kept.start), slice(kept.stop, len(now))):
+            updated[new] = self._judged(genomes, samples[new])
+        return updated
+
+    def _judged(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
+        """Return the outputs (S, N) for trials (S, C, T, D)."""
+        trials, count, *series = samples.shape
+        if trials == 0 or len(genomes) == 0:
+            return np.empty((trials, len(genomes)), np.float32)
+        outputs = self.classifier.judge(genomes, samples.reshape(trials * count, *series))
+        return outputs.reshape(len(genomes), trials, count).mean(axis=2, dtype=np.float32).T

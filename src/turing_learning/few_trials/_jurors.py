@@ -1,0 +1,142 @@
+"""From judgments to moments: numbers whose expectation is 0 for a model that is right.
+
+Goes in: what J classifiers say of each trial, a few hundred numbers, and of the genuine samples.
+Comes out: for each trial about two moments for each parameter. Why it works: a juror, a weighted
+sum of all outputs, is trained to say how large a parameter was in a trial. If a model is right,
+jurors say on average of its trials what they say of the genuine samples, whatever their weights; so
+the difference is 0. The numbers: decision 0028, "Train jurors".
+"""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+FOLDS = 4
+"""Parts of the trials; jurors that are trained on three judge the fourth."""
+
+RIDGES = (1e-3, 1e-2, 1e-1, 1.0)
+"""Penalties that are tried, in units of the variance of an output."""
+
+WORTH = 0.02
+"""Share of a target's variance that the juror of a product has to explain out of its fold."""
+
+SHRINKAGE = 0.05
+"""Share by which covariances of moments are drawn to 0."""
+
+
+class Moments(NamedTuple):
+    """What trained jurors say of S trials."""
+
+    #: (S, Q), output of each juror for a trial minus that for the genuine samples, decorrelated,
+    #: with noise of variance 1
+    values: np.ndarray
+    #: (P,), share of the variance of each parameter that a juror sees in a single trial, out of its
+    #: fold; 0 or less: nothing
+    explained: np.ndarray
+
+
+def train_moments(
+    parameters: np.ndarray, outputs: np.ndarray, genuine: np.ndarray, rng: np.random.Generator
+) -> Moments:
+    """Train jurors on outputs of J classifiers for S trials, and compare these with the system.
+
+    Outputs are (S, J) for models (S, P), and (K, J) for genuine samples.
+
+    One juror for each parameter, and for each product of two: a linear read-out of all outputs,
+    trained to tell where it is large from where it is small, with the ridge penalty that does best
+    out of its fold. Each trial, and the system beside it, are judged by jurors that were not
+    trained on that trial; jurors of products that see nothing are dropped.
+
+    Source: Fearnhead and Prangle, Constructing summary statistics for approximate Bayesian
+    computation (2012); Gourieroux, Monfort and Renault, Indirect inference (1993).
+    """
+    count, dimension = parameters.shape
+    targets = _terms((parameters - np.median(parameters, axis=0)) / (parameters.std(axis=0) + 1e-9))
+    targets = (targets - targets.mean(axis=0)) / (targets.std(axis=0) + 1e-9)
+    # trials of one fold stand together, so that a fold is a slice
+    fold = rng.permutation(count) % FOLDS
+    order = np.argsort(fold, kind="stable")
+    ends = np.searchsorted(fold[order], np.arange(FOLDS + 1))
+    judged = outputs[order]
+    middle = judged.mean(axis=0)
+    judged -= middle
+    variance = np.einsum("sj,sj->j", judged, judged) / count
+    scale = np.sqrt(0.5 * (variance + genuine.var(axis=0))) + 1e-3
+    judged /= scale
+    system = (genuine.mean(axis=0) - middle) / scale
+    read, expected = _cross_fit(judged, system, targets[order], ends)
+    errors = ((read - targets[order]) ** 2).mean(axis=1)
+    best = errors.argmin(axis=0)
+    terms = np.arange(targets.shape[1])
+    explained = 1 - errors.min(axis=0)
+    values = np.empty_like(targets)
+    values[order] = read[best, :, terms].T
+    values -= expected[best, :, terms].T[fold]
+    kept = explained > WORTH
+    kept[:dimension] = True
+    return Moments(_whitened(parameters, values[:, kept]), explained[:dimension])
+
+
+def _cross_fit(
+    judged: np.ndarray, system: np.ndarray, targets: np.ndarray, ends: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what jurors say of trials out of their fold, and of the system.
+
+    Shapes are (ridges, S, terms) and (ridges, folds, terms).
+
+    Fold k is the trials from `ends[k]` to `ends[k + 1]`. Outputs of classifiers are single
+    precision, and so are products of as many numbers as there are trials; equations are solved in
+    double precision.
+    """
+    folds = [slice(first, last) for first, last in pairwise(ends)]
+    goals = targets.astype(judged.dtype)
+    squares = [(judged[fold].T @ judged[fold]).astype(float) for fold in folds]
+    products = [(judged[fold].T @ goals[fold]).astype(float) for fold in folds]
+    sums = [judged[fold].sum(axis=0, dtype=float) for fold in folds]
+    goal_sums = [targets[fold].sum(axis=0) for fold in folds]
+    read = np.empty((len(RIDGES), *targets.shape))
+    expected = np.empty((len(RIDGES), FOLDS, targets.shape[1]))
+    for k, fold in enumerate(folds):
+        size = len(judged) - (ends[k + 1] - ends[k])
+        mean = (sum(sums) - sums[k]) / size
+        goal = (sum(goal_sums) - goal_sums[k]) / size
+        square = sum(squares) - squares[k] - size * np.outer(mean, mean)
+        product = sum(products) - products[k] - size * np.outer(mean, goal)
+        left_out = judged[fold] - mean.astype(judged.dtype)
+        for r, ridge in enumerate(RIDGES):
+            penalized = square + ridge * size * np.eye(len(square))
+            weights = cho_solve(
+                cho_factor(penalized, check_finite=False), product, check_finite=False
+            )
+            read[r, fold] = left_out @ weights.astype(judged.dtype) + goal
+            expected[r, k] = (system - mean) @ weights + goal
+    return read, expected
+
+
+def _terms(places: np.ndarray) -> np.ndarray:
+    """Return all linear and quadratic terms (S, P + P (P + 1) / 2) of points (S, P)."""
+    first, second = np.triu_indices(places.shape[1])
+    return np.concatenate((places, places[:, first] * places[:, second]), axis=1)
+
+
+def _whitened(parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the moments (S, Q) decorrelated, with noise of variance 1.
+
+    Noise is what remains around a smooth function of the parameters.
+    """
+    count = len(values)
+    places = (parameters - np.median(parameters, axis=0)) / (parameters.std(axis=0) + 1e-9)
+    terms = _terms(places)
+    smooth = np.column_stack((np.ones(count), terms if count > 3 * terms.shape[1] else places))
+    penalty = np.full(smooth.shape[1], 1e-3 * count)
+    penalty[0] = 0
+    fit = np.linalg.solve(smooth.T @ smooth + np.diag(penalty), smooth.T @ values)
+    rest = values - smooth @ fit
+    covariance = rest.T @ rest / max(count - smooth.shape[1], count / 4)
+    variances = np.diag(np.diag(covariance))
+    covariance = (
+        (1 - SHRINKAGE) * covariance + SHRINKAGE * variances + 1e-9 * np.eye(len(covariance))
+    )
+    return np.linalg.solve(np.linalg.cholesky(covariance), values.T).T

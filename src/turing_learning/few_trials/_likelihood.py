@@ -1,0 +1,339 @@
+"""How likely parameters are, by what classifiers say of samples.
+
+Goes in: outputs of J classifiers for S counterfeit samples, whose parameters are known, and for K
+genuine samples. Comes out: a function of the parameters, the logarithm of their likelihood. Why it
+works: all outputs are condensed to one composite judgment for each parameter, the linear
+combination that predicts it best. Near the solution the mean composite judgment is a smooth
+function of the parameters, which a Gaussian process learns (`Emulator`). Parameters are the
+likelier the nearer this mean is to that of the genuine samples.
+
+Source: Fearnhead and Prangle, Constructing summary statistics for approximate Bayesian computation
+(2012); Price et al., Bayesian synthetic likelihood (2018). The numbers: decision 0028, "The
+read-out".
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._emulator import Emulator, conditioned, learned_kernel, surprise
+
+FOLDS = 5
+"""Parts of the counterfeit samples; what is learned from four is applied to the fifth."""
+
+TRUST = 0.7
+"""Share of the samples at which the prediction is sure enough for draws."""
+
+SURE = 0.25
+"""Variance of a prediction, in units of that of the target, that is sure enough in any case."""
+
+TIGHT = 0.5
+"""Squared distance in judgment, in units of the noise of one sample, within which samples are too
+much alike to tell slopes."""
+
+STEEP = 4.0
+"""Squared distance, in the same units, up to which samples are taken in place of half of those."""
+
+LONGER = 2.5
+"""By how much length scales of the fine fit may be longer than those of the broad one."""
+
+RULED_OUT = 20.0
+"""Half the squared misses beyond which a broad fit rules models out: twenty judgments do so by
+chance in one of a hundred cases."""
+
+CHANCES = 1000
+"""Means of samples of the model that the distance is held against."""
+
+GROWTH = 1.1
+"""Factor by which weights are widened until they rest on enough samples."""
+
+WIDEST = 1e4
+"""Width at which they are not widened any more: then all samples count alike."""
+
+NOISE_LEAST = 0.2
+"""Least share of a miss that counts as noise where the emulator knows the rest."""
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """Composite judgments as functions of the parameters, and where those of the agents are.
+
+    There is one judgment for each parameter. Judgments are in units of the noise of one sample.
+    """
+
+    emulator: Emulator
+    points: np.ndarray  #: (N, P), that it was fitted to
+    outputs: np.ndarray  #: (N, P), composite judgments there
+    trust: float  #: Largest variance of a prediction that counts
+    target: np.ndarray  #: (P,), mean composite judgment of the genuine samples
+    covariance: np.ndarray  #: (P, P), of the target
+    region: "Likelihood | None" = None  #: What else must not rule models out
+
+    def remoteness(self, z: np.ndarray) -> np.ndarray:
+        """Return how far (S,) models are judged from the agents, squared."""
+        distances: np.ndarray = ((self.emulator.mean(z) - self.target) ** 2).sum(axis=1)
+        return distances
+
+    def log_likelihood(
+        self, z: np.ndarray, optimistic: bool = False, least: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the logarithm (S,) of the likelihood of models (S, P).
+
+        Parameters
+        ----------
+        z : (S, P)
+            Parameters on [-1, 1]; beyond, the likelihood is 0.
+        optimistic
+            Whether models of which little is known are not held to be unlikely.
+        least : (S,)
+            What lies below need not be exact.
+        """
+        inside = (np.abs(z) <= 1).all(axis=1)
+        mean, variance = self.emulator.predict(z[inside])
+        squares, half_logs = surprise(mean - self.target, variance, self.covariance)
+        values = -0.5 * squares
+        if not optimistic:
+            values -= half_logs
+        trusted = variance.mean(axis=1) <= self.trust
+        likelihood = np.full(len(z), -np.inf)
+        likelihood[inside] = np.where(trusted, values, -np.inf)
+        if self.region is not None:
+            counts = np.flatnonzero(likelihood > (-np.inf if least is None else least))
+            broad = self.region.log_likelihood(z[counts], optimistic=True)
+            likelihood[counts[broad <= -RULED_OUT]] = -np.inf
+        return likelihood
+
+    def without_canary(self, z: np.ndarray, least: np.ndarray | None = None) -> np.ndarray:
+        """Return the likelihood of models (S, P - 1) where the canary is at its middle."""
+        return self.log_likelihood(np.c_[z, np.zeros(len(z))], least=least)
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedSamples:
+    """What classifiers say of samples.
+
+    Outputs in units of their spread over the counterfeit ones, those that vary.
+    """
+
+    z: np.ndarray  #: (S, P), parameters of the models on [-1, 1], the canary the last
+    x: np.ndarray  #: (S, J), outputs for the counterfeit samples
+    g: np.ndarray  #: (K, J), outputs for the genuine ones
+    fold: np.ndarray  #: (S,)
+    averaged: int  #: Samples of a trial that each counterfeit output is the mean of
+    size: int  #: Samples that a fit rests on
+
+    def weights(self, remoteness: np.ndarray) -> np.ndarray:
+        """Return weights (S,) that fall with remoteness, slowly enough for a regression."""
+        wanted = min(self.size / 2, 0.7 * len(remoteness))
+        beyond = remoteness - remoteness.min()
+        width = 1.0
+        while True:
+            weights = np.exp(-0.5 * beyond / width**2)
+            effective_enough = weights.sum() ** 2 >= wanted * (weights**2).sum()
+            if effective_enough or width > WIDEST:
+                return weights
+            width *= GROWTH
+
+    def fit(
+        self, remoteness: np.ndarray, logs: np.ndarray | None, far: float, reach: float = 0.0
+    ) -> Likelihood:
+        """Return the likelihood by the samples that are judged nearest to the agents.
+
+        Parameters
+        ----------
+        remoteness : (S,)
+            How far the samples are judged from the agents, as far as that is known.
+        logs
+            Length scales and variances from which those of the emulator are sought, see `Emulator`.
+        far
+            Share of the samples that are from anywhere.
+        reach
+            If above 0, samples are taken evenly down to that weight.
+        """
+        weights = self.weights(remoteness)
+        composite, genuine = self._composite(np.sqrt(weights))
+        chosen = self._chosen(weights, remoteness, far, reach)
+        z = self.z[chosen]
+        t = composite[chosen]
+        weights = weights[chosen] / weights.max()
+        # a linear fit says along which directions judgments move
+        terms = np.c_[np.ones(len(z)), z]
+        root = np.sqrt(weights)[:, None]
+        expected = terms @ np.linalg.lstsq(root * terms, root * t, rcond=None)[0]
+        misses = t - expected
+        offset = np.average(t, axis=0, weights=weights)
+        longer = np.inf if far else LONGER
+        for _ in range(2):  # the second time with the covariance that the first has found
+            residual = _covariance_of(misses, weights)
+            residual += 1e-6 * np.trace(residual) / len(residual) * np.eye(len(residual))
+            values, vectors = np.linalg.eigh(residual)
+            whiten = vectors / np.sqrt(values)
+            whiten = whiten @ np.linalg.svd((expected - offset) @ whiten, full_matrices=False)[2].T
+            outputs = (t - offset) @ whiten
+            logs = learned_kernel(z, outputs, logs, longer)
+            longer = min(longer, LONGER)
+            emulator = conditioned(z, outputs, logs)
+            mean, variance = emulator.predict(z)
+            # misses as if left out, less what the emulator does not know: noise alone
+            noise = np.maximum(1 - variance, NOISE_LEAST)
+            scaled = (outputs - mean) / (noise * np.sqrt(1 + variance / noise))
+            misses = scaled @ np.linalg.inv(whiten)
+        target, covariance = self._target(genuine, _covariance_of(misses, weights))
+        covariance = whiten.T @ covariance @ whiten
+        sure = SURE * float(np.trace(covariance)) / len(covariance)
+        return Likelihood(
+            emulator=emulator,
+            points=z,
+            outputs=outputs,
+            trust=max(float(np.quantile(variance.mean(axis=1), TRUST)), sure),
+            target=(target - offset) @ whiten,
+            covariance=covariance,
+        )
+
+    def _composite(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return composite judgments of counterfeit (S, P - 1) and genuine samples (K, P - 1).
+
+        Each fold is judged by what was learned from the others; the canary has no judgment.
+        """
+        counterfeit = np.zeros_like(self.z)
+        genuine = np.zeros((len(self.g), self.z.shape[1]))
+        for part in range(FOLDS):
+            out = self.fold == part
+            middle, coefficients, offset = _ridge(self.x[~out], self.z[~out], weights[~out])
+            counterfeit[out] = (self.x[out] - middle) @ coefficients + offset
+            genuine += ((self.g - middle) @ coefficients + offset) / FOLDS
+        return counterfeit[:, :-1], genuine[:, :-1]
+
+    def _chosen(
+        self, weights: np.ndarray, remoteness: np.ndarray, far: float, reach: float
+    ) -> np.ndarray:
+        """Return the indices of the samples that a fit rests on."""
+        order = np.argsort(-weights, kind="stable")
+        remote = remoteness[order] - remoteness.min()
+        near = round(self.size * (1 - far))
+        if reach:
+            # evenly from farther out
+            inside = max(near, int((weights > reach * weights.max()).sum()))
+            return order[np.linspace(0, inside - 1, near).astype(int)]
+        alike = remote[min(near, len(remote)) - 1] < TIGHT
+        if alike and not far:
+            # half of them by how much they tell of slopes: their squared distance
+            lever = np.cumsum(remote[remote < STEEP])
+            half = near // 2
+            spread = np.searchsorted(lever, lever[-1] * (np.arange(half) + 0.5) / half)
+            return order[np.unique(np.r_[: min(half, len(order)), spread])]
+        # the nearest, and every so many of the others
+        stride = max((len(order) - near) // max(self.size - near, 1), 1)
+        return np.r_[order[:near], order[near::stride]]
+
+    def _target(self, judged: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the mean composite judgment of genuine samples (K, P) and its covariance.
+
+        Few samples say little of their own covariance: that of the model's samples, `residual`,
+        stands in for 2 P + 10 of them. Where trials have several samples, it is the least that is
+        expected, as samples of one trial are alike.
+        """
+        count = len(judged)
+        expected = residual * self.averaged / count
+        own = np.atleast_2d(np.cov(judged.T)) / count
+        if self.averaged > 1:
+            factor = np.linalg.cholesky(expected)
+            relative = np.linalg.solve(factor, np.linalg.solve(factor, own).T)
+            values, vectors = np.linalg.eigh(relative)
+            own = factor @ (vectors * np.maximum(values, 1)) @ vectors.T @ factor.T
+        prior = 2 * judged.shape[1] + 10
+        return judged.mean(axis=0), (prior * expected + count * own) / (prior + count)
+
+    def distance(
+        self,
+        likelihood: Likelihood,
+        remoteness: np.ndarray,
+        leverage: float,
+        rng: np.random.Generator,
+    ) -> tuple[float, float]:
+        """Return how far classifiers tell the model from the agents, and how often by chance.
+
+        The distance is the mean squared miss over classifiers, in standard errors. Chance is how
+        often means of samples of the model exceed it.
+
+        The model is the one that composite judgments, predicted for each sample, say; their misses
+        are not counted. For `leverage` see `Matched`.
+        """
+        weights = self.weights(remoteness)
+        effective = int(weights.sum() ** 2 / (weights**2).sum())
+        near = np.argsort(-weights, kind="stable")[:effective]
+        outputs = self.x[near]
+        places = (likelihood.emulator.mean(self.z) - likelihood.target)[near]
+        places = places[:, places.std(axis=0) > 0.1]
+        # outputs as quadratic functions of the composite judgments, which are 0 for the agents
+        first, second = np.triu_indices(places.shape[1])
+        terms = np.c_[np.ones(len(places)), places, places[:, first] * places[:, second]]
+        # slopes of about 1 are expected, bends of about 1/2
+        penalty = np.repeat([1e-9, 1.0, 4.0], [1, places.shape[1], len(first)])
+        inverse = np.linalg.inv(terms.T @ terms + np.diag(penalty))
+        coefficients = inverse @ (terms.T @ outputs)
+        misses = outputs - terms @ coefficients
+        count = max(round(len(self.g) / self.averaged), 2)
+        # genuine events may be rare
+        spread = self.g.std(axis=0) / np.sqrt(self.averaged)
+        scale = np.maximum(misses.std(axis=0), spread) + 1e-9
+        slopes = coefficients[1 : 1 + places.shape[1]] / scale
+        basis = np.linalg.qr(slopes.T)[0]
+
+        def statistic(means: np.ndarray) -> np.ndarray:
+            """Return the mean squared miss (N,) of mean outputs (N, J) beside the slopes."""
+            means = means / scale
+            rest = means - (means @ basis) @ basis.T
+            squares: np.ndarray = (rest**2).mean(axis=1) * count
+            return squares
+
+        # how often each sample is drawn, in each of the simulated means
+        samples = len(outputs)
+        drawn = rng.integers(samples, size=(CHANCES, count)) + samples * np.arange(CHANCES)[:, None]
+        counts = np.bincount(drawn.ravel(), minlength=CHANCES * samples)
+        shares = counts.reshape(CHANCES, samples) / count
+        uncertain = 1 + count * (inverse[0, 0] + leverage)
+        simulated = statistic(shares @ misses) * uncertain
+        observed = float(statistic((self.g.mean(axis=0) - coefficients[0])[None])[0])
+        exceeding = (simulated >= observed).sum()
+        return observed, float((1 + exceeding) / (1 + len(simulated)))
+
+
+def _covariance_of(misses: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return the weighted covariance (M, M) of misses (S, M)."""
+    covariance: np.ndarray = (misses * weights[:, None]).T @ misses / weights.sum()
+    return covariance
+
+
+def _ridge(
+    x: np.ndarray, z: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Regress parameters z (S, P) on outputs x (S, J), with the ridge that predicts best.
+
+    That is by generalized cross-validation (Golub, Heath and Wahba 1979).
+
+    Returns the mean output (J,), coefficients (J, P) and the mean parameter (P,).
+    """
+    share = weights / weights.sum()
+    middle = share @ x
+    offset = share @ z
+    x = x - middle
+    z = z - offset
+    weighted = x * weights[:, None]
+    values, vectors = np.linalg.eigh(x.T @ weighted)
+    values = np.maximum(values, 0)
+    projected = vectors.T @ (weighted.T @ z)
+    total = weights @ z**2
+    effective = weights.sum() ** 2 / (weights**2).sum()
+    best = values[-1]
+    lowest = np.inf
+    for ridge in values[-1] * 10.0 ** np.arange(-7, 1):
+        shrunk = projected / (values + ridge)[:, None]
+        explained = (shrunk * (2 * projected - values[:, None] * shrunk)).sum(axis=0)
+        left = (total - explained) / total
+        freedom = 1 - min((values / (values + ridge)).sum() / effective, 0.99)
+        score = left.sum() / freedom**2
+        if score < lowest:
+            best = ridge
+            lowest = score
+    return middle, vectors @ (projected / (values + best)[:, None]), offset

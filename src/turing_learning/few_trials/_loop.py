@@ -1,0 +1,727 @@
+"""The loop of a run of trials, batch by batch.
+
+`FewTrials.step` tells the story from top to bottom.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from turing_learning.arrays import array
+from turing_learning.coevolution import THRESHOLD, Classifier, ClassifierArchive, SampleSource
+from turing_learning.errors import integer, require
+from turing_learning.evolution import Optimizer, generation_rng, join_states, state_part
+from turing_learning.purposes import (
+    ARCHIVE,
+    BUFFER,
+    CLASSIFIERS,
+    CLIMBING,
+    DESIGN,
+    INTERROGATION,
+    MATCHING,
+)
+
+from ._buffer import JudgmentRecord, SampleBuffer
+from ._design import TrialDesign
+from ._examination import Examiner
+from ._jurors import train_moments
+from ._map import INDUCING, Density, MomentField
+from ._matching import Matched
+from ._observers import Observers
+from ._readout import Cloud, Evidence, best_center, evidence_within, solution, stated
+from ._schedule import batch_schedule
+from ._search import END, FEWEST, Search
+from ._space import SearchSpace
+
+# Classifiers that evolve. Decision 0028, "Judge again".
+
+GENERATIONS = 3
+"""Generations of classifiers in each batch."""
+ARCHIVED = 60
+"""Classifiers in the archive."""
+PRESENT = 20
+"""Best classifiers of the last generation, which judge beside the archive."""
+RECENT = 60
+"""Latest trials that a generation of classifiers judges."""
+OLD = 40
+"""Trials of any age beside them."""
+GENUINE = 200
+"""Genuine samples beside both; as many say how fit the classifiers of a batch are."""
+
+# Observers, which are random. Decision 0028.
+
+OBSERVERS = 200
+"""How many there are."""
+RENEWED_EVERY = 6
+"""Batches between renewals of those that tell nothing any more."""
+RENEWED_UNTIL = 0.7
+"""Share of the trials up to which they are renewed."""
+RENEWED_BY = 200
+"""Trials, the likeliest ones, whose samples say which observers tell nothing."""
+STILL = 0.03
+"""Standard deviation of an output, of 0 to 1, below which it tells nothing."""
+_RENEWAL = 7  # part of the random numbers of a batch
+
+# Maps. Decision 0028, "Map".
+
+NEAR_SHARE = 0.5
+"""Share of the trials that the near map rests on, the likeliest ones, within the two bounds
+below."""
+NEAR_LEAST = 250
+"""Fewest of them."""
+NEAR_MOST = 3000
+"""Most of them."""
+FAR = 100
+"""Trials from anywhere among them."""
+WIDE_EVERY = 3
+"""Batches after which the wide map is made anew."""
+WIDE_TRIALS = 500
+"""Trials that the wide map rests on."""
+WIDE_POINTS = 120
+"""Points of the processes of the wide map."""
+REPEATS = 4
+"""How often jurors are trained once more at the end, to average over the folds."""
+
+# Other
+
+EXPLORERS = 0.5
+"""Share of explorers in the last batch where the genuine samples are all there are."""
+POOL = (500, 3000)
+"""Fewest and most live genuine samples that are judged; within these as many as trials."""
+PARTS = 5
+"""Parts of a batch of a lost run, at most: where trials are many, many are tried at once."""
+LOOKED_AT = 4
+"""Batches after which a run with a tolerance looks at its intervals, from the second time on."""
+REFINED = 3
+"""Batches after which a lost run that has settled is matched anew."""
+_READ_OUT = 1_000_000  # batch whose random numbers intervals are drawn with
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """What is known after a batch of trials."""
+
+    number: int  #: 0 for the first batch
+    trials: int  #: Trials spent so far
+    estimate: np.ndarray  #: (P,), median of the draws of the right model
+    spread: np.ndarray  #: (P,), their standard deviation
+    #: (P,), share of the variance of each parameter, among the matched trials, that jurors see in
+    #: one trial
+    explained: np.ndarray
+    #: Chi square per moment of the best model, at least 1: above about 5 no model explains the
+    #: judgments
+    misfit: float
+    models: np.ndarray  #: (M, P), that were tried
+    model_fitness: np.ndarray  #: (M,), share of the present classifiers that accept each
+    classifiers: np.ndarray  #: (N, Q), the present ones
+    #: (N,), mean of specificity and sensitivity on genuine samples and those of the batch
+    classifier_fitness: np.ndarray
+
+    @property
+    def best_model(self) -> np.ndarray:
+        """The model (P,) of the batch that most classifiers accept, the first of equals."""
+        return self.models[np.argmax(self.model_fitness)]
+
+
+class FewTrials:
+    """Infer a model from a given number of trials.
+
+    The method is told in `turing_learning.few_trials`.
+
+    Parameters
+    ----------
+    source
+        Yields the samples of models (M, P) in the optimizer's numbers; one execution of `together`
+        of them is one trial. If it has an attribute ``failed`` (M,), it marks simulations without
+        samples.
+    classifier
+        Judges samples, as the genomes of `classifiers` say.
+    classifiers
+        Optimizer of the evolved classifiers.
+    space
+        Of the models.
+    trials
+        How many in all, at least 10.
+    seed
+        A non-negative integer.
+    tolerance
+        The run stops before its trials are spent once the interval of each parameter that can be
+        identified reaches at most this share of its range to either side; 0: never.
+    extended
+        For a finished run that got more trials: the budget and the number of trials spent, (N, n),
+        of each time before. Until n trials are spent it is a run of N trials; then its phases are
+        those of one of `trials`, of which n are spent.
+    observers
+        Random classifiers beside the evolved ones; None: evolved ones only.
+    genuine : (K, T, D)
+        All genuine samples there are, for a system that is not observed anew in each trial. None
+        takes those that come with each batch.
+    examiner
+        Compares new samples of the estimate with the genuine ones at the end; None: nobody does.
+    together
+        Number of models that a trial executes.
+    searches
+        Whether a run whose map fits nothing for long searches by the observers (`Search`): with
+        3000 trials or more, whose batches are then collected in parts.
+
+    Attributes
+    ----------
+    buffer
+        All samples.
+    batch
+        What is known after the last batch; None before the first.
+    present : (N, Q)
+        The fittest classifiers after the last batch.
+    search
+        Whether the run is lost, and its way out.
+    tolerated
+        Whether it has stopped before its trials were spent.
+
+    Examples
+    --------
+    >>> run = FewTrials(source, classifier, optimizer, space, trials=1000, seed=1)  # doctest: +SKIP
+    >>> for batch in run:  # doctest: +SKIP
+    ...     print(batch.estimate)
+    >>> run.readout()["interval"]  # doctest: +SKIP
+    """
+
+    def __init__(
+        self,
+        source: SampleSource,
+        classifier: Classifier,
+        classifiers: Optimizer,
+        space: SearchSpace,
+        *,
+        trials: int,
+        seed: int,
+        tolerance: float = 0.0,
+        extended: Sequence[tuple[int, int]] = (),
+        observers: Observers | None = None,
+        genuine: np.ndarray | None = None,
+        examiner: Examiner | None = None,
+        together: int = 1,
+        searches: bool = False,
+    ) -> None:
+        self.trials = integer("trials", trials, 10)
+        self._seed = integer("seed", seed)
+        self._together = integer("together", together, 1)
+        self._space = space
+        self._source = source
+        self._classifier = classifier
+        self._classifiers = classifiers
+        self._observers = observers
+        self._fixed = genuine
+        self._examiner = examiner
+        self._tolerance = tolerance
+        self._searches = searches and observers is not None
+        self._archive = ClassifierArchive(ARCHIVED, seed=(ARCHIVE, self._seed))
+        explorers = 0.0 if genuine is None else EXPLORERS
+        self._design = TrialDesign(space, seed=(DESIGN, self._seed), explorers=explorers)
+        self._stages = (*extended, (trials, trials))
+        self._schedule = batch_schedule(trials, space.dimension, extended)
+        self.buffer = SampleBuffer(share=0.1 if genuine is None else 1.0)
+        self.buffer.pool = self._pool
+        self.batch: Batch | None = None
+        self.tolerated = False
+        self._number = 0
+        # genomes of the observers, and what both kinds of classifiers say of all samples
+        self._drawn = np.empty((0, 0 if observers is None else observers.parameters))
+        self._observed = None if observers is None else JudgmentRecord(observers)
+        self._jury = JudgmentRecord(classifier)
+        self.present = np.empty((0, classifier.parameters))
+        self._density = Density(None)
+        self._pooled = np.empty((0, space.dimension))
+        self.search = Search(self._design.furthest)
+        self._matched: tuple[int, Matched | None] = (0, None)
+
+    # Where the run is
+
+    @property
+    def batches(self) -> int:
+        """Number of completed batches."""
+        return self._number
+
+    @property
+    def spent(self) -> int:
+        """Number of trials spent."""
+        return len(self.buffer) // self._together
+
+    @property
+    def complete(self) -> bool:
+        """Whether all trials are spent."""
+        return self.spent >= self.trials
+
+    @property
+    def undecided(self) -> bool:
+        """Whether it is time to `settle` on one of the centers of a lost run."""
+        late = self.spent >= END * self._budget
+        return self.search.needed and not self.search.settled and late
+
+    @property
+    def _budget(self) -> int:
+        """Number of trials that the phases of the next batch are relative to."""
+        return next((trials for trials, end in self._stages if self.spent < end), self.trials)
+
+    @property
+    def _pool(self) -> int:
+        """Number of genuine samples that are judged."""
+        if self._fixed is not None:
+            return len(self._fixed)
+        return int(np.clip(self._budget, *POOL))
+
+    @property
+    def draws(self) -> np.ndarray:
+        """Draws (W, P) of the right model, in the optimizer's numbers.
+
+        The joint uncertainty as far as the moments tell.
+        """
+        return self._space.to_numbers(self._walkers)
+
+    @property
+    def _walkers(self) -> np.ndarray:
+        """The same in units of the space.
+
+        At the end of a run jurors are trained, and walkers moved, several times, to average over
+        which trials fell into which fold.
+        """
+        return self._pooled if len(self._pooled) else self._design.walkers
+
+    @property
+    def estimate(self) -> np.ndarray:
+        """The estimate (P,): the median of the draws."""
+        return np.median(self.draws, axis=0)
+
+    @property
+    def observed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Outputs of observers for usable trials (S, F) and genuine samples (K, F).
+
+        These trials (S,).
+        """
+        usable = np.flatnonzero(self.buffer.usable)
+        if self._observed is None:
+            return (
+                np.empty((len(usable), 0), np.float32),
+                np.empty((len(self.buffer.genuine), 0), np.float32),
+                usable,
+            )
+        return self._observed.counterfeit[usable], self._observed.genuine, usable
+
+    # The story of a batch
+
+    def __iter__(self) -> Iterator[Batch]:
+        while not self.complete and not self.tolerated:
+            yield self.step()
+
+    def step(self) -> Batch:
+        """Spend a batch of trials and return what is known then.
+
+        After a failure, `restore` the state before.
+        """
+        require(not self.complete, "trials", "be more than the run has spent", f"{self.trials}")
+        budget = self._budget
+        progress = self.spent / budget
+        with threadpool_limits(1, "blas"):  # sums in one order, for any number of processors
+            self._keep_pool()
+            self._try_models(progress)
+            self._evolve_classifiers()
+            explained = self._follow_moments()
+            self._pooled = self._design.walkers
+            if self._number % RENEWED_EVERY == 2 and progress <= RENEWED_UNTIL:
+                self._renew_observers()
+        self._number += 1
+        self.batch = self._known(explained)
+        if self._searches and budget >= FEWEST:
+            self.search.note(self.spent / budget, self.batch.misfit)
+        if self.spent in [end for _, end in self._stages]:
+            self.average()
+        if self.search.needed and not self.complete:
+            self._decide_where_to_go_on()
+        if self._tolerance and not self.complete:
+            self._stop_if_tolerated()
+        return self.batch
+
+    def _keep_pool(self) -> None:
+        """Let more genuine samples be judged where the run has got more trials."""
+        if self.buffer.pool != self._pool:
+            self.buffer.pool = self._pool
+            self._observe()
+
+    def _try_models(self, progress: float) -> None:
+        """Choose the models of a batch and simulate them.
+
+        `progress` is the share of the trials spent.
+        """
+        count = (self._schedule[self._number] - self.spent) * self._together
+        self.search.begin(progress)
+        if self.search.settled:
+            self._try(self.search.around(count, self._design.walkers, self._rng(CLIMBING)))
+        elif self.search.needed:
+            self._try_parts(count)
+        elif progress:
+            self._try(self._design.propose(count, progress))
+        else:
+            self._try(self._design.start(count))
+
+    def _try(self, models: np.ndarray, part: int = 0) -> None:
+        """Simulate models (M, P), a part of a batch, and let the observers see what comes."""
+        use = (part,) if part else ()
+        numbers = self._space.to_numbers(models)
+        samples = self._source.collect(numbers, self._rng(INTERROGATION, *use))
+        failed = getattr(self._source, "failed", None)
+        usable = None if failed is None else ~np.asarray(failed, bool)
+        genuine = samples.genuine if self._fixed is None else self._fixed
+        known = self._fixed is not None and len(self.buffer) > 0
+        if part or known:  # those of this batch, or all, are kept already
+            genuine = genuine[:0]
+        rng = self._rng(BUFFER, *use)
+        kept = self.buffer.append(models, samples.counterfeit, genuine, rng, usable)
+        if self._observers is not None and len(self._drawn) == 0:
+            shown = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
+            some = kept[rng.permutation(len(kept))[: len(shown)]]
+            self._drawn = self._observers.draw(OBSERVERS, np.concatenate((shown, some)), rng)
+        self._observe()
+
+    def _try_parts(self, count: int) -> None:
+        """Try so many models of the searches of a lost run, a few at a time.
+
+        So each part learns from those before.
+        """
+        most = max(self.search.most, count // PARTS)
+        most = -(-most // self._together) * self._together
+        ends = [*range(0, count, most), count]
+        for part, (first, last) in enumerate(pairwise(ends)):
+            outputs, genuine, usable = self.observed
+            models = self.search.models(
+                last - first,
+                self.spent / self._budget,
+                self.buffer.parameters[usable],
+                outputs,
+                genuine,
+                self._rng(CLIMBING, part),
+            )
+            self._try(models, part)
+        outputs, genuine, usable = self.observed
+        self.search.judge(self.buffer.parameters[usable], outputs, genuine)
+
+    def _evolve_classifiers(self) -> None:
+        """Let classifiers evolve on the buffer; keep the best."""
+        usable = np.flatnonzero(self.buffer.usable)
+        samples = self.buffer.samples
+        genuine = self.buffer.genuine
+        for k in range(GENERATIONS):
+            rng = generation_rng((CLASSIFIERS, self._seed), GENERATIONS * self._number + k)
+            old = usable[rng.integers(len(usable), size=OLD)]
+            trials = np.concatenate((usable[-RECENT:], old))
+            counterfeit = samples[trials, rng.integers(samples.shape[1], size=len(trials))]
+            others = genuine[rng.integers(len(genuine), size=GENUINE)]
+            genomes = self._classifiers.ask()
+            accepted = (self._classifier.judge(genomes, others) >= THRESHOLD).mean(axis=1)
+            fooled = (self._classifier.judge(genomes, counterfeit) >= THRESHOLD).mean(axis=1)
+            fitness = 0.5 * (accepted + 1 - fooled)
+            self._classifiers.tell(fitness)
+            best = int(np.argmax(fitness))
+            self._archive.admit(genomes[best], float(accepted[best]))
+        self.present = genomes[np.argsort(-fitness, kind="stable")[:PRESENT]]
+        self._judge()
+
+    def _follow_moments(self, repeat: int = 0) -> np.ndarray:
+        """Train jurors, map their moments, and let the walkers follow.
+
+        Return how much of each parameter a trial tells (P,).
+        """
+        usable = np.flatnonzero(self.buffer.usable)
+        number = self._number - (repeat > 0)
+        rng = generation_rng((MATCHING, self._seed, repeat), number)
+        near = self._nearest(usable, rng)
+        field, explained = self._mapped(near, rng)
+        wide = self._density.wide
+        if len(usable) > NEAR_LEAST and (wide is None or number % WIDE_EVERY == 0):
+            rest = rng.permutation(np.setdiff1d(usable, near))[: WIDE_TRIALS - FAR]
+            some = rng.permutation(near)[: max(FAR, WIDE_TRIALS - len(rest))]
+            wide, _ = self._mapped(np.sort(np.concatenate((rest, some))), rng, WIDE_POINTS)
+        reference = 0.0
+        if wide is not None:
+            reference = float(wide.log_density(self._design.walkers).max())
+        self._density = Density(field, wide, reference)
+        if not self.search.settled:  # else the map says nothing
+            self._design.move(self._density)
+        return explained
+
+    def _nearest(self, usable: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return the trials that are matched.
+
+        Those most likely to be right, and some of the others.
+        """
+        size = round(np.clip(NEAR_SHARE * len(usable), NEAR_LEAST, NEAR_MOST))
+        if len(usable) <= size or self._density.near is None:
+            return usable
+        density = self._density(self.buffer.parameters[usable])
+        order = usable[np.argsort(-density, kind="stable")]
+        others = rng.permutation(order[size - FAR :])[:FAR]
+        return np.sort(np.concatenate((order[: size - FAR], others)))
+
+    def _mapped(
+        self, trials: np.ndarray, rng: np.random.Generator, points: int = INDUCING
+    ) -> tuple[MomentField, np.ndarray]:
+        """Return a map of the moments of some trials, and how much a trial tells (P,)."""
+        records = [self._jury] if self._observed is None else [self._observed, self._jury]
+        outputs = np.concatenate([record.counterfeit[trials] for record in records], axis=1)
+        system = np.concatenate([record.genuine for record in records], axis=1)
+        parameters = self.buffer.parameters[trials]
+        moments = train_moments(parameters, outputs, system, rng)
+        # of the genuine mean: as many samples of a trial may be alike
+        noise = self.buffer.samples.shape[1] / len(system)
+        field = MomentField(parameters, moments.values, noise, rng, inducing=points)
+        field.calibrate(self._design.walkers)
+        return field, moments.explained
+
+    def _renew_observers(self) -> None:
+        """Draw anew the observers to which all near the solution looks alike.
+
+        That is the likeliest trials, and the genuine samples, too.
+        The first observers look at models from the whole range. Where that is wide, most of them
+        say the same of all models that are left.
+        """
+        if self._observers is None or self._observed is None:
+            return
+        usable = np.flatnonzero(self.buffer.usable)
+        density = self._density(self.buffer.parameters[usable])
+        near = usable[np.argsort(-density, kind="stable")[:RENEWED_BY]]
+        counterfeit = self._observed.counterfeit[near].std(axis=0)
+        variation = np.maximum(counterfeit, self._observed.genuine.std(axis=0))
+        still = np.flatnonzero(variation < STILL)
+        if len(still) == 0:
+            return
+        rng = self._rng(BUFFER, _RENEWAL)
+        genuine = self.buffer.genuine
+        samples = self.buffer.samples[near].reshape(-1, *genuine.shape[1:])
+        count = min(len(samples), len(genuine))
+        samples = samples[rng.permutation(len(samples))[:count]]
+        shown = np.concatenate((samples, genuine[rng.permutation(len(genuine))[:count]]))
+        self._drawn[still] = self._observers.draw(len(still), shown, rng)
+        self._observe()
+
+    def _observe(self) -> None:
+        """Let the observers judge what is new to them."""
+        if self._observed is not None:
+            self._observed.update(self._drawn, self.buffer)
+
+    def _judge(self) -> None:
+        """Let archived and present classifiers judge what is new to them."""
+        self._jury.update(np.concatenate((self._archive.genomes, self.present)), self.buffer)
+
+    def _known(self, explained: np.ndarray) -> Batch:
+        """Return what is known after a batch."""
+        number = self._number - 1
+        first = self._schedule[number - 1] * self._together if number else 0
+        samples = self.buffer.samples[first:, 0]
+        accepted = self._classifier.judge(self.present, samples) >= THRESHOLD
+        genuine = self._classifier.judge(self.present, self.buffer.genuine[-GENUINE:]) >= THRESHOLD
+        return Batch(
+            number=number,
+            trials=self.spent,
+            estimate=self.estimate,
+            spread=self.draws.std(axis=0),
+            explained=explained,
+            misfit=1.0 if self._density.near is None else self._density.near.misfit,
+            models=self._space.to_numbers(self.buffer.parameters[first:]),
+            model_fitness=accepted.mean(axis=0),
+            classifiers=self.present,
+            classifier_fitness=0.5 * (genuine.mean(axis=1) + 1 - accepted.mean(axis=1)),
+        )
+
+    def _estimate_anew(self) -> Batch:
+        """Return what is known after the last batch, with the estimate of the present walkers."""
+        assert self.batch is not None
+        self.batch = replace(self.batch, estimate=self.estimate, spread=self.draws.std(axis=0))
+        return self.batch
+
+    # The end, and what comes before it
+
+    def average(self) -> Batch:
+        """Train jurors and move walkers several times more, as at the end of a run.
+
+        Return what is known then.
+        """
+        with threadpool_limits(1, "blas"):
+            for k in range(0 if self.search.settled else REPEATS):
+                self._follow_moments(repeat=k + 1)
+                self._pooled = np.concatenate((self._pooled, self._design.walkers))
+        assert self._density.near is not None
+        self.batch = replace(self._estimate_anew(), misfit=self._density.near.misfit)
+        return self.batch
+
+    def settle(self, draws: np.typing.ArrayLike) -> Batch:
+        """Spend the next trials of a lost run around draws (N, P), in units of the space."""
+        rule = "be those of a lost run"
+        require(self.search.needed, "trials", rule, "those of another run")
+        self.search.settled = True
+        self._design.gather(array("draws", draws, "N P", P=self._space.dimension))
+        self._pooled = self._design.walkers
+        return self._estimate_anew()
+
+    def _decide_where_to_go_on(self) -> None:
+        """Let a lost run go on around what matches best.
+
+        When it is time to decide, its walkers and the ends of its searches are matched, each from
+        the trials around it; the best one counts. From then on it is matched anew from time to
+        time.
+        """
+        undecided = self.undecided
+        again = self.search.settled and (self._number - 1) % REFINED == 0
+        if not (undecided or again):
+            return
+        evidence = self._evidence()
+        if not evidence.enough:
+            return
+        centers = self.search.centers if undecided else self.search.centers[:0]
+        best = best_center(evidence, Cloud.of(self._walkers), centers, lambda: self._match_rng(1))
+        if undecided or best.usable:
+            self.settle(best.draws)
+
+    def _stop_if_tolerated(self) -> None:
+        """Stop where the intervals of all parameters that can be identified are narrow enough."""
+        number = self._number - 1
+        if number % LOOKED_AT or number < 2 * LOOKED_AT or self.search.needed:
+            return
+        matched = self.matched()
+        if matched is None or not matched.settled or not matched.identified.any():
+            return
+        widths = (matched.interval_high - matched.interval_low)[matched.identified]
+        # the range is 2 wide
+        self.tolerated = bool((widths / 2 <= 2 * self._tolerance).all())
+        if self.tolerated:
+            self.average()
+
+    def matched(self) -> Matched | None:
+        """Match the agents after the last batch, in units of the space.
+
+        None with too few trials within reach.
+        """
+        if self._matched[0] != self._number:
+            evidence = self._evidence()
+            found = None
+            if evidence.enough:
+                cloud = Cloud.of(self._walkers)
+                found = solution(evidence, cloud, self._match_rng(), lost=self.search.needed)
+            self._matched = self._number, found
+        return self._matched[1]
+
+    def readout(self) -> dict[str, np.ndarray]:
+        """Return what matching says of the parameters.
+
+        Returns
+        -------
+        dict
+            "p_value": how often classifiers would tell the model from the agents as well by chance.
+            If the run has settled, in the optimizer's numbers, "estimate" (P,), "interval" (2, P)
+            and "draws" (D, P), and "mode" (D,), to which solution each draw belongs. With an
+            examiner "examined" (2,) and "statistic". Nothing if there are too few trials within
+            reach.
+        """
+        matched = self.matched()
+        if matched is None:
+            return {}
+        p_value = np.array(matched.p_value)
+        if not matched.settled:
+            return {"p_value": p_value}
+        estimate, interval = stated(matched, self._walkers, self._space)
+        draws = matched.draws
+        # of a system that is observed anew modes are no solutions of their own
+        mode = np.zeros_like(matched.mode)
+        examined: dict[str, np.ndarray] = {}
+        if self._examiner is not None:
+            evidence = self._evidence(whole=True)
+            examination = self._examiner.examine(
+                matched, evidence, self.buffer, self.trials, self._match_rng(2)
+            )
+            examined = examination.report
+            draws = examination.draws
+            mode = examination.mode
+        return {
+            "p_value": p_value,
+            "mode": mode,
+            "estimate": self._space.to_numbers(estimate),
+            "interval": self._space.to_numbers(interval),
+            "draws": self._space.to_numbers(draws),
+            **examined,
+        }
+
+    def _evidence(self, whole: bool = False) -> Evidence:
+        """Return what observers say of the trials within reach of a solution, or of all."""
+        counterfeit, genuine, usable = self.observed
+        evidence = Evidence(
+            space=self._space,
+            parameters=self.buffer.parameters[usable],
+            counterfeit=counterfeit,
+            genuine=genuine,
+            averaged=self.buffer.samples.shape[1],
+            observed_anew=self._fixed is None,
+        )
+        return evidence if whole else evidence_within(evidence)
+
+    def _rng(self, purpose: int, *use: int) -> np.random.Generator:
+        return generation_rng((purpose, self._seed, *use), self._number)
+
+    def _match_rng(self, *use: int) -> np.random.Generator:
+        return generation_rng((MATCHING, self._seed, *use), _READ_OUT + self._number)
+
+    # What is stored
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return all that is needed to resume, as arrays.
+
+        The rows of those named "buffer/..." only grow: `SampleBuffer.since` gives the new ones. All
+        else is small.
+        """
+        parts = {
+            "buffer": self.buffer.state(),
+            "classifiers": self._classifiers.state(),
+            "archive": self._archive.state(),
+            "design": self._design.state(),
+            "density": self._density.state(),
+            "climb": self.search.state(),
+        }
+        state = {
+            "number": np.array(self._number, dtype=np.int64),
+            "tolerated": np.array(self.tolerated),
+            "drawn": self._drawn.copy(),
+            "present": self.present.copy(),
+            "pooled": self._pooled.copy(),
+        }
+        if self.batch is not None:
+            state["explained"] = self.batch.explained
+        return state | join_states(parts)
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take over a state of a run with the same settings, but for `extended`."""
+        rule = "be that of an estimate from few trials"
+        require("number" in state, "state", rule, str(sorted(state)))
+        self._number = int(state["number"])
+        self._drawn = np.array(state["drawn"], dtype=np.float64)
+        self.present = np.array(state["present"], dtype=np.float64)
+        self._pooled = np.array(state["pooled"], dtype=np.float64)
+        self.buffer.restore(state_part(state, "buffer/"))
+        self.buffer.pool = self._pool
+        # a run that has got more trials goes on
+        extended = self.spent in [end for _, end in self._stages[:-1]]
+        self.tolerated = bool(state.get("tolerated", False)) and not extended
+        self._classifiers.restore(state_part(state, "classifiers/"))
+        self._archive.restore(state_part(state, "archive/"))
+        self._design.restore(state_part(state, "design/"))
+        with threadpool_limits(1, "blas"):  # maps are built to the same bits as in `step`
+            self._density = Density.restored(state_part(state, "density/"))
+        self.search = Search(self._design.furthest)
+        searches = state_part(state, "climb/")
+        if searches:  # runs of 0.2.0 may have none
+            self.search.restore(searches)
+        self._observed = None if self._observers is None else JudgmentRecord(self._observers)
+        self._jury = JudgmentRecord(self._classifier)
+        self.batch = None
+        if self._number:
+            self._observe()
+            self._judge()
+            self.batch = self._known(np.array(state["explained"], dtype=np.float64))

@@ -1,0 +1,372 @@
+"""The parameters with which classifiers judge a model as they judge the agents, and how surely the
+samples tell them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from turing_learning.arrays import array
+from turing_learning.errors import require
+
+from ._draws import draw
+from ._emulator import conditioned
+from ._likelihood import FOLDS, JudgedSamples, Likelihood
+from ._modes import modes
+
+TAIL = 0.05
+"""Share of the draws beyond each end of an interval."""
+
+FEWEST = 30
+"""Counterfeit samples below which there is nothing to regress."""
+
+WHOLE = 1.2
+"""Central 90 % of draws as wide as that, on a range of 2, tell nothing: 1.8 is all of it."""
+
+FAR = 1 / 7
+"""Share of the samples of a broad fit that are from anywhere: they rule out what is far."""
+
+PROPOSED = 0.16
+"""Power of the likelihood that further samples are proposed by: 2.5 times as wide as the draws."""
+
+LEAST_P = 0.005
+"""p-value of the distance below which classifiers tell the model from the agents."""
+
+MOST_MOVED = 3.0
+"""Standard deviations by which the solutions of two halves of the samples may differ."""
+
+LEAST_CANARY = 0.6
+"""Share of its range that the canary has to keep."""
+
+ALIKE = 10.0
+"""Distance up to which solutions from other trials are mixed."""
+
+FARTHEST = 20.0
+"""Distance up to which they are solutions at all."""
+
+ROUNDS = 4
+"""How often samples near the solution are chosen anew, at most."""
+
+STEADY = 0.2
+"""Standard deviations of the draws by which their median moves when that is no longer needed."""
+
+REACHES = 0.0, 0.14, 0.01
+"""Weights, relative to the largest, down to which the samples of a fine fit are taken.
+
+0 takes the nearest alone.
+"""
+
+
+@dataclass(frozen=True)
+class Matched:
+    """The solution of a matching, see `match`.
+
+    Attributes
+    ----------
+    estimate : (P,)
+        Median of the draws.
+    covariance : (P, P)
+        Covariance of the draws.
+    interval_low, interval_high : (P,)
+        Ends of the central 90 % of the draws; NaN where none can be given.
+    draws : (D, P)
+        Parameters that explain the judgments, in proportion to how well they do.
+    proposals : (D, P)
+        Where further samples would tell most: parameters at some distance from those that explain
+        the judgments, also where little is known.
+    identified : (P,) bool
+        Whether the judgments say something of the parameter: whether its draws cover less than the
+        range.
+    settled
+        Whether intervals can be given: classifiers do not tell the model from the agents, halves of
+        the samples agree, and the canary has its range.
+    distance, p_value
+        How far the classifiers still tell the model with the estimate from the agents, and how
+        often they would by chance.
+    leverage
+        Variance of the predicted judgment at the estimate, in units of that of one sample: one by
+        the number of samples that it rests on.
+    canary
+        Share of its range that a parameter without any effect, added to all, was left.
+    moved
+        How far the solutions of two halves of the samples are apart, in standard deviations of the
+        draws: the most of all parameters.
+    mode : (D,) int
+        To which solution each of the draws belongs, 0 that of most: see `modes`.
+    """
+
+    estimate: np.ndarray
+    covariance: np.ndarray
+    interval_low: np.ndarray
+    interval_high: np.ndarray
+    draws: np.ndarray
+    proposals: np.ndarray
+    identified: np.ndarray
+    settled: bool
+    distance: float
+    p_value: float
+    leverage: float
+    canary: float
+    moved: float
+    mode: np.ndarray
+
+    @property
+    def usable(self) -> bool:
+        """Whether it says anything: it is settled, and rests on a sample or more."""
+        return self.settled and self.leverage <= 1
+
+    @property
+    def order(self) -> tuple[bool, float]:
+        """What is less for the better one of two solutions."""
+        return not self.usable, self.distance
+
+
+def combined(solutions: Sequence[Matched], widest: np.ndarray) -> Matched:
+    """Mix the solutions that classifiers tell least from the agents, within +-widest (P,)."""
+    best = min(solutions, key=lambda matched: matched.order)
+    farthest = max(best.distance, ALIKE)
+    alike = [one for one in solutions if one.order <= (False, farthest)] or [best]
+    # as many draws as one solution has
+    draws = np.concatenate([one.draws for one in alike])[:: len(alike)]
+    low, high = np.quantile(draws, [TAIL, 1 - TAIL], axis=0)
+    identified = high - low < WHOLE * widest
+    settled = best.order <= (False, FARTHEST)
+    unknown = np.full(len(low), np.nan)
+    return replace(
+        best,
+        estimate=np.median(draws, axis=0),
+        covariance=np.atleast_2d(np.cov(draws.T)),
+        interval_low=np.where(identified, low, -widest) if settled else unknown,
+        interval_high=np.where(identified, high, widest) if settled else unknown,
+        draws=draws,
+        identified=identified,
+        settled=settled,
+        mode=np.zeros(len(draws), dtype=np.int64),
+    )
+
+
+# Sums in one order; the matrices are too small for threads.
+@threadpool_limits.wrap(limits=1, user_api="blas")  # type: ignore[untyped-decorator]
+def match(
+    parameters: np.ndarray,
+    counterfeit_outputs: np.ndarray,
+    genuine_outputs: np.ndarray,
+    *,
+    low: np.ndarray,
+    high: np.ndarray,
+    start: np.ndarray,
+    spread: np.ndarray,
+    averaged: int = 1,
+    farther: bool = False,
+    rng: np.random.Generator,
+    draws: int = 600,
+    size: int = 1200,
+) -> Matched:
+    """Find the parameters whose samples every classifier judges as it judges the genuine ones.
+
+    Parameters
+    ----------
+    parameters : (S, P)
+        Of the model of each counterfeit sample; equal rows are samples of one model.
+    counterfeit_outputs : (J, S)
+        Outputs of the classifiers for the counterfeit samples.
+    genuine_outputs : (J, K)
+        Their outputs for the genuine samples.
+    low, high : (P,)
+        The range of each parameter, within which all values are equally likely beforehand.
+    start, spread : (P,)
+        Where to look, and how far around: samples count the less the farther they are.
+    averaged
+        Number of samples of one trial that each counterfeit output is the mean of. As many genuine
+        samples count as one, because they may be of one trial, too.
+    farther
+        Whether fits to samples from farther out are tried, where a third of all is more than
+        `size`. The narrowest draws may lose models that are equally good.
+    rng
+        For the folds and the draws.
+    draws
+        How many of them, D.
+    size
+        How many of the nearest counterfeit samples the regression is fitted to; a third of them all
+        where that is more.
+
+    Notes
+    -----
+    1. From the outputs for samples of four fifths of the models, the parameters are predicted by
+       ridge regression: one composite judgment for each parameter. It is applied to the other
+       fifth, and to the genuine samples.
+    2. Near the solution the mean composite judgments are Gaussian processes of the parameters
+       (`Emulator`), the covariance of single samples about them is that of the left-out residuals.
+    3. Parameters are the likelier the nearer the mean judgment predicted for them is to that of the
+       genuine samples, in units of the covariance of both. Draws from this likelihood, uniform
+       beforehand, follow every bend of it. Those of the canary test the fit; for the interval the
+       canary is held at its middle, because its lack of effect is known.
+    4. The samples nearest in judgment to the agents are chosen, and all is done again; at last with
+       these alone, within what the fit before, which knows samples from anywhere, does not rule
+       out. Where the nearest lie closer together than the noise of one, half are taken from farther
+       out, by how much they tell of slopes.
+    5. The nearest of very many samples are too much alike to tell how judgments change with the
+       parameters. If `farther`, as many are also taken evenly from farther out, twice, and the fit
+       with the narrowest draws counts among those that pass the checks of `settled`.
+
+    Source
+    ------
+    docs/decisions/0028; see `_likelihood` and `_draws`.
+    """
+    parameters = array("parameters", parameters, "S P")
+    x = array("counterfeit_outputs", counterfeit_outputs, "J S", S=len(parameters)).T
+    g = array("genuine_outputs", genuine_outputs, "J K", J=x.shape[1]).T
+    dimension = parameters.shape[1]
+    low = array("low", low, "P", P=dimension)
+    high = array("high", high, "P", P=dimension)
+    start = array("start", start, "P", P=dimension)
+    spread = array("spread", spread, "P", P=dimension)
+    enough = len(parameters) >= FEWEST
+    require(enough, "parameters", f"be at least {FEWEST} models", str(len(parameters)))
+    require((low < high).all(), "low", "be below `high`", low)
+    require((spread > 0).all(), "spread", "be positive", spread)
+    require(len(g) > 1, "genuine_outputs", "be of at least 2 samples", str(len(g)))
+    require(averaged >= 1, "averaged", "be 1 or more", str(averaged))
+
+    # All parameters on [-1, 1], and the canary, which no simulation knows, as the last one.
+    units = (high - low) / 2
+    z = (parameters - low) / units - 1
+    model = np.unique(z, axis=0, return_inverse=True)[1].reshape(-1)
+    models = model.max() + 1
+    fold = rng.permutation(models)[model] % FOLDS
+    canary = rng.uniform(-1, 1, models)[model]
+    varies = x.std(axis=0) > 1e-4
+    x = x[:, varies]
+    mean = x.mean(axis=0)
+    scale = x.std(axis=0)
+    reaches = REACHES if farther and len(z) // 3 > size else REACHES[:1]
+    samples = JudgedSamples(
+        z=np.c_[z, canary],
+        x=(x - mean) / scale,
+        g=(g[:, varies] - mean) / scale,
+        fold=fold,
+        averaged=averaged,
+        size=min(max(size, len(z) // 3), max(len(z) // 2, 250)),
+    )
+
+    # Broad fits: which samples are near the agents?
+    middle = np.append((start - low) / units - 1, 0.0)
+    width = np.append(spread / units, 1.0)
+    near: np.ndarray = (((samples.z - middle) / width) ** 2).sum(axis=1)
+    logs = None
+    for _ in range(ROUNDS):
+        broad = samples.fit(near, logs, FAR)
+        logs = broad.emulator.logs
+        near = broad.remoteness(samples.z)
+        points = draw(broad.log_likelihood, broad.points, draws, rng)
+        before = middle
+        middle = np.median(points, axis=0)
+        if (np.abs(middle - before) / points.std(axis=0)).max() < STEADY:
+            break
+    optimistic = partial(broad.log_likelihood, optimistic=True)
+    proposals = draw(optimistic, broad.points, draws, rng, PROPOSED)[:, :-1]
+
+    # Fine fits, by the nearest samples: which parameters explain the judgments?
+    fits = []
+    for reach in reaches:
+        fine = replace(samples.fit(near, logs, 0.0, reach), region=broad)
+        if not np.isfinite(fine.log_likelihood(fine.points)).any():
+            fine = broad  # the two fits contradict each other
+        fits.append(_solved(fine, points, draws, rng))
+    best = min(fits, key=lambda fit: (fit.doubtful, fit.log_volume))
+
+    # What is stated.
+    middle = np.median(best.points, axis=0)
+    low_z, high_z = best.ends
+    identified = high_z - low_z < WHOLE
+    at_middle = np.append(middle, 0.0)[None]
+    leverage = float(best.likelihood.emulator.predict(at_middle)[1].mean())
+    distance, p_value = samples.distance(best.likelihood, near, leverage, rng)
+    settled = p_value >= LEAST_P and not best.doubtful
+    unknown = np.full(len(low), np.nan)
+    return Matched(
+        estimate=low + units * (middle + 1),
+        covariance=np.atleast_2d(np.cov(best.points.T)) * np.outer(units, units),
+        interval_low=np.where(identified, low + units * (low_z + 1), low) if settled else unknown,
+        interval_high=np.where(identified, low + units * (high_z + 1), high)
+        if settled
+        else unknown,
+        draws=low + units * (best.points + 1),
+        proposals=low + units * (proposals + 1),
+        identified=identified,
+        settled=settled,
+        distance=distance,
+        p_value=p_value,
+        leverage=leverage,
+        canary=best.canary,
+        moved=best.moved,
+        mode=modes(best.points, best.likelihood.without_canary),
+    )
+
+
+@dataclass(frozen=True)
+class _Solution:
+    """A fit, its draws (D, P), and what its checks say; see `Matched`."""
+
+    likelihood: Likelihood
+    points: np.ndarray
+    canary: float
+    moved: float
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether halves of the samples disagree, or the canary has lost its range."""
+        return self.moved > MOST_MOVED or self.canary < LEAST_CANARY
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Ends of the central 90 % of the draws (2, P)."""
+        return np.quantile(self.points, [TAIL, 1 - TAIL], axis=0)
+
+    @property
+    def log_volume(self) -> float:
+        """Logarithm of the volume between these ends."""
+        widths = np.diff(self.ends, axis=0)
+        return float(np.log(np.maximum(widths, 1e-300)).sum())
+
+
+def _solved(
+    likelihood: Likelihood, broad_points: np.ndarray, draws: int, rng: np.random.Generator
+) -> _Solution:
+    """Draw from a likelihood, and check the draws.
+
+    Draws begin at its own samples, and at those of a broad fit (D, P).
+    """
+    start = np.r_[likelihood.points, broad_points]
+    points = draw(likelihood.log_likelihood, start, draws, rng)
+    low, high = np.quantile(points[:, -1], [TAIL, 1 - TAIL])
+    canary = float((high - low) / (2 - 4 * TAIL))
+    moved = _moved_by_halves(likelihood, points, rng)
+    points = points[:, :-1]
+    # else the canary has lost the middle of its range
+    if np.isfinite(likelihood.without_canary(points)).any():
+        points = draw(likelihood.without_canary, points, draws, rng)
+    return _Solution(likelihood, points, canary, moved)
+
+
+def _moved_by_halves(likelihood: Likelihood, points: np.ndarray, rng: np.random.Generator) -> float:
+    """Return how far the solutions of two halves of the samples are apart.
+
+    The most of all parameters, in standard deviations.
+
+    The draws (D, P) of all samples are weighted by what each half says of them.
+    """
+    order = rng.permutation(len(likelihood.points))
+    before = likelihood.log_likelihood(points)
+    means = []
+    for half in np.array_split(order, 2):
+        emulator = conditioned(
+            likelihood.points[half], likelihood.outputs[half], likelihood.emulator.logs
+        )
+        part = replace(likelihood, emulator=emulator, trust=np.inf, region=None)
+        gain = part.log_likelihood(points) - before
+        weights = np.exp(gain - gain.max())
+        means.append(weights @ points / weights.sum())
+    return float((np.abs(means[0] - means[1]) / points.std(axis=0)).max())

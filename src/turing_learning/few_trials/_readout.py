@@ -1,0 +1,192 @@
+"""The read-out: from what observers say of all trials to the parameters that match the agents.
+
+`match` solves it once. Here is from which trials, how often, and what is stated of the solution.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ._matching import LEAST_P, Matched, combined, match
+from ._space import SearchSpace
+
+FEWEST = 50
+"""Trials within reach below which nothing is matched."""
+
+CENTERS = 12
+"""Ends of the searches of a lost run that are matched, the best ones."""
+
+SPREAD = 0.03
+"""Standard deviation around such an end that its draws begin with, in units of the space."""
+
+LEAST_SPREAD = 1e-3
+"""Least standard deviation that draws begin with."""
+
+AT_LEAST = 500
+"""Fewest trials that a share of them comes to."""
+
+OTHERS = 10
+"""For so many trials that are near, one from elsewhere is matched."""
+
+AT_END = 0.05
+"""Share of the walkers at an end from which on the 90 % interval reaches that end."""
+
+NEAR_END = 0.1
+"""Distance from an end, in widths of the interval, up to which it includes the end.
+
+Draws do not become fewer towards an end that is infinitely far.
+"""
+
+
+@dataclass(frozen=True)
+class Share:
+    """Part of the trials by which a solution of a lost run is matched."""
+
+    near: float  #: Share of all trials, those nearest to where the solution is sought
+    parts: float  #: Of these, one in so many are nearest in judgment to the agents
+
+
+AROUND_CENTER = Share(0.2, 3.0)
+"""By which the ends of searches are compared."""
+
+SHARES_AT_END = (Share(0.3, 2.5), Share(0.2, 2.0), Share(0.1, 3.0), Share(0.1, 3.0))
+"""By which the solutions that are mixed at the end of a lost run are matched. Decision 0028, "Lost
+runs"."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What F observers say of S trials and of K genuine samples."""
+
+    space: SearchSpace
+    parameters: np.ndarray  #: (S, P), of the models that were tried
+    counterfeit: np.ndarray  #: (S, F), outputs for the trials
+    genuine: np.ndarray  #: (K, F), outputs for the genuine samples
+    averaged: int  #: Samples of a trial that its output is the mean of
+    observed_anew: bool  #: Whether genuine samples come with each batch
+
+    @property
+    def enough(self) -> bool:
+        """Whether there are enough trials to match."""
+        return len(self.parameters) >= FEWEST
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Where a solution is sought."""
+
+    middle: np.ndarray  #: (P,)
+    spread: np.ndarray  #: (P,), standard deviations
+
+    @classmethod
+    def of(cls, models: np.ndarray) -> "Cloud":
+        """Return where models (N, P) lie."""
+        return cls(np.median(models, axis=0), models.std(axis=0))
+
+
+def evidence_within(evidence: Evidence) -> Evidence:
+    """Return the trials within reach of a solution.
+
+    Those beyond the end of a parameter are that end.
+    """
+    space = evidence.space
+    parameters = evidence.parameters
+    if space.limits.any():
+        parameters = np.where(space.limits, np.clip(parameters, -1, 1), parameters)
+    inside = (np.abs(parameters) <= space.widest).all(axis=1)
+    return replace(
+        evidence, parameters=parameters[inside], counterfeit=evidence.counterfeit[inside]
+    )
+
+
+def solution(evidence: Evidence, cloud: Cloud, rng: np.random.Generator, *, lost: bool) -> Matched:
+    """Match the agents.
+
+    A canary is drawn by chance. So a solution that is not settled, though no classifier tells it
+    from the agents, is sought twice more. Of the three, that counts whose canary has the middle
+    share of its range. Solutions of a `lost` run depend on the trials they rest on. So several are
+    mixed.
+    """
+    if lost:
+        solutions = [_matched(evidence, cloud, rng, share) for share in SHARES_AT_END]
+        return combined(solutions, evidence.space.widest)
+    first = _matched(evidence, cloud, rng)
+    if first.settled or first.p_value < LEAST_P:
+        return first
+    solutions = [first, *(_matched(evidence, cloud, rng) for _ in range(2))]
+    return sorted(solutions, key=lambda matched: matched.canary)[1]
+
+
+def best_center(
+    evidence: Evidence,
+    walkers: Cloud,
+    centers: np.ndarray,
+    new_rng: Callable[[], np.random.Generator],
+) -> Matched:
+    """Return the solution of a lost run that classifiers tell least.
+
+    Around its walkers, or around one of the centers (C, P).
+    """
+    spread = np.full(evidence.space.dimension, SPREAD)
+    clouds = [walkers, *(Cloud(center, spread) for center in centers[:CENTERS])]
+    solutions = [_matched(evidence, cloud, new_rng(), AROUND_CENTER) for cloud in clouds]
+    return min(solutions, key=lambda matched: matched.order)
+
+
+def _matched(
+    evidence: Evidence, cloud: Cloud, rng: np.random.Generator, share: Share | None = None
+) -> Matched:
+    """Match the agents; with a share, from the trials nearest to the cloud, and a few others."""
+    parameters = evidence.parameters
+    counterfeit = evidence.counterfeit
+    size = {}
+    if share is not None:
+        count = max(round(share.near * len(parameters)), AT_LEAST)
+        if count < len(parameters):
+            distances = ((parameters - cloud.middle) ** 2).sum(axis=1)
+            order = np.argsort(distances, kind="stable")
+            others = rng.permutation(order[count:])[: count // OTHERS]
+            chosen = np.sort(np.concatenate((order[:count], others)))
+            parameters = parameters[chosen]
+            counterfeit = counterfeit[chosen]
+            size = {"size": round(count / share.parts)}
+    widest = evidence.space.widest
+    return match(
+        parameters,
+        counterfeit.T,
+        evidence.genuine.T,
+        low=-widest,
+        high=widest,
+        start=np.clip(cloud.middle, -widest, widest),
+        spread=2 * np.maximum(cloud.spread, LEAST_SPREAD),
+        averaged=evidence.averaged,
+        farther=evidence.observed_anew,
+        rng=rng,
+        **size,
+    )
+
+
+def stated(
+    matched: Matched, walkers: np.ndarray, space: SearchSpace
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return estimate (P,) and interval (2, P) of a solution, beside walkers (W, P).
+
+    Matching, whose models have a density, gives none of it to an end of a saturated parameter.
+    Walkers that have passed the end say what there is.
+    """
+    estimate = np.median(matched.draws, axis=0)
+    low = matched.interval_low
+    high = matched.interval_high
+    near = NEAR_END * (high - low)
+    for side, bound in ((-1, low), (1, high)):
+        beyond = (side * walkers >= 1).mean(axis=0)
+        share = np.where(space.saturated, beyond, 0)
+        reached = (share >= AT_END) | (space.saturated & (side * bound >= 1 - near))
+        end = side * space.end
+        if side < 0:
+            low = np.where(reached, end, low)
+        else:
+            high = np.where(reached, end, high)
+        estimate = np.where(share > 0.5, end, estimate)
+    return estimate, np.stack((low, high))

@@ -1,0 +1,36 @@
+"""How the trials of a run are divided into batches."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+BATCHES = 40
+"""Batches after the first one."""
+
+FIRST_SHARE = 0.1
+"""Share of the trials that the first batch spends, within the two bounds below."""
+
+FIRST_LEAST = 10
+"""Fewest trials of the first batch, for each parameter."""
+
+FIRST_MOST = 40
+"""Most trials of the first batch, for each parameter."""
+
+
+def batch_schedule(
+    trials: int, dimension: int, extended: Sequence[tuple[int, int]] = ()
+) -> list[int]:
+    """Return how many trials are spent after each batch of a run with so many parameters.
+
+    For `extended` see `FewTrials`.
+    """
+    spent: list[int] = []
+    for budget, end in (*extended, (trials, trials)):
+        wanted = np.clip(FIRST_SHARE * budget, FIRST_LEAST * dimension, FIRST_MOST * dimension)
+        first = min(round(wanted), budget // 2)
+        size = max(2, -(-(budget - first) // BATCHES))
+        if not spent:
+            spent.append(first)
+        while spent[-1] < end:
+            spent.append(min(spent[-1] + size, end))
+    return spent

@@ -1,0 +1,446 @@
+"""The way out of a lost run: searches from many places.
+
+They look for models that observers judge as they judge the agents. Every trial has a vector of
+outputs, one for each observer. Near the agents its difference from the mean output for genuine
+samples is nearly linear in the parameters. So a search is a Gauss-Newton method without
+derivatives: a linear fit to the trials nearby says where the difference vanishes.
+
+Source: Cartis and Roberts, A derivative-free Gauss-Newton method (2019). The numbers: decision
+0028, "Lost runs".
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from itertools import pairwise
+
+import numpy as np
+
+from turing_learning.evolution import state_arrays
+
+# When. Shares of the trials.
+
+BEGIN = 0.5
+"""From here on a run may be lost, and searches."""
+
+LATE = 0.75
+"""From here on no search begins anywhere new."""
+
+END = 0.8
+"""Here it is decided where the rest of the trials is spent."""
+
+LOST = 3.0
+"""A run is lost if the median misfit of its last maps is above that. In runs that find the truth it
+is 1 to 2."""
+
+PATIENCE = 10
+"""Batches whose maps count."""
+
+FEWEST = 3000
+"""Trials below which a run does not search: there were too few for some searches."""
+
+# Where. Distances are root mean squares over the parameters, in units of the space.
+
+PLACES = 500
+"""Trials that look most genuine, from which a search may start."""
+
+NEIGHBORS = 15
+"""Trials around such a place that all have to look genuine."""
+
+APART = 0.1
+"""Distance of a new search from all others."""
+
+MERGED = 0.015
+"""Distance at which a search has joined another."""
+
+SETTLED_DOWN = 6
+"""Steps that a search makes before it may join another."""
+
+STEPS = 20
+"""Steps of a search."""
+
+AT_ONCE = 7
+"""Searches that go on at the same time."""
+
+# How far. A step is measured by the change of the outputs, in standard deviations of genuine ones.
+
+LEAST_REACH = 0.2
+"""Least change of the outputs that a step may make."""
+
+FIRST_REACH = 1.0
+"""Change that the first step may make."""
+
+MOST_REACH = 4.0
+"""Most change that a step may make."""
+
+WIDEST = 0.25
+"""Distance that such a change takes at most."""
+
+LONGEST = 0.3
+"""Change of a parameter in one step."""
+
+JITTER = 0.5
+"""Spread of the models that are tried around the end of a step, in units of its reach."""
+
+WIDER = 2.5, 5.0
+"""How many times wider than draws of the right model the last trials of a run lie, half of them
+each."""
+
+# Fits.
+
+FITTED = 6
+"""Trials of a linear fit, for each parameter."""
+
+TESTED = 4
+"""Trials nearest to a place, for each parameter, whose outputs say how far it is from the
+agents."""
+
+BOUND = 4.0
+"""Outputs count up to that: rare events are large."""
+
+
+@dataclass
+class Path:
+    """One search: where it is, and where it looks next."""
+
+    place: np.ndarray  #: (P,)
+    start: np.ndarray  #: (P,)
+    target: np.ndarray  #: (P,), where it was looked last; NaN once that is judged
+    curvature: np.ndarray  #: (P, P), mean square of the outputs' slopes
+    reach: float  #: Change of the outputs that its next step may make
+    steps: int = 0
+    excess: float = np.inf  #: Mean square of the outputs at its end; infinite while it goes on
+    ended: bool = False  #: Whether it has made its steps, or has joined another
+
+    @classmethod
+    def from_place(cls, place: np.ndarray) -> "Path":
+        """Return a search that begins at a place (P,)."""
+        unknown = np.full(len(place), np.nan)
+        return cls(place, place, unknown, 100 * np.eye(len(place)), FIRST_REACH)
+
+    @property
+    def arrived(self) -> bool:
+        """Whether it has made all its steps, and has joined no other."""
+        return bool(np.isfinite(self.excess))
+
+    def metric(self) -> np.ndarray:
+        """Return the matrix (P, P) by which a step of length `reach` changes outputs by as much."""
+        dimension = len(self.place)
+        least = (self.reach / WIDEST) ** 2 / dimension
+        least += 1e-6 * np.trace(self.curvature) + 1e-6
+        return self.curvature + least * np.eye(dimension)
+
+
+class Search:
+    """Whether a run is lost, and its searches.
+
+    Parameters
+    ----------
+    furthest : (P,)
+        How far from 0 each parameter may be.
+
+    Attributes
+    ----------
+    needed
+        Whether the run is lost: the map has fitted nothing for long. It is decided in the second
+        half of a run: the maps of many runs that find the truth fit badly before.
+    settled
+        Whether one of the centers was chosen for the rest of the trials.
+    centers : (C, P)
+        Where searches are, the best first.
+    """
+
+    def __init__(self, furthest: np.ndarray) -> None:
+        self.needed = False
+        self.settled = False
+        self.centers = np.empty((0, len(furthest)))
+        self._misfits = np.empty(0)
+        self._paths: list[Path] = []
+        self._furthest = furthest
+
+    @property
+    def most(self) -> int:
+        """Number of models that are tried at once: each search then learns from them."""
+        return AT_ONCE * self._per_path
+
+    @property
+    def _per_path(self) -> int:
+        """Models that are tried for a step."""
+        return len(self._furthest) + 2
+
+    def begin(self, progress: float) -> None:
+        """Forget, in a run that has got more trials, that it was lost.
+
+        `progress` is the share of the trials spent.
+        """
+        if progress < BEGIN:
+            self.needed = False
+            self.settled = False
+            self._paths = []
+
+    def note(self, progress: float, misfit: float) -> None:
+        """Note the misfit of the map after a batch, and whether the run is lost."""
+        self._misfits = np.append(self._misfits, misfit)[-PATIENCE:]
+        enough = len(self._misfits) == PATIENCE
+        if BEGIN <= progress < END and enough and np.median(self._misfits) > LOST:
+            self.needed = True
+
+    def models(
+        self,
+        count: int,
+        progress: float,
+        parameters: np.ndarray,
+        outputs: np.ndarray,
+        genuine: np.ndarray,
+        rng: np.random.Generator,
+    ) -> np.ndarray:
+        """Return models (count, P) to be tried next.
+
+        Parameters
+        ----------
+        count
+            How many.
+        progress
+            Share of the trials spent.
+        parameters : (S, P)
+            Of all trials.
+        outputs : (S, F)
+            Outputs of the observers for their samples.
+        genuine : (K, F)
+            Outputs for the genuine samples.
+        rng
+            For this batch.
+        """
+        unlikeness, deviations = _relative(outputs, genuine)
+        self._advance(parameters, deviations)
+        slots = int(np.clip(count // self._per_path, 1, AT_ONCE))
+        going_on = [path for path in self._paths if not path.ended]
+        if progress >= LATE and self.centers.size:
+            # nothing new any more: those that have arrived take further steps, the best first
+            arrived = [path for path in self._paths if path.arrived]
+            going_on += sorted(arrived, key=lambda path: path.excess)
+            going_on = going_on[:slots]
+        else:
+            going_on = going_on[:slots]
+            places = self._new_places(slots - len(going_on), parameters, unlikeness)
+            begun = [Path.from_place(place) for place in places]
+            self._paths += begun
+            going_on += begun
+        ends = np.linspace(0, count, len(going_on) + 1).astype(int)
+        models = [
+            self._models_of_step(path, last - first, parameters, deviations, rng)
+            for path, (first, last) in zip(going_on, pairwise(ends), strict=True)
+        ]
+        return np.concatenate(models)
+
+    def judge(self, parameters: np.ndarray, outputs: np.ndarray, genuine: np.ndarray) -> None:
+        """Let the searches take their steps by what was tried, and set `centers`."""
+        _, deviations = _relative(outputs, genuine)
+        self._advance(parameters, deviations)
+        paths = [path for path in self._paths if not path.ended or path.arrived]
+        excess = [_excess(path, parameters, deviations) for path in paths]
+        centers: list[np.ndarray] = []
+        for k in np.argsort(excess, kind="stable"):
+            place = paths[k].place
+            if all(_distance2(place, other) > MERGED**2 for other in centers):
+                centers.append(place)
+        self.centers = np.array(centers).reshape(-1, len(self._furthest))
+
+    def around(self, count: int, draws: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return models (count, P) about draws (W, P) of the right model, wider than these lie."""
+        middle = np.median(draws, axis=0)
+        wider = np.resize(WIDER, count)[:, None]
+        models = middle + wider * (draws[rng.integers(len(draws), size=count)] - middle)
+        return np.clip(models, -self._furthest, self._furthest)
+
+    def _new_places(
+        self, count: int, parameters: np.ndarray, unlikeness: np.ndarray
+    ) -> list[np.ndarray]:
+        """Return places (P,) where all trials nearby look genuine.
+
+        Single trials of any model may by chance.
+        """
+        if count <= 0:
+            return []
+        # few runs are lost: the others start faster without it
+        from scipy.spatial import cKDTree
+
+        likely = np.argsort(unlikeness, kind="stable")[:PLACES]
+        neighbors = min(NEIGHBORS, len(parameters))
+        near = cKDTree(parameters).query(parameters[likely], neighbors)[1]
+        middles = parameters[near].mean(axis=1)
+        order = np.argsort(unlikeness[near].mean(axis=1), kind="stable")
+        taken = [place for path in self._paths for place in (path.place, path.start)]
+        places: list[np.ndarray] = []
+        # nearer to others only where there are too few places
+        for apart in (APART, APART / 2, APART / 4, 0.0):
+            free = np.ones(len(middles), bool)
+            for place in [*taken, *places]:
+                free &= _distance2(middles, place) >= apart**2
+            for k in order:
+                if free[k] and len(places) < count:
+                    places.append(middles[k])
+                    free &= _distance2(middles, middles[k]) >= apart**2
+        return places
+
+    def _models_of_step(
+        self,
+        path: Path,
+        count: int,
+        parameters: np.ndarray,
+        deviations: np.ndarray,
+        rng: np.random.Generator,
+    ) -> np.ndarray:
+        """Choose where a search looks next, and return models (count, P) there.
+
+        The step is damped (Levenberg and Marquardt) until it is no longer than its reach.
+        """
+        offset, slopes = _fit(path, path.place, parameters, deviations)
+        curvature = slopes @ slopes.T / len(offset)
+        slope = slopes @ offset / len(offset)
+        path.curvature = curvature if path.steps == 0 else (path.curvature + curvature) / 2
+        metric = path.metric()
+        for damping in (0, *10 ** np.arange(-4, 4, 0.5)):
+            step = -np.linalg.lstsq(curvature + (damping + 1e-6) * metric, slope, rcond=None)[0]
+            if step @ metric @ step <= path.reach**2 and np.abs(step).max() < LONGEST:
+                break
+        path.target = np.clip(path.place + step, -self._furthest, self._furthest)
+        path.ended = False
+        spread = path.reach * JITTER * rng.standard_normal((count, len(step)))
+        # a quarter of the models is the end of the step itself
+        spread[: count // 4] = 0
+        models = path.target + spread @ np.linalg.inv(np.linalg.cholesky(metric))
+        return np.clip(models, -self._furthest, self._furthest)
+
+    def _advance(self, parameters: np.ndarray, deviations: np.ndarray) -> None:
+        """Let each search go where it has looked, if that is better.
+
+        End those that have made their steps, or are at another.
+        """
+        looked = []
+        for path in self._paths:
+            if np.isnan(path.target).any():
+                continue
+            before = (_fit(path, path.place, parameters, deviations)[0] ** 2).mean()
+            after = (_fit(path, path.target, parameters, deviations)[0] ** 2).mean()
+            if after < before:
+                path.place = path.target
+                growth = 1.5 if after < 0.6 * before else 1
+                path.reach = min(path.reach * growth, MOST_REACH)
+            else:
+                path.reach = max(path.reach * 0.6, LEAST_REACH)
+            path.steps += 1
+            path.target = np.full(len(path.place), np.nan)
+            looked.append((min(before, after), path))
+        others = [path.place for path in self._paths if path.ended and path.arrived]
+        for _, path in sorted(looked, key=lambda pair: pair[0]):
+            joins = any(_distance2(path.place, other) < MERGED**2 for other in others)
+            path.excess = np.inf
+            if path.steps >= SETTLED_DOWN and joins:
+                path.ended = True
+                continue
+            others.append(path.place)
+            if path.steps >= STEPS:
+                path.ended = True
+                path.excess = _excess(path, parameters, deviations)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return all that is needed to resume."""
+        names = [field.name for field in fields(Path)]
+        paths = {name: np.array([getattr(path, name) for path in self._paths]) for name in names}
+        return {
+            "lost": np.array(self.needed),
+            "settled": np.array(self.settled),
+            "centers": self.centers.copy(),
+            "misfits": self._misfits.copy(),
+            **paths,
+        }
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take over a state."""
+        shapes = {"centers": "C P", "misfits": "N"}
+        arrays = state_arrays(state, shapes, P=len(self._furthest))
+        self.needed = bool(state["lost"])
+        self.settled = bool(state["settled"])
+        self.centers = arrays["centers"]
+        self._misfits = arrays["misfits"]
+        columns = [np.array(state[field.name]) for field in fields(Path)]
+        self._paths = []
+        for place, start, target, curvature, reach, steps, excess, ended in zip(
+            *columns, strict=True
+        ):
+            path = Path(place, start, target, curvature, float(reach))
+            path.steps = int(steps)
+            path.excess = float(excess)
+            path.ended = bool(ended)
+            self._paths.append(path)
+
+
+def _distance2(places: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the mean squared distance of places (..., P) from another one."""
+    square: np.ndarray = ((places - other) ** 2).mean(axis=-1)
+    return square
+
+
+def _relative(outputs: np.ndarray, genuine: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return how unlike genuine ones samples look (S,), and how outputs deviate (S, F).
+
+    Outputs are decorrelated first. The unlikeness is the logarithm of their mean square. The
+    deviations are their inverse hyperbolic sines, in standard deviations of genuine samples,
+    because rare events are large.
+    """
+    middle = genuine.mean(axis=0, dtype=float)
+    covariance = np.atleast_2d(np.cov(genuine.T.astype(float)))
+    least = max(1e-3 * np.trace(covariance) / len(covariance), 1e-12)
+    covariance += least * np.eye(len(covariance))
+    factor = np.linalg.cholesky(np.linalg.inv(covariance))
+    white = (outputs - middle) @ factor
+    usual = np.arcsinh((genuine - middle) @ factor)
+    spread = np.maximum(usual.std(axis=0), 1e-9)
+    unlikeness = np.log(np.maximum((white**2).mean(axis=1), 0.3))
+    return unlikeness, (np.arcsinh(white) - usual.mean(axis=0)) / spread
+
+
+def _nearest(
+    path: Path, place: np.ndarray, parameters: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the trials nearest to a place by the metric of a search, and squared distances."""
+    factor = np.linalg.cholesky(path.metric())
+    square = (((parameters - place) @ factor) ** 2).sum(axis=1)
+    near = np.argsort(square, kind="stable")[:count]
+    return near, square[near]
+
+
+def _fit(
+    path: Path, place: np.ndarray, parameters: np.ndarray, deviations: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Fit the deviations of the trials nearest to a place linearly.
+
+    Those expected there (F,), and slopes (P, F).
+
+    Trials count the less the farther they are, and the less they follow the fit.
+    """
+    near, square = _nearest(path, place, parameters, FITTED * len(place))
+    factor = np.linalg.cholesky(path.metric())
+    deviations = deviations[near]
+    distance = np.sqrt(square.mean()) + 1e-12
+    terms = np.c_[np.ones(len(near)), (parameters[near] - place) @ factor / distance]
+    nearness = 1 / (1 + square / (1.5 * distance) ** 2)
+    weights = nearness
+    ridge = np.diag(np.r_[1e-9, np.full(len(place), 1e-2)])
+    for _ in range(3):
+        weighted = terms * weights[:, None]
+        coefficients = np.linalg.solve(weighted.T @ terms + ridge, weighted.T @ deviations)
+        misses = ((deviations - terms @ coefficients) ** 2).mean(axis=1)
+        weights = nearness / (1 + misses / (3 * np.median(misses) + 1e-9)) * (4 / 3)
+    return coefficients[0], factor @ coefficients[1:] / distance
+
+
+def _excess(path: Path, parameters: np.ndarray, deviations: np.ndarray) -> float:
+    """Return how far the place of a search is from the agents, by the trials next to it.
+
+    That is the mean square of the deviations expected there, less that by chance.
+    """
+    near, _ = _nearest(path, path.place, parameters, TESTED * len(path.place))
+    few = np.clip(deviations[near], -BOUND, BOUND)
+    by_chance = few.var(axis=0).mean() / (len(few) - 1)
+    return float((few.mean(axis=0) ** 2).mean() - by_chance)

@@ -1,0 +1,480 @@
+"""Check whether the estimate of a run can be believed, in stages that are stored as they are
+completed."""
+
+import logging
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
+from inspect import signature
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from turing_learning import systems
+from turing_learning.analysis import is_known
+from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.config.settings import refuse_unknown, resolved
+from turing_learning.errors import check as check_setting
+from turing_learning.errors import integer, refusing_as, reject
+from turing_learning.identifiability import (
+    Check,
+    Effort,
+    PinnedDown,
+    Profile,
+    Recovery,
+    profile,
+    read_check,
+    two_sample_test,
+)
+from turing_learning.identifiability import evidence as evidences
+from turing_learning.identifiability.evidence import (
+    RECOVERING,
+    Evidence,
+    Quantity,
+    evidence_of,
+    stream,
+)
+from turing_learning.store import RunFolderError, check_folder, storage, writable
+from turing_learning.store import RunStorageError as RunStorageError
+from turing_learning.systems import (
+    CustomSystem,
+    CustomSystemError,
+    Given,
+    Source,
+    describe_simulated,
+    same_time_step,
+)
+from turing_learning.trajectories import Trajectories
+
+from ._folder import RunFolder
+from ._report import draw_check, report, save_figures
+from ._result import CHECK, Evolution, Posterior, Result
+from ._run import Run, conduct
+
+FOLDER = "check"
+RECOVERIES = 5
+"""Of a run of trials, by default."""
+ATTEMPTS = 3
+"""Tests of the truth of each, which show how well right models are told by chance."""
+
+_LOGGER = logging.getLogger("turing_learning")
+
+Stage = Callable[[str], None]
+
+
+@dataclass(eq=False)
+class _Checker:
+    """The stages of a check; what is not named below is as for `check`."""
+
+    result: Result
+    source: Source  # the run's, opened again
+    given: Given  # of a custom system
+    evidence: Evidence
+    effort: Effort
+    settings: dict[str, Any]  # all that decides what a check finds
+    recording: Sequence[Trajectories]
+    stage: Stage
+
+    def __post_init__(self) -> None:
+        self.configuration = self.result.configuration
+        self.by_trials = isinstance(self.result, Posterior)
+        self.seed = self.settings["seed"]
+        self.folder = None if self.result.path is None else RunFolder(self.result.path)
+        self.estimate = np.array(list(self.result.estimate.values()))
+
+    def run(self, *, force: bool) -> Check:
+        """Go through the stages; what a folder holds already is not done again."""
+        content, model = self._begun(force), self.result.simulated_model
+        if "test" not in content:
+            self.stage("fresh classifiers against the estimate")
+            content["test"] = two_sample_test(
+                self.evidence, model, self.effort, seed=self.seed
+            ).to_json()
+            self._write(content)
+        if "quantities" not in content:
+            self.stage("distributions, genuine beside simulated")
+            content["quantities"] = [each.to_json() for each in self._quantities(model)]
+            self._write(content)
+        # no weight of a network stands for one of the parameters
+        profiled = self.effort.points > 0 and self.result.networks is None
+        for place, name in enumerate(self.result.estimate if profiled else ()):
+            if name in content["profiles"]:
+                continue
+            self.stage(f"fresh classifiers where {name} is moved")
+            try:
+                options: dict[str, Any] = {
+                    "seed": self.seed,
+                    "beyond": self.by_trials,
+                }
+                found = profile(self.evidence, self.estimate, place, self.effort, **options)
+                content["profiles"][name] = found.to_json()
+            except CustomSystemError as error:
+                ahead = "Or check without profiles, with points=0 in `effort` and force=True."
+                raise CustomSystemError(f"{error} {ahead}") from error
+            self._write(content)
+        recoveries = self.settings["recoveries"]
+        for k in range(len(content["recoveries"]), recoveries):
+            self.stage(f"a run whose truth is the estimate, {k + 1} of {recoveries}")
+            content["recoveries"].append(self._recovery(k))
+            self._write(content)
+        content["parameters"] = self._pinned_down(content, profiled)
+        check = read_check(content, self.result.said)
+        content |= {
+            "parameters": [asdict(each) for each in check.parameters],
+            "verdicts": check.verdicts,
+        }
+        content |= {"judgment": check.judgment.to_json()}
+        self._write(content)
+        if self.folder is None:
+            self.result.stored().beside[CHECK] = content
+        return check
+
+    def _write(self, content: dict[str, Any]) -> None:
+        if self.folder is not None:
+            with stored_in(self.folder.path):
+                self.folder.write(CHECK, content)
+
+    def _begun(self, force: bool) -> dict[str, Any]:
+        """Return what is known already, under these settings.
+
+        Else the beginning of a check, in place of one that is there.
+        """
+        known = None if self.folder is None else stored_check(self.folder.path)
+        if self.folder is not None and known is not None and not force:
+            needed = partial(check_folder, name="run", place=str(self.folder.path / FOLDER))
+            same = known["settings"]["estimate"] == self.result.estimate
+            rule = "have the estimate that it had when its check began"
+            remedy = "The run has gone on since: replace the check with force=True."
+            needed(same, rule=rule, got=f"another, after {self.result.length}", remedy=remedy)
+            rule, remedy = (
+                "be checked with the settings that its check began with",
+                "Replace it with force=True.",
+            )
+            needed(known["settings"] == self.settings, rule=rule, got="others", remedy=remedy)
+            return known
+        unfinished = None if self.result.complete else self.result.progress
+        new: dict[str, Any] = {
+            "settings": self.settings,
+            "unfinished": unfinished,
+            "profiles": {},
+            "recoveries": [],
+        }
+        if self.folder is not None:
+            path = self.folder.path / CHECK
+            with stored_in(self.folder.path):
+                if known is not None:
+                    shutil.rmtree(path.parent)
+                elif path.exists():
+                    aside = self.folder.set_aside(CHECK)
+                    _LOGGER.warning(
+                        "%s is damaged; the check begins anew. The damaged file is %s.",
+                        path,
+                        aside.name,
+                    )
+        self._write(new)
+        return new
+
+    def _quantities(self, model: np.ndarray) -> tuple[Quantity, ...]:
+        if self.configuration.system.simulated is not None:
+            return evidences.swarm_quantities(self.configuration, model, seed=self.seed)
+        count, rng = (
+            min(evidences.COMPARED, 2 * self.effort.samples),
+            stream(self.seed, evidences.COMPARING),
+        )
+        genuine, simulate = (
+            np.concatenate((self.evidence.learning, self.evidence.testing)),
+            self.evidence.simulate,
+        )
+        simulated, system = (
+            simulate(np.tile(self.estimate, (count, 1)), rng),
+            self.configuration.system,
+        )
+        found = evidences.signal_quantities(genuine, simulated, system)
+        if not self.recording or not hasattr(self.given.simulate, "simulate"):
+            return found
+        group = evidences.recorded_quantities(
+            self.recording, self.given.simulate, self.estimate, seed=self.seed
+        )
+        return (*found, *(each for each in group if each.name not in system.signals))
+
+    def _recovery(self, k: int) -> dict[str, Any]:
+        """Run once more, with the estimate as the truth."""
+        seed = self.configuration.run.seed + 1 + k
+        overrides: dict[str, Any] = {"run.seed": seed, "run.history": "thin"}
+        if not self.by_trials:
+            overrides["run.generations"] = self.settings["recovery_generations"]
+        path = None if self.folder is None else self.folder.path / FOLDER / f"recovery-{k + 1}"
+        if self.source.genuine is not None:
+            system, rng = (
+                cast(CustomSystem, self.configuration.scenario),
+                stream(self.seed, RECOVERING, k),
+            )
+            with refusing_as(ConfigurationError):
+                scenario, data = describe_simulated(system, self.source, self.estimate, rng)
+            given = replace(self.given, genuine=data, groups=None)
+        else:
+            scenario, given = (
+                self.configuration.system.imitated(self.estimate),
+                replace(self.given, genuine=None),
+            )
+            overrides["classifiers.input_scale"] = self.configuration.classifiers.input_scale
+        configuration = resolved(scenario, "default", self.configuration, overrides)
+        try:
+            found = begin_or_resume(configuration, path, given)
+        except (RunFolderError, RunStorageError) as error:
+            if self.folder is None or not isinstance(error.__cause__, OSError):
+                raise
+            with stored_in(self.folder.path):  # resumed as a check, not as a run of its own
+                raise error.__cause__ from None
+        shares = np.abs(self._numbers(found.estimate) - self._numbers(self.result.estimate)) / 2
+        return Recovery(
+            seed=seed,
+            generations=found.generations,
+            truth=self.result.estimate,
+            estimate=found.estimate,
+            interval=found.wandering if isinstance(found, Evolution) else found.interval,
+            error_share=dict(zip(found.estimate, shares.tolist(), strict=True)),
+            **(self._told(k, configuration, given, found) if self.by_trials else {}),
+        ).to_json()
+
+    def _told(
+        self, k: int, configuration: Configuration, given: Given, found: Result
+    ) -> dict[str, Any]:
+        """Return how well fresh classifiers tell samples of a recovery's truth from its estimate, and from its truth."""
+        number, accuracies = self.seed + 1 + k, []
+        with configuration.system.open(given) as source:
+            for place, values in enumerate(
+                [np.array(list(found.estimate.values()))] + [self.estimate] * ATTEMPTS, 1
+            ):
+                known = self.evidence
+                if source.genuine is None:
+                    fresh = (
+                        number + place * self.settings["recoveries"]
+                    )  # a seed that no other test has
+                    known = evidence_of(configuration, source, self.effort, fresh)
+                else:
+                    rng = stream(self.seed, RECOVERING, k, place)
+                    testing = self._simulated(len(known.testing), rng)
+                    own = source.genuine_samples(self.effort.samples, rng)
+                    known = replace(
+                        known, learning=own, testing=testing, groups=known.groups[: len(testing)]
+                    )
+                test = two_sample_test(
+                    known, values, self.effort, seed=number, use=(RECOVERING, place)
+                )
+                accuracies.append(test.accuracy)
+        return {"accuracy": accuracies[0], "attainable": accuracies[1:]}
+
+    def _simulated(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Return so many samples, simulated at the estimate."""
+        return self.evidence.simulate(np.tile(self.estimate, (count, 1)), rng)[:, 0]
+
+    def _numbers(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return values as numbers from -1 to 1 over the initial ranges."""
+        known = self.evidence.parameters
+        return np.array(
+            [float(known[name].to_numbers(np.array(value))) for name, value in values.items()]
+        )
+
+    def _pinned_down(self, content: dict[str, Any], profiled: bool) -> list[dict[str, Any]]:
+        interval = self.result.interval
+        ends = [
+            self._numbers({name: each[side] for name, each in interval.items()}) for side in (0, 1)
+        ]
+        widths = np.minimum(np.abs(ends[1] - ends[0]) / 2, 1.0)
+        errors, found = [each["error_share"] for each in content["recoveries"]], []
+        for (name, value), width in zip(self.result.estimate.items(), widths, strict=True):
+            low, high = content["profiles"].get(name, {}).get("rejected", (False, False))
+            each = PinnedDown(
+                parameter=name,
+                interval_share=float(width) if is_known(width) else None,
+                open_share=Profile(**content["profiles"][name]).open_share if profiled else None,
+                recovery_error=max(each[name] for each in errors) if errors else None,
+                bound=""
+                if self.result.networks
+                else self.evidence.parameters[name].bound_at(value),
+                sides=(low, high) if self.by_trials else None,
+            )
+            found.append(asdict(each))
+        return found
+
+
+def stored_check(path: Path) -> dict[str, Any] | None:
+    """Return what is known of the check of a run folder, complete or not.
+
+    None if it was never begun.
+    """
+    try:
+        content = RunFolder(path).read(CHECK)
+    except RunFolderError:
+        return None
+    return content if isinstance(content, dict) and "settings" in content else None
+
+
+def check(
+    result: Result,
+    *,
+    genuine: Any = None,
+    simulate: systems.Simulator | None = None,
+    recording: Trajectories | Sequence[Trajectories] | None = None,
+    groups: Any = None,
+    effort: Effort | None = None,
+    recoveries: int | None = None,
+    recovery_generations: int | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    timeout_s: float | None = None,
+    force: bool = False,
+    stage: Stage | None = None,
+) -> Check:
+    """Check whether the estimate of a run can be believed.
+
+    `Result.check` calls it. See docs/identifiability.md.
+
+    Fresh classifiers are trained to tell genuine samples from samples simulated at the estimate,
+    and tested on held-out ones; the same is done where each parameter is moved across its range;
+    runs are made whose truth is the estimate; and distributions of the motion are compared. Of a
+    run in a folder all of it is kept there, and goes on where it was stopped.
+
+    Parameters
+    ----------
+    result
+        Of the run.
+    genuine, simulate
+        Of a custom system, as when the run began; needed where the run was loaded from a folder.
+    recording
+        The recording that the samples are from, or several, to compare distances of neighbors and
+        polarization, too. The simulator has to say where everybody was, as model families do.
+    groups : (K,)
+        Labels of the samples, of any kind; those with the same one are alike, for example of one
+        individual. None takes the individuals of windows of recorded motion, and each sample for
+        itself otherwise.
+    effort
+        How much is simulated and trained.
+    recoveries, recovery_generations
+        Number of runs whose truth is the estimate, 0 for none, and their length. None makes 1 of
+        the length of the run. Of a run of trials it makes 5, which spend as many trials as the run
+        was to spend: 2 or more say whether the search or the model is at fault.
+    seed
+        Of all random numbers of the check, >= 0.
+    workers, timeout_s
+        As in `infer`.
+    force
+        Whether to look anew, and to replace the check that is there, whatever its settings.
+    stage
+        Called with a word on what comes next.
+
+    Returns
+    -------
+    Check
+        Of a run in a folder it is also in ``check/check.json``, in figures, and in the report.
+
+    Raises
+    ------
+    RunFolderError
+        If the folder is in use or holds a check with other settings, or the samples are not those
+        of the run.
+    CustomSystemError
+        If the simulator fails for most of the samples.
+    """
+    record = result.stored()
+    configuration = record.configuration
+    by_trials = isinstance(result, Posterior)
+    got = f"{recovery_generations} for a run of trials"
+    check_setting(
+        not (by_trials and recovery_generations),
+        "recovery_generations",
+        "be left out for a run of trials",
+        got,
+    )
+    length = result.generations if recovery_generations is None else recovery_generations
+    recoveries = (RECOVERIES if by_trials else 1) if recoveries is None else recoveries
+    least = {"recoveries": (recoveries, 0), "recovery_generations": (length, 1), "seed": (seed, 0)}
+    for name, (value, lowest) in least.items():
+        integer(name, value, lowest, error=ConfigurationError)
+    rule = "be of a system that can be simulated"  # else a check would compare two simulations
+    remedy = "What its models are worth there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` "
+    remedy += "says what its setup could infer at all."
+    check_setting(
+        not result.in_laboratory, "run", rule, "one in a laboratory", remedy, place=str(result.path)
+    )
+    folder, system = None if result.path is None else RunFolder(result.path), configuration.system
+    known = record.samples_and_simulator(genuine, simulate)
+    given = Given(known.genuine, known.simulate, workers, timeout_s, groups)
+    say = stage or (lambda text: None)
+    recordings = (recording,) if isinstance(recording, Trajectories) else tuple(recording or ())
+    with ExitStack() as stack:
+        if folder is not None:
+            with writable("run", folder.path):
+                stack.enter_context(folder.locked())
+        with refusing_as(ConfigurationError):
+            source = stack.enter_context(system.open(given))
+        labels, grouping = None, ""
+        if source.genuine is not None:
+            labels, grouping = evidences.held_out_groups(
+                systems.observed(given.genuine), source.genuine, groups
+            )
+        elif recordings:
+            reject("recording", "be left out for simulated robots", "one")
+        for each in recordings if system.interval_s > 0 else ():
+            rule = f"have the frame rate of the samples, {1 / system.interval_s:.6g} per second"
+            same = same_time_step(system.interval_s, 1 / each.fps)
+            check_setting(
+                same,
+                "recording",
+                rule,
+                f"{each.fps:.6g}",
+                "Give the recording that the samples are from.",
+            )
+        effort = effort or Effort()
+        settings = {
+            "estimate": result.estimate,
+            "seed": seed,
+            "recoveries": recoveries,
+            "recovery_generations": length,
+            "recording": bool(recordings),
+            "groups": None if labels is None else labels.tolist(),
+        } | asdict(effort)
+        # refuses what cannot be checked, before anything is written
+        evidence = evidence_of(configuration, source, effort, seed, labels, grouping)
+        found = _Checker(result, source, given, evidence, effort, settings, recordings, say).run(
+            force=force
+        )
+        if folder is not None:  # the report again where there is one, and the history that it shows
+            with stored_in(folder.path):
+                save_figures(draw_check(found, result), folder.figures_path)
+                if folder.report_path.exists():
+                    try:
+                        report(result)
+                    except RunFolderError as error:
+                        say(f"the report is left as it was: {error}")
+    return found
+
+
+def begin_or_resume(configuration: Configuration, path: Path | None, given: Given) -> Result:
+    """Run a configuration, in a folder or in memory.
+
+    One that is in the folder already is resumed.
+    """
+    if path is not None and RunFolder(path).is_run():
+        return conduct(Run.open(path, lambda configuration: configuration.system.open(given)))
+    with refusing_as(ConfigurationError):
+        source = configuration.system.open(given)
+    with source:
+        return conduct(Run.begin(configuration, path, source=source))
+
+
+def refuse_unknown_part(options: Mapping[str, Any]) -> None:
+    """Raise ConfigurationError if there is an option that no check has."""
+    for name in (each.name for each in fields(Effort) if each.name in options):
+        example = f"Give effort=turing_learning.identifiability.Effort({name}={options[name]!r})."
+        reject(name, "be a part of the effort", f"{options[name]!r} beside it", example)
+    refuse_unknown(options, list(signature(check).parameters)[1:])
+
+
+def stored_in(path: Path) -> AbstractContextManager[None]:
+    """Say of a run folder that cannot be written any further how to resume its check."""
+    return storage(path, "check again: it goes on.", name="run")

@@ -1,0 +1,307 @@
+"""A run in pictures and in motion: what `Result.plot` draws into axes of matplotlib, and swarms
+that move in pages."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from turing_learning import report
+from turing_learning.config import Configuration
+from turing_learning.errors import check, reject
+from turing_learning.figures.one_run import fitness_figure, parameters_figure, quantities_figure
+from turing_learning.figures.style import Panels, panel_grid, titled
+from turing_learning.figures.swarms import draw_paths
+from turing_learning.identifiability import evidence as evidence
+from turing_learning.purposes import REPLAY
+from turing_learning.swarm import Execution, Scenario, execution_of, initial_poses, simulate
+from turing_learning.trajectories import filled
+
+from ._history import SELECTION_CODES
+from ._result import Result
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+REPLAY_DURATION_S = 180.0
+FRAMES_PER_S = 5.0
+LARGEST_SPEED = 100.0  # of a replica in a replay, in maximum speeds: beyond it nothing can be seen
+
+
+@dataclass(frozen=True, repr=False)
+class Plots:
+    """Pictures of a result on matplotlib axes.
+
+    Each method draws into the axes `ax`, or into a new figure of pyplot, and returns the axes: one for
+    `fitness`, an array with one for each panel otherwise. It raises a ConfigurationError if `ax` are not as
+    many axes as there are panels.
+    """
+
+    result: Result
+
+    def parameters(self, ax: Any = None) -> np.ndarray:
+        """Draw each of P parameters over generations or trials, of the best and of the typical model; the truth is dashed."""
+        record = self.result.stored()
+        panels = _panels(ax, record.configuration.system.parameter_labels, 2.15)
+        draw_parameters(record.history(), record.configuration, panels)
+        return np.array(panels.axes)
+
+    def fitness(self, ax: Any = None) -> "Axes":
+        """Draw the fitness of models and classifiers over generations or trials.
+
+        Median and quartiles, as in the report.
+        """
+        record = self.result.stored()
+        panels = _panels(ax, [""], 3.1)
+        draw_fitness(record.history(), record.configuration, panels)
+        return panels.axes[0]
+
+    def motion(self, ax: Any = None) -> np.ndarray:
+        """Draw paths (cm) of genuine individuals, where they are known, and beside them of replicas that execute the estimate.
+
+        Of a swarm both are simulated from the same start for 180 s. Of a recording it is what the
+        report shows. Samples that are arrays do not say where anybody is, and are rejected: see
+        `distributions`. The simulator needs a method `simulate` that returns positions, as families
+        of models have.
+        """
+        record = self.result.stored()
+        model = self.result.simulated_model
+        if record.configuration.system.simulated is None:
+            shown = recorded_replay(record.motion(model))
+        else:
+            shown = replay(record.configuration, model)
+        if shown is None:
+            rule, got = "be of a system whose simulator says where everybody is", "samples alone"
+            remedy = "Its signals are in `plot.distributions()`. Positions are known of windows of a recording with a family "
+            remedy += "of models, or another simulator with a method `simulate`."
+            reject("run", rule, got, remedy)
+        panels = _panels(ax, [each.label for each in shown.swarms], 4.0)
+        swarms = [(each.poses, each.robots, each.replica_mask) for each in shown.swarms]
+        radii = {
+            "robot_radius_cm": shown.robot_radius_cm,
+            "object_radius_cm": shown.object_radius_cm,
+        }
+        draw_paths(panels, swarms, **radii)
+        return np.array(panels.axes)
+
+    def distributions(
+        self, ax: Any = None, *, genuine: Any = None, simulate: Any = None
+    ) -> np.ndarray:
+        """Draw distributions of what can be seen of the genuine motion and of motion simulated at the estimate.
+
+        Of a swarm: speed, turning, distance of neighbors and polarization. Of a custom system: its
+        signals, for which `genuine` and `simulate` are given again if the run was loaded and they
+        are no functions of a module.
+        """
+        record = self.result.stored()
+        system = record.configuration.system
+        model = self.result.simulated_model
+        rule = "be of a system that can be simulated"
+        place = str(self.result.path)
+        check(not self.result.in_laboratory, "run", rule, "one in a laboratory", place=place)
+        if system.simulated is not None:
+            found = evidence.swarm_quantities(record.configuration, model, seed=0)
+        else:
+            with record.opened(genuine, simulate) as source:
+                source.generation = None  # no generation is collected
+                rng = evidence.stream(0, evidence.COMPARING)
+                simulated = source.simulate(np.tile(model, (evidence.COMPARED, 1)), rng)
+                if source.genuine is None or source.genuine.live:
+                    known = source.genuine_samples(evidence.COMPARED, rng)
+                else:
+                    known = source.genuine.samples
+            found = evidence.signal_quantities(known, simulated, system)
+        shown = distributions_of(found)
+        panels = _panels(ax, list(shown), 2.1)
+        quantities_figure(shown, panels=panels)
+        return np.array(panels.axes)
+
+
+def _panels(ax: Any, titles: Sequence[str], height: float) -> Panels:
+    """Return given axes with titles, or those of a new figure of pyplot."""
+    if ax is None:
+        from matplotlib.pyplot import figure
+
+        return panel_grid(
+            titles, height, make=lambda *size: figure(figsize=size, layout="constrained")
+        )
+    given = np.array(ax, dtype=object)
+    axes = list(given.flat)
+    fits = len(axes) == len(titles) and all(
+        hasattr(each, "get_legend_handles_labels") for each in axes
+    )
+    got = f"{given.size} of {type(axes[0]).__name__}" if axes else "none"
+    check(
+        fits,
+        "ax",
+        "be matplotlib axes" if len(titles) == 1 else f"be {len(titles)} matplotlib axes",
+        got,
+    )
+    panels = Panels(axes[0].figure, axes, given.shape[-1] if given.ndim else 1, callers_axes=True)
+    return titled(panels, titles, fontweight="bold", parse_math=False)
+
+
+def draw_parameters(
+    history: "xarray.Dataset", configuration: Configuration, panels: Panels | None = None
+) -> "Figure":
+    """Draw the parameters of the best and of the typical models of a history."""
+    system = configuration.system
+    best, typical = (
+        configuration.described(history[name].to_numpy())
+        for name in ("best_model", "typical_model")
+    )
+    over: dict[str, Any] = {
+        "truth": system.truth,
+        "trials": configuration.spent(len(best)),
+        "panels": panels,
+    }
+    return parameters_figure(best, typical, names=system.parameter_labels, **over)
+
+
+def draw_fitness(
+    history: "xarray.Dataset", configuration: Configuration, panels: Panels | None = None
+) -> "Figure":
+    """Draw the fitness in a history.
+
+    Of all individuals, or of a thin one the quantiles, which have the same quartiles.
+    """
+    names = [f"{of}_fitness" for of in ("model", "classifier")]
+    models, classifiers = (
+        history[name if name in history else f"{name}_quantiles"].to_numpy() for name in names
+    )
+    stopped = history["selection"].to_numpy() != SELECTION_CODES["active"]
+    trials = configuration.spent(len(models))
+    return fitness_figure(models, classifiers, stopped=stopped, trials=trials, panels=panels)
+
+
+def distributions_of(
+    quantities: Sequence[evidence.Quantity],
+) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return quantities as they are drawn.
+
+    Name and unit -> edges of bins, shares of genuine and simulated values.
+    """
+    names = [
+        f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name
+        for each in quantities
+    ]
+    drawn = [
+        (np.array(each.edges), np.array(each.genuine), np.array(each.simulated))
+        for each in quantities
+    ]
+    return dict(zip(names, drawn, strict=True))
+
+
+def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
+    """Let a swarm of agents, where they are known, and one of replicas of a model (P,) move from common initial poses."""
+    scenario = configuration.swarm
+    rng = np.random.default_rng((REPLAY, configuration.run.seed))
+    swarms = ({"Agents": False} if scenario.known else {}) | {
+        "Replicas of the inferred model": True
+    }
+    executed = [
+        [replica - 1] for replica in swarms.values()
+    ]  # by agents, and by replicas of the one model
+    model = configuration.representation.behavior(estimate[None])
+    robots = execution_of(scenario, model, np.repeat(executed, scenario.individuals, axis=1))
+    return swarm_replay(
+        scenario,
+        replace(robots, controllers=np.clip(robots.controllers, -LARGEST_SPEED, LARGEST_SPEED)),
+        np.repeat(initial_poses(scenario, 1, rng), len(swarms), axis=0),
+        swarms,
+        title=f"{scenario.title}: {'agents beside replicas' if scenario.known else 'replicas'}",
+        duration_s=REPLAY_DURATION_S,
+        seed=configuration.run.seed,
+        threads=configuration.threads,
+    )
+
+
+def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
+    """Let recorded individuals, where they are known, and replicas move side by side.
+
+    See `Source.positions`.
+    """
+    if "replicas" not in motion:
+        return None
+    interval, swarms = float(motion["interval_s"]), []
+    stride = max(1, round(1 / (2 * FRAMES_PER_S * interval)))
+    for name, shown in (
+        ("recorded", "Recorded individuals"),
+        ("replicas", "Replicas of the inferred model"),
+    ):
+        if name in motion:
+            there = np.isfinite(motion[name]).all(axis=2)
+            places = filled(np.where(there[..., None], motion[name], 0.0), there)
+            ways = np.gradient(places, axis=0)
+            poses = np.concatenate((places, np.arctan2(ways[..., 1:], ways[..., :1])), axis=-1)[
+                ::stride
+            ]
+            if name == "recorded":
+                poses[..., :2] -= np.nanmin(motion[name], axis=(0, 1))
+            swarms.append(
+                report.Swarm(
+                    shown, poses, poses.shape[1], np.full(poses.shape[1], name == "replicas")
+                )
+            )
+    tank = motion.get("tank")
+    sides = np.ptp(swarms[0].poses[..., :2], axis=(0, 1)) if tank is None else tank
+    radius = max(0.012 * float(np.max(sides)), 1e-6)
+    return report.Replay(
+        title="Recorded individuals beside replicas"
+        if "recorded" in motion
+        else "Replicas of the inferred model",
+        robot_radius_cm=radius,
+        object_radius_cm=radius,
+        interval_s=stride * interval,
+        swarms=tuple(swarms),
+        walls_cm=None if tank is None else (0.0, 0.0, float(tank[0]), float(tank[1])),
+        robotic=False,
+    )
+
+
+def swarm_replay(
+    scenario: Scenario,
+    robots: Execution,
+    poses: np.ndarray,
+    swarms: Mapping[str, bool],
+    *,
+    title: str,
+    duration_s: float,
+    seed: int,
+    threads: int | None,
+) -> report.Replay:
+    """Simulate R swarms, each in one trial from poses (R, A + O, 3), and return what a page shows.
+
+    `swarms` says what each is, and whether its robots are replicas.
+    """
+    interval = scenario.trial.control_interval_s
+    stride = max(1, round(1 / (FRAMES_PER_S * interval)))
+    steps = max(1, round(duration_s / interval))
+    more: dict[str, Any] = {
+        "fields_of_view": robots.fields_of_view,
+        "drivers": robots.drivers,
+        "threads": threads,
+    }
+    moved = simulate(
+        scenario, robots.controllers, poses, control_steps=steps, seed=seed, **more
+    ).poses[:, ::stride]
+    count, width, height = (
+        robots.controllers.shape[1],
+        scenario.arena.width_cm,
+        scenario.arena.height_cm,
+    )
+    shown = zip(swarms.items(), moved, strict=True)
+    return report.Replay(
+        title=title,
+        robot_radius_cm=scenario.robot.radius_cm,
+        object_radius_cm=scenario.objects.radius_cm,
+        interval_s=stride * interval,
+        swarms=tuple(
+            report.Swarm(name, each, count, np.full(count, replica))
+            for (name, replica), each in shown
+        ),
+        walls_cm=None if width is None or height is None else (0.0, 0.0, width, height),
+    )

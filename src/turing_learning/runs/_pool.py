@@ -1,0 +1,412 @@
+"""Several runs of one configuration, told as one."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from turing_learning.analysis import (
+    OF_CHECKS,
+    UNKNOWN,
+    Judgment,
+    Verdict,
+    absolute_error,
+    is_known,
+    mixed_interval,
+    pooled_estimate,
+    pooled_interval,
+    r_hat,
+    replace_unknown,
+)
+from turing_learning.config import PROSE, flat_settings
+from turing_learning.errors import brief, check, in_words, require
+from turing_learning.report import Tabular, counted, shown
+from turing_learning.report.tabular import describe_unknown, judged, parameter_rows, parameter_table
+from turing_learning.store import RunFolderError, RunStorageError
+
+from ._folder import RunFolder, how_to_resume
+from ._record import units_of
+from ._result import POOL, Posterior, Result, named, with_unit
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray
+    from rich.text import Text
+
+AGREE, DISAGREE = 1.2, 1.5
+"""R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the
+second if they wander slowly."""
+
+AGREE_BIRGE, DISAGREE_BIRGE = 1.5, 2.0
+"""The same for the Birge ratio of runs of trials; two runs whose intervals hold exceed the second
+in one case of twenty."""
+
+_FREE = (
+    "run.seed",
+    "run.threads",
+    "run.checkpoint_every",
+    "run.history",
+    "scenario.headings",
+    *PROSE,
+)
+"""Settings in which pooled runs may differ.
+
+But for the seed, none of them changes the result. Older runs know
+nothing of headings, and samples that are measured otherwise are others."""
+
+_LONGEST = 60  # characters of a value in a message
+
+
+@dataclass(frozen=True, repr=False)
+class Pooled(Tabular):
+    """What several runs of one configuration, with other seeds, have inferred together.
+
+    Dicts are name -> number.
+
+    Estimates, ends of intervals and errors are in the units of the parameters, as in `Result`.
+
+    Attributes
+    ----------
+    scenario
+        Name of the scenario.
+    generations
+        Of each run; of runs of trials, the most batches that one has.
+    seeds
+        Of the runs.
+    estimate
+        Median of the estimates of the runs; of parameters on a logarithmic scale, of their
+        logarithms.
+    interval
+        Lower and upper end, for each parameter, of what the runs leave open together: nine of ten
+        hold the truth, also where runs settle in different regions, see
+        `turing_learning.analysis.pooled_interval`. Both are NaN where no run has moved and no two
+        differ.
+    agreement
+        R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`; `runs_agree` has
+        a word for it. NaN where no run has moved. Of runs of trials the Birge ratio: how far their
+        estimates are apart, in units of the deviations of their draws; at most about 1 where they
+        agree. NaN where fewer than two have settled.
+    estimates
+        Name -> the estimates of the runs, in the order of `seeds`.
+    truth
+        The agents' parameters; None where there is no truth.
+    estimate_absolute_error, estimate_mae
+        Of `estimate`, and its mean over the parameters; None where there is no truth.
+    units
+        Name -> unit; empty where a parameter has none.
+    trials
+        That runs of trials were to spend; None for runs of generations.
+    chains
+        For each run what its estimate is made of (W, P): the typical models of its last
+        generations; of runs of trials draws of the matched estimate, of those alone that have
+        settled.
+    found
+        What is said of each run, without whether it agrees with others, see `Result.verdicts`.
+    checked
+        How many runs have a check.
+    """
+
+    scenario: str
+    generations: int
+    seeds: tuple[int, ...]
+    estimate: dict[str, float]
+    interval: dict[str, list[float]]
+    agreement: dict[str, float]
+    estimates: dict[str, list[float]]
+    truth: dict[str, float] | None
+    estimate_absolute_error: dict[str, float] | None
+    estimate_mae: float | None
+    units: dict[str, str] = field(default_factory=dict)
+    trials: int | None = None
+    found: tuple[tuple[Verdict, ...], ...] = ()
+    checked: int = 0
+    chains: Mapping[int, np.ndarray] = field(default_factory=dict, compare=False)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Return `chains` as ArviZ takes them (`arviz.summary`, `arviz.plot_pair`).
+
+        A variable for each parameter, (chain, draw).
+
+        Chains are runs, named by their seeds. The models of a run of generations wander with its
+        populations: they say how far runs agree, and are no draws of a posterior.
+        """
+        import xarray
+
+        require(
+            self.chains,
+            "pool",
+            "have a run that has settled",
+            "none",
+            "Resume them with more trials.",
+        )
+        values = np.stack(list(self.chains.values()))
+        dims, seeds = ("chain", "draw"), {"chain": list(self.chains)}
+        long = list(self.labels.values())
+        variables = {
+            name: (dims, values[..., k], {"long_name": long[k]})
+            for k, name in enumerate(self.estimate)
+        }
+        coordinates = seeds | {"draw": np.arange(values.shape[1])}
+        return xarray.Dataset(variables, coords=coordinates, attrs={"scenario": self.scenario})
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """Name -> name and unit, for tables."""
+        return with_unit({name: self.units.get(name, "") for name in self.estimate})
+
+    @property
+    def counts(self) -> dict[Verdict, int]:
+        """What is said of how many runs; without "converged"."""
+        counts = Counter(verdict for each in self.found for verdict in each)
+        return {
+            verdict: counts[verdict]
+            for verdict in Verdict
+            if counts[verdict] and verdict is not Verdict.CONVERGED
+        }
+
+    @property
+    def judgment(self) -> Judgment:
+        """Whether to believe the runs.
+
+        Whether they disagree, and what is said of half of them or more.
+
+        What only a check says is said of half of those that were checked.
+        """
+        said = []
+        for verdict, count in self.counts.items():
+            voters = self.checked if verdict in OF_CHECKS else len(self.found)
+            if 2 * count >= voters:
+                said.append(verdict)
+        said += [Verdict.DISAGREE] if "disagree" in self.runs_agree.values() else []
+        return Judgment(tuple(said), dissent=bool(self.counts))
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """All that is to be said of whether to believe the runs, in words."""
+        return self.judgment.verdicts
+
+    @property
+    def verdict(self) -> Verdict:
+        """The first of `verdicts`."""
+        return self.judgment.verdict
+
+    @property
+    def runs_agree(self) -> dict[str, str]:
+        """Whether runs settle in the same region.
+
+        "agree" (R-hat up to 1.2), "disagree" (above 1.5), "unclear"; or "unknown".
+
+        For the Birge ratio of runs of trials the bounds are 1.5 and 2.
+        """
+        most, least = (AGREE, DISAGREE) if self.trials is None else (AGREE_BIRGE, DISAGREE_BIRGE)
+        words = {
+            name: "unclear" if is_known(value) else "unknown"
+            for name, value in self.agreement.items()
+        }
+        words |= {name: "agree" for name, value in self.agreement.items() if value <= most}
+        return words | {name: "disagree" for name, value in self.agreement.items() if value > least}
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Return a row for each parameter.
+
+        Estimate, ends of its 90 % interval, R-hat or Birge ratio, and what else is known.
+        """
+        return parameter_table(
+            unit=self.units,
+            estimate=self.estimate,
+            interval=self.interval,
+            truth=self.truth,
+            absolute_error=self.estimate_absolute_error,
+            **{"r_hat" if self.trials is None else "birge": self.agreement},
+            runs=self.runs_agree,
+        )
+
+    def _shown(self) -> "tuple[str, Sequence[str], Sequence[Sequence[str]], Sequence[str | Text]]":
+        seeds = ", ".join(map(str, self.seeds))
+        length, word = counted(self.generations, "generation"), "R-hat"
+        if self.trials is not None:
+            length, word = counted(self.trials, "trial"), "Birge"
+        headings, rows = parameter_rows(
+            self.labels,
+            {
+                "estimate": self.estimate,
+                "90 %": self.interval,
+                "true": self.truth,
+                "error": self.estimate_absolute_error,
+                word: {
+                    name: shown(value, "{:.2f}".format) for name, value in self.agreement.items()
+                },
+                "runs": self.runs_agree,
+            },
+        )
+        apart = {
+            name: self.estimates[name]
+            for name, word in self.runs_agree.items()
+            if word == "disagree"
+        }
+        remarks = [
+            f"runs disagree on {name}: {', '.join(map(shown, values))}"
+            for name, values in apart.items()
+        ]
+        agreement = {name: [value] for name, value in self.agreement.items()}
+        why = (
+            {}
+            if self.trials is None
+            else {"why": "at most one run has settled; resume them with more trials"}
+        )
+        remarks += [
+            describe_unknown(self.interval, **why),
+            describe_unknown(agreement, "Whether runs agree", **why),
+        ]
+        head = f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {length}: {self.verdict}"
+        runs = len(self.found)
+        for verdict, count in self.counts.items():
+            remarks += [f"{count} of {runs} runs: {verdict}"] if count < runs else []
+        return head, headings, rows, [*filter(None, remarks), judged(self.judgment)]
+
+
+def pool(runs: Sequence[Result]) -> Pooled:
+    """Tell several runs of the same system and configuration as one.
+
+    Their estimate, its interval, and whether they agree.
+
+    The interval of one run speaks of the wandering of that run. Where runs settle in different
+    regions it is far too narrow; that of the pool counts their scatter too.
+
+    Of runs of trials the draws are mixed_interval (a linear opinion pool): where runs agree, the
+    interval of the pool is that of one run, as the samples may be the same for all; where they do
+    not, it spans them. Runs that have not settled are left out of estimate and interval, unless
+    none has settled; then the interval is not known.
+
+    Parameters
+    ----------
+    runs
+        Two or more complete runs with other seeds, as `infer` returns them or `load_run` opens
+        them. Where runs disagree, the interval of fewer than four is very wide.
+
+    Returns
+    -------
+    Pooled
+        What they have inferred together. In the folders of the runs, `pool.json` says whether they
+        agree.
+
+    Raises
+    ------
+    ConfigurationError
+        If there are fewer than two, one is not complete, two have the same seed, or they are of
+        different systems, samples or settings. Simulators, and live sources of samples, cannot be
+        compared.
+
+    Source
+    ------
+    docs/decisions/0026.
+
+    Examples
+    --------
+    >>> import turing_learning as tl
+    >>> runs = [tl.infer("aggregation", seed=seed) for seed in (1, 2, 3, 4)]  # doctest: +SKIP
+    >>> print(tl.pool(runs))  # doctest: +SKIP
+    """
+    runs = _comparable(runs)
+    configuration = runs[0].configuration
+    scenario, names = configuration.scenario, configuration.scenario.parameter_names
+    if isinstance(runs[0], Posterior):
+        settled = [run for run in runs if isinstance(run, Posterior) and run.settled]
+        chains = {run.seed: run.draws() for run in settled}
+        found = np.array([list(run.estimate.values()) for run in settled or runs])[:, None]
+        estimate = configuration.system.on_scales(
+            found, lambda values: np.median(values[:, 0], axis=0)
+        )
+        ends, agreement = mixed_interval(
+            list(chains.values()), [list(run.interval.values()) for run in settled], len(names)
+        )
+    else:
+        models = {run.seed: run.history["typical_model"].to_numpy() for run in runs}
+        window = configuration.run.estimated_from(len(models[runs[0].seed]))
+        chains = {seed: configuration.described(each[-window:]) for seed, each in models.items()}
+        typical = np.stack(list(chains.values()))
+        estimate = configuration.system.on_scales(typical, pooled_estimate)
+        ends = configuration.system.on_scales(typical, pooled_interval)
+        agreement = r_hat(typical)
+    error = (
+        None
+        if scenario.truth is None
+        else absolute_error(estimate, np.asarray(scenario.truth, dtype=float))
+    )
+    pooled = Pooled(
+        scenario=scenario.name,
+        generations=max(run.generations for run in runs),
+        seeds=tuple(run.seed for run in runs),
+        estimate=named(names, estimate),
+        interval=replace_unknown(UNKNOWN, dict(zip(names, ends.tolist(), strict=True))),
+        agreement={
+            name: value if is_known(value) else UNKNOWN
+            for name, value in named(names, agreement).items()
+        },
+        estimates={name: [run.estimate[name] for run in runs] for name in names},
+        truth=runs[0].truth,
+        estimate_absolute_error=None if error is None else named(names, error),
+        estimate_mae=None if error is None else float(error.mean()),
+        units=units_of(configuration.system, names),
+        trials=configuration.run.trials or None,
+        chains=chains,
+        checked=sum(run.checked is not None for run in runs),
+        found=tuple(
+            tuple(each for each in run.verdicts if each is not Verdict.DISAGREE) for run in runs
+        ),
+    )
+    said = {
+        "seeds": pooled.seeds,
+        "agreement": replace_unknown(None, {n: [v] for n, v in pooled.agreement.items()}),
+    }
+    said["verdicts"] = [each for each in pooled.verdicts if each is Verdict.DISAGREE]
+    for run in runs:
+        content = said | {"estimate": run.estimate}
+        if run.path is not None:
+            with (
+                suppress(RunFolderError, RunStorageError, OSError),
+                (folder := RunFolder(run.path)).locked(),
+            ):
+                folder.write(POOL, content)
+        elif run.record is not None:
+            run.record.beside[POOL] = content
+    return pooled
+
+
+def _comparable(given: Any) -> list[Result]:
+    """Return two or more results of complete runs of one configuration, whose seeds differ."""
+    needed = partial(check, name="runs")
+    runs = list(given)
+    remedy = "Make more runs of the same configuration with other seeds."
+    needed(len(runs) >= 2, rule="be at least 2", got=len(runs), remedy=remedy)
+    for run in runs:
+        ahead = "Let it run to its end."
+        if run.path is not None and not run.complete:
+            ahead = f"Resume it with {in_words(how_to_resume(run.path, run.configuration))}."
+        got = f"seed {run.seed} stopped after {run.length}"
+        needed(run.complete, rule="be complete", got=got, remedy=ahead, place=str(run.path or ""))
+    first, *others = (flat_settings(run.configuration) for run in runs)
+    for run, other in zip(runs[1:], others, strict=True):
+        different = [
+            key for key in first | other if key not in _FREE and first.get(key) != other.get(key)
+        ]
+        # others have other centers and scales, too
+        key = min(different, key=lambda key: key != "scenario.digest", default="")
+        got = f"{key} = {brief(first.get(key), _LONGEST)} with seed {runs[0].seed} and "
+        got += f"{brief(other.get(key), _LONGEST)} with seed {run.seed}"
+        rule, remedy = (
+            "be of the same system and configuration",
+            "Pool runs that differ in their seed alone.",
+        )
+        needed(not different, rule=rule, got=got, remedy=remedy, place=str(run.path or ""))
+    for number, run in enumerate(runs):
+        fresh, got = run.seed not in {each.seed for each in runs[:number]}, f"seed {run.seed} twice"
+        remedy = "The same seed gives the same run: make one with another."
+        needed(
+            fresh, rule="have different seeds", got=got, remedy=remedy, place=str(run.path or "")
+        )
+    return runs

@@ -1,0 +1,342 @@
+"""The report of a run, its figures and its check: hand the arrays to the rooms that draw."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from turing_learning import report as pages
+from turing_learning.analysis import is_known, mean_absolute_error
+from turing_learning.config import Configuration, to_toml
+from turing_learning.errors import reject
+from turing_learning.figures import Picture
+from turing_learning.figures import one_run as one_run
+from turing_learning.identifiability import Check
+from turing_learning.report import Listing, Report, describe_selection, is_page, report_page
+from turing_learning.report.tabular import aligned
+from turing_learning.targets import refuse_target, writing
+
+from ._folder import DIALOGUES
+from ._history import SELECTION_CODES
+from ._paper import SOURCE
+from ._plots import distributions_of, draw_fitness, draw_parameters, recorded_replay, replay
+from ._result import Result
+
+if TYPE_CHECKING:
+    import xarray
+
+CITATION = "W. Li, M. Gauci, R. Groß: Turing learning. Swarm Intelligence 10 (2016) 211-243, doi:10.1007/s11721-016-0126-1"
+
+
+def report(result: Result, path: str | Path | None = None, *, force: bool = False) -> Path:
+    """Write the report of a run, one HTML file; `Result.report` calls it.
+
+    Parameters
+    ----------
+    result
+        Of the run.
+    path
+        Where, a name that ends with .html; None takes report.html in the run folder. A page of an
+        earlier report is replaced.
+    force
+        Whether any other file is replaced, too.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ValueError
+        If no path is given and the run is kept in memory, or no page may or can be written there.
+    """
+    if path is None and result.path is None:
+        rule = "be given for a run that is kept in memory"
+        reject("path", rule, path, "Name an HTML file.")
+    record = result.stored()
+    folder = record.folder
+    manifest = record.manifest
+    dialogues = record.dialogues
+    if folder is not None:
+        manifest = folder.manifest()
+        dialogues = folder.find(DIALOGUES) or {}
+    motion = record.motion(result.simulated_model)
+    if path is None:
+        assert folder is not None
+        return write_report(
+            result, folder.report_path, manifest, motion=motion, dialogues=dialogues
+        )
+    target = Path(path)
+    refuse_target(target, name="path", suffixes=(".html",), force=force, replaceable=is_page)
+    with writing(target, "path"):
+        return write_report(result, target, manifest, motion=motion, dialogues=dialogues)
+
+
+def write_report(
+    result: Result,
+    target: Path,
+    manifest: Mapping[str, Any],
+    *,
+    figures: Path | None = None,
+    motion: Mapping[str, np.ndarray] = MappingProxyType({}),
+    dialogues: Mapping[str, np.ndarray] = MappingProxyType({}),
+) -> Path:
+    """Write the page of a run, and its figures to a folder, if there is one.
+
+    `motion` is as of `Source.positions`.
+    """
+    # without the populations, which no page shows and which are half of a history
+    history = result.history.drop_vars(["model", "classifier"], errors="ignore").load()
+    configuration, simulated = (
+        result.configuration,
+        result.configuration.system.simulated is not None,
+    )
+    pictures = draw(history, configuration, dialogues)
+    if figures is not None:
+        save_figures(pictures, figures)
+    again = f"see {'recording in Manifest' if 'recording' in manifest else 'Configuration'}, below"
+    steps: list[tuple[str, str]] = []
+    if result.path is not None and not result.in_laboratory:
+        again = "turing-learning infer --config RUN/config.toml --out AGAIN" if simulated else again
+        tells = "Can fresh classifiers tell the model from the system? What is pinned down?"
+        tells += " (RUN: the folder of this page.)"
+        agree = "Do runs with other seeds agree? Make one or more, and pool them."
+        steps = [
+            ("turing-learning check RUN", tells),
+            ("turing-learning pool RUN ANOTHER-SEED", agree),
+        ]
+    begun = manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
+    words = {code: word for word, code in SELECTION_CODES.items()}
+    stopped = describe_selection([words[int(code)] for code in history["selection"].to_numpy()])
+    check = result.checked
+    page = Report(
+        title=f"{configuration.scenario.title}: what Turing Learning inferred",
+        summary=summary(result),
+        judgment=result.judgment,
+        facts=[
+            ("Seed", str(result.seed)),
+            ("Begun", begun),
+            ("Run again", again),
+            ("Cite", CITATION),
+        ],
+        listings=[run_table(result)],
+        data=tables(result, history, configuration),
+        warning=f"{stopped} Many of them near the end make the result doubtful." if stopped else "",
+        check=None if check is None else check_listing(check),
+        check_figures=() if check is None else draw_check(check, result),
+        steps=steps,
+        replay=replay(configuration, result.simulated_model)
+        if simulated
+        else recorded_replay(motion),
+        figures=pictures,
+        configuration=to_toml(configuration),
+        manifest=[
+            (name.replace("_", " "), in_words(value))
+            for name, value in manifest.items()
+            if value is not None
+        ],
+    )
+    return pages.write_page(report_page(page), target)
+
+
+def in_words(value: Any) -> str:
+    """Return a value of a manifest for a page, also one with others in it."""
+    if isinstance(value, dict):
+        return ", ".join(
+            f"{name} {in_words(item)}" for name, item in value.items() if item is not None
+        )
+    if isinstance(value, list):
+        return "; ".join(map(in_words, value))
+    return f"{value:.2f}" if isinstance(value, float) else str(value)
+
+
+def save_figures(pictures: list[Picture], folder: Path) -> None:
+    """Write every figure as PNG and SVG."""
+    folder.mkdir(exist_ok=True)
+    for picture in pictures:
+        picture.save(folder)
+
+
+def draw(
+    history: "xarray.Dataset", configuration: Configuration, dialogues: Mapping[str, np.ndarray]
+) -> list[Picture]:
+    """Draw the figures of a run, of its history, and of what its classifiers did to the system."""
+    scenario, system = configuration.scenario, configuration.system
+    trials = configuration.spent(history.sizes["generation"])
+    over, middle, models = (
+        "generations",
+        "the typical one",
+        "Subjectively best and typical model of each generation",
+    )
+    fitness = "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded."
+    if trials is not None:
+        over, middle = "trials", "the estimate so far"
+        models = "Best model of each batch of trials, and the estimate after it"
+        fitness = "Fitness of the models tried in each batch, and of the classifiers: median and quartiles."
+    models += ", steady outputs of the networks" if configuration.models.hidden else ""
+    models += "." if scenario.truth is None else "; the truth is dashed."
+    drawn = draw_parameters(history, configuration)
+    pictures = [Picture("parameters", f"Parameters over {over}", models, drawn, wide=True)]
+    if scenario.truth is not None:
+        truth, kinds = np.asarray(scenario.truth, dtype=float), ("best_model", "typical_model")
+        errors = [
+            mean_absolute_error(configuration.described(history[name].to_numpy()), truth)
+            for name in kinds
+        ]
+        caption = f"Mean over the parameters, of the best model and of {middle}."
+        drawn = one_run.error_figure(*errors, trials=trials)
+        pictures.append(Picture("error", f"Mean absolute error over {over}", caption, drawn))
+    if dialogues:
+        caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
+        if "outputs" in dialogues:  # the classifiers chose
+            caption = (
+                "For each parameter the classifier, of the fittest of 50 generations, that tells the system best from "
+                "models in which this parameter is drawn anew: the stimulus that it chose, and the answer, in a trial with "
+                "the system and in one with the estimate. An output of 0.5 or more says genuine."
+            )
+        rows, interval_s = tuple(system.parameters), system.interval_s
+        drawn = one_run.dialogues_figure(
+            dialogues, names=system.signals, rows=rows, interval_s=interval_s
+        )
+        pictures.append(Picture("stimuli", "Stimulus and answer", caption, drawn, wide=True))
+    drawn = draw_fitness(history, configuration)
+    pictures.append(Picture("fitness", f"Fitness over {over}", fitness, drawn))
+    if "model_step_size" in history and trials is None:
+        names, caption = (
+            scenario.parameter_names,
+            f"Median mutation strength of each parameter{system.step_unit}",
+        )
+        sizes, weights = (history[f"{of}_step_size"].to_numpy() for of in ("model", "classifier"))
+        if configuration.models.hidden:
+            names, caption = ("models",), "Median mutation strength of the models' weights"
+            sizes = sizes.reshape(len(sizes), -1, 1)
+        middle_weight = np.median(weights.reshape(len(weights), -1), axis=1).astype(float)
+        drawn = one_run.step_sizes_figure(np.median(sizes, axis=1), middle_weight, names=names)
+        caption += ", and of the classifiers' weights."
+        pictures.append(Picture("step-sizes", "Step sizes over generations", caption, drawn))
+    return pictures
+
+
+def summary(result: Result) -> str:
+    """Say the result in one sentence, and how many simulations failed."""
+    done = f"After {result.length}{'' if result.complete else ' (the run is not complete)'} the estimate"
+    if result.estimate_mae is not None:
+        return f"{done} differs from the truth by {result.estimate_mae:.4f} in the mean over all parameters."
+    count = 0 if result.failed_simulations is None else result.failed_simulations["count"]
+    failed = (
+        f" {pages.counted(count, 'simulation')} failed; result.json says which." if count else ""
+    )
+    return f"{done} stands; there is no truth to compare it with.{failed}"
+
+
+def tables(
+    result: Result, history: "xarray.Dataset", configuration: Configuration
+) -> dict[str, str]:
+    """Return the table of the parameters, and the models of each generation, or after so many trials, as CSV."""
+    import pandas as pd
+
+    kinds = ("typical_model", "best_model")
+    rows = np.hstack([configuration.described(history[name].to_numpy()) for name in kinds])
+    spent, word, name = configuration.spent(len(rows)), "trials", "trials.csv"
+    if spent is None:
+        spent, word, name = np.arange(len(rows)), "generation", "generations.csv"
+    columns = [f"{of}_{each}" for of in kinds for each in configuration.scenario.parameter_names]
+    models = pd.DataFrame(rows, index=pd.Index(spent, name=word), columns=columns)
+    return {
+        "parameters.csv": result.to_dataframe().to_csv(),
+        name: models.to_csv(float_format="%.7g", na_rep="nan"),
+    }
+
+
+def run_table(result: Result) -> Listing:
+    """Return the table inferred / true / absolute error / the paper's figure.
+
+    Columns of which nothing is known are left out.
+    """
+    ends = aligned([each for name in result.estimate for each in result.interval[name]])
+    pairs = [
+        None if "-" in pair else " to ".join(pair)
+        for pair in zip(ends[::2], ends[1::2], strict=True)
+    ]
+    papers = {name: f"{value:g}" for name, value in (result.paper_absolute_error or {}).items()}
+    columns: list[
+        tuple[str, Mapping[str, float | str | None] | None, float | None]
+    ] = [  # and the mean
+        ("Parameter", result.labels, None),
+        ("Inferred", result.estimate, None),
+        ("90 % interval", dict(zip(result.estimate, pairs, strict=True)), None),
+        ("True", result.truth, None),
+        ("Absolute error", result.estimate_absolute_error, result.estimate_mae),
+        ("Paper\u2019s error", papers or None, None),
+        ("Best model", result.best_model, None),
+        ("Absolute error", result.absolute_error, result.mae),
+    ]
+    columns = [each for each in columns if each[1] is not None]
+    cells = [
+        [values.get(name) for name in result.estimate]
+        for _, values, _ in columns
+        if values is not None
+    ]
+    foot = ["Mean", *("" if mean is None else mean for *_, mean in columns[1:])]
+    note = f"Paper's error: {SOURCE}, of the best model." if papers else ""
+    if result.networks:
+        note = "Outputs of the networks after 20 steps of each constant sensor reading."
+    return Listing(
+        name="result",
+        heading="Inferred parameters",
+        columns=[heading for heading, *_ in columns],
+        rows=list(zip(*cells, strict=True)),
+        note=f"{note} {result.unknown}".strip(),
+        foot=() if result.estimate_mae is None else foot,
+        looks={"Inferred": "strong", "Best model": "apart"},
+    )
+
+
+def draw_check(check: Check, result: Result) -> list[Picture]:
+    """Draw the figures of a check of a run."""
+    pictures, parameters, labels = [], result.configuration.system.parameters, result.labels
+    if check.profiles:
+        caption = "Accuracy on held-out samples of fresh classifiers, trained against models in which one parameter "
+        caption += f"is moved across its initial range; below the dashed line they may be guessing. {result.unknown}"
+        panels = [
+            one_run.ParameterProfile(
+                name=labels[each.parameter],
+                values=np.array(each.values),
+                accuracies=np.array(each.accuracies),
+                criticals=np.array(each.criticals),
+                estimate=result.estimate[each.parameter],
+                interval=ends if is_known(*(ends := result.interval[each.parameter])) else None,
+                recovered=[recovery.estimate[each.parameter] for recovery in check.recoveries],
+                logarithmic=parameters[each.parameter].scale == "log",
+            )
+            for each in check.profiles
+        ]
+        heading, drawn = "What each parameter leaves open", one_run.profiles_figure(panels)
+        pictures.append(Picture("check-profiles", heading, caption.strip(), drawn, wide=True))
+    if check.quantities:
+        heading = "Genuine motion and motion simulated at the estimate"
+        caption = "Shares of the values in each bin; the outermost bins hold what is beyond them."
+        drawn = one_run.quantities_figure(distributions_of(check.quantities))
+        pictures.append(Picture("check-quantities", heading, caption, drawn, wide=True))
+    return pictures
+
+
+def check_listing(check: Check) -> Listing:
+    """Return what is said of each parameter, as a table."""
+    forms = {"interval_share": "{:.0%}", "open_share": "at most {:.0%}", "recovery_error": "{:.1%}"}
+    rows = []
+    for each in check.parameters:
+        shares = [(getattr(each, name), form) for name, form in forms.items()]
+        cells = (None if value is None else form.format(value) for value, form in shares)
+        rows.append((each.parameter, *cells, each.verdict))
+    test, columns = check.test, ("parameter", "interval", "left open", "missed by", "")
+    note = f"{check.text} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
+    note += f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width "
+    note += "of the interval of the estimate, what fresh classifiers leave open where this parameter alone is moved, "
+    note += "and by how much a run missed the estimate when it was the truth."
+    return Listing(
+        name="check", heading="Can it be believed?", columns=columns, rows=rows, note=note
+    )
