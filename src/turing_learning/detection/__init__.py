@@ -5,18 +5,20 @@
 `Detector`, `SampleVerdict`, `TimedVerdict`, `RULES`
     Rules by votes, the paper's among them.
 `Motion`, `load_motion`, `RecordedMotion`, `recorded_motion`
-    Samples of named individuals, from files (`MOTION_SUFFIXES`, `holds_motion`), or windows of what a tracker wrote.
+    Samples of named individuals, from files (`MOTION_SUFFIXES`, `holds_motion`), or windows of what
+    a tracker wrote.
 `simulate_behaviors`, `random_controllers`, `plant_abnormal`
     Genuine and abnormal motion of a scenario, to calibrate, to compare, and to show.
 `simulated_calibration`, `observed_calibration`
     What a run keeps for detectors: samples of its system, or what was observed in a laboratory.
 `run_classifiers`, `RunClassifiers`
-    The classifiers of a run: its last generation, the best of all generations, and a jury of the whole run.
+    The classifiers of a run: its last generation, the best of all generations, and a jury of the
+    whole run.
 
 The module `present` has what pages and terminals show of a detection.
 
-Motion has the shape (individuals, samples, T, D) throughout; a sample is what a classifier judges at once, T
-steps.
+Motion has the shape (individuals, samples, T, D) throughout; a sample is what a classifier judges
+at once, T steps.
 """
 
 import lazy_loader

@@ -1,15 +1,19 @@
 """Judged alike: an individual is abnormal if it is described otherwise than normal individuals are.
 
-Classifiers of a run tell genuine motion from the counterfeits that lived then. Alone, none of them knows other
-abnormal motion. Together, their outputs describe an individual, as statistics of its motion do. So each method
+Classifiers of a run tell genuine motion from the counterfeits that lived then. Alone, none of them
+knows other abnormal motion. Together, their outputs describe an individual, as statistics of its
+motion do. So each method
 
-1. describes the windows of all individuals by features, minus the median of the recording (`beside_fellows`);
-2. learns from normal individuals how features vary, and scores by the distance from them (`learn_distance`);
-3. scores each normal individual by what was learned without its recording (`TrainedMethod.left_out_scores`);
+1. describes the windows of all individuals by features, minus the median of the recording
+(`beside_fellows`);
+2. learns from normal individuals how features vary, and scores by the distance from them
+(`learn_distance`);
+3. scores each normal individual by what was learned without its recording
+(`TrainedMethod.left_out_scores`);
 4. calls an individual abnormal if nearly all normal ones have lower scores (`rank`).
 
-Known abnormal cases, planted ones for example, are scored as normal ones are. They say which method to read.
-Source: docs/decisions/0031-judged-alike.md.
+Known abnormal cases, planted ones for example, are scored as normal ones are. They say which method
+to read. Source: docs/decisions/0031-judged-alike.md.
 """
 
 from collections.abc import Sequence
@@ -63,7 +67,7 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class PlacedCase:
-    """The features of a case, and of the normal individuals beside which it is, at about the same time."""
+    """The features of a case, and of the normal individuals of its recording, at the same time."""
 
     case: Case
     group: int  # see `NormalIndividuals`
@@ -75,10 +79,10 @@ class PlacedCase:
 
 @dataclass(frozen=True, eq=False)
 class NormalIndividuals:
-    """Normal individuals, in pieces of recordings that are about as long as the motion that is judged.
+    """Normal individuals, in pieces of recordings about as long as the motion that is judged.
 
-    Individuals of one recording have much in common, and so they are left out together, as a group. Where there is
-    only one recording, each individual is a group.
+    Individuals of one recording have much in common, and so they are left out together, as a group.
+    Where there is only one recording, each individual is a group.
     """
 
     pieces: list[Windows]
@@ -128,7 +132,7 @@ class NormalIndividuals:
     def place_cases(
         self, cases: Sequence[Case], method: Method, pieces: Sequence[list[np.ndarray]]
     ) -> list[PlacedCase]:
-        """Return cases among the individuals of the first piece of their recording; `pieces` are features."""
+        """Return cases among the individuals of the first piece of their recording, by features."""
         if not cases:
             return []
         placed = []
@@ -179,7 +183,7 @@ class TrainedMethod:
         pieces = [beside_fellows(piece, relative) for piece in features]
         placed = normal.place_cases(cases, method, features)
         changes: list[PlantedChange] = []
-        # One recording does not say how much individuals of other recordings differ from the planted ones.
+        # One recording does not say how other recordings differ from the planted ones.
         if method.learns_from_planted and not normal.one_recording:
             # Features of the same cases are not computed twice.
             examples = placed if planted is cases else normal.place_cases(planted, method, features)
@@ -205,7 +209,8 @@ class TrainedMethod:
         for individual in individuals:
             shares.append(self.scorer(individual, kind) if len(individual.windows) else np.empty(0))
         means = np.array([windows.mean() if len(windows) else np.nan for windows in shares])
-        # With one recording individuals are left out, not recordings: how much that changes others is not known.
+        # With one recording, individuals are left out, not recordings.
+        # How much that changes the scores of other recordings is not known.
         if not self.normal.one_recording:
             factor, offset = self._scale_of_fewer(individuals, means[~np.isnan(means)], kind)
             shares = [offset + factor * windows for windows in shares]
@@ -218,9 +223,10 @@ class TrainedMethod:
     def _scale_of_fewer(
         self, individuals: Sequence[Features], scores: np.ndarray, kind: str
     ) -> tuple[float, float]:
-        """Return a factor and an offset from scores by all recordings to scores by fewer, which are higher.
+        """Return a factor and an offset from scores by all recordings to scores by fewer.
 
-        Normal individuals are scored by fewer recordings. Only scores that are as high can be compared with theirs.
+        Normal individuals are scored by fewer recordings, which gives higher scores. Others are
+        raised to be compared with them.
         """
         scores_by_fewer = []
         # Groups of a fold have one scorer.
@@ -236,7 +242,7 @@ class TrainedMethod:
         return float(np.median(np.array(scores_by_fewer) / np.maximum(scores, TINY))), 0.0
 
     def left_out_scores(self, recording: int, individuals: Sequence[Features]) -> np.ndarray:
-        """Return scores of the individuals of a normal recording, each by what was learned without its group.
+        """Score the individuals of a normal recording, each by what was learned without its group.
 
         A score is NaN without windows.
         """
@@ -257,7 +263,7 @@ class TrainedMethod:
         return every_score[~np.isnan(every_score)]
 
     def case_scores(self) -> np.ndarray:
-        """Return the scores (C,) of cases, each by what was learned without its group and its kind."""
+        """Score cases (C,), each by what was learned without its group and its kind."""
         scores = []
         for placed in self.placed:
             case = placed.case
@@ -265,7 +271,7 @@ class TrainedMethod:
             if case.recording is not None:
                 individuals = beside_fellows(placed.recording, self.relative)
                 fellows = self.left_out_scores(case.recording, individuals)
-            # The case takes the stead of the normal individual, also in the median of the recording.
+            # The case stands for the normal individual, also in the median of the recording.
             recording = list(placed.recording)
             recording[case.index] = placed.features
             individual = beside_fellows(recording, self.relative)[case.index]
@@ -274,7 +280,7 @@ class TrainedMethod:
         return np.array(scores)
 
     def _usual_scores(self, scores: np.ndarray) -> np.ndarray:
-        """Return what is subtracted from the score of each individual of a recording, for its fellows."""
+        """Return what is subtracted from the scores of the individuals of a recording."""
         return FELLOWS_WEIGHT * self.relative * medians_of_fellows(scores)
 
     def scores(self, motion: Windows) -> MethodScores:
@@ -295,7 +301,7 @@ class TrainedMethod:
 
 
 def _learner(method: Method, normal: NormalIndividuals) -> Learner:
-    """Return how a method learns; one recording does not say how its features go together in others."""
+    """Return how a method learns: one recording tells less of how features go together."""
     signals = normal.pieces[0][0][..., method.columns].shape[-1]
     if not (normal.one_recording and method.learns_from_planted and signals > OWN_SIGNALS):
         return method.learn
@@ -316,7 +322,7 @@ def _changes(planted: Sequence[PlacedCase]) -> list[PlantedChange]:
 
 
 def beside_fellows(features: Sequence[np.ndarray], relative: bool) -> list[Features]:
-    """Return the individuals of a recording, if `relative` with the median of all that have windows."""
+    """Return the individuals of a recording, if `relative` with the median of all."""
     usual: np.ndarray | float = 0.0
     means = [windows.mean(axis=0) for windows in features if len(windows)]
     if relative and means:
@@ -358,11 +364,13 @@ def judge_alike(
     planted
         Those that motion statistics learn from.
     relative
-        Whether the median of the fellows is subtracted. None: if each recording has at least three individuals.
+        Whether the median of the fellows is subtracted. None: if each recording has at least three
+        individuals.
     promised
         Whether normal individuals stand for others, so that a rate of false alarms can be promised.
     recordings
-        How many recordings of the user's are normal. None takes their number, 0 says that they are one pool.
+        How many recordings of the user's are normal. None takes their number, 0 says that they are
+        one pool.
     """
     number("false_alarms", false_alarms, above=0, below=1)
     check(any(map(len, motion)), "motion", "hold a window", "none")

@@ -1,4 +1,4 @@
-"""How often chance alone would make the scores of an individual, or of a stretch of its windows, as low as they are."""
+"""How often chance alone makes scores as low as those of an individual, or of some windows."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -25,16 +25,17 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
     """Return for each individual how often S of the n genuine samples (n,) and its own (individuals, S), chosen
     at random, have so low a mean score.
 
-    Nothing is assumed of the distribution of scores: if an individual is genuine and all samples are
-    independent, p-values of at most q are no more frequent than q, for any n and S. Equal means count as lower
-    ones. All choices are tried where that is no more than `DRAWS`, else as many, and the one that is observed.
-    Where no sample of an individual has a higher score than any of the n, the choices are counted. Source:
-    Pitman, Significance tests which may be applied to samples from any populations (1937); docs/decisions/0022.
+    Nothing is assumed of the distribution of scores: if an individual is genuine and all samples
+    are independent, p-values of at most q are no more frequent than q, for any n and S. Equal means
+    count as lower ones. All choices are tried where that is no more than `DRAWS`, else as many, and
+    the one that is observed. Where no sample of an individual has a higher score than any of the n,
+    the choices are counted. Source: Pitman, Significance tests which may be applied to samples from
+    any populations (1937); docs/decisions/0022.
     """
     known = len(genuine)
     samples = scores.shape[1]
     chosen = _choices(known, samples)
-    # A choice is the sum of the genuine samples in it, and of those of the individual (in `has_own`).
+    # Of each choice, the sum of its genuine samples, and which of the individual's it has.
     genuine_sums = np.append(genuine, np.zeros(samples))[chosen].sum(axis=1)
     has_own = np.zeros((len(chosen), samples))
     rows, columns = np.nonzero(chosen >= known)
@@ -55,9 +56,10 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
 def _count_where_nothing_is_lower(
     values: np.ndarray, genuine: np.ndarray, scores: np.ndarray
 ) -> None:
-    """Replace p-values of individuals with no score above the lowest genuine one: draws would not see so rare choices.
+    """Replace p-values of individuals with no score above the lowest genuine one.
 
-    A choice with so low a mean holds all scores that are lower, and ties, its own or genuine ones, beside them.
+    Draws would not see so rare choices: they are counted. A choice with so low a mean holds all
+    scores that are lower, and ties, its own or genuine ones, beside them.
     """
     lowest = genuine.min(initial=np.inf)
     genuine_ties = int((genuine == lowest).sum())
@@ -76,7 +78,7 @@ def known_needed(share: float, samples: int) -> int:
 
 @lru_cache(maxsize=2)
 def _choices(known: int, samples: int) -> np.ndarray:
-    """Return choices (any, samples) of numbers below known + samples; the individual's own samples are the last ones."""
+    """Return choices (any, samples) of numbers below known + samples; the last are the individual's."""
     total = known + samples
     draws = max(FEWEST_DRAWS, min(DRAWS, MOST_DRAWN // samples))
     if samples == 1 or comb(total, samples) <= draws:
@@ -104,27 +106,28 @@ class TimedVerdict:
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Look for the stretch of consecutive windows whose scores lie lowest among those (n,) of single genuine samples.
+    """Look for the stretch of windows whose scores lie lowest among those (n,) of genuine samples.
 
-    A score counts by its place k among these: its evidence is the value above which a share
-    (k + 1/2) / (n + 1) of a standard normal distribution lies (the normal score, with its sign turned). A score
-    that equals genuine ones has the mean evidence of the places before, between and after them. Source: Van der
-    Waerden, Order tests for the two-sample problem and their power (1952); docs/decisions/0022.
+    A score counts by its place k among these: its evidence is the value above which a share (k +
+    1/2) / (n + 1) of a standard normal distribution lies (the normal score, with its sign turned).
+    A score that equals genuine ones has the mean evidence of the places before, between and after
+    them. Source: Van der Waerden, Order tests for the two-sample problem and their power (1952);
+    docs/decisions/0022.
     """
 
     genuine_scores: np.ndarray
 
     def strengths(self, scores: np.ndarray) -> np.ndarray:
-        """Return the largest strength (...,) of the evidence in stretches of 1, 2, 4, ... and all windows, by scores (..., W)."""
+        """Return the largest strength (...,) in stretches of 1, 2, 4, ... and all windows (..., W)."""
         return self._strongest(self._evidence(scores))
 
     def threshold(self, windows: int, false_alarms: float, draws: int) -> float:
-        """Return the strength above which genuine individuals with so many windows lie as often as stated, but for the draws.
+        """Return the strength above which genuine individuals with so many windows lie as often as stated.
 
-        Genuine samples and an individual's windows are drawn anew: if they are alike and independent, all
-        orders of them are equally frequent, and if no two are equal nothing else enters the evidence. Places
-        between equal genuine scores have their evidence. Source: Vovk, Gammerman and Shafer, Algorithmic
-        Learning in a Random World (2005).
+        Genuine samples and an individual's windows are drawn anew: if they are alike and
+        independent, all orders of them are equally frequent, and if no two are equal nothing else
+        enters the evidence. Places between equal genuine scores have their evidence. Source: Vovk,
+        Gammerman and Shafer, Algorithmic Learning in a Random World (2005).
         """
         ordered = np.sort(self.genuine_scores)
         known = len(ordered)
@@ -148,7 +151,8 @@ class Scan:
     def spells(self, scores: np.ndarray, threshold: float) -> list[slice]:
         """Return the stretches of scores (W,) above the threshold, in order.
 
-        The first that is found is the strongest of any length, then those before and after it follow.
+        The first that is found is the strongest of any length, then those before and after it
+        follow.
         """
         sums = np.append(0.0, np.cumsum(self._evidence(scores)))
         highest = threshold
@@ -173,7 +177,7 @@ class Scan:
     def verdict(
         self, name: str, times: np.ndarray, scores: np.ndarray, threshold: float
     ) -> TimedVerdict:
-        """Return the verdict on an individual with windows at times (W, 2) and their scores (W,)."""
+        """Return the verdict on an individual: times (W, 2) and scores (W,) of its windows."""
         score = 1.0
         strength = 0.0
         if len(scores):
@@ -199,12 +203,12 @@ class Scan:
         )
 
     def _evidence_of_places(self) -> np.ndarray:
-        """Return the evidence (n + 1,) of the places among n genuine scores of which no two are equal."""
+        """Return the evidence (n + 1,) of the places among n different genuine scores."""
         known = len(self.genuine_scores)
         return np.asarray(-ndtri((np.arange(known + 1) + 0.5) / (known + 1)))
 
     def _evidence(self, scores: np.ndarray) -> np.ndarray:
-        """Return the evidence of scores: the mean over the places before, between and after equal genuine ones."""
+        """Return the evidence of scores; that of equal genuine ones is a mean over their places."""
         ordered = np.sort(self.genuine_scores)
         lowest = np.searchsorted(ordered, scores, "left")
         highest = np.searchsorted(ordered, scores, "right")
@@ -223,5 +227,5 @@ class Scan:
         return np.round(np.max(strengths, axis=0), DIGITS)
 
     def _standard_error(self, windows: int) -> float:
-        """Return that of the sum of the evidence of so many windows: the n genuine samples have an error, too."""
+        """Return that of the sum over so many windows: the n genuine samples have an error, too."""
         return float(np.sqrt(windows * (1 + windows / len(self.genuine_scores))))

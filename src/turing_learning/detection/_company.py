@@ -26,7 +26,7 @@ def paths_of(recording: Trajectories, smooth_frames: int = 1) -> np.ndarray:
 
 
 class Usual(NamedTuple):
-    """How much all individuals of a recording turn and accelerate, and how far others are, at each time."""
+    """How much the individuals of a recording turn and accelerate, and how far others are."""
 
     offset: (
         np.ndarray
@@ -55,8 +55,8 @@ def company(
     * 13: the share of each step in the correlation of its velocity with an earlier one of another;
     * 14, 15: logarithm of the distance (cm) from where another was earlier, and the same relative to what is usual.
 
-    By default, what is usual is the median over all individuals at the same time. Paths (F, A, 2) are in cm and
-    without gaps.
+    By default, what is usual is the median over all individuals at the same time. Paths (F, A, 2)
+    are in cm and without gaps.
     """
     if usual is None:
         everybody = _unrelated(paths, range(paths.shape[1]), fps)
@@ -82,14 +82,14 @@ def company(
 
 
 def _unrelated(paths: np.ndarray, individuals: Sequence[int], fps: float) -> list[np.ndarray]:
-    """Return what each individual does at each step (F - 1, 11), before it is compared with what is usual."""
+    """Return what each individual does at each step (F - 1, 11), not yet beside what is usual."""
     following = _following(paths, individuals, fps)
     pairs = zip(individuals, following, strict=True)
     return [np.column_stack((_beside_others(paths, k, fps), own)) for k, own in pairs]
 
 
 def _beside_others(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
-    """Return how an individual moves, and where others and the border are, at each step (F - 1, 9)."""
+    """Return how one moves, and where others and the border are, at each step (F - 1, 9)."""
     positions = paths[:-1]
     velocity = np.diff(paths[:, k], axis=0) * fps
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
@@ -120,7 +120,7 @@ def _beside_others(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
 
 
 def _usual(moved: Sequence[np.ndarray]) -> Usual:
-    """Return what is usual for all individuals of a recording, from what `_unrelated` finds of each."""
+    """Return what is usual in a recording, from what `_unrelated` finds of each individual."""
     sizes = np.abs(np.stack(moved)[..., SIZE_COLUMNS])
     offset = 0.01 * np.median(sizes, axis=(0, 1)) + 1e-9
     return Usual(offset, np.median(np.log(sizes + offset), axis=0))
@@ -129,9 +129,10 @@ def _usual(moved: Sequence[np.ndarray]) -> Usual:
 def _following(paths: np.ndarray, individuals: Sequence[int], fps: float) -> np.ndarray:
     """Return how individuals follow others, at each step (N, F - 1, 2).
 
-    The first column says how much each does what another did earlier: its mean over a stretch is the correlation of two
-    velocities. The second is the distance (cm) from where another was earlier. In each stretch, the other and the delay
-    are those of the highest correlation, and those of the least mean square distance.
+    The first column says how much each does what another did earlier: its mean over a stretch is
+    the correlation of two velocities. The second is the distance (cm) from where another was
+    earlier. In each stretch, the other and the delay are those of the highest correlation, and
+    those of the least mean square distance.
     """
     positions = paths[:-1] - paths.mean(axis=(0, 1))
     velocities = np.diff(paths, axis=0) * fps
@@ -143,7 +144,7 @@ def _following(paths: np.ndarray, individuals: Sequence[int], fps: float) -> np.
         begin = int(stretch[0])
         stop = begin + len(stretch)
         earliest = max(0, begin - longest)
-        # Before the recording nothing is known: at least half of a stretch must be known after each delay.
+        # At least half of a stretch must have a counterpart in the recording at each delay.
         delays = np.arange(shortest, min(longest, begin - earliest + len(stretch) // 2) + 1)
         if len(delays):
             starts = begin - earliest - delays
@@ -160,7 +161,7 @@ def _following(paths: np.ndarray, individuals: Sequence[int], fps: float) -> np.
 def _highest_correlations(
     velocities: np.ndarray, count: int, individuals: Sequence[int], starts: np.ndarray
 ) -> Iterator[np.ndarray]:
-    """Yield shares (count,) of the steps in the highest correlation with another's earlier velocity, for each individual.
+    """Yield for each individual the shares (count,) of steps in the highest correlation with another.
 
     Arguments are those of `_earlier_products`.
     """
@@ -179,7 +180,7 @@ def _highest_correlations(
 def _least_distances(
     positions: np.ndarray, count: int, individuals: Sequence[int], starts: np.ndarray
 ) -> Iterator[np.ndarray]:
-    """Yield distances (count,) from where the other was that has been nearest on average, for each individual.
+    """Yield for each individual the distances (count,) from where the nearest other was earlier.
 
     Arguments are those of `_earlier_products`.
     """
@@ -187,7 +188,7 @@ def _least_distances(
     unknown = np.maximum(-starts, 0)[:, None]
     for k, (products, squares) in zip(individuals, products_of, strict=True):
         own = positions[-count:, k]
-        # Sums of the squares of each step and those after it: the first steps may have no counterpart.
+        # Of each step and those after it: the first steps may have no counterpart.
         own_squares = np.cumsum((own**2).sum(axis=1)[::-1])[::-1]
         mean_squares = (own_squares[unknown] + squares - 2 * products) / (count - unknown)
         delay, leader = np.unravel_index(mean_squares.argmin(), mean_squares.shape)

@@ -48,7 +48,7 @@ def detect(
     abnormal: Sequence[AnyMotion] = (), learned: Sequence[AnyMotion] = (), false_alarms: float = 0.01,
     seed: int = 0, threads: int | None = None,
 ) -> Detection:  # fmt: skip
-    """Rank individuals by how unlike normal ones they move, by several methods; read the first ranking.
+    """Rank individuals by how unlike normal ones they move, by several methods.
 
     Source: docs/decisions/0031-judged-alike.md.
 
@@ -59,14 +59,15 @@ def detect(
     motion
         Of the individuals that are judged.
     genuine
-        Recordings of normal individuals, several if possible: each is judged by what was learned from the
-        others. None: simulated robots are simulated; samples that a run has stored are taken; a recording is
-        ranked and nobody called abnormal.
+        Recordings of normal individuals, several if possible: each is judged by what was learned
+        from the others. None: simulated robots are simulated; samples that a run has stored are
+        taken; a recording is ranked and nobody called abnormal.
     abnormal
-        Motion of individuals that are known to be abnormal, by which the methods are compared. None plants
-        some.
+        Motion of individuals that are known to be abnormal, by which the methods are compared. None
+        plants some.
     learned
-        Recordings that the run has learned from. Individuals are ranked beside these where no `genuine` is given.
+        Recordings that the run has learned from. Individuals are ranked beside these where no
+        `genuine` is given.
     false_alarms
         Share of normal individuals that may be called abnormal, in (0, 1).
     seed
@@ -134,7 +135,7 @@ def _has_company(motion: AnyMotion) -> bool:
 
 
 def _windows(motion: AnyMotion, with_company: bool) -> list[np.ndarray]:
-    """Return the windows (W, T, D) of each individual, or (W, T, D + 16) with what it does beside others."""
+    """Return the windows of each individual (W, T, D), or with its company (W, T, D + 16)."""
     if not (with_company and isinstance(motion, RecordedMotion)):
         return list(motion.samples)
     pairs = zip(motion.samples, motion.company, strict=True)
@@ -144,7 +145,7 @@ def _windows(motion: AnyMotion, with_company: bool) -> list[np.ndarray]:
 def _planted(
     recordings: Sequence[AnyMotion], run: RunClassifiers, seed: int, with_company: bool
 ) -> tuple[list[Case], str]:
-    """Plant abnormal individuals into recordings of normal ones; return them, and what they are in words."""
+    """Plant individuals into recordings of normal ones; return them, and what they are."""
     rng = stream(seed, CASES)
     cases: list[Case] = []
     for r, k in _individuals_in_turn(recordings, rng)[:PLANTED_INDIVIDUALS]:
@@ -161,7 +162,7 @@ def _planted(
 def _individuals_in_turn(
     recordings: Sequence[AnyMotion], rng: np.random.Generator
 ) -> list[tuple[int, int]]:
-    """Return the recording and the index of individuals with windows in random order, the recordings in turn."""
+    """Return recording and index of individuals in random order, the recordings in turn."""
     candidates = []
     for r, motion in enumerate(recordings):
         candidates += [(r, k) for k, samples in enumerate(motion.samples) if len(samples)]
@@ -183,7 +184,7 @@ def _planted_into_recording(
     with_company: bool,
     rng: np.random.Generator,
 ) -> list[Case]:
-    """Plant an individual of each kind in the stead of the k-th one of a recording, from its first window on."""
+    """Plant each kind in the stead of the k-th individual, from its first window on."""
     recording = motion.recording
     assert recording is not None
     fps = recording.fps
@@ -204,7 +205,7 @@ def _planted_into_recording(
 
 
 def _planted_into_samples(samples: np.ndarray, r: int, k: int) -> list[Case]:
-    """Halve and double the scatter and the mean of the signals of an individual without positions."""
+    """Halve and double the scatter and the mean of signals: there are no positions."""
     mean = samples.mean(axis=(0, 1))
     cases = []
     for factor in (0.5, 2.0):
@@ -233,7 +234,7 @@ def _simulated(scenario: Scenario, samples: int, seed: int, threads: int | None)
 def _stored(
     run: RunClassifiers, genuine: np.ndarray, recorded: bool, samples: int, seed: int
 ) -> _Normal:
-    """Take the genuine samples that a run has stored, in groups as large as an individual that is judged."""
+    """Take genuine samples that a run has stored, in groups as large as an individual."""
     # The run has learned from the first half.
     pool = genuine[len(genuine) // 2 :, 0]
     # Windows of one recording are not independent.

@@ -15,9 +15,10 @@ STATISTICS_PER_SIGNAL = 8
 
 
 def motion_statistics(windows: np.ndarray) -> np.ndarray:
-    """Compute features (K, F) of windows (K, T, D): statistics and trends of signals, and the rhythm of the first three.
+    """Compute features (K, F) of windows (K, T, D) of motion.
 
-    Statistics of the signals that do not describe own motion come last: `learn_distance` tells them by that.
+    They are statistics and trends of signals, and the rhythm of the first three. Statistics of the
+    signals that do not describe own motion come last: `learn_distance` tells them by that.
     """
     features = [rhythm_statistics(windows[..., :RHYTHM_SIGNALS])]
     trends = signal_trends(windows)

@@ -1,7 +1,8 @@
-"""Methods that score individuals: how each describes windows by features, and how it learns what is normal.
+"""Methods that score individuals: how each describes windows, and learns what is normal.
 
-A method computes the features of each window of an individual, and learns a scorer from normal individuals. Scorers
-say how much each window adds to the score of an individual; the mean over its windows is the score.
+A method computes the features of each window of an individual, and learns a scorer from normal
+individuals. Scorers say how much each window adds to the score of an individual; the mean over its
+windows is the score.
 """
 
 from collections.abc import Callable, Sequence
@@ -54,16 +55,16 @@ class Scorer(Protocol):
     """How unlike normal ones an individual is."""
 
     def __call__(self, individual: Features, without: str = "") -> np.ndarray:
-        """Return what each window (W,) adds to the score; what was learned from planted ones of a kind is left out."""
+        """Return what each window (W,) adds; what was learned from one planted kind is left out."""
 
 
 Learner = Callable[[Sequence[Features], bool, Sequence[PlantedChange]], Scorer]
-"""From normal individuals, whether each is relative to its recording, and changes by planting, to a scorer."""
+"""From normal individuals, whether each is relative, and planted changes, to a scorer."""
 
 
 @dataclass(frozen=True, eq=False)
 class DistanceScorer:
-    """The Mahalanobis distance from normal individuals; along the directions of planted ones it counts for more."""
+    """The Mahalanobis distance from normal individuals, larger along directions of planted ones."""
 
     center: np.ndarray | float  # (F,), in units of `spread` as all below
     spread: np.ndarray  # (F,)
@@ -101,7 +102,8 @@ def learn_distance(
     relative
         Whether the median of the fellows is usual; otherwise the mean of all normal individuals is.
     planted
-        For each kind, the direction in which it differs most (Fisher's linear discriminant) is learned.
+        For each kind, the direction in which it differs most (Fisher's linear discriminant) is
+        learned.
     independent
         Covariances of so many features, the last ones, with the others are taken as 0.
     """

@@ -29,7 +29,7 @@ MOST_COMPRESSION = 200
 def checked_motion(
     name: str, motion: Any, *, where: Callable[[int], str] = str, **sizes: int
 ) -> np.ndarray:
-    """Return motion (individuals, samples, T, D) as floats; reject what is not that, of other sizes T or D, or not finite."""
+    """Return motion (individuals, samples, T, D) as floats; reject other shapes and values."""
     remedy = "A classifier is calibrated for samples of one length."
     about: dict[str, Any] = {
         "finite": False,
@@ -68,7 +68,7 @@ class Motion:
 
 
 def holds_motion(path: str | Path) -> bool:
-    """Return whether a file can be read and begins as those for `load_motion` do: numbers, archive with ``samples``, heading."""
+    """Return whether a file can be read and begins as those for `load_motion` do."""
     path = Path(path)
     # A damaged file can raise anything.
     with suppress(Exception):
@@ -99,12 +99,13 @@ def load_motion(
           into samples;
         * ``.npz``: the same as ``samples``, and perhaps names as ``individuals``;
         * ``.csv``: a heading ``individual,sample,step,`` and the names of the signals, then a row for each
-          step, in any order; without the column ``sample`` the recordings are cut into samples. Steps and
-          samples are consecutive integers.
+          step, in any order; without the column ``sample`` the recordings are cut into samples.
+          Steps and samples are consecutive integers.
     steps, signals
         Steps T and signals D of a sample, as the detector needs them.
     names
-        Of the D signals: the columns of a table are brought into this order. None takes them as they are.
+        Of the D signals: the columns of a table are brought into this order. None takes them as
+        they are.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -162,7 +163,7 @@ def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
 
 
 def _read_archive(path: Path) -> tuple[np.ndarray | None, np.ndarray]:
-    """Return the names of the individuals, None if there are none, and the samples in an archive."""
+    """Return the names of the individuals, or None, and the samples in an archive."""
     # np.load takes other files, too: zipfile refuses them.
     with path.open("rb") as file, zipfile.ZipFile(file) as members:
         largest = max(ALWAYS_UNPACKED_BYTES, MOST_COMPRESSION * path.stat().st_size)

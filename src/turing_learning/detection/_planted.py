@@ -18,7 +18,7 @@ SMOOTHING_S = 2.0
 def plant(
     recording: Trajectories, individual: int, kind: str, rng: np.random.Generator
 ) -> Trajectories:
-    """Return a recording in which an individual, by its place, moves otherwise, by one of `PLANTED_KINDS`.
+    """Return a recording in which an individual moves otherwise, by one of `PLANTED_KINDS`.
 
     Gaps stay where they were.
     """
@@ -49,7 +49,7 @@ def _walked(start: np.ndarray, steps: np.ndarray) -> np.ndarray:
 def _paced(
     turning: float = 1.0, jitter: float = 0.0, pace: float = 1.0, drift: float = 0.0
 ) -> Planting:
-    """Scale turns and speed, add noise to the direction, and drift to the left; both in units of the turns' spread."""
+    """Scale turns and speed, add noise and a drift to the direction, in units of its turns."""
 
     def path(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
         steps = np.diff(paths[:, k], axis=0)

@@ -63,7 +63,7 @@ class Detection:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What can be promised, what the normal individuals say, and how the methods compare; a sentence each."""
+        """What can be promised, and how the methods compare, in sentences."""
         return (*self._about_the_promise(), *self._about_the_methods())
 
     def _about_the_promise(self) -> list[str]:
@@ -151,7 +151,7 @@ def rank(scores: MethodScores, names: Sequence[str], false_alarms: float | None)
 
 
 def _p_values(scores: np.ndarray, normal: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return (1 + weight of normal individuals with so high a score) / (1 + weight of all); NaN for NaN."""
+    """Return (1 + weight of normal ones with so high a score) / (1 + weight of all)."""
     order = np.argsort(normal)
     # The weight of all from each place of the order on.
     weight_above = np.append(np.cumsum(weights[order][::-1])[::-1], 0.0)
@@ -161,12 +161,12 @@ def _p_values(scores: np.ndarray, normal: np.ndarray, weights: np.ndarray) -> np
 
 
 def _below_level(p_values: np.ndarray, false_alarms: float, weights: np.ndarray) -> np.ndarray:
-    """Return which p-values are at most the rate of false alarms, or the least that can be promised."""
+    """Return which p-values are at most the rate of false alarms, or the least possible."""
     return p_values <= max(false_alarms, 1 / (weights.sum() + 1)) + ROUNDING
 
 
 def _called_normal_individuals(scores: MethodScores, false_alarms: float) -> float:
-    """Return how many normal individuals would have been called abnormal, each by those of other groups."""
+    """Return how many normal individuals those of other groups would call abnormal."""
     called = 0.0
     for group in np.unique(scores.groups):
         inside = scores.groups == group

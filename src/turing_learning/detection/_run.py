@@ -101,7 +101,7 @@ class RunClassifiers:
 
 
 def run_classifiers(result: StoredRun) -> RunClassifiers:
-    """Return the classifiers of a run that is stored in a folder with its full history: ``turing_learning.load_run(path)``."""
+    """Return the classifiers of a run that is stored in a folder with its full history."""
     if result.path is None:
         reject("run", "be stored in a folder", "one that is kept in memory", "Run it with `out`.")
     path = result.path / "config.toml"
@@ -146,7 +146,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
 
 
 def _evolved_classifiers(history: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the last generation, the best of generations spread over the run, and jurors, of a run by generations."""
+    """Return the last generation, the best of generations over the run, and jurors."""
     populations = history["classifier"]
     fitness = np.asarray(history["classifier_fitness"])
     total = len(fitness)
@@ -167,7 +167,7 @@ def _evolved_classifiers(history: Any) -> tuple[np.ndarray, np.ndarray, np.ndarr
 def motion_to_calibrate(
     run: RunClassifiers, behaviors: int, trials: int, seed: int, threads: int | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Simulate genuine and abnormal motion for a run that has stored none; reject one that cannot be simulated."""
+    """Simulate genuine and abnormal motion for a run that has stored none, if possible."""
     if run.scenario is None:
         rule = "have stored motion to calibrate with"
         otherwise = "give `genuine` and `abnormal`."
@@ -191,7 +191,7 @@ def motion_to_calibrate(
 def recorded_motion(
     recording: Trajectories, run: RunClassifiers, *, smooth_frames: int | None = None
 ) -> RecordedMotion:
-    """Cut a recording, at the frame rate of a run, into windows of the length and the signals that its classifiers know.
+    """Cut a recording into windows of the length and the signals that a run's classifiers know.
 
     For a run without headings, those of the recording are left out of account. `smooth_frames` is
     by default that of the run.
@@ -241,7 +241,7 @@ def motion_of(
     recording: Trajectories, run: RunClassifiers, smooth_frames: int, individuals: Sequence[int] | None = None,
     usual: Usual | None = None, **options: Any,
 ) -> RecordedMotion:  # fmt: skip
-    """Return the windows of some individuals of a recording, all by default, and what they do beside the others.
+    """Return the windows of some individuals, all by default, and what they do beside the others.
 
     `usual` is what they are compared with, see `company`.
     """

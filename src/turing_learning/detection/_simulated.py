@@ -35,7 +35,7 @@ _LOGGER = logging.getLogger("turing_learning")
 
 @dataclass(frozen=True, eq=False)
 class SimulatedBehaviors:
-    """Motion (individuals, samples, T, D) of agents and of the abnormal individuals among them, swarm by swarm."""
+    """Motion (individuals, samples, T, D) of agents and of abnormal individuals among them."""
 
     genuine: np.ndarray
     abnormal: np.ndarray
@@ -50,7 +50,7 @@ def stream(seed: int, use: int) -> np.random.Generator:
 def random_controllers(
     scenario: Scenario, count: int, rng: np.random.Generator, *, near: float = NEAR
 ) -> np.ndarray:
-    """Draw controllers (count, P), fractions of the maximum, uniformly from [-1, 1], without those that are nearly the agents'.
+    """Draw controllers (count, P) uniformly from [-1, 1], without those nearly the agents'.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def simulate_behaviors(
     scenario: Scenario, controllers: np.ndarray, *, trials: int = 10, rng: np.random.Generator,
     threads: int | None = None,
 ) -> SimulatedBehaviors:  # fmt: skip
-    """Simulate agents among whom the scenario's replicas execute something else, one swarm for each controller.
+    """Simulate agents among whom replicas execute something else, a swarm for each controller.
 
     Source: paper, sections 4.2 and 4.4.
 
@@ -86,7 +86,8 @@ def simulate_behaviors(
     controllers : (M, P)
         What the replicas execute.
     trials
-        Number of trials of each swarm, >= 1, each from new initial poses: the samples of an individual.
+        Number of trials of each swarm, >= 1, each from new initial poses: the samples of an
+        individual.
     """
     controllers = array(
         "controllers", controllers, "M P", error=ConfigurationError, P=len(scenario.controller)
@@ -101,17 +102,17 @@ def simulate_behaviors(
 
 
 def by_individual(speeds: np.ndarray, trials: int) -> np.ndarray:
-    """Return what was observed in so many trials of each swarm, (M x trials, A, T, D), as (M, A, trials, T, D)."""
+    """Return what was observed, (M x trials, A, T, D), by individual: (M, A, trials, T, D)."""
     return speeds.reshape(-1, trials, *speeds.shape[1:]).swapaxes(1, 2)
 
 
 def plant_abnormal(
     scenario: Scenario, count: int, *, samples: int = 10, seed: int = 0, threads: int | None = None
 ) -> Motion:
-    """Simulate a swarm of the scenario's size in which `count` individuals execute random controllers.
+    """Simulate a swarm in which `count` individuals execute random controllers.
 
-    Individuals, named "agent 1", ..., "planted 1", ..., are in random order; each sample is a trial from new
-    initial poses.
+    Individuals, named "agent 1", ..., "planted 1", ..., are in random order; each sample is a trial
+    from new initial poses.
     """
     integer("samples", samples, 1, LARGEST_COUNT, error=ConfigurationError)
     size = scenario.individuals
@@ -137,11 +138,12 @@ def observed_calibration(
     models: np.ndarray,
     estimate: np.ndarray,
 ) -> dict[str, np.ndarray] | None:
-    """Return what ``calibration.npz`` shall hold of samples (any, T, D) that a run has observed in a laboratory.
+    """Return what ``calibration.npz`` shall hold of samples (any, T, D) from a laboratory.
 
-    Of "genuine" samples the first half weighs votes, and the second says what scores are usual: agents that the
-    run `learned` from, and `held_out` after it. "abnormal" are `replicas` (M, T, D) of the first of its models
-    (M, P), which are nearly random, that are not near the estimate (P,). None if one kind is missing.
+    Of "genuine" samples the first half weighs votes, and the second says what scores are usual:
+    agents that the run `learned` from, and `held_out` after it. "abnormal" are `replicas` (M, T, D)
+    of the first of its models (M, P), which are nearly random, that are not near the estimate (P,).
+    None if one kind is missing.
     """
     abnormal = replicas[mean_absolute_error(models, estimate) >= NEAR][:RANDOM_MODELS]
     count = min(len(learned), len(held_out), OBSERVED_SAMPLES)
@@ -159,10 +161,10 @@ def _spread(samples: np.ndarray, count: int) -> np.ndarray:
 def simulated_calibration(
     source: Source, parameters: Mapping[str, Parameter], estimate: np.ndarray, seed: int
 ) -> dict[str, np.ndarray] | None:
-    """Return what ``calibration.npz`` shall hold, as in `observed_calibration`: samples of a system, and of random models of it.
+    """Return what ``calibration.npz`` shall hold of a system, and of random models of it.
 
-    Models are drawn from the initial ranges without those near the estimate (P,), in the parameters' units.
-    None if fewer than two samples were held out, or the simulations fail.
+    Models are drawn from the initial ranges without those near the estimate (P,), in the
+    parameters' units. None if fewer than two samples were held out, or the simulations fail.
     """
     rng = stream(seed, OWN_CALIBRATION)
     source.generation = None  # the run is over

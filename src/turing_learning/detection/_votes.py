@@ -1,4 +1,4 @@
-"""Rules of detection by votes: who decides, how much a vote counts, and what the votes say of an individual."""
+"""Rules of detection by votes: who votes, how much a vote counts, and what it says."""
 
 import logging
 from dataclasses import dataclass, replace
@@ -47,9 +47,9 @@ class SampleVerdict:
 class Detector:
     """Tell from motion which individuals behave abnormally, by votes of classifiers.
 
-    Classifiers vote on each sample; its score is the weighted share of votes that say genuine. An individual
-    is called abnormal if the mean score of its samples is so low that chance makes it so in the stated share
-    of cases at most. Three rules choose the voters:
+    Classifiers vote on each sample; its score is the weighted share of votes that say genuine. An
+    individual is called abnormal if the mean score of its samples is so low that chance makes it so
+    in the stated share of cases at most. Three rules choose the voters:
 
     ==============  =============================================  ==========================================
     rule            voters                                         abnormal if
@@ -61,10 +61,10 @@ class Detector:
                     up to 100 generations, weighted together
     ==============  =============================================  ==========================================
 
-    "discriminant" gives a vote to classifiers whose Youden's J = specificity + sensitivity - 1 is positive on
-    genuine and on abnormal motion, and weighs them by Fisher's linear discriminant: who says the same as others
-    counts for less, and who hardly ever errs for more. Chance is measured on genuine individuals that had no
-    part in the weights, see `p_values`.
+    "discriminant" gives a vote to classifiers whose Youden's J = specificity + sensitivity - 1 is
+    positive on genuine and on abnormal motion, and weighs them by Fisher's linear discriminant: who
+    says the same as others counts for less, and who hardly ever errs for more. Chance is measured
+    on genuine individuals that had no part in the weights, see `p_values`.
 
     Source: paper, section 4.4; docs/decisions/0014, 0019 and 0031.
 
@@ -75,7 +75,8 @@ class Detector:
     rule
         One of `RULES`.
     false_alarms
-        Share of genuine individuals that may be called abnormal, in (0, 1); "unanimous" does not keep to it.
+        Share of genuine individuals that may be called abnormal, in (0, 1); "unanimous" does not
+        keep to it.
     genuine_scores, abnormal_scores : (any,)
         Scores of single samples, by which p-values and the beginning of abnormal motion are found.
     steps, signals
@@ -104,11 +105,11 @@ class Detector:
         genomes : (N, Q)
             Classifiers to choose from.
         genuine : (individuals, samples, T, D)
-            Motion of normal individuals, at least two. The first half weighs the votes, the second says what
-            scores are usual.
+            Motion of normal individuals, at least two. The first half weighs the votes, the second
+            says what scores are usual.
         abnormal : (individuals, samples, T, D)
-            Other motion, of any that behave otherwise, for example in `random_controllers`, or of a run's
-            random models.
+            Other motion, of any that behave otherwise, for example in `random_controllers`, or of a
+            run's random models.
         rule, false_alarms
             As for the class.
         """
@@ -148,10 +149,12 @@ class Detector:
         Parameters
         ----------
         result
-            A run that is stored in a folder with its full history: ``turing_learning.load_run(path)``.
+            A run that is stored in a folder with its full history:
+            ``turing_learning.load_run(path)``.
         genuine, abnormal : (individuals, samples, T, D)
-            Motion for `calibrate`. None takes what the run has stored, as runs in a laboratory and on custom
-            systems do, or simulates the run's scenario, agents beside individuals with random controllers.
+            Motion for `calibrate`. None takes what the run has stored, as runs in a laboratory and
+            on custom systems do, or simulates the run's scenario, agents beside individuals with
+            random controllers.
         behaviors, trials
             Number of random controllers that are simulated, >= 1, and of trials of each.
         """
@@ -183,16 +186,16 @@ class Detector:
         return self.jury.weights
 
     def judge(self, samples: np.ndarray) -> np.ndarray:
-        """Return the weighted shares (S,) of the votes that say genuine, 0 to 1, of samples (S, T, D)."""
+        """Return the weighted shares (S,) of votes that say genuine, of samples (S, T, D)."""
         return self._judge_all(
             samples[None] if isinstance(samples, np.ndarray) else [samples], "samples"
         )[0]
 
     def p_values(self, motion: np.ndarray) -> np.ndarray:
-        """Return for each individual of motion (individuals, S, T, D) how often chance makes its mean score as low as it is.
+        """Return for each individual how often chance makes its mean score as low as it is.
 
-        The share (individuals,) of all choices of S samples, out of its own and the genuine ones of the
-        calibration, with a mean score that is as low or lower: see `_chance.p_values`.
+        The share (individuals,) of all choices of S samples, out of its own and the genuine ones of
+        the calibration, with a mean score that is as low or lower: see `_chance.p_values`.
         """
         return p_values(self.genuine_scores, self._judge_all(motion, "motion"))
 
@@ -214,16 +217,17 @@ class Detector:
     def verdicts(self, motion: Motion | np.ndarray) -> tuple[SampleVerdict, ...]:
         """Say of each individual whether its p-value, or the rule, calls it abnormal, and since when.
 
-        A warning is logged if nobody could be called abnormal, or the detector is blind to the motion of its
-        calibration. The beginning is where the sum of what speaks for abnormal motion, from there to the end,
-        is largest (Page, Continuous inspection schemes, 1954). A sample speaks for it by how far its score is
-        below the middle between the mean scores of genuine and of abnormal samples.
+        A warning is logged if nobody could be called abnormal, or the detector is blind to the
+        motion of its calibration. The beginning is where the sum of what speaks for abnormal
+        motion, from there to the end, is largest (Page, Continuous inspection schemes, 1954). A
+        sample speaks for it by how far its score is below the middle between the mean scores of
+        genuine and of abnormal samples.
 
         Parameters
         ----------
         motion
-            Samples of individuals in the order of observation, an array (individuals, samples, T, D) or with
-            names.
+            Samples of individuals in the order of observation, an array (individuals, samples, T,
+            D) or with names.
         """
         names = None
         samples = motion
@@ -259,11 +263,12 @@ class Detector:
     def timeline(self, motion: RecordedMotion) -> tuple[TimedVerdict, ...]:
         """Say of each individual of a recording whether it behaves abnormally at some time, and when.
 
-        A window speaks against an individual by how low its score lies among those of genuine samples, a
-        stretch of consecutive windows by the mean of this in standard errors. An individual is called abnormal
-        if its strongest stretch, of whatever length, is stronger than a threshold, placed where the stated
-        share of genuine individuals with as many windows would be called so, if windows are independent. All
-        rules keep to that rate here. Warnings are logged as by `verdicts`.
+        A window speaks against an individual by how low its score lies among those of genuine
+        samples, a stretch of consecutive windows by the mean of this in standard errors. An
+        individual is called abnormal if its strongest stretch, of whatever length, is stronger than
+        a threshold, placed where the stated share of genuine individuals with as many windows would
+        be called so, if windows are independent. All rules keep to that rate here. Warnings are
+        logged as by `verdicts`.
 
         Source: Glaz, Naus and Wallenstein, Scan statistics (2001); docs/decisions/0022.
         """
@@ -362,8 +367,8 @@ def check_rule(rule: str) -> None:
 def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
     """Return weights (N,), none below 0, with the sum 1, of classifiers that vote (N, individuals, samples) on both kinds.
 
-    Source: Fisher, The use of multiple measurements in taxonomic problems (1936), with shrunk covariances and
-    nothing below 0.
+    Source: Fisher, The use of multiple measurements in taxonomic problems (1936), with shrunk
+    covariances and nothing below 0.
     """
     if rule == "fittest" and len(genuine):
         return np.full(len(genuine), 1 / len(genuine))

@@ -11,8 +11,9 @@
 `Picture`
     A figure with its name and words, for files and pages.
 
-Figures are `matplotlib.figure.Figure` objects without pyplot and without global state; matplotlib is imported
-when the first one is made. The figures that only the package itself draws are in the modules `one_run`,
+Figures are `matplotlib.figure.Figure` objects without pyplot and without global state; matplotlib
+is imported when the first one is made. The figures that only the package itself draws are in the
+modules `one_run`,
 `many_runs` and `swarms`, their look is in `style`; their callers give arrays of the right shape.
 """
 

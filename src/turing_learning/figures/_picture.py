@@ -99,9 +99,9 @@ def save_figure(figure: "Figure", folder: str | Path, name: str) -> tuple[Path, 
 def svg_markup(figure: "Figure", prefix: str, description: str) -> str:
     """Return a figure as one ``<svg>`` element to be put inline into a page, with a description for those who cannot see it.
 
-    Texts stay texts, the background is transparent, ids start with `prefix`, and the figure's colors become the
-    page's CSS variables (``--ink``, ``--blue``, ...) with the printed colors as fallback: the figure follows
-    the page into dark mode.
+    Texts stay texts, the background is transparent, ids start with `prefix`, and the figure's
+    colors become the page's CSS variables (``--ink``, ``--blue``, ...) with the printed colors as
+    fallback: the figure follows the page into dark mode.
     """
     import matplotlib as mpl
 

@@ -52,9 +52,9 @@ def box_figure(
 ) -> "Figure":
     """Draw the inferred parameters of many runs as boxes.
 
-    A box spans the quartiles and is divided by the median; whiskers reach the last values within 1.5
-    interquartile ranges; circles are beyond. Circles so far off that the boxes could not be seen are left out,
-    and their number is given.
+    A box spans the quartiles and is divided by the median; whiskers reach the last values within
+    1.5 interquartile ranges; circles are beyond. Circles so far off that the boxes could not be
+    seen are left out, and their number is given.
 
     Parameters
     ----------
@@ -169,8 +169,8 @@ def dispersion_figure(
 ) -> "Figure":
     """Draw the dispersion that agents (R,), hatched, and replicas of several models (M, R) have reached: a box for each.
 
-    The least possible dispersion is dashed. Values above four times the agents' largest are left out, and
-    counted. As in figure 6 of the paper.
+    The least possible dispersion is dashed. Values above four times the agents' largest are left
+    out, and counted. As in figure 6 of the paper.
     """
     panels, axes = one_panel(7.2, 3.2)
     numbers = range(1, len(models) + 1)
@@ -222,8 +222,8 @@ def convergence_figure(
 ) -> "Figure":
     """Draw medians over the runs (G, P), of runs of trials over those spent (G,), as in figure 5 of the paper.
 
-    Several kinds of runs, by titles, are side by side on one scale, as in figure 19. True values are thin and
-    dashed.
+    Several kinds of runs, by titles, are side by side on one scale, as in figure 19. True values
+    are thin and dashed.
     """
     width, height = (7.4, 3.3) if len(medians) > 1 else (6.4, 3.4)
     panels = panel_row(list(medians), width, height, loc="center", fontsize=9.5)
@@ -256,8 +256,8 @@ def error_panels_figure(errors: Mapping[str, Mapping[str, Any]]) -> "Figure":
 def error_histogram_figure(maes: np.ndarray, *, limits: tuple[float, float]) -> "Figure":
     """Draw the distribution of the mean absolute errors (R,) of many runs; the limits of good and fair ones are dashed.
 
-    The axis ends at the largest error, at most three times the second limit; errors beyond share the last bar.
-    As in figure 14a of the paper.
+    The axis ends at the largest error, at most three times the second limit; errors beyond share
+    the last bar. As in figure 14a of the paper.
     """
     end = min(3 * limits[1], max(1.1 * limits[0], 1.02 * float(maes.max())))
     panels, axes = one_panel(5.2, 3.1)

@@ -1,7 +1,7 @@
 """One run in pictures: populations, dialogues, what its classifiers can tell, what its estimate leaves open.
 
-Those of a run of trials are over the trials (G,) that it had spent after each of its G batches, if these are
-given.
+Those of a run of trials are over the trials (G,) that it had spent after each of its G batches, if
+these are given.
 """
 
 from collections.abc import Mapping, Sequence
@@ -56,8 +56,8 @@ def parameters_figure(
 ) -> "Figure":
     """Draw the parameters of the best and of the typical model (G, P), a panel for each of P; the truth is dashed.
 
-    A panel spans the central 99 % of its values and the truth; where that hides excursions, it names the full
-    range. Figure 5 of the paper shows the same quantities for 30 runs.
+    A panel spans the central 99 % of its values and the truth; where that hides excursions, it
+    names the full range. Figure 5 of the paper shows the same quantities for 30 runs.
     """
     panels = panels or panel_grid(names, 2.15, sharex=True)
     panels.over_generations("", len(best_models), trials)
@@ -169,8 +169,8 @@ def dialogues_figure(
 ) -> "Figure":
     """Draw stimuli (n, 2, T, S) beside answers (n, 2, T, D), in n rows with these titles; names are of answers, then stimuli.
 
-    Stimuli have the `ranges` (S, 2). `outputs` (n, 2) and `accuracy` (n,) are written above the rows, where
-    classifiers chose.
+    Stimuli have the `ranges` (S, 2). `outputs` (n, 2) and `accuracy` (n,) are written above the
+    rows, where classifiers chose.
     """
     stimuli = dialogues["stimuli"]
     answers = dialogues["answers"]
@@ -218,9 +218,10 @@ def accuracy_figure(
 ) -> "Figure":
     """Draw the decision accuracy (R, G) of the best classifiers of some generations (G,), as in figure 7 of the paper.
 
-    `subjective` is that of the classifier with the highest subjective fitness; `objective` and `jury` are the
-    highest of a single classifier of the population, and of the population or its archive: mean and deviation
-    over the runs. The horizontal axis is linear up to generation 1 and logarithmic from there.
+    `subjective` is that of the classifier with the highest subjective fitness; `objective` and
+    `jury` are the highest of a single classifier of the population, and of the population or its
+    archive: mean and deviation over the runs. The horizontal axis is linear up to generation 1 and
+    logarithmic from there.
     """
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
@@ -261,8 +262,8 @@ def quantities_figure(
 ) -> "Figure":
     """Draw distributions of genuine motion and of motion simulated at the estimate, one panel each.
 
-    `distributions` holds name -> edges of bins (B + 1,), shares of genuine and of simulated values in them
-    (B,).
+    `distributions` holds name -> edges of bins (B + 1,), shares of genuine and of simulated values
+    in them (B,).
     """
     panels = panels or panel_grid(list(distributions), 2.1)
     for axes, (edges, genuine, simulated) in zip(panels.axes, distributions.values(), strict=True):

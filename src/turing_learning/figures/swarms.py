@@ -105,8 +105,8 @@ def snapshots_figure(
 ) -> "Figure":
     """Draw some moments of one trial, poses (F, A + O, 3), side by side or in rows of so many columns, at the same scale.
 
-    In a wide arena robots and objects are enlarged, together, until they can be seen; the figure says how much.
-    As in figures 2, 3 and 22 of the paper.
+    In a wide arena robots and objects are enlarged, together, until they can be seen; the figure
+    says how much. As in figures 2, 3 and 22 of the paper.
     """
     low = poses[..., :2].min(axis=(0, 1))
     high = poses[..., :2].max(axis=(0, 1))
@@ -175,8 +175,8 @@ def gathering_figure(
 ) -> "Figure":
     """Draw quantities of swarms over time (K,), a panel each: mean over trials as a line, standard deviation as a band.
 
-    `curves` holds quantity -> who -> values (R, K); `limits` the best that there can be of each quantity,
-    dashed. As in figure 21 of the paper.
+    `curves` holds quantity -> who -> values (R, K); `limits` the best that there can be of each
+    quantity, dashed. As in figure 21 of the paper.
     """
     panels = panel_row([""] * len(curves), 7.4, 3.2, sharey=False)
     for axes, (quantity, swarms) in zip(panels.axes, curves.items(), strict=True):

@@ -7,13 +7,14 @@
 `write_page`
     Write a page so that it appears complete or not at all.
 `short_number`, `shown`, `counted`
-    A number in a few characters, with significant digits where it is small; a number in a table, or a dash
-    where there is none; a number of things, in words.
+    A number in a few characters, with significant digits where it is small; a number in a table, or
+    a dash where there is none; a number of things, in words.
 `Tabular`
     A result with a short `repr` and a table in notebooks.
 
 `report_page`
-    The page of a run, a study or a detection: a `Report` has what it shows, with a `Listing` for each table;
+    The page of a run, a study or a detection: a `Report` has what it shows, with a `Listing` for
+    each table;
     `describe_selection` says what happened in a selection, `is_page` whether a file is such a page.
 
 The module `tabular` has tables of parameters, for terminals and data frames.

@@ -165,12 +165,13 @@ def write_gif(
     replay
         What to show.
     path
-        The file, in an existing folder; one that exists is replaced. It appears complete or not at all.
+        The file, in an existing folder; one that exists is replaced. It appears complete or not at
+        all.
     speed
         Seconds of the swarm's time in one second of film, > 0.
     frames_per_second
-        Frames per second, 1 to 50 (GIF knows hundredths of a second only, and viewers slow shorter frames
-        down).
+        Frames per second, 1 to 50 (GIF knows hundredths of a second only, and viewers slow shorter
+        frames down).
 
     Raises
     ------
@@ -208,7 +209,8 @@ def write_mp4(
     replay
         What to show.
     path
-        The file, in an existing folder; one that exists is replaced. It appears complete or not at all.
+        The file, in an existing folder; one that exists is replaced. It appears complete or not at
+        all.
     speed
         Seconds of the swarm's time in one second of film, > 0.
     frames_per_second

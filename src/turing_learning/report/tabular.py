@@ -36,8 +36,8 @@ def short_number(value: float, decimals: int = 3) -> str:
     value
         Any number.
     decimals
-        Places after the point of common numbers, >= 2; as many significant digits of those that would keep only
-        one, or none.
+        Places after the point of common numbers, >= 2; as many significant digits of those that
+        would keep only one, or none.
 
     Examples
     --------
@@ -160,8 +160,9 @@ class Tabular:
 def tables(headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> "Iterator[Table]":
     """Yield a table for a terminal: words to the left, numbers to the right, alarming words in red.
 
-    Where a terminal of `width` characters has no room for a column, it and those after it come in a further
-    table, which begins with the first column again. Columns of words wrap before they do so.
+    Where a terminal of `width` characters has no room for a column, it and those after it come in a
+    further table, which begins with the first column again. Columns of words wrap before they do
+    so.
     """
     from rich.table import Table
     from rich.text import Text

@@ -51,8 +51,9 @@ class Stopped(Exception):
 class Work:
     """Does pieces of work, or takes them from the files that an earlier call has left.
 
-    Its folder may be given as the store whose lock is held. In the fast form, studies run in this process,
-    which costs less than to start others; else in so many `workers`, one for each processor if None.
+    Its folder may be given as the store whose lock is held. In the fast form, studies run in this
+    process, which costs less than to start others; else in so many `workers`, one for each
+    processor if None.
     """
 
     def __init__(
@@ -77,7 +78,8 @@ class Work:
     ) -> dict[str, Any]:
         """Return what a piece of work of that name has found, from its file if it is there.
 
-        `compute` returns what JSON can hold, or with the suffix npz arrays by name; None if it was stopped.
+        `compute` returns what JSON can hold, or with the suffix npz arrays by name; None if it was
+        stopped.
         """
         file = f"{name}.{suffix}"
         stored = self._find(file)

@@ -32,10 +32,10 @@ def least_squares(
 ) -> dict[str, np.ndarray] | None:  # fmt: skip
     """Infer a controller by least squares, with the optimizer and the trials of Turing Learning (paper, section 4.5).
 
-    Returns the best model (P,) of the last generation in its one trial, the paper's rule; and the typical one,
-    the median over the last three tenths of the generations of the median of all models; None if it was
-    stopped. Speeds are divided by the robot's largest: in cm/s and rad/s, the difference of the wheels would
-    have a seventh of the weight of their sum.
+    Returns the best model (P,) of the last generation in its one trial, the paper's rule; and the
+    typical one, the median over the last three tenths of the generations of the median of all
+    models; None if it was stopped. Speeds are divided by the robot's largest: in cm/s and rad/s,
+    the difference of the wheels would have a seventh of the weight of their sum.
     """
     integer("generations", generations, 1)
     source = MixedSwarm(scenario, threads)
@@ -60,8 +60,8 @@ def least_squares(
 def squared_errors(samples: Samples, scale: Sequence[float] | np.ndarray = (1.0,)) -> np.ndarray:
     """Return the squared error (M,) of each model against the agents of its trial, of the mixed swarm (paper, section 4.5).
 
-    It is summed over agents, steps and signals, which are divided by `scale` (D,) or (1,), and averaged over C
-    counterfeit samples.
+    It is summed over agents, steps and signals, which are divided by `scale` (D,) or (1,), and
+    averaged over C counterfeit samples.
     """
     genuine = samples.genuine
     counterfeit = samples.counterfeit
@@ -81,9 +81,9 @@ def least_squares_optimum(
 ) -> np.ndarray:
     """Return the model (n,) with the smallest expected squared error, for n states with probabilities (T, n) in T time steps.
 
-    State i gets the mean over time of the expected value of the agent's outputs (n,), weighted by the
-    probability of the state, or the plain mean if it never occurs. Paper, section 4.5, theorem 1 and
-    corollaries 2 and 3; the third for any number of states.
+    State i gets the mean over time of the expected value of the agent's outputs (n,), weighted by
+    the probability of the state, or the plain mean if it never occurs. Paper, section 4.5, theorem
+    1 and corollaries 2 and 3; the third for any number of states.
     """
     chances, outputs = _checked(probabilities, values)
     expected = chances @ outputs
@@ -98,7 +98,8 @@ def expected_squared_error(
 ) -> float:
     """Return the expected squared error of a model (n,) of an agent with outputs `values` (n,), summed over T time steps.
 
-    `probabilities` (T, n) are those of the states, of both alike. Paper, section 4.5, the proof of theorem 1.
+    `probabilities` (T, n) are those of the states, of both alike. Paper, section 4.5, the proof of
+    theorem 1.
     """
     chances, outputs = _checked(probabilities, values)
     squares = np.square(np.asarray(model, dtype=np.float64)[:, None] - outputs)
@@ -258,8 +259,9 @@ def wheel_speeds(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
 def summaries(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
     """Compute the summaries (..., S) of groups with motion (..., C, T, 2); C T is a multiple of 20, T > 10.
 
-    Of both wheels: mean, standard deviation, autocorrelations, covariance; and the means in each twentieth of
-    all cycles in the order of the turn rate, which tells the sensor states of reactive behaviors apart.
+    Of both wheels: mean, standard deviation, autocorrelations, covariance; and the means in each
+    twentieth of all cycles in the order of the turn rate, which tells the sensor states of reactive
+    behaviors apart.
     """
     wheels = wheel_speeds(motion, scenario)
     cycles = wheels.reshape(*wheels.shape[:-3], -1, 2)
@@ -289,8 +291,8 @@ def baseline(name: str) -> ModuleType:
 def fit_mixture(genuine: np.ndarray, scenario: Scenario, seed: int) -> Inferred:
     """Infer a reactive behavior from the levels of the wheel speeds in the agents' motion (K, T, 2): centers of a mixture.
 
-    The heaviest components count, in the order of their weights: the rarest level is that of the last sensor
-    state.
+    The heaviest components count, in the order of their weights: the rarest level is that of the
+    last sensor state.
     """
     wheels = wheel_speeds(genuine, scenario).reshape(-1, 2)
     count = min(len(wheels), MIXTURE_CYCLES)
@@ -317,8 +319,8 @@ def infer_by_abc_smc(
 ) -> Inferred | None:
     """Infer a behavior by ABC-SMC as `pyabc` does it, from summaries (S,) of the agents' motion; None if it was stopped.
 
-    `evaluations` groups are simulated, in populations of a size that leaves room for about ten; the last
-    complete one counts.
+    `evaluations` groups are simulated, in populations of a size that leaves room for about ten; the
+    last complete one counts.
     """
     integer("evaluations", evaluations, 100)
     pyabc = baseline("pyabc")
@@ -367,9 +369,10 @@ def infer_by_npe(
 ) -> Inferred | None:  # fmt: skip
     """Infer a behavior by neural posterior estimation as `sbi` does it: a flow on standardized summaries; None if stopped.
 
-    Each round but the first draws its models where the posterior of the round before has its mass; all train
-    the network. Greenberg and others, Automatic posterior transformation for likelihood-free inference, 2019;
-    Deistler and others, Truncated proposals for scalable and hassle-free simulation-based inference, 2022.
+    Each round but the first draws its models where the posterior of the round before has its mass;
+    all train the network. Greenberg and others, Automatic posterior transformation for
+    likelihood-free inference, 2019; Deistler and others, Truncated proposals for scalable and
+    hassle-free simulation-based inference, 2022.
     """
     enough = rounds >= 1 and evaluations >= 20 * rounds
     require(

@@ -226,8 +226,8 @@ def _what_came_out(experiment: Experiment, folder: ExperimentFolder, results: Re
 def page(experiments: str | Path, link: str = "../experiments") -> str:
     """Return the page of all claims of sections 3.2, 4 and 5 (Markdown), from the folders of the experiments.
 
-    Only full-size results count; fast forms are as if they had not been run. `link` is the folder of the
-    experiments as the page sees it.
+    Only full-size results count; fast forms are as if they had not been run. `link` is the folder
+    of the experiments as the page sees it.
     """
     claims = {id: claim for id, claim in load_claims().items() if id.startswith(SECTIONS)}
     finished: dict[str, Results] = {}
@@ -297,8 +297,8 @@ def write_page(experiments: str | Path, path: str | Path, *, force: bool = False
     experiments
         The folder that holds a folder for each experiment.
     path
-        The page, a name that ends with .md; links are made relative to it. One that was made so before is
-        replaced.
+        The page, a name that ends with .md; links are made relative to it. One that was made so
+        before is replaced.
     force
         Whether any other file is replaced, too; otherwise `ConfigurationError` is raised.
     """

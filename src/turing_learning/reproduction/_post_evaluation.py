@@ -32,9 +32,9 @@ def count_agents(
 ) -> np.ndarray | None:  # fmt: skip
     """Count the agents, and the replicas, that classifiers decide to be agents: (N, 2).
 
-    A replica executes each model among agents, in several trials from initial poses that are common to all
-    models and classifiers. A classifier judges each individual once a trial, and decides that it is a model
-    only if all judgments say so.
+    A replica executes each model among agents, in several trials from initial poses that are common
+    to all models and classifiers. A classifier judges each individual once a trial, and decides
+    that it is a model only if all judgments say so.
 
     Parameters
     ----------
@@ -87,7 +87,8 @@ def count_agents(
 def decision_accuracies(counts: np.ndarray, scenario: Scenario, models: int) -> np.ndarray:
     """Return the decision accuracy (N,) of classifiers by what `count_agents` has counted in the swarms of all M models.
 
-    It is the mean of sensitivity and specificity: 0.5 for a classifier that decides the same about all.
+    It is the mean of sensitivity and specificity: 0.5 for a classifier that decides the same about
+    all.
     """
     specificity = counts[:, 0] / (models * scenario.agents)
     sensitivity = 1 - counts[:, 1] / (models * scenario.replicas)

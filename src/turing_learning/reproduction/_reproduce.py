@@ -63,7 +63,8 @@ def reproduce(
 ) -> tuple[Standing, ...]:  # fmt: skip
     """Conduct an experiment, or all, and leave tables, figures, results and a page in a folder for each.
 
-    What has been done before is not done again: a call that was stopped or killed is resumed by the same call.
+    What has been done before is not done again: a call that was stopped or killed is resumed by the
+    same call.
 
     Parameters
     ----------
@@ -83,8 +84,8 @@ def reproduce(
     Raises
     ------
     ConfigurationError
-        If there is no such experiment, packages that it needs are not installed, or `workers` is no number of
-        processes.
+        If there is no such experiment, packages that it needs are not installed, or `workers` is no
+        number of processes.
     RunFolderError
         If the folder cannot be written, or holds another form or other sizes of the experiment.
     RunStorageError

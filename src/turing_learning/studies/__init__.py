@@ -14,11 +14,13 @@
 `ExecutorChoice`, `create_study`, `execute_study`
     The steps of a study: who executes the runs; the folder; the runs.
 `run_one`, `collect_study`, `write_slurm`
-    The steps of a study on a Slurm cluster: one run by its number, the table at the end, the job script.
+    The steps of a study on a Slurm cluster: one run by its number, the table at the end, the job
+    script.
 `StudyFolder`, `is_study`, `new_study_path`
     The files of a study; whether a folder is one; where a new one may be.
 `convergences`, `refuse_script`
-    Medians over the runs of a configuration, generation by generation; paths where no job script may be written.
+    Medians over the runs of a configuration, generation by generation; paths where no job script
+    may be written.
 `ExecutorError`
     Workers that cannot go on; the study can be resumed.
 """

@@ -166,7 +166,8 @@ def _count_running_on_cluster(client: "Client", futures: Iterable["Future[str]"]
 def first_of_each_network(plan: Plan, numbers: Sequence[int]) -> list[int]:
     """Return runs that together need all kernels that the runs need.
 
-    Kernels that judge are made for the size of the network, those that simulate for reactive models or networks.
+    Kernels that judge are made for the size of the network, those that simulate for reactive models
+    or networks.
     """
     chosen: dict[Any, int] = {}
     for number in numbers:
@@ -262,8 +263,8 @@ def require_visible(client: "Client", path: Path, address: str) -> None:
 def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool = False) -> str:
     """Write a job script for a study and return the line that submits it.
 
-    With ``SLURM_ARRAY_TASK_ID`` the script executes the run of that number, without it the step that makes the
-    table.
+    With ``SLURM_ARRAY_TASK_ID`` the script executes the run of that number, without it the step
+    that makes the table.
 
     Parameters
     ----------
@@ -373,7 +374,8 @@ def execute_in_worker(
 ) -> str:
     """Execute a run in a worker process.
 
-    None runs one generation of the runs to warm up with, so that all kernels are compiled and stored.
+    None runs one generation of the runs to warm up with, so that all kernels are compiled and
+    stored.
     """
     if number is not None:
         return execute(study, number, stop, asked_to_stop)

@@ -245,8 +245,8 @@ class StudyFolder(Store):
         Raises
         ------
         RunFolderError
-            If this is not a study folder, it has been changed, or a later version of the package has written
-            it.
+            If this is not a study folder, it has been changed, or a later version of the package
+            has written it.
         """
         content = self.head()
         file = self.configuration_path

@@ -116,20 +116,22 @@ def study(
 ) -> StudyResult:
     """Execute many runs and summarize them.
 
-    Each run has one thread and a folder of its own in the study folder. The table does not depend on who
-    executes the runs, nor in what order.
+    Each run has one thread and a folder of its own in the study folder. The table does not depend
+    on who executes the runs, nor in what order.
 
     Parameters
     ----------
     scenario
-        As in `infer`; "random-behaviors" draws the agents' parameters uniformly in [-1, 1] from the seed of
-        each run.
+        As in `infer`; "random-behaviors" draws the agents' parameters uniformly in [-1, 1] from the
+        seed of each run.
     runs
-        Number of runs of each configuration, >= 1, with the seeds `first_seed`, `first_seed` + 1, ...
+        Number of runs of each configuration, >= 1, with the seeds `first_seed`, `first_seed` + 1,
+        ...
     first_seed
         >= 0; None takes `run.seed` of the file, 1 by default.
     generations, trials
-        Of each run, as in `infer`. Samples of a run of trials are kept while it lasts; with the setting
+        Of each run, as in `infer`. Samples of a run of trials are kept while it lasts; with the
+        setting
         ``run.history`` "full" they stay, so that the run can be extended.
     preset, config
         As in `infer`; the file may hold a ``[grid]`` or a ``[[list]]``.
@@ -144,17 +146,18 @@ def study(
     options
         `systems.CustomOptions` of a custom system, as in `infer`.
     workers, executor, cluster
-        Who executes the runs, see `ExecutorChoice`. An executor stays open; workers of a cluster must see the study
-        folder.
+        Who executes the runs, see `ExecutorChoice`. An executor stays open; workers of a cluster
+        must see the study folder.
     out
-        The study folder; a new one under runs/ by default. If it holds the same study, that is resumed.
+        The study folder; a new one under runs/ by default. If it holds the same study, that is
+        resumed.
     force
         Whether another study that is in the folder may be replaced.
     observer
         Called with a `StudyProgress` a few times a second.
     should_stop
-        Asked a few times a second; once it returns True, all runs stop after their present generation and can
-        be resumed.
+        Asked a few times a second; once it returns True, all runs stop after their present
+        generation and can be resumed.
 
     Returns
     -------

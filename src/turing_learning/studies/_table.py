@@ -160,8 +160,8 @@ class StudyResult(Tabular):
     runs
         All runs, in order.
     summaries
-        Statistics of the absolute errors, configuration by configuration, parameter by parameter; in the
-        parameters' units, wheel speeds as fractions of the largest.
+        Statistics of the absolute errors, configuration by configuration, parameter by parameter;
+        in the parameters' units, wheel speeds as fractions of the largest.
     path
         The study folder.
     """
@@ -270,7 +270,8 @@ def error_rows(
 ) -> list[tuple[str, list[float | None], float | None]]:
     """Return a row for each parameter of a configuration: its name, statistics of errors, and the paper's mean error.
 
-    Statistics are mean, standard deviation and median of the errors of the estimate, then of the best model.
+    Statistics are mean, standard deviation and median of the errors of the estimate, then of the
+    best model.
     """
     summary_of = {(row.parameter, row.model): row for row in result.summaries if row.group == group}
     rows = []

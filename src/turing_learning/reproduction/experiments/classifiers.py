@@ -125,9 +125,9 @@ def run_populations(
 ) -> list[dict[str, np.ndarray]]:
     """Conduct runs, a piece of work for each, and return the classifiers of some generations G.
 
-    Of each run there are "classifiers" (G, N, Q), in the single precision in which they judge; their subjective
-    "fitness" (G, N); "archived" (U, Q), all that have judged beside them from the archive, each once; and
-    "judging" (G, U), in which generations.
+    Of each run there are "classifiers" (G, N, Q), in the single precision in which they judge;
+    their subjective "fitness" (G, N); "archived" (U, Q), all that have judged beside them from the
+    archive, each once; and "judging" (G, U), in which generations.
     """
     populations = []
     for seed in seeds_of(sizes):
