@@ -153,6 +153,7 @@ def error_groups_figure(groups: Mapping[str, np.ndarray], *, names: Sequence[str
     panels, axes = one_panel(max(5.2, 0.45 * len(names) * len(groups) + 1.4), 3.3)
     width = len(groups) + 1
     handles = []
+    # Groups stand side by side, with a gap of one box between parameters.
     for k, (kind, errors) in enumerate(groups.items()):
         color = series(k)["color"]
         places = [width * p + k for p in range(len(names))]
@@ -319,6 +320,7 @@ def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) 
         for number, (name, errors) in enumerate(methods.items()):
             look = series(number)
             marker = MARKERS[number % len(MARKERS)]
+            # Single runs are faint, so that the medians stand out.
             dots = {"color": look["color"], "markersize": 3.5, "alpha": 0.45, "markeredgewidth": 0}
             for trials in sorted(errors):
                 axes.plot(np.full(len(errors[trials]), trials), errors[trials], marker, **dots)

@@ -134,6 +134,7 @@ def fitness_figure(
     )
     for name, fitness, color, line in lines:
         lower, middle, upper = np.quantile(fitness, (0.25, 0.5, 0.75), axis=1)
+        # A band of a long run has few corners, each the extreme of some generations.
         starts = np.arange(0, len(middle), -(-len(middle) // BAND_POINTS))
         low = np.minimum.reduceat(lower, starts)
         high = np.maximum.reduceat(upper, starts)
@@ -156,6 +157,7 @@ def step_sizes_figure(
     draw_line(axes, classifier_step_sizes, color=INK, linewidth=1.8, label="classifiers")
     panels.logarithmic(model_step_sizes, classifier_step_sizes)
     panels.over_generations("Step size (median)", len(model_step_sizes))
+    # As many names in a row as fit above the figure.
     longest = max(map(len, (*names, "classifiers")))
     return panels.with_legend(ncols=max(1, min(5, LEGEND_CHARACTERS // (longest + 4))))
 

@@ -141,6 +141,7 @@ def panel_grid(
 ) -> Panels:
     """Return a figure, which `make` gives, with panels in rows."""
     count = len(titles)
+    # Four panels make a square, others have three in a row.
     columns = min(count, 2 if count in (2, 4) else 3)
     rows = -(-count // columns)
     figure = make(8.4, height * rows + 0.55)

@@ -112,6 +112,7 @@ def snapshots_figure(
     high = poses[..., :2].max(axis=(0, 1))
     center = (low + high) / 2
     reach = float((high - low).max()) / 2 + 2 * max(robot_radius_cm, object_radius_cm)
+    # A robot smaller than a few pixels could not be seen.
     growth = max(1.0, SMALLEST_BODY * 2 * reach / robot_radius_cm)
     columns = min(columns or len(times_s), len(times_s))
     rows = -(-len(times_s) // columns)

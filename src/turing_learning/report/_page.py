@@ -221,6 +221,7 @@ def _verdict(judgment: Judgment) -> str:
 
 def _page(title: str, summary: str, sections: list[str], replay: Replay | None) -> str:
     script = _asset("_replay.js") if replay is not None else ""
+    # The page's policy allows this one script, by its hash, and no other.
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     return Template(_asset("_page.html")).substitute(
         generator=GENERATOR,
@@ -338,6 +339,7 @@ def _embed(replay: Replay) -> str:
     swarms = []
     for swarm in replay.swarms:
         shares = (swarm.poses - (left, bottom, 0)) / (right - left, top - bottom, 2 * np.pi)
+        # Headings may have turned several times.
         shares[..., 2] %= 1
         steps = np.rint(shares * POSE_STEPS).astype("<u2").tobytes()
         swarms.append(

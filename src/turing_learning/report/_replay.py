@@ -281,6 +281,7 @@ def poses_at(replay: Replay, swarm: Swarm, time_s: float) -> np.ndarray:
     before = int(frame)
     after = min(before + 1, replay.frames - 1)
     change = swarm.poses[after] - swarm.poses[before]
+    # From just below a full turn to just above 0, a heading goes forward.
     change[:, 2] = (change[:, 2] + np.pi) % (2 * np.pi) - np.pi
     return swarm.poses[before] + (frame - before) * change
 

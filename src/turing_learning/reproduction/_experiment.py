@@ -83,6 +83,7 @@ class Work:
         """
         file = f"{name}.{suffix}"
         stored = self._find(file)
+        # A piece that was stopped has left nothing: it is done again from its beginning.
         if stored is None and not self.should_stop():
             stored = _timed(compute)
             if stored is not None:
@@ -118,6 +119,7 @@ class Work:
             while pending:
                 done, pending = wait(pending, _POLL_S, FIRST_COMPLETED)
                 for future in done:
+                    # Written at once: a call that is killed loses only the pieces under way.
                     stored = future.result()
                     if stored is not None:
                         self._write(f"{names[future]}.npz", stored)
@@ -348,6 +350,7 @@ def errors_frame(errors: np.ndarray, names: Sequence[str], claim: str = "") -> p
 
 def compare_columns(genuine: np.ndarray, others: np.ndarray) -> Comparison:
     """Test each of P columns of values (R, P) against the same column of others (R, P)."""
+    # Each column is a question of its own, and so a comparison of its own.
     tests = [compare(genuine[:, k], [others[:, k]]) for k in range(genuine.shape[1])]
     return Comparison(np.concatenate([test.p_values for test in tests]), tests[0].level)
 
@@ -372,4 +375,5 @@ def moved(
 
 def index_of_median(errors: np.ndarray) -> int:
     """Return the index of the median among errors (R,), of two middle ones that of the smaller."""
+    # A stable order, so that equal errors do not depend on the machine.
     return int(np.argsort(errors, kind="stable")[(len(errors) - 1) // 2])

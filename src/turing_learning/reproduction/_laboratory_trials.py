@@ -118,6 +118,7 @@ def _emulated(
     laboratory = robots.load_laboratory(path, overrides)
     if runs.is_laboratory_run(out):
         begun = runs.stored_generations(runs.RunFolder(out).checkpoints_path)
+        # A laboratory that is opened again must not repeat its noise.
         entropy = (laboratory.configuration.run.seed, 1 + begun)
         seed = int(np.random.SeedSequence(entropy).generate_state(1)[0])
         equipment = robots.rehearse(laboratory, seed)

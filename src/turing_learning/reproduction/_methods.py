@@ -88,6 +88,7 @@ def least_squares_optimum(
     chances, outputs = _checked(probabilities, values)
     expected = chances @ outputs
     weights = chances.sum(axis=0)
+    # A state that never occurs has no weights: the plain mean stands for it.
     never = weights == 0
     optimum = (chances * expected[:, None]).sum(axis=0) / np.where(never, 1.0, weights)
     return np.where(never, expected.mean(), optimum)
@@ -248,6 +249,7 @@ def wheel_speeds(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
     """Compute wheel speeds, as fractions of the maximum, from speeds along chords (cm/s) and turn rates (rad/s): (..., 2)."""
     linear, angular = motion[..., 0], motion[..., 1]
     chord_over_arc = np.sinc(angular * scenario.trial.control_interval_s / (2 * np.pi))
+    # Near a full turn in a cycle the chord says nothing of the arc.
     forward = linear / np.where(np.abs(chord_over_arc) < 1e-3, 1.0, chord_over_arc)
     difference = angular * scenario.robot.wheel_distance_cm / 2
     return (
@@ -331,6 +333,7 @@ def infer_by_abc_smc(
 
     def simulate(model: dict[str, float]) -> dict[str, np.ndarray]:
         nonlocal spent
+        # pyabc cannot be asked to stop: an error of the simulator ends its run.
         if spent == evaluations or stop():
             raise _BudgetSpentError
         spent += 1

@@ -74,6 +74,7 @@ class ExperimentFolder:
             self.path.mkdir(parents=True, exist_ok=True)
             write_json(self.path / "configuration.json", content)
             stored = content
+        # Pieces of another form, or of other sizes, must not stand beside these.
         remedy = "Choose another folder with --out."
         for key in PIECES.identity:
             rule = f"be a folder of the same {key}, {content[key]!r}"
@@ -166,6 +167,7 @@ def write_readme(experiment: Experiment, folder: ExperimentFolder) -> None:
 def readme(experiment: Experiment, folder: ExperimentFolder) -> str:
     """Return the page of an experiment: what was claimed, what came out, every deviation and condition."""
     results = folder.results()
+    # Four spaces make it a block of code in Markdown.
     command = f"    turing-learning reproduce {experiment.id}"
     if results is None:
         state = f"**Not run yet.** Expected: {experiment.cost} on two cores."
@@ -372,6 +374,7 @@ def _printed(claim: Claim) -> str:
         return claim.seen
     texts = []
     for name, value in claim.values.items():
+        # These are of the scenario: the paper does not claim them.
         if name in ("parameters", "truth"):
             continue
         words = re.sub(r"(\d)_(\d)", r"\1.\2", name).replace("_", " ")

@@ -73,6 +73,7 @@ def count_agents(
         motion = swarms.observe(Behavior(block), threads).swapaxes(0, 1)
         # (individuals x models of the block, trials, T, D)
         samples = motion.reshape(-1, trials, *motion.shape[2:])
+        # In groups, so that a stop is noticed in between.
         for start in range(0, len(genomes), CLASSIFIERS_AT_ONCE):
             if should_stop():
                 return None

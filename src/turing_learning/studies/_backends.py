@@ -188,6 +188,7 @@ def dask_cluster(address: str | None) -> Iterator["Client | None"]:
     except ImportError:
         remedy = 'Install it: pip install "turing-learning[cluster]"'
         reject("cluster", "be left out without the extra `cluster`", repr(address), remedy)
+    # Dask would write a traceback for a scheduler that does not answer.
     with _quiet():
         try:
             _require_address(address)

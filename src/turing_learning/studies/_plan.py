@@ -143,6 +143,7 @@ def plan_study(
         rule,
         first_seed,
     )
+    # What chance decides is drawn here, so that the plan alone says what will run.
     chance: list[dict[str, Any]] = []
     for seed in range(first_seed, first_seed + runs):
         chance.append({SEED: seed})
@@ -321,6 +322,7 @@ def _difference(stored_plan: Plan, plan: Plan) -> str:
         compared += [
             (key, stored.get(key), asked.get(key), f" in run {number}") for key in [*asked, *stored]
         ]
+    # The first difference is enough to tell the user what is wrong.
     for key, value, wanted, where in compared:
         if value != wanted:
             return f"`{key}` must be {value!r}{where}, as in the study that is in the folder; got {wanted!r}"

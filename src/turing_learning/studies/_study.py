@@ -385,6 +385,7 @@ class StudyExecution:
         """Return how many generations the runs have, by a look at their checkpoints now and then."""
         if time.monotonic() >= self._next_look:
             self._next_look = time.monotonic() + LOOK_EVERY_S
+            # Files of runs that have ended are not looked at: their length is known.
             for number in self.numbers:
                 checkpoints = self._folder.run_path(number) / "checkpoints"
                 self._stored[number] = stored_generations(checkpoints)
@@ -431,6 +432,7 @@ def _execute(
                 observer(progress)
             if should_stop is not None and should_stop():
                 execution.stop()
+            # A folder that is gone would be made anew, piece by piece, by its workers.
             folder.require_here()
     result = read_study(folder, plan)
     if result.unfinished:

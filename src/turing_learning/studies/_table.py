@@ -315,6 +315,7 @@ def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
                     rule = "hold the run of its number"
                     same = run.configuration() == configuration
                     check_folder(same, "study", rule, f"{path}, another run", "Restore it.")
+                # Without timings, the same runs give the same table whoever executed them.
                 untimed = {name: value for name, value in result.items() if name not in TIMINGS}
                 seconds = result["seconds_total"]
                 return StudyRun(number, settings, COMPLETE, result=untimed, seconds=seconds)
@@ -373,6 +374,7 @@ def paper_of(plan: Plan, runs: Sequence[StudyRun], name: str) -> float | None:
         if scenario != replace(BEHAVIORS, **drawn):
             return None
         return BEHAVIORS_PAPER[plan.base.scenario.parameter_names.index(name)]
+    # Configurations that differ from the paper's have no errors of the paper's.
     printed = set()
     for run in runs:
         errors = (run.result or {}).get("paper_absolute_error") or {}

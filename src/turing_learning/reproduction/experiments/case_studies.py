@@ -201,6 +201,7 @@ def conduct_case_studies(work: Work, findings: Findings) -> None:
             f"shares-{scenario.name}", partial(_mean_shares, scenario, work.sizes["shares"])
         )
         sizes = work.sizes[key]
+        # Repetitions of the agents themselves: how much hangs on the chance of their trials?
         repeated = []
         for k in range(sizes["repeats"]):
             name = f"agents-{k + 1:02d}"
@@ -275,6 +276,7 @@ def _outcome(work: Work, case: Case, preset: str) -> Outcome:
         traces = RunFolder(folder.run_path(run.number)).traces()
         assert traces is not None  # of a complete run
         typical = traces["typical_model"]
+        # The estimate is read off the generations from this one on.
         begin = plan.configuration(run.number).run.estimated_from(len(typical))
         intervals.append(interval(typical, begin).T)
     medians = convergences(folder, plan, runs.result.runs)[0][1]["best_model"]

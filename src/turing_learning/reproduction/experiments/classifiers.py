@@ -155,6 +155,7 @@ def _conducted(
 
     if not infer(config=configuration, observer=keep, should_stop=work.should_stop).complete:
         return None
+    # A classifier stays in the archive for many generations: it is judged once.
     archived, indices = np.unique(np.concatenate(referees), axis=0, return_inverse=True)
     generation_of = np.repeat(np.arange(len(referees)), list(map(len, referees)))
     judging = np.zeros((len(referees), len(archived)), dtype=bool)
@@ -178,6 +179,7 @@ def _accuracies(
         for run in runs:
             groups += list(run["classifiers"])
         groups += [run["archived"] for run in runs]
+    # All classifiers judge the same trials: differences are theirs, not those of the trials.
     genomes = np.concatenate(groups)
     first_seed = sizes["runs"]["first_seed"]
     classifier = classifier_of(configuration_of(sizes["runs"], PRESETS[0], first_seed))
