@@ -60,6 +60,7 @@ _SWARM = ("scenario.agents", "scenario.replicas")
 
 def scenario_type(scenario: Any) -> type[Scenario | CustomSystem]:
     """Return what a table of a scenario stands for, or a scenario is, by its fields."""
+    # Tables of files and of stored runs name no type.
     if isinstance(scenario, Mapping):
         fields = set(scenario)
     else:
@@ -128,8 +129,9 @@ class Configuration(Section):
         )
         if trials:
             self.system.require_trials()
-        ends = [spent for _, spent in self.run.extended] + [trials]
-        fits = sorted(set(ends)) == ends
+        # The run was given more trials after each of these, and ends at the last.
+        totals = [spent for _, spent in self.run.extended] + [trials]
+        fits = sorted(set(totals)) == totals
         for budget, spent in self.run.extended:
             fits = fits and LEAST_TRIALS <= spent <= budget
         rule = "be pairs of trials, budgeted and spent, that increase up to `run.trials`"

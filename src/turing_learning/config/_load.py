@@ -203,6 +203,7 @@ def resolve(
 
     See `load_configuration`.
     """
+    # Arrays of NumPy would be refused, as they are no lists.
     plain = {}
     for key, value in overrides.items():
         plain[key] = value.tolist() if isinstance(value, np.ndarray) else value
@@ -235,6 +236,7 @@ def _with_defaults(data: dict[str, Any], overrides: Mapping[str, Any]) -> dict[s
     system = scenario_type(data["scenario"])
     stated = {key for key, value in data.items() if value}
     if system is StimulatedSystem:
+        # Below all that is given.
         data = merged(STIMULATING, data)
     elif NO_DEFAULT_BUDGET.isdisjoint(stated | set(data.get("run", {}))):
         data = merged(data, {"run": {"trials": DEFAULT_TRIALS}})
@@ -273,6 +275,7 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     for key, value in over.items():
         below = result.get(key)
         if key == "scenario" and isinstance(below, str) and isinstance(value, Mapping):
+            # A name becomes a table, so that single fields can be put over it.
             below = {"preset": below}
         if below is None or not isinstance(value, Mapping):
             result[key] = value
@@ -481,6 +484,7 @@ def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) 
     """Return the first complaint of the sections, with the full name of the setting and its
     place.
     """
+    # One at a time: the first complaint is often the cause of the others.
     complaint = error.errors(include_url=False)[0]
     keys = set(_all_keys(Configuration))
     location = ".".join(str(step) for step in complaint["loc"] if step not in TAGS)
@@ -568,6 +572,7 @@ def line_of(text: str, key: str) -> int | None:
         elif assignment:
             name = _unquoted(assignment[1])
             lines[f"{table}.{name}" if table else name] = number
+    # A setting that the document leaves out is looked for in its table.
     for name in ancestors(key):
         if name in lines:
             return lines[name]

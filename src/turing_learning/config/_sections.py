@@ -32,10 +32,11 @@ Share = Annotated[float, Field(ge=0, le=1)]
 Start = Annotated[float, Field(ge=-LARGEST_START, le=LARGEST_START)]
 
 
-def require_part(key: str, name: str, known: tuple[str, ...]) -> None:
+def require_part(key: str, name: str, built_in: tuple[str, ...]) -> None:
     """Reject a name that is neither built in nor "module:function"."""
-    rule = f"be {', '.join(known)}, or module:function"
-    require(name in known or ":" in name.strip(":"), key, rule, repr(name), nearest(name, known))
+    fits = name in built_in or ":" in name.strip(":")
+    rule = f"be {', '.join(built_in)}, or module:function"
+    require(fits, key, rule, repr(name), nearest(name, built_in))
 
 
 def dotted(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -90,9 +91,9 @@ class PopulationSection(Section):
 
     @model_validator(mode="after")
     def _check_range(self) -> "PopulationSection":
-        ends = f"{self.initial_low} and {self.initial_high}"
         fits = self.initial_low < self.initial_high
-        require(fits, "initial_low", "be below initial_high", ends)
+        got = f"{self.initial_low} and {self.initial_high}"
+        require(fits, "initial_low", "be below initial_high", got)
         step = self.initial_step_size
         fits = self.minimum_step_size <= step <= LARGEST_STEP_SIZE
         rule = f"be between minimum_step_size ({self.minimum_step_size}) and {LARGEST_STEP_SIZE:g}"

@@ -140,7 +140,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         calibration=calibration,
         complete=result.complete,
         in_laboratory=result.in_laboratory,
-        kind=system.kind,
+        kind=system.noun,
         smooth_frames=system.smooth_frames,
     )
 

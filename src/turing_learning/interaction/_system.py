@@ -73,7 +73,7 @@ class StimulatedSystem(CustomSystem):
     opponents: int = 10
     states: int = 1  #: Numbers that a function without `initial` keeps of each trial
 
-    kind = "one on a system with stimuli"
+    noun = "one on a system with stimuli"
     stimulated = True
 
     def __post_init__(self) -> None:

@@ -73,7 +73,7 @@ class CustomSystem(System, Settings):
     headings: Literal["", "with", "without"] = ""
     smooth_frames: int = 1
 
-    kind = "one on a custom system"
+    noun = "one on a custom system"
     jumps, saturation = Jumps(), ()
     step_unit = ", in halves of its initial range"
 

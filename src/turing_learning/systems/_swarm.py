@@ -55,7 +55,7 @@ class Swarm(System):
     signals = SPEEDS
     signal_units = SIGNALS
     headings = "with"
-    kind = "one on simulated robots"
+    noun = "one on simulated robots"
 
     def __post_init__(self) -> None:
         scenario = self.scenario
@@ -116,7 +116,7 @@ class Swarm(System):
 class Laboratory(Swarm):
     """Robots in a laboratory, which only its owner can open: `turing_learning.runs.resume_laboratory`."""
 
-    kind = "one in a laboratory"
+    noun = "one in a laboratory"
 
     @classmethod
     def of(cls, swarm: System) -> "Laboratory":
@@ -135,7 +135,7 @@ class Laboratory(Swarm):
     def open(self, given: Given) -> Source:
         """Refuse: the robots have to be there."""
         remedy = "Resume it with `turing-learning robots run`, or `turing_learning.runs.resume_laboratory`."
-        refuse("run", "be one that the computer can resume alone", self.kind, remedy)
+        refuse("run", "be one that the computer can resume alone", self.noun, remedy)
 
 
 def physics_steps(scenario: Scenario) -> float:

@@ -60,7 +60,7 @@ class System:
 
     name: str  #: A word for folders and tables
     title: str  #: Heading of the report
-    kind: str  #: What a run of it is, in messages: "one in a laboratory"
+    noun: str  #: What a run of it is, in messages: "one in a laboratory"
     parameters: Mapping[
         str, Parameter
     ]  #: In which results state models, with units and ranges of first models
@@ -146,7 +146,7 @@ class System:
         """Refuse where something is missing that no folder holds, see `resuming`."""
         if not self.resuming:
             return
-        rule = f"be given for {self.kind.removeprefix('one on ')}, which no folder holds completely"
+        rule = f"be given for {self.noun.removeprefix('one on ')}, which no folder holds completely"
         names: list[str | Setting] = [self.resuming[0]]
         for setting in self.resuming[1:]:
             names += [" and ", setting]
