@@ -47,10 +47,10 @@ def unused(path: Path) -> Path:
 
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """Give a temporary name to write to; at the end of the block the file is flushed to the disk and gets its name.
+    """Give a temporary name to write to.
 
-    The folder must exist. An earlier file of that name is replaced, or left as it was if anything
-    fails.
+    At the end of the block the file is flushed to the disk and gets its name. The folder must
+    exist. An earlier file of that name is replaced, or left as it was if anything fails.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}{PARTIAL}")
     try:
@@ -92,7 +92,7 @@ def remove_partial(folder: Path) -> None:
 
 
 class Seals:
-    """The sealed index of one folder: the SHA-256 of every file that is read again, one line each, appended.
+    """The sealed index of one folder: a line with the SHA-256 of every file that is read again.
 
     A line is ``CHECK DIGEST NAME``. CHECK is a digest of the rest of the line and of the identity
     of the folder's content: a line that was changed, or comes from another folder, does not count.

@@ -1,8 +1,9 @@
-"""What random numbers are for: every generator of the package is a function of (purpose, seed, use), so nobody keeps one.
+"""What random numbers are for.
 
-The numbers stay, because results are repeated to the bit. Where one stands twice, the streams
-differ by what follows the seed, or by the command that draws them. A new purpose takes a number
-from 20 on.
+Every generator of the package is made where it is needed, from (purpose, seed, use). Nobody keeps one, so
+that a resumed run draws what an uninterrupted one would have drawn. The numbers stay, because results are
+repeated to the bit. Where two purposes have one number, the streams differ by what follows the seed, or by
+the command that draws them. A new purpose takes a number from 20 on.
 """
 
 # A run: (purpose, seed), and the generation as spawn key.
@@ -32,7 +33,6 @@ ACCURACY_MODELS = 15
 BUFFER = 20  # which genuine samples a bounded pool keeps
 DESIGN = 21  # where the next trials are spent
 MATCHING = 22  # draws and bootstrap of the read-out
-"""Purposes of an estimate from few trials."""
 DIALOGUE = 23  # what the best interrogators do, in a report
 CLIMBING = 24  # what a lost run tries
 TRACKING = 25  # noise of a tracker: (25, key of the trial), in an emulated laboratory (25, seed)

@@ -1,6 +1,7 @@
-"""A folder that can be resumed: locked, versioned, atomic, sealed. What is sound is taken from there, the rest is made again.
+"""A folder that can be resumed: locked, versioned, atomic, sealed.
 
-Runs, studies, searches, checks and experiments keep their files in one of these.
+What is sound is taken from there, the rest is made again. Runs, studies, searches, checks and
+experiments keep their files in one of these.
 """
 
 import hashlib
@@ -32,8 +33,9 @@ _ATTEMPTS = 4
 
 @contextmanager
 def os_errors_as(error: type[Exception], what: str, remedy: str) -> Iterator[None]:
-    """Turn what the operating system says inside the block into one message: what must be, why it is not, what to do.
+    """Turn an error of the operating system inside the block into one message.
 
+    The message says what must be, why it is not, and what to do.
     A `RunStorageError` has its message already, and passes; so does the message of a
     FileExistsError that is ours.
     """
@@ -261,8 +263,9 @@ class Store:
     # Files
 
     def write(self, name: str, content: Any) -> Path:
-        """Write a file, atomically, with its seal; if that fails, an earlier file of that name is left as it was.
+        """Write a file, atomically, with its seal.
 
+        If that fails, an earlier file of that name is left as it was.
         The name may have slashes: folders on the way are made. Its suffix says how the content is
         stored, see `encoded`.
         """
