@@ -17,7 +17,7 @@ typedef struct { int sequence, count, speeds[MOST_PARAMETERS]; } model;
 static const model NONE = {-1, 0, {0}};
 
 static model waiting, executing, agent;
-static int state, trial, called, stood, heard_alive, asked, manual[2], speed[2], side;
+static int state, trial, called, stood, pauses, heard_alive, asked, manual[2], speed[2], side;
 static uint32_t entered_ms, until_ms, alive_ms, asked_ms, heard_ms, turn_until_ms;
 static char line[LONGEST + 1];
 static int length, in_line, in_binary, arguments;
@@ -63,11 +63,17 @@ static void enter(int next, uint32_t time_ms, uint32_t now_ms) {
         snprintf(text, sizeof text, "x,STOP,%d,%d", trial, executing.sequence);
         say(text);
     } else if (next == R4) {
-        trial = (trial + 1) & 0xFFFF;
+        trial = (trial + 1) & 0xFFFF, pauses = 1;
         snprintf(text, sizeof text, "x,START,%d,%d", trial, executing.sequence);
         say(text);
     }
     stood = stood && next == R5;
+}
+
+int replica_pause(int cycle_ms) { /* once before each trial, see replica.h */
+    if (!pauses) return 0;
+    pauses = 0;
+    return board_random(0, cycle_ms);
 }
 
 void replica_remote(uint32_t now_ms) { stood = 0, enter(R1, now_ms, now_ms); }

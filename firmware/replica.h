@@ -15,5 +15,8 @@ int board_random(int low, int high); /* from low to high, both included */
 void replica_begin(const int *controller, int count, uint32_t now_ms);
 void replica_receive(unsigned char byte, uint32_t now_ms);                      /* each byte that arrives */
 void replica_step(uint32_t now_ms, int sight, const int proximity[8]);          /* ten times a second */
+/* By how many milliseconds the next step is to be later, asked after each: a random part of a cycle before each trial. The PC
+ * could tell robots by the phases of their cycles otherwise, which no model has. */
+int replica_pause(int cycle_ms);
 void replica_remote(uint32_t now_ms);                                           /* the remote control was pressed */
 #endif

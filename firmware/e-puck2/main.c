@@ -93,7 +93,7 @@ int main(void) {
         }
         replica_step(now_ms(), seen, proximity);
         chMtxUnlock(&one_at_a_time);
-        due += MS2ST(CYCLE_MS);
+        due += MS2ST(CYCLE_MS + replica_pause(CYCLE_MS));
         chThdSleepUntil(due);
     }
 }

@@ -37,3 +37,4 @@ DIALOGUE = 23  # what the best interrogators do, in a report
 CLIMBING = 24  # what a lost run tries
 TRACKING = 25  # noise of a tracker: (25, key of the trial), in an emulated laboratory (25, seed)
 WHEELS = 26  # scales of the wheels of emulated robots
+CLOCKS = 27  # phases and periods of the control cycles of emulated robots

@@ -78,7 +78,14 @@ def laboratory(tmp_path, monkeypatch):
     commands += [[sys.executable, "-c", WORLD, *NAMES]]
     for k, (name, port) in enumerate(zip(NAMES, ports, strict=True)):
         commands.append(
-            [sys.executable, str(EXAMPLE), name, str(port), *(("-0.7", "-1.0", "1.0", "-1.0") if k < 2 else ())]
+            [
+                sys.executable,
+                str(EXAMPLE),
+                name,
+                "127.0.0.1",
+                str(port),
+                *(("-0.7", "-1.0", "1.0", "-1.0") if k < 2 else ()),
+            ]
         )
     text = (
         'tracker = "ros_robot:PoseTopics"\n[camera]\nfps = 10.0\n[evaluation]\nrepeats = 0\n[models]\npopulation = 4\n'
@@ -111,7 +118,7 @@ def laboratory(tmp_path, monkeypatch):
 def test_robots_of_ros_are_started_observed_and_halted_like_epucks(laboratory):
     out = laboratory.parent / "run"
     for command in (["check"], ["run", "--out", str(out)]):
-        asked = [sys.executable, "-m", "turing_learning", "robots", *command, "--config", str(laboratory)]
+        asked = [sys.executable, "-m", "turing_learning", "robots", *command, "--config", str(laboratory), "--trust"]
         done = subprocess.run(asked, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=240, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
     assert not [event for event in read_events(out) if event["asked"]]

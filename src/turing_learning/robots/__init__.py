@@ -20,7 +20,7 @@ Laboratory
 Emulation
     `EmulatedLaboratory` has robots, an arena, a camera (`EmulatedCamera` with `Optics`, at the place of an
     `overhead_camera`), an operator and faults on demand, by a `Clock` in virtual time, under `Conditions`;
-    `ArenaService` serves it in real time. `LABORATORY` is the paper's.
+    `ArenaService` serves it in real time. `LABORATORY` is the paper's. `supervise` puts robots into a `Simulator`.
 
 The rooms inside, `tracking`, `program` and `emulation`, export what runs and commands need besides.
 

@@ -13,8 +13,10 @@ from .emulation._arena import EmulatedCamera as EmulatedCamera
 from .emulation._arena import Optics as Optics
 from .emulation._arena import overhead_camera as overhead_camera
 from .emulation._laboratory import EmulatedLaboratory as EmulatedLaboratory
+from .emulation._laboratory import Simulator as Simulator
 from .emulation._laboratory import as_emulated as as_emulated
 from .emulation._laboratory import rehearse as rehearse
+from .emulation._laboratory import supervise as supervise
 from .emulation._lines import RobotBody as RobotBody
 from .emulation._lines import live as live
 from .emulation._service import ArenaService as ArenaService

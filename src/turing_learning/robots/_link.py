@@ -279,18 +279,18 @@ class EPuck(Replica):
 
     def speed(self) -> tuple[int, int]:
         """Return the wheel speeds (steps per second), left and right."""
-        found = self._ask("E", "e" + 2 * _WHOLE)
-        return int(found[1]), int(found[2])
+        numbers = self._ask("E", "e" + 2 * _WHOLE)
+        return int(numbers[1]), int(numbers[2])
 
     def proximity(self) -> tuple[int, ...]:
         """Return the readings of the eight infrared sensors, from the front right one clockwise."""
-        found = self._ask("N", f"n{SENSORS * _WHOLE}({2 * _WHOLE})?")  # and of two cliff sensors
-        return tuple(map(int, found.groups()[:SENSORS]))
+        numbers = self._ask("N", f"n{SENSORS * _WHOLE}({2 * _WHOLE})?")  # and of two cliff sensors
+        return tuple(map(int, numbers.groups()[:SENSORS]))
 
     def battery_ok(self) -> bool:
         """Return whether the battery is above its limit; of a robot that states its charge, whether that is above 15 %."""
-        found = self._ask("b", r"b,(\d{1,9})(?: \((\d{1,9})%\))?")  # of an e-puck, and of an e-puck2
-        return int(found[2]) > LEAST_CHARGE if found[2] else int(found[1]) > 0
+        numbers = self._ask("b", r"b,(\d{1,9})(?: \((\d{1,9})%\))?")  # of an e-puck, and of an e-puck2
+        return int(numbers[2]) > LEAST_CHARGE if numbers[2] else int(numbers[1]) > 0
 
     def stop(self) -> None:
         """Stop the wheels and switch the lights off."""
@@ -364,8 +364,8 @@ class EPuck(Replica):
             self._link.send(sent.encode("ascii") + b"\r")
             deadline = self._deadline()
             while (line := self._link.read_line(deadline)) is not None:
-                if found := re.fullmatch(answer, (opened(line) or "") if message else line):
-                    return found
+                if match := re.fullmatch(answer, (opened(line) or "") if message else line):
+                    return match
                 if line.startswith("z,"):  # the robot has not understood what arrived
                     self.garbled, self._refused = self.garbled + 1, self._refused + 1
                     return None
@@ -410,8 +410,8 @@ class EPuck(Replica):
 
     def _sort(self, line: str) -> None:
         """Keep signals; count everything else that is not a greeting."""
-        if found := _SIGNAL.fullmatch(opened(line) or ""):
-            self._signals.append(Signal(found[1], int(found[2]), int(found[3]), self._link.clock.now()))
+        if match := _SIGNAL.fullmatch(opened(line) or ""):
+            self._signals.append(Signal(match[1], int(match[2]), int(match[3]), self._link.clock.now()))
         else:
             self.garbled += not line.startswith(_EXPECTED)
 

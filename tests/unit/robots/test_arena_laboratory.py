@@ -100,7 +100,7 @@ def test_nobody_stays_at_a_wall_during_a_trial(controller):
 
 def test_robots_that_meet_in_a_trial_move_as_if_they_had_no_infrared_sensors():
     scenario = replace(SMALL, robot=swarm.Robot(clamp_wheel_speeds=True, wheel_noise=0.0))
-    laboratory = small_laboratory(scenario=scenario, clock_drift=0.0)
+    laboratory = small_laboratory(scenario=scenario, clock_drift=0.0, own_phases=False)
     laboratory.operator.press_remote()
     laboratory.clock.sleep(11.0 + 1e-9)
     places = [(35, 40, 0.1), (45, 41, 2.5), (40, 52, -1.0), (20, 80, 0.0), (70, 80, 0.0)]
@@ -206,7 +206,8 @@ def test_the_tracker_finds_the_robots_where_they_are(laboratory, tracker):
         assert apart.max() < 0.2
 
 
-def test_poses_between_two_cycles_lie_between_them(laboratory):
+def test_poses_between_two_cycles_lie_between_them():
+    laboratory = small_laboratory(own_phases=False)
     laboratory.link("agent-1").send(b"D,800,300\r")
     laboratory.clock.sleep(0.5 + 1e-9)
     first = laboratory.poses()[0]
@@ -289,3 +290,49 @@ def test_robots_and_places_that_do_not_exist_are_refused(laboratory):
         ValueError, match=r"`pose` must be inside the arena of 90.0 x 100.0 cm; got \(95.0, 10.0, 0.0\)"
     ):
         laboratory.faults.carry("agent-1", 95.0, 10.0)
+
+
+def beginnings(**conditions):
+    """Return when each robot begins to move (A,), in parts of a fiftieth of a second, after all were told at once."""
+    laboratory = small_laboratory(latency_s=(0.0, 0.0), **conditions)
+    laboratory.clock.sleep(0.2 + 1e-6)
+    links = [laboratory.link(name) for name in laboratory.names]
+    before = laboratory.poses()
+    for link in links:
+        link.send(b"D,500,-500\r")
+    moved = np.full(len(links), -1)
+    for part in range(1, 16):
+        laboratory.clock.sleep(0.02)
+        turned = np.abs(laboratory.poses()[:, 2] - before[:, 2]) > 1e-3
+        moved[turned & (moved < 0)] = part
+    return moved
+
+
+def test_robots_begin_their_control_cycles_at_moments_of_their_own():
+    own, together = beginnings(), beginnings(own_phases=False)
+    assert len(set(own)) >= 3
+    assert own.min() > 0
+    assert len(set(together)) == 1
+
+
+def test_periods_differ_so_phases_drift():
+    laboratory = small_laboratory(period_spread=0.005)
+    laboratory.clock.sleep(1.0)
+    before = laboratory._due_s % laboratory.interval_s
+    laboratory.clock.sleep(10.0)
+    drift = (laboratory._due_s % laboratory.interval_s) - before
+    assert np.abs(np.exp(2j * np.pi * drift / laboratory.interval_s) - 1).max() > 0.5
+
+
+def test_a_robot_waits_for_a_random_part_of_a_cycle_before_each_trial():
+    laboratory = small_laboratory()
+    laboratory.operator.press_remote()
+    pauses = []
+    for robot in laboratory._robots:
+        take = robot.emulated.take_pause
+        robot.emulated.take_pause = lambda interval_s, take=take: pauses.append(take(interval_s)) or pauses[-1]
+    laboratory.clock.sleep(37.0)
+    waited = [pause for pause in pauses if pause > 0]
+    assert len(waited) == 2 * len(laboratory.names)  # once in each loop
+    assert 0.01 < np.std(waited) < 0.05
+    assert max(waited) < 0.1

@@ -56,21 +56,44 @@ def sides_cm(scenario: Scenario) -> tuple[float, float]:
 
 
 class Drives:
-    """The wheels of robots in a laboratory: each has its own scale throughout, and acts as late as the scenario says."""
+    """The wheels of robots in a laboratory: each has its own scale throughout, and acts as late as the scenario says.
 
-    def __init__(self, scenario: Scenario, robots: int, seed: int) -> None:
-        robot = scenario.robot
+    Robots move for a part of a control cycle at a time, of which there are `parts`: so each may act at its own
+    moment of the cycle. Its wheels' noise is that of its own cycle.
+    """
+
+    def __init__(self, scenario: Scenario, robots: int, seed: int, parts: int = 1) -> None:
+        robot, trial = scenario.robot, scenario.trial
         scales = 1 - robot.wheel_scale_spread, 1 + robot.wheel_scale_spread
         self._scales = np.random.default_rng([WHEELS, seed]).uniform(*scales, (robots, 2))
-        self._waiting = deque([np.zeros((robots, 2))] * robot.actuation_lag_cycles)
-        self._at_once = replace(scenario, robot=replace(robot, wheel_scale_spread=0.0, actuation_lag_cycles=0))
+        self._robot, self._factors = robot, np.ones((robots, 2, 2))
+        self._waiting = deque([np.zeros((robots, 2))] * robot.actuation_lag_cycles * parts)
+        self._at_once = replace(
+            scenario,
+            robot=replace(robot, wheel_scale_spread=0.0, actuation_lag_cycles=0, wheel_noise=0.0, slip=0.0),
+            trial=replace(
+                trial,
+                duration_s=trial.control_interval_s / parts,
+                control_interval_s=trial.control_interval_s / parts,
+                physics_steps=max(trial.physics_steps // parts, 1),
+            ),
+        )
 
-    def move(self, poses: np.ndarray, wheels: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return poses (A, 3) after a control cycle in which wheel speeds (A, 2) are commanded, and readings I (A,) at its end.
+    def move(
+        self, poses: np.ndarray, wheels: np.ndarray, seed: int, acting: Sequence[int] | slice = slice(None)
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return poses (A, 3) after a part of a cycle in which wheel speeds (A, 2) are commanded, and readings I (A,) at its end.
 
-        The cycle is a trial of one step.
+        The part is a trial of one step. Cycles of the robots `acting` begin with it.
         """
-        self._waiting.append(wheels * self._scales)
+        # As in the kernel, but for a whole cycle of each robot: noise, the largest speed, slip.
+        chance = np.random.default_rng(seed).uniform(size=self._factors.shape)
+        self._factors[acting] = chance[acting]
+        noise, slip = np.moveaxis(self._factors, -1, 0)
+        turned = wheels * self._scales * (1 + self._robot.wheel_noise * (2 * noise - 1))
+        if self._robot.clamp_wheel_speeds:
+            turned = np.clip(turned, -1, 1)
+        self._waiting.append(turned * (1 - self._robot.slip * slip))
         states = self._at_once.sensor.states
         controllers = np.tile(self._waiting.popleft(), (1, states))[None]
         trial = simulate(self._at_once, controllers, poses[None], control_steps=1, seed=seed, threads=1)
@@ -282,6 +305,9 @@ class Conditions:
     intervention_s: float = 60.0  #: How long the operator needs when asked
     #: Time of an image after the beginning of a control cycle: the camera is not synchronous with the robots
     camera_lag_s: float = 0.037
+    #: Whether robots begin their control cycles at moments of their own, which stay the same, as real ones do
+    own_phases: bool = True
+    period_spread: float = 0.005  #: Largest relative error of a robot's control cycle; only with phases of their own
     optics: Optics = field(default_factory=Optics)  #: Of the camera
 
     def __post_init__(self) -> None:
@@ -292,6 +318,7 @@ class Conditions:
         require(0 <= first <= last < math.inf, "conditions.latency_s", rule, self.latency_s)
         number("conditions.intervention_s", self.intervention_s, least=0)
         number("conditions.camera_lag_s", self.camera_lag_s, least=0, below=0.1)
+        number("conditions.period_spread", self.period_spread, least=0, below=0.1)
 
 
 class ArenaCamera:

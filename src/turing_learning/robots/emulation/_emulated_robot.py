@@ -113,6 +113,7 @@ class EmulatedRobot:
         self._kind = choice("kind", kind, _VERSIONS)
         self._controller, self._tell, self._rng = controller, tell, rng or np.random.default_rng()
         self._until, self._turn_until, self._side = 0.0, 0.0, 1.0
+        self._pauses = False  # before the next control cycle, for a random part of one
         self._stood = False  # in this trial, for want of the PC
         self._answer, self.understood = bytearray(), 0
         self._lock = threading.RLock()
@@ -199,9 +200,22 @@ class EmulatedRobot:
         self._until = time_s + LOOP[state]
         if state == "R2":
             self._turn(time_s, _ANYWHERE_S)
+        if state == "R4":
+            self._pauses = True
         if state in _SIGNALS and not self._stood:
             self._tell(_SIGNALS[state])
         self._stood &= state == "R5"
+
+    def take_pause(self, interval_s: float) -> float:
+        """Return by how much (s) the next control cycle begins later: a random part of one before each trial.
+
+        So the phase of a replica's cycles is another one in each trial, and the agents' on average: the PC could
+        tell robots by their phases otherwise, which no model has.
+        """
+        if not self._pauses:
+            return 0.0
+        self._pauses = False
+        return float(self._rng.uniform(0.0, interval_s))
 
     def _turn(self, time_s: float, lasting_s: tuple[float, float]) -> None:
         """Turn in place from now on, to either side."""

@@ -10,22 +10,24 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
+from turing_learning.arrays import array
 from turing_learning.coevolution import Samples
 from turing_learning.config import ConfigurationError
 from turing_learning.errors import choice, refuse, refusing_as, require
 from turing_learning.models import Behavior
-from turing_learning.purposes import REHEARSAL, TRACKING
+from turing_learning.purposes import CLOCKS, REHEARSAL, TRACKING
 from turing_learning.robots._clock import VirtualClock
 from turing_learning.robots._link import EPuck, Link
-from turing_learning.robots.program._equipment import CameraPoses, Equipment, laboratory_tracker
+from turing_learning.robots.program._equipment import CameraPoses, Equipment, PoseSource, laboratory_tracker
 from turing_learning.robots.program._setup import Laboratory
 from turing_learning.robots.program._source import LARGEST, trial_samples
 from turing_learning.robots.tracking._camera import Calibration
 from turing_learning.robots.tracking._markers import Markers, TriangleMarkers
+from turing_learning.robots.tracking._tracker import Track
 from turing_learning.swarm import Scenario, Trials, alone, initial_poses
 from turing_learning.systems import Source
 from turing_learning.trajectories import wrap
@@ -48,6 +50,8 @@ _GARBAGE = b"\x9a\xff\x01x,START,9"
 _REPLICA_COLORS = ("orange", "purple", "green", "red")
 _BEST_BATTERY = 1.4
 _CYCLES = 4  # whose poses are kept, because an image may be rendered late
+_PARTS = 5  # of a control cycle, at whose ends robots may act where each has its own phase
+_EARLY_S = 1e-9  # by which a robot may act before its time, for want of digits
 _OTHER_NAMES = {"press_remote": "remote", "put_in_order": "repair"}
 LOW_BATTERY = 0.15  #: Share of its charge below which a robot's LED lights
 BATTERY_LIGHT = 8
@@ -282,13 +286,21 @@ class EmulatedLaboratory:
             )
             for k, name in enumerate(self.names)
         ]
+        clocks = np.random.default_rng([CLOCKS, seed])
+        own_phases, robots = self.conditions.own_phases, scenario.individuals
+        parts = _PARTS if own_phases else 1
+        self._part_s = self.interval_s / parts
+        errors = clocks.uniform(-1, 1, robots) * self.conditions.period_spread * own_phases
+        self._periods_s = self.interval_s * (1 + errors)
+        self._due_s = clocks.uniform(0, 1, robots) * self.interval_s * own_phases
+        self._wheels = np.zeros((robots, 2))
         self.stuck: set[int] = set()
         self.covered: set[int] = set()
         older = math.ceil(scenario.tracker.delay_s / self.interval_s)
-        self._places = deque([initial_poses(scenario, 1, places)[0]] * 2, maxlen=_CYCLES + older)
-        self._drives = Drives(scenario, scenario.individuals, seed)
+        self._places = deque([initial_poses(scenario, 1, places)[0]] * 2, maxlen=(_CYCLES + older) * parts)
+        self._drives = Drives(scenario, scenario.individuals, seed, parts)
         self._jitter = np.random.default_rng([TRACKING, seed])
-        self._sight, self._cycle = np.zeros(scenario.individuals, int), 0
+        self._sight, self._part = np.zeros(scenario.individuals, int), 0
         self.camera = ArenaCamera(self.clock, self._render, self.interval_s, self.conditions.camera_lag_s)
         self.faults, self.operator = Faults(self), EmulatedOperator(self)
         self.clock.call_at(0.0, self._advance)
@@ -321,13 +333,15 @@ class EmulatedLaboratory:
 
     def poses(self, at_s: float | None = None) -> np.ndarray:
         """Return where the robots are now (A, 3), or were at a time of the last cycles: x, y (cm), heading (rad)."""
-        at_s, cycle = self.clock.now() if at_s is None else at_s, self._cycle
-        while at_s < (cycle - 1) * self.interval_s and self._cycle - cycle < len(self._places) - 2:
-            cycle -= 1
-        before, after = (self._places[cycle - self._cycle - end] for end in (2, 1))
+        at_s = self.clock.now() if at_s is None else at_s
+        part = self._part
+        while at_s < (part - 1) * self._part_s and self._part - part < len(self._places) - 2:
+            part -= 1
+        before, after = (self._places[part - self._part - end] for end in (2, 1))
         way = after - before
         way[:, 2] = wrap(way[:, 2])
-        return np.asarray(before + np.clip((at_s - (cycle - 1) * self.interval_s) / self.interval_s, 0, 1) * way)
+        share = np.clip((at_s - (part - 1) * self._part_s) / self._part_s, 0, 1)
+        return np.asarray(before + share * way)
 
     def put(self, name: str, pose: tuple[float, float, float]) -> None:
         """Put a robot at a place inside the arena: x, y (cm), heading (rad)."""
@@ -351,18 +365,32 @@ class EmulatedLaboratory:
             robot.line.close()
 
     def _advance(self) -> None:
-        """Let everybody sense, decide and move for a control cycle; schedule the next one."""
-        before = self._places[-1]
-        proximity = read_infrared(before, self.arena_cm, self.scenario.robot.radius_cm, self._air).tolist()
-        sensed = zip(self._robots, self._sight, proximity, strict=True)
-        wheels = np.array([robot.step(self.interval_s, int(sight), readings) for robot, sight, readings in sensed])
-        stuck = list(self.stuck)
+        """Let those whose cycle begins sense and decide, and everybody move for a part of a cycle; schedule the next one."""
+        before, now_s = self._places[-1], self._part * self._part_s
+        acting = np.flatnonzero(self._due_s <= now_s + _EARLY_S).tolist()
+        if acting:
+            proximity = self._infrared(before)
+        for who in acting:
+            robot = self._robots[who]
+            self._wheels[who] = robot.step(self._periods_s[who], int(self._sight[who]), proximity[who])
+            pause_s = robot.emulated.take_pause(self.interval_s)
+            self._due_s[who] += self._periods_s[who] + pause_s * self.conditions.own_phases
+        wheels, stuck = self._wheels.copy(), list(self.stuck)
         wheels[stuck] = 0.0
-        after, self._sight = self._drives.move(before, wheels, int(self._rng.integers(2**63)))
+        after, self._sight = self._move(before, wheels, acting)
         after[stuck] = before[stuck]
         self._places.append(after)
-        self._cycle += 1
-        self.clock.call_at(self._cycle * self.interval_s, self._advance)
+        self._part += 1
+        self.clock.call_at(self._part * self._part_s, self._advance)
+
+    def _infrared(self, poses: np.ndarray) -> Sequence[Sequence[int]]:
+        """Return the infrared readings (A, 8) of robots at poses (A, 3)."""
+        readings = read_infrared(poses, self.arena_cm, self.scenario.robot.radius_cm, self._air)
+        return readings.tolist()
+
+    def _move(self, poses: np.ndarray, wheels: np.ndarray, acting: list[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Return poses (A, 3) after a part of a cycle with wheel speeds (A, 2), and readings I (A,)."""
+        return self._drives.move(poses, wheels, int(self._rng.integers(2**63)), acting)
 
 
 def usage(laboratory: EmulatedLaboratory) -> Iterator[tuple[str, str]]:
@@ -411,6 +439,81 @@ def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
         yield replace(laboratory, setup=setup.model_copy(update=plain))
 
 
+class Simulator(Protocol):
+    """A simulator that owns its time, as Webots, ARGoS and Gazebo do. A robots are in the order agents, replicas."""
+
+    def step(self, dt_s: float, wheels: np.ndarray) -> np.ndarray:
+        """Let a time pass with wheel speeds (A, 2), left and right, fractions of the largest; return the poses (A, 3) then.
+
+        These are x, y (cm) and heading (rad), anticlockwise from x.
+        """
+
+    def sights(self) -> Sequence[int]:
+        """Return the reading I of each robot's line-of-sight sensor (A,): 1 if a robot is ahead."""
+
+    def proximity(self) -> Sequence[Sequence[int]]:
+        """Return infrared readings (A, 8) as of e-pucks: 60 with nothing near, 400 and more at a wall (`read_infrared`)."""
+
+
+class _SupervisedLaboratory(EmulatedLaboratory):
+    """Robots with their programs, whose bodies are in a simulator."""
+
+    def __init__(self, simulator: Simulator, scenario: Scenario, seed: int) -> None:
+        super().__init__(scenario, seed=seed, labels=("robot",) * scenario.individuals)
+        self._simulator = simulator
+
+    def _infrared(self, poses: np.ndarray) -> Sequence[Sequence[int]]:
+        return self._simulator.proximity()
+
+    def _move(self, poses: np.ndarray, wheels: np.ndarray, acting: list[int]) -> tuple[np.ndarray, np.ndarray]:
+        after = self._simulator.step(self._part_s, wheels)
+        moved = array("poses", after, "A 3", A=len(poses))
+        return moved.copy(), np.array(self._simulator.sights(), int)
+
+
+class _KnownPoses(PoseSource):
+    """The poses that a simulator says, at the moments at which a camera would take images."""
+
+    def __init__(self, laboratory: EmulatedLaboratory, labels: Sequence[str]) -> None:
+        self._laboratory, self._labels = laboratory, tuple(labels)
+
+    def track(self, begin_s: float, images: int) -> Track:
+        clock, interval_s = self._laboratory.clock, self._laboratory.interval_s
+        first_s = max(begin_s, clock.now())
+        poses = []
+        for image in range(images):
+            clock.sleep_until(first_s + image * interval_s)
+            poses.append(self._laboratory.poses())
+        seen = np.ones((images, len(self._labels)), bool)
+        return Track(np.array(poses), seen, self._labels, interval_s)
+
+    def close(self) -> None:
+        """Release nothing."""
+
+
+def supervise(laboratory: Laboratory, simulator: Simulator, seed: int | None = None) -> Equipment:
+    """Return the devices of a laboratory whose robots are in a simulator that owns its time.
+
+    The robots' programs, with their loop and their clocks, run here, over lines in virtual time; time passes as
+    fast as the simulator steps. All robots need addresses, which may be any. The seed of phases and of the robots'
+    own choices is that of the run if None. See docs/robots/any-robot.md.
+    """
+    setup, configuration = laboratory.setup, laboratory.configuration
+    seed = configuration.run.seed if seed is None else seed
+    emulated = _SupervisedLaboratory(simulator, configuration.swarm, seed)
+    poses = _KnownPoses(emulated, setup.labels)
+    return _virtual_equipment(laboratory, emulated, poses)
+
+
+def _virtual_equipment(laboratory: Laboratory, emulated: EmulatedLaboratory, poses: PoseSource) -> Equipment:
+    """Return the devices of an emulated laboratory, at the addresses of a laboratory's file."""
+    robots = zip((*laboratory.setup.agents, *laboratory.setup.replicas), emulated.names, strict=True)
+    names = {str(robot.address): name for robot, name in robots if robot.address}
+    return Equipment(
+        emulated.clock, lambda address: EPuck(emulated.link(names[address])), lambda: poses, emulated.operator
+    )
+
+
 def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     """Return the devices of an emulated laboratory with the robots, the arena and the calibration of a run.
 
@@ -424,11 +527,7 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
         scenario, seed = configuration.swarm, configuration.run.seed if seed is None else seed
         seen: dict[str, Any] = {"calibration": tracker.calibration, "markers": tracker.markers, "labels": setup.labels}
         emulated = EmulatedLaboratory(scenario, seed=seed, **seen)
-    robots = zip((*setup.agents, *setup.replicas), emulated.names, strict=True)
-    names = {str(robot.address): name for robot, name in robots if robot.address}
-    poses = CameraPoses(emulated.camera, tracker, emulated.clock)
-    clock, operator = emulated.clock, emulated.operator
-    return Equipment(clock, lambda address: EPuck(emulated.link(names[address])), lambda: poses, operator)
+    return _virtual_equipment(laboratory, emulated, CameraPoses(emulated.camera, tracker, emulated.clock))
 
 
 class SimulatedLaboratory(Source):

@@ -424,7 +424,7 @@ def live(
                     left, right = STILL
                 stepped_s = clock.now()
                 steady.set_speed(round(FULL_SPEED * left), round(FULL_SPEED * right))
-                due = max(due + interval_s, clock.now())
+                due = max(due + interval_s + robot.take_pause(interval_s), clock.now())
                 clock.sleep(due - clock.now())
     finally:
         over.set()

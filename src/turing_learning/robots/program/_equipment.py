@@ -82,16 +82,17 @@ class PunctualImages:
         while delays[-1] - min(delays) > interval_s / 2 and len(delays) < count + _MOST_MORE:
             delays.append(late(take_stamped(camera, clock)[1]))
             frame += 1
-        late_s, third, found = np.array(delays), max(len(delays) // 3, 1), ""
+        late_s, third = np.array(delays), max(len(delays) // 3, 1)
+        trouble = ""
         before, after = np.minimum.accumulate(late_s), np.minimum.accumulate(late_s[::-1])[::-1]
         sooner = np.median(late_s[-third:]) - np.median(late_s[:third]) < -interval_s / 2
         if (after - before).max() > interval_s / 2:  # all images come later after one that was left out
-            found = f"one left out before image {int(np.argmax(after - before > interval_s / 2))}, or more"
+            trouble = f"one left out before image {int(np.argmax(after - before > interval_s / 2))}, or more"
         elif sooner or (lost and before[0] - before[-1] > interval_s / 2):  # or some were taken for lost that were not
-            found = "them faster"
-        if found:
+            trouble = "them faster"
+        if trouble:
             advice = "Check camera.fps, and that the PC has nothing else to do."
-            self.fault = f"`camera` must give an image every {interval_s:.3g} s; got {found}. {advice}"
+            self.fault = f"`camera` must give an image every {interval_s:.3g} s; got {trouble}. {advice}"
 
 
 def take_stamped(camera: Camera, clock: Clock) -> tuple[np.ndarray, float]:
@@ -224,8 +225,8 @@ def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> 
     alive_s = setup.timing.loop_s / 36  # a replica stands after a ninth of a loop, 2 s of 18 s
 
     def part(argument: str, name: str) -> Any:  # an entry point of an installed package, or as in any configuration
-        found = list(entry_points(group="turing_learning.robots", name=name))
-        return found[0].load() if found else part_of(argument, name)
+        registered = list(entry_points(group="turing_learning.robots", name=name))
+        return registered[0].load() if registered else part_of(argument, name)
 
     def open_camera(tracker: Tracker) -> CameraPoses:
         source, settings = setup.camera.source, {name: getattr(setup.camera, name) for name in SETTINGS}

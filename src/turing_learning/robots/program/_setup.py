@@ -167,8 +167,8 @@ class LaboratorySetup(Section):
 
     @model_validator(mode="after")
     def _check_robots(self) -> "LaboratorySetup":
-        for role, found in (("agent", self.agents), ("replica", self.replicas)):
-            require(found, "robots", f"have one {role} or more", "none", f"Add one with role = {role!r}.")
+        for role, robots in (("agent", self.agents), ("replica", self.replicas)):
+            require(robots, "robots", f"have one {role} or more", "none", f"Add one with role = {role!r}.")
         unique, camera = [("name", "robots"), ("address", "robots")], self.camera
         if camera.markers == "aruco":
             unique.append(("marker", "robots with ArUco markers"))
@@ -231,9 +231,9 @@ def load_laboratory(
     path = Path(path)
     text, document = read_toml(path)
     file = _File(path, text, labels or {}, document)
-    known = (*LaboratorySetup.model_fields, *RUN_SECTIONS)
+    sections = (*LaboratorySetup.model_fields, *RUN_SECTIONS)
     for key in document:
-        file.require(key in known, key, "be a known section", "one", nearest(key, known))
+        file.require(key in sections, key, "be a known section", "one", nearest(key, sections))
     described = {key: value for key, value in document.items() if key not in RUN_SECTIONS}
     setup = read_setup(json.dumps(described, default=str), file.where, strict=True)
     if setup.camera.calibration:

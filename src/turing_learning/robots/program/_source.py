@@ -12,13 +12,15 @@ import numpy as np
 
 from turing_learning.coevolution import Samples
 from turing_learning.errors import require
-from turing_learning.robots._link import LARGEST_SEQUENCE, Model, Replica, Signal
+from turing_learning.purposes import CLOCKS
+from turing_learning.robots._link import LARGEST_SEQUENCE, PARAMETER_UNIT, Model, Replica, Signal
 from turing_learning.robots.tracking._tracker import CARRIED, IRREGULAR, MISSING, SURPLUS, Fault, Track, impossible
 from turing_learning.swarm import Scenario
 from turing_learning.systems import Source
 
 from ._equipment import Equipment, PoseSource, fastest_turn
-from ._setup import LaboratorySetup
+from ._plausible import TrackCheck
+from ._setup import LaboratoryError, LaboratorySetup
 
 BEGIN = "P0"  #: Before the states P1 to P5: connecting
 STUCK = "stuck"  #: Kind of fault of a robot that does not move although it should
@@ -91,6 +93,7 @@ class PcProgram:
         watch: Callable[[str | ObservedTrial], None] = lambda what: None,
     ) -> None:  # fmt: skip
         self._setup, self._timing, self._scenario = setup, setup.timing, scenario
+        self._check = TrackCheck(scenario.robot, [replica.name for replica in setup.replicas])
         self._equipment, self._clock, self._watch = equipment, equipment.clock, watch
         self._robots: dict[str, Replica] = {}
         self._poses: PoseSource | None = None
@@ -143,7 +146,22 @@ class PcProgram:
         if not self._in_step:
             for name, opened in self._robots.items():
                 self._guard(name, opened.start)
+            self._await_beginning()
             self._in_step = True
+
+    def _await_beginning(self) -> None:
+        """Take the STOP with which R1 begins of all robots that were started.
+
+        One that came later, because its control cycle did, would be taken for the end of a trial, a loop before the
+        others'.
+        """
+        for name, robot in self._robots.items():
+            try:
+                robot.wait_for("STOP", self._timing.tolerance_s)
+            except TimeoutError:
+                continue
+            except OSError as error:
+                raise self._lost(name, str(error)) from error
 
     def halt(self) -> None:
         """Halt all robots that are `moving`, as far as is known; a lost link is reopened. Those that do not answer stay there."""
@@ -229,7 +247,16 @@ class PcProgram:
         assert self._poses is not None
         timing, length_s = self._timing, self._scenario.trial.duration_s
         started_s = max(start.received_s for start in self._starts.values())
-        begin_s = started_s + timing.wait_s + (timing.execute_s - length_s) / 2
+        spare_s = timing.execute_s - length_s
+        # Another moment of the robots' control cycles in each trial: a tracker that takes poses at any moment then
+        # shows all phases of all robots, which could be told by them otherwise. It follows from the models, so that a
+        # trial that is repeated, also in a run that is resumed, is observed at the same moment.
+        sent = np.concatenate([model.parameters for model in self._sent.values()])
+        key = np.rint((sent + 1) / PARAMETER_UNIT).astype(int).tolist()
+        moment = float(np.random.default_rng([CLOCKS, *key]).uniform(-0.5, 0.5))
+        begin_s = (
+            started_s + timing.wait_s + spare_s / 2 + moment * min(self._scenario.trial.control_interval_s, spare_s)
+        )
         try:
             track = self._poses.track(begin_s, self._scenario.control_steps + 1)
         except OSError as error:
@@ -246,6 +273,8 @@ class PcProgram:
         """P5: continue unless the trial was disturbed, which is reported at once. The generation is judged when it is complete."""
         self._enter("P5")
         models = np.array([model.parameters for model in self._sent.values()])
+        if wrong := self._check.fault(track, models):
+            raise LaboratoryError(f"{wrong} Then begin the run anew: what its trials have shown may be wrong.")
         sequences = tuple(model.sequence for model in self._sent.values())
         counts = tuple(self._starts[name].trial for name in self._sent)
         full = fastest_turn(self._scenario.robot) / 2  # for a difference of 1 between the wheel speeds

@@ -1,0 +1,115 @@
+"""What phases of the robots' control cycles do to the intervals of a run of 200 trials, in plain simulation.
+
+    python experiments/laboratory/phases.py fixed 1 4       # kind, first seed, number of seeds; appends to phases.csv
+
+Kinds: "step" (all cycles begin together), "fixed" (each robot has its own phase, always), "replicas" (they draw theirs anew in
+each trial), "redrawn" (all robots do), "moment" (fixed, but each trial is observed from another moment on). Three controllers.
+The tracker's noise is 0.03 cm and 0.005 rad. A run takes 40 s.
+"""
+
+import csv
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from turing_learning.coevolution import Samples
+from turing_learning.config import load_configuration
+from turing_learning.robots.emulation import SimulatedLaboratory
+from turing_learning.robots.program import trial_samples
+from turing_learning.robots.tracking import signed_speeds
+from turing_learning.runs._run import Run, conduct
+from turing_learning.swarm import Scenario, initial_poses, simulate
+
+HERE = Path(__file__).parent
+KINDS = ("step", "fixed", "replicas", "redrawn", "moment")
+CONTROLLERS = ((0.85, 0.45, -0.4, 0.6), (-0.7, -1.0, 1.0, -1.0), (0.3, 0.9, 0.9, -0.2))
+TRIALS = 200
+PARTS = 5  # of a control cycle, at whose ends robots may act
+NOISE = (0.03, 0.03, 0.005)  # of a pose (cm, cm, rad)
+SETTINGS = {
+    "scenario.agents": 8, "scenario.replicas": 2, "scenario.arena.width_cm": 200.0, "scenario.arena.height_cm": 225.0,
+    "scenario.robot.clamp_wheel_speeds": True, "scenario.trial.duration_s": 5.0, "models.redraw": 0.0,
+    "models.exchange": 0.0, "run.trials": TRIALS, "run.threads": 1,
+}  # fmt: skip
+
+
+class PhasedLaboratory(SimulatedLaboratory):
+    """A laboratory in plain simulation whose robots act at their own moments of a control cycle."""
+
+    def __init__(self, scenario: Scenario, seed: int, kind: str) -> None:
+        super().__init__(scenario, seed, of_trials=True)
+        self._kind, self._robots = kind, scenario.individuals
+        self._phases = np.random.default_rng([seed, 77]).integers(0, PARTS, self._robots)
+        interval_s = scenario.trial.control_interval_s / PARTS
+        trial = replace(scenario.trial, control_interval_s=interval_s, physics_steps=2)
+        self._exact = replace(scenario, trial=trial, robot=replace(scenario.robot, wheel_noise=0.0))
+
+    def _phases_of(self, trials: int, rng: np.random.Generator) -> np.ndarray:
+        """Return phases (R, A), in parts of a cycle."""
+        shape = (trials, self._robots)
+        if self._kind == "step":
+            return np.zeros(shape, int)
+        if self._kind == "redrawn":
+            return rng.integers(0, PARTS, shape)
+        phases = np.tile(self._phases, (trials, 1))
+        if self._kind == "replicas":
+            phases[:, self._scenario.agents :] = rng.integers(0, PARTS, (trials, self._scenario.replicas))
+        if self._kind == "moment":
+            phases += rng.integers(0, PARTS, (trials, 1))
+        return phases
+
+    def observe(self, speeds: np.ndarray, stage: str = "", rng: np.random.Generator | None = None) -> Samples:
+        """Return samples of models (M, P) in wheel speeds."""
+        rng = rng or np.random.default_rng([self._seed, *stage.encode()])
+        scenario, trials = self._scenario, len(speeds) // self._scenario.replicas
+        controllers = np.empty((trials, self._robots, speeds.shape[1]))
+        controllers[:, : scenario.agents] = scenario.controller
+        controllers[:, scenario.agents :] = speeds.reshape(trials, scenario.replicas, -1)
+        states = controllers.reshape(trials, self._robots, -1, 2)
+        poses, phases = initial_poses(scenario, trials, rng), self._phases_of(trials, rng)
+        sights = np.zeros((trials, self._robots), int)
+        wheels = np.zeros((trials, self._robots, 2))
+        images = []
+        for part in range(PARTS * (scenario.control_steps + 1) + 1):
+            if part >= PARTS and part % PARTS == 0:
+                images.append(poses)
+            acting = (part + phases) % PARTS == 0
+            wanted = np.take_along_axis(states, sights[:, :, None, None].repeat(2, axis=3), axis=2)[:, :, 0]
+            noise = scenario.robot.wheel_noise * rng.uniform(-1, 1, wheels.shape)
+            wheels = np.where(acting[..., None], wanted * (1 + noise), wheels)
+            held = np.tile(wheels, (1, 1, self._exact.sensor.states))
+            seed = int(rng.integers(2**31))
+            motion = simulate(self._exact, held, poses, control_steps=1, seed=seed, threads=1)
+            poses, sights = motion.poses[:, 1], motion.sensors[:, 1]
+        seen = np.array(images) + rng.normal(0, 1, (len(images), *poses.shape)) * NOISE
+        interval_s = scenario.trial.control_interval_s
+        motions = [signed_speeds(seen[:, trial], interval_s) for trial in range(trials)]
+        return trial_samples(np.array(motions), scenario.replicas)
+
+
+def main(kind: str, first: int, count: int) -> None:
+    """Conduct runs, and append what they state to the table."""
+    with (HERE / "phases.csv").open("a", newline="") as file:
+        writer = csv.writer(file)
+        if file.tell() == 0:
+            widths = [f"width of {name}" for name in ("vl0", "vr0", "vl1", "vr1")]
+            truth = ["vl0", "vr0", "vl1", "vr1"]
+            writer.writerow(["kind", *truth, "seed", "stated", "holding", *widths, "mean error"])
+        for controller in CONTROLLERS:
+            for seed in range(first, first + count):
+                settings = SETTINGS | {"scenario.controller": list(controller), "run.seed": seed}
+                configuration = load_configuration(None, "default", settings)
+                source = PhasedLaboratory(configuration.swarm, seed, kind)
+                result = conduct(Run.begin(configuration, source=source), None, None)
+                intervals = [] if result.interval is None else list(result.interval.values())
+                holding = [low <= value <= high for (low, high), value in zip(intervals, controller, strict=False)]
+                widths = [round(high - low, 4) for low, high in intervals]
+                error = np.abs(np.array(list(result.estimate.values())) - controller).mean()
+                writer.writerow([kind, *controller, seed, len(holding), sum(holding), *widths, round(error, 4)])
+                file.flush()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))

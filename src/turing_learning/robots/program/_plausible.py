@@ -1,0 +1,194 @@
+"""Whether tracks can be those of the robots that were sent the models: wrong headings, wrong lengths, exchanged robots.
+
+A robot on two wheels moves along its heading, and a replica's wheels turn as its model says in one of the sensor's
+states. What is compared needs no threshold of a robot: how often steps of a replica's track are those of its model,
+and how much more often than those of the models of other trials.
+"""
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from turing_learning.robots.tracking._tracker import Track, signed_speeds
+from turing_learning.swarm import Robot
+from turing_learning.trajectories import wrap
+
+WINDOW = 10  #: Trials that are looked at together, the last ones
+LEAST_TRIALS = 4  #: Before which nothing is said
+LEAST_STEPS = 150  #: Steps of robots that move, before anything is said of headings
+MOVING = 0.25  #: Share of the largest speed from which on a step shows a direction, beyond the tracker's noise
+COHERENT = 0.6  #: Mean resultant length from which on directions agree; 0 for any directions, 1 for equal ones
+INCOHERENT = 0.35  #: And below which they do not
+OFFSET_RAD = math.radians(25.0)  #: Angle between headings and directions that no marker glued on by hand has
+STILL_RAD = 0.02  #: Change of a heading in a trial below which it is frozen
+NEAR = 0.12  #: Difference of wheel speeds, as fractions of the maximum, within which a step is that of a model
+SPECIFIC = 0.25  #: Share of steps, more than by chance, from which on a track is that of a model
+SURE = 0.3  #: And of the models of all replicas, if the poses are mended
+NONE = 0.1  #: And below which it is not
+METRES, INCH, MILLIMETRES = 0.01, 1 / 2.54, 10.0  #: Lengths that are given for a cm
+Wheels = np.ndarray
+
+
+def _same(wheels: Wheels) -> Wheels:
+    return wheels
+
+
+def _reversed(wheels: Wheels) -> Wheels:
+    return -wheels[..., ::-1]
+
+
+def _mirrored(wheels: Wheels) -> Wheels:
+    return wheels[..., ::-1]
+
+
+_MISTAKES: Mapping[str, tuple[Callable[[Wheels], Wheels], float]] = {
+    "headings look reversed: robots that were sent forward move backward. Turn the markers.": (_reversed, 1.0),
+    "positions and headings look mirrored: robots turn to the wrong side. Check the axes.": (_mirrored, 1.0),
+    "positions look like metres. Give them in cm.": (_same, METRES),
+    "positions look like inches. Give them in cm.": (_same, INCH),
+    "positions look like millimetres. Give them in cm.": (_same, MILLIMETRES),
+}
+"""What may be wrong -> how wheel speeds that were seen become those that were executed, and the unit of lengths."""
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What a trial has shown: displacements, headings midway and their changes of A individuals, T steps each."""
+
+    along: np.ndarray  # (A, T), displacements' directions (rad)
+    heading: np.ndarray  # (A, T), rad, midway
+    raw: np.ndarray  # (A, T), headings at the beginning of the steps, as they are
+    moving: np.ndarray  # (A, T), whether the direction is certain
+    turned: np.ndarray  # (A,), by how much headings changed in all (rad)
+    speeds: np.ndarray  # (A, T, 2), cm/s, rad/s
+    valid: np.ndarray  # (A, T)
+    models: np.ndarray  # (R, P), wheel speeds
+
+
+class TrackCheck:
+    """Look at trials one after the other: `fault` says what is wrong with poses or addresses, in words for the operator.
+
+    Parameters
+    ----------
+    robot
+        Its largest speed and the distance of its wheels.
+    replicas
+        Names of the replicas, the last individuals of a track.
+    """
+
+    def __init__(self, robot: Robot, replicas: Sequence[str]) -> None:
+        self._robot, self._replicas = robot, tuple(replicas)
+        self._trials: deque[_Seen] = deque(maxlen=WINDOW)
+
+    def fault(self, track: Track, models: np.ndarray) -> str:
+        """Add a trial with models (R, P) that were sent to the replicas; return what is wrong, nothing if that is not certain."""
+        if not track.has_headings:
+            return ""
+        self._trials.append(self._seen(track, models))
+        if len(self._trials) < LEAST_TRIALS:
+            return ""
+        return self._wrong_headings() or self._wrong_robots()
+
+    def _seen(self, track: Track, models: np.ndarray) -> _Seen:
+        poses = track.poses
+        steps = np.diff(poses[..., :2], axis=0)
+        turns = wrap(np.diff(poses[..., 2], axis=0))
+        valid = track.present[1:] & track.present[:-1]
+        length = np.hypot(steps[..., 0], steps[..., 1])
+        moving = valid & (length > MOVING * self._robot.maximum_speed_cm_s * track.interval_s)
+        return _Seen(
+            along=np.arctan2(steps[..., 1], steps[..., 0]).T,
+            heading=(poses[:-1, :, 2] + turns / 2).T,
+            raw=poses[:-1, :, 2].T,
+            moving=moving.T,
+            turned=np.abs(np.where(valid, turns, 0.0)).sum(axis=0),
+            speeds=signed_speeds(poses, track.interval_s),
+            valid=valid.T,
+            models=models,
+        )
+
+    def _wrong_headings(self) -> str:
+        """Hold headings against displacements: these lie along them, or against them."""
+        # Models differ from trial to trial: not all of them let a replica drive straight.
+        if max(seen.turned.max() for seen in self._trials) < STILL_RAD:
+            return "headings look frozen: nobody's has changed in any trial. Check the tracker."
+        moving = np.concatenate([seen.moving.ravel() for seen in self._trials])
+        if moving.sum() < LEAST_STEPS:
+            return ""
+        along = np.concatenate([seen.along.ravel() for seen in self._trials])[moving]
+        heading = np.concatenate([seen.heading.ravel() for seen in self._trials])[moving]
+        between = np.exp(2j * (along - heading)).mean()  # twice the angle: forward and backward are the same
+        if abs(between) >= COHERENT:
+            offset = float(np.angle(between)) / 2
+            if abs(offset) < OFFSET_RAD:
+                return ""
+            degrees = 5 * round(abs(math.degrees(offset)) / 5)
+            return f"headings are off by about {degrees} degrees from where robots drive. Check markers and axes."
+        if abs(between) > INCOHERENT:
+            return ""
+        raw = np.concatenate([seen.raw.ravel() for seen in self._trials])[moving]
+        if abs(np.exp(2j * (along - np.radians(raw))).mean()) >= COHERENT:
+            return "headings look like degrees. Give them in radians."
+        if abs(np.exp(2j * (along + heading)).mean()) >= COHERENT:
+            return "headings look mirrored: robots that turn left seem to turn right. Check the direction of the axes."
+        return ""
+
+    def _wrong_robots(self) -> str:
+        """Hold tracks against the models that were sent."""
+        replicas = range(len(self._replicas))
+        agents = self._trials[0].speeds.shape[0] - len(self._replicas)
+        same = [self._specific(replica, [agents + replica]) for replica in replicas]
+        for text, (repair, length) in _MISTAKES.items():
+            repaired = [self._specific(replica, [agents + replica], repair, length) for replica in replicas]
+            if np.mean(repaired) >= SURE and np.mean(same) < np.mean(repaired) / 2:
+                return text
+        for replica in replicas:
+            if same[replica] >= NONE:
+                continue
+            name = self._replicas[replica]
+            for other in replicas:
+                if other != replica and self._specific(replica, [agents + other]) >= SPECIFIC:
+                    said = f"replica {self._replicas[other]} executes what replica {name} was sent"
+                    return f"{said}. Exchange their addresses, or their markers."
+            if self._specific(replica, range(agents)) >= SPECIFIC:
+                return f"an agent executes what replica {name} was sent. Exchange their markers, or their addresses."
+        return ""
+
+    def _specific(
+        self,
+        replica: int,
+        individuals: Sequence[int],
+        repair: Callable[[Wheels], Wheels] = _same,
+        length: float = 1.0,
+    ) -> float:
+        """Return how much larger a share of steps is that of the model sent to a replica than of its models in other trials.
+
+        The mean over trials; of the individual whose share is largest in each.
+        """
+        differences = []
+        for seen in self._trials:
+            wheels = repair(self._wheels(seen.speeds[individuals], length))
+            valid = seen.valid[individuals]
+            own = _shares(wheels, valid, seen.models[replica]).max()
+            others = [
+                _shares(wheels, valid, other.models[replica]).max() for other in self._trials if other is not seen
+            ]
+            differences.append(own - np.mean(others))
+        return float(np.mean(differences))
+
+    def _wheels(self, speeds: np.ndarray, length: float) -> Wheels:
+        """Return the wheel speeds (A, T, 2), fractions of the maximum, of speeds (A, T, 2)."""
+        linear = speeds[..., 0] / length
+        half = speeds[..., 1] * self._robot.wheel_distance_cm / 2
+        return np.stack([linear - half, linear + half], axis=-1) / self._robot.maximum_speed_cm_s
+
+
+def _shares(wheels: Wheels, valid: np.ndarray, model: np.ndarray) -> np.ndarray:
+    """Return the share of each individual's steps (A,) that are those of a model (2 n,) in one of its n states."""
+    states = model.reshape(-1, 2)
+    apart = np.linalg.norm(wheels[:, :, None] - states, axis=-1).min(axis=-1)
+    steps = np.maximum(valid.sum(axis=1), 1)
+    return (valid & (apart < NEAR)).sum(axis=1) / steps
