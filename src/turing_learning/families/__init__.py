@@ -7,6 +7,7 @@
 `Couzin`            Zones of repulsion, orientation and attraction (Couzin et al. 2002).
 `Boids`             Collision avoidance, velocity matching and flock centering (Reynolds 1987).
 `BurstAndCoast`     A persistent random walk in kicks, each followed by a glide (Calovi et al. 2018).
+`Network`           What a network has learned from recordings, with gains (extra `networks`).
 `Robots`            The paper's robots, whose controller is a table from sensor state to wheel speeds.
 `FAMILIES`          The families by name.
 `as_recorded`       A family with groups, steps and signals as recorded; `Replicates` where recordings differ in group or tank.
@@ -20,9 +21,10 @@ is a product then.
 
 from ._family import Family, Particles
 from ._kinds import FAMILIES, Boids, BurstAndCoast, Couzin, Robots, Vicsek
+from ._network import Network
 from ._recorded import RecordedSystem, Replicates, as_recorded, read_recording
 
 __all__ = [
-    "FAMILIES", "Boids", "BurstAndCoast", "Couzin", "Family", "Particles", "RecordedSystem", "Replicates",
+    "FAMILIES", "Boids", "BurstAndCoast", "Couzin", "Family", "Network", "Particles", "RecordedSystem", "Replicates",
     "Robots", "Vicsek", "as_recorded", "read_recording",
 ]  # fmt: skip

@@ -111,6 +111,7 @@ class Family(ABC):
         ):  # with whoever is nearest: signals as among all, at the cost of C individuals, not A
             distance = np.square(positions[:, :, None] - focal).sum(axis=-1)
             distance[..., np.arange(self.observed), np.arange(self.observed)] = np.inf
+            distance[np.isnan(distance)] = np.inf  # who is absent is nobody's neighbor
             nearest = np.take_along_axis(positions, distance.argmin(axis=-1)[..., None], axis=2)
             seen = np.concatenate([focal, nearest[..., None, :]], axis=3)
         seen = seen.swapaxes(1, 2)  # (M, C, F, 1 or 2, 2)

@@ -1,0 +1,342 @@
+"""Animals as a network has learned them from recordings, with a few numbers that scientists ask about."""
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
+
+from turing_learning.errors import brief, integer, refuse, require
+from turing_learning.kernels.imitation import (
+    HISTORY, MEMORIES, Choices, Layers, Tanks, Units, move_range,
+)  # fmt: skip
+from turing_learning.kernels.parallel import run_range
+from turing_learning.models import Parameter
+from turing_learning.trajectories import Trajectories, Windows
+
+from ._family import Family
+from ._tank import open_grid, recorded_grid, rectangle_grid, tanks_of
+
+GAINS = ("speed", "speed_noise", "turn_noise", "walls", "attraction", "alignment", "memory")
+"""Names of the parameters, in the order in which kernels take them; each is 1 as recorded."""
+LEAST_NOISE = 0.01
+"""Of the choices: below it they are as good as certain."""
+TRAINING_STEPS = 8000
+"""Batches that a network learns from, one after the other: a minute or two of one processor."""
+MOST_STARTS = 200
+"""Moments of the recordings that are kept for groups to start from."""
+LEAST_ROWS = 1000
+"""Steps without gaps around them that there have to be to learn from."""
+FORMAT = "turing-learning network 1"
+
+
+class Starts(NamedTuple):
+    """Moments of the recordings from which groups go on: K of them, up to A individuals, NaN where there are fewer."""
+
+    paths: np.ndarray  # (K, HISTORY + 1, A, 2): where everybody has just been (cm)
+    memories: np.ndarray  # (K, A, MEMORIES)
+    tank: np.ndarray  # (K,): in which tank
+
+
+class Brain(NamedTuple):
+    """What was learned, and all that is needed to let it move."""
+
+    layers: Layers
+    choices: Choices
+    units: Units
+    tanks: Tanks
+    starts: Starts
+    interval_s: float
+    log_likelihood: float  # of steps that were not learned from, nats per step above chance
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Network(Family):
+    """Individuals that do what a network has learned from recordings: `Network.learned` makes one.
+
+    From what an individual perceives, the network says how likely which length and which turn of the next step are,
+    and both are drawn. It perceives its own last displacements, leaky averages of its speed over 1, 5 and 20 s, the
+    distance of the walls in eight directions, and places and velocities of the eight nearest others, among which
+    attention decides. All is relative to its course, and the same in a mirror.
+
+    A group starts as one was recorded at some moment of the learning part. An individual that would leave the tank
+    chooses anew.
+
+    The parameters are gains, 1 as recorded. `speed` multiplies all lengths. `speed_noise` and `turn_noise` divide
+    the logarithms of the probabilities: 0 is always the likeliest, above 1 is more random. `walls`, `attraction` and
+    `alignment` multiply what the walls, the places and the velocities of the others add to these logarithms, where the
+    network is asked with and without: 0 ignores them. `memory` multiplies how far the leaky averages are from the
+    usual speed.
+
+    Source
+    ------
+    Learning from demonstrations one step ahead, free-running: V. Papaspyros and others, PLoS Computational Biology 20
+    (2024), arXiv:2302.06839. Attention among neighbors: F. J. H. Heras and others, PLoS Computational Biology 15 (2019)
+    e1007354. Answers with and without a condition, extrapolated: J. Ho, T. Salimans, Classifier-free diffusion guidance
+    (2022), arXiv:2207.12598. Steps drawn from bins: A. Seff and others, MotionLM, ICCV 2023, arXiv:2309.16534.
+    """
+
+    brain: Brain = field(repr=False)  #: What was learned
+    #: Width and height of another tank (cm) than the recorded one; None for that
+    tank_cm: tuple[float, float] | None = None
+
+    gains: ClassVar[tuple[str, ...]] = GAINS
+    """Names of all gains."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.tank_cm is not None:
+            fits = np.shape(self.tank_cm) == (2,) and all(math.isfinite(side) and side > 0 for side in self.tank_cm)
+            require(fits, "tank_cm", "be two finite numbers above 0, or None", brief(self.tank_cm))
+            rule = "be None, as the network was learned without walls"
+            require(self.brain.tanks.walls.any(), "tank_cm", rule, brief(self.tank_cm))
+        ratio = self.interval_s / self.brain.interval_s
+        rule = f"be that of what was learned, {self.brain.interval_s:g} s"
+        require(abs(ratio - 1) < 1e-6, "interval_s", rule, f"{self.interval_s:g} s", "Thin the recording alike.")
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """The gains; without `walls` where no tank has some."""
+        ranges = {"speed": (0.5, 1.5), "speed_noise": (0.5, 1.5), "turn_noise": (0.5, 1.5)}
+        walls = bool(self.brain.tanks.walls.any())
+        names = [name for name in GAINS if walls or name != "walls"]
+        return {name: Parameter(*ranges.get(name, (0.0, 2.0))) for name in names}
+
+    @classmethod
+    def learned(
+        cls, recordings: Trajectories | Sequence[Trajectories], windows: Windows, *,
+        tanks: Sequence[tuple[float, float] | str | None] = ("recorded",), seed: int = 0, steps: int = TRAINING_STEPS,
+        progress: Callable[[int, int], None] | None = None, **settings: Any,
+    ) -> Self:  # fmt: skip
+        """Learn from the frames of recordings that their windows do not hold out.
+
+        Parameters
+        ----------
+        recordings, windows
+            What was recorded, once or several times, in cm, and the windows of all of it.
+        tanks
+            Of each recording, or one for all: "recorded" for as far as positions reach, of any shape; width and height
+            (cm); None for the plane without walls.
+        seed
+            Of the training.
+        steps
+            Of the training, in batches.
+        progress
+            Called now and then with the steps that are done, and all steps.
+        **settings
+            Of the family, such as `settling_steps`, by default as many as a window has.
+
+        Raises
+        ------
+        ValueError
+            If there is one individual only, a recording in pixels, or too little without gaps.
+        ImportError
+            If PyTorch is not installed: it comes with the extra `networks`.
+        """
+        from ._imitation import MOST_ROWS, Recorded, learn, memories_of, recorded, rows_of, units_of
+
+        recordings = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
+        _check_recordings(recordings, windows)
+        grids, walls = _grids(recordings, tanks)
+        shapes = tanks_of(grids, walls)
+        paths = [np.where(each.present[..., None], each.positions, np.nan) for each in recordings]
+        units = units_of(paths, windows.interval_s)
+        memories = [memories_of(path, units) for path in paths]
+        learned = _learned_frames(windows)
+        rng = np.random.default_rng([seed, 46])
+        parts: list[Recorded] = []
+        starts: list[tuple[np.ndarray, np.ndarray, int]] = []
+        all_rows = [rows_of(path, frames) for path, frames in zip(paths, learned, strict=True)]
+        count = sum(map(len, all_rows))
+        rule = f"have at least {LEAST_ROWS} steps with {HISTORY} steps before them and no gap"
+        require(count >= LEAST_ROWS, "recordings", rule, count, "Bridge gaps, or record for longer.")
+        for k, (path, memory, rows) in enumerate(zip(paths, memories, all_rows, strict=True)):
+            if not len(rows):
+                continue
+            share = min(1.0, MOST_ROWS / count)
+            some = np.sort(rng.choice(len(rows), size=math.ceil(share * len(rows)), replace=False))
+            part = recorded(path, memory, rows[some], shapes, k, units)
+            parts.append(part)
+            starts += _moments(path, memory, rows, k, math.ceil(MOST_STARTS * len(rows) / count), rng)
+        offset = np.cumsum([0, *(len(path) for path in paths)])
+        examples = Recorded(
+            np.concatenate([part.own for part in parts]),
+            np.concatenate([part.traits for part in parts]),
+            np.concatenate([part.seen for part in parts]),
+            np.concatenate([part.answers for part in parts]),
+            np.concatenate([part.stretch + offset[k] for k, part in enumerate(parts)]),
+        )
+        layers, choices, told = learn(examples, steps=steps, seed=seed, progress=progress)
+        brain = Brain(
+            layers, choices, units, shapes, _joined(starts), windows.interval_s, told["log_likelihood"]
+        )
+        length = windows.learning.shape[1]
+        own = {"steps": length, "interval_s": windows.interval_s, "signals": windows.names}
+        usual = {"individuals": brain.starts.paths.shape[2], "settling_steps": length}
+        return cls(brain=brain, **own, **usual | settings)
+
+    def in_group(self, individuals: int, tank_cm: tuple[float, float] | None = None) -> Self:
+        """Return the same animals in a group, or a tank, that was never recorded."""
+        integer("individuals", individuals, 2)
+        return replace(self, individuals=individuals, tank_cm=tank_cm or self.tank_cm)
+
+    def save(self, path: Path) -> None:
+        """Write what was learned to a file in the format safetensors: numbers alone, no code."""
+        from safetensors.numpy import save_file
+
+        told = {
+            "format": FORMAT, "interval_s": self.brain.interval_s, "log_likelihood": self.brain.log_likelihood,
+            "steps": self.steps, "signals": list(self.signals), "individuals": self.individuals,
+            "settling_steps": self.settling_steps, "observed": self.observed,
+            "units": self.brain.units._asdict() | {"memory_rates": self.brain.units.memory_rates.tolist()},
+        }  # fmt: skip
+        tensors = {
+            f"{part}.{name}": np.ascontiguousarray(array)
+            for part in PARTS
+            for name, array in getattr(self.brain, part)._asdict().items()
+        }
+        save_file(tensors, path, {"network": json.dumps(told)})
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Read what `save` wrote."""
+        from safetensors import SafetensorError, safe_open
+
+        try:
+            with safe_open(path, "numpy") as file:
+                told = json.loads((file.metadata() or {}).get("network", "{}"))
+                tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+        except SafetensorError as error:
+            refuse("path", "be a network that `save` wrote", f"{path} ({error})")
+        require(told.get("format") == FORMAT, "path", "be a network that `save` wrote", str(path))
+        parts: dict[str, Any] = {}
+        for part, kind in PARTS.items():
+            parts[part] = kind(**{name: tensors[f"{part}.{name}"] for name in kind._fields})
+        units = Units(**told["units"] | {"memory_rates": np.array(told["units"]["memory_rates"])})
+        brain = Brain(**parts, units=units, interval_s=told["interval_s"], log_likelihood=told["log_likelihood"])
+        names = ("interval_s", "steps", "individuals", "settling_steps", "observed")
+        return cls(brain=brain, signals=tuple(told["signals"]), **{name: told[name] for name in names})
+
+    def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, None]:
+        count = len(parameters)
+        gains = np.ones((count, len(GAINS)))
+        for name, column in zip(self.parameters, parameters.T, strict=True):
+            gains[:, GAINS.index(name)] = column
+        gains[:, 1:3] = np.maximum(gains[:, 1:3], LEAST_NOISE)
+        brain = self.brain
+        tanks = brain.tanks if self.tank_cm is None else _tanks_in_the_middle(self.tank_cm)
+        paths = np.full((count, HISTORY + 1 + self.moves, self.individuals, 2), np.nan)
+        memories = np.empty((count, self.individuals, MEMORIES))
+        which = np.zeros(count, dtype=np.int64)
+        keys = np.empty(count, dtype=np.uint64)
+        for m, own_rng in enumerate(rng.spawn(count)):
+            start, memory, which[m] = self._start(tanks, own_rng)
+            # lengths before the start are those of a faster group, too
+            speed = gains[m, 0]
+            paths[m, : HISTORY + 1] = start[-1] + speed * (start - start[-1])
+            memories[m] = memory * np.repeat((speed, speed**2), MEMORIES // 2)
+            keys[m] = own_rng.integers(2**64, dtype=np.uint64)
+        run_range(
+            move_range, count, None, paths, memories, keys, gains, which, tanks, brain.units, brain.layers, brain.choices
+        )
+        return paths[:, HISTORY + self.settling_steps :], None
+
+    def _start(self, tanks: Tanks, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, int]:
+        """Return the last places, memories and tank of a group that starts: absent individuals come last."""
+        starts = self.brain.starts
+        recorded = starts.paths.shape[2]
+        moment = int(rng.integers(len(starts.paths)))
+        if self.tank_cm is None and self.individuals == recorded:
+            order = rng.permutation(recorded)
+            order = order[np.argsort(np.isnan(starts.paths[moment, -1, order, 0]), kind="stable")]
+            return starts.paths[moment][:, order], starts.memories[moment, order], int(starts.tank[moment])
+        # a group that was never recorded: individuals of different moments, in one tank
+        tank = 0 if self.tank_cm is not None else int(starts.tank[moment])
+        alike = np.ones(len(starts.tank), dtype=bool) if self.tank_cm is not None else starts.tank == tank
+        moments, individuals = np.nonzero(alike[:, None] & np.isfinite(starts.paths[:, -1, :, 0]))
+        chosen = rng.integers(len(moments), size=self.individuals)
+        path = starts.paths[moments[chosen], :, individuals[chosen]].swapaxes(0, 1)
+        if self.tank_cm is not None:
+            path = path - path[-1] + (rng.random((self.individuals, 2)) - 0.5) * np.array(self.tank_cm)
+        return path, starts.memories[moments[chosen], individuals[chosen]], tank
+
+
+PARTS: dict[str, Any] = {"layers": Layers, "choices": Choices, "tanks": Tanks, "starts": Starts}
+
+
+def _check_recordings(recordings: Sequence[Trajectories], windows: Windows) -> None:
+    """Reject recordings that a network cannot learn from."""
+    for k, recording in enumerate(recordings):
+        place = f"recording {k + 1}"
+        rule = "be in cm, as tanks and speeds are"
+        require(recording.unit == "cm", "recordings", rule, "pixels", "Give their scale, pixels_per_cm.", place=place)
+        ratio = windows.interval_s * recording.fps
+        rule = "have the frame rate of the windows"
+        require(abs(ratio - 1) < 1e-6, "recordings", rule, f"{recording.fps:g} frames per second", place=place)
+    most = max(recording.at_once for recording in recordings)
+    rule = "have two individuals or more at once: a network learns how they respond to each other"
+    require(most > 1, "recordings", rule, f"{most} individual", "Take another family, such as BurstAndCoast.")
+
+
+def _grids(
+    recordings: Sequence[Trajectories], tanks: Sequence[tuple[float, float] | str | None]
+) -> tuple[list[tuple[np.ndarray, np.ndarray, float]], list[bool]]:
+    """Return the grid of each recording's tank, and whether it has walls."""
+    asked = list(tanks) * (len(recordings) if len(tanks) == 1 else 1)
+    fits = len(asked) == len(recordings)
+    require(fits, "tanks", f"be one, or one for each of {len(recordings)} recordings", len(tanks))
+    grids = []
+    for recording, tank in zip(recordings, asked, strict=True):
+        positions = recording.positions[recording.present]
+        if tank is None:
+            grids.append(open_grid())
+        elif isinstance(tank, str):
+            grids.append(recorded_grid(positions))
+        else:
+            center = (positions.min(axis=0) + positions.max(axis=0)) / 2
+            grids.append(rectangle_grid(center, tank))
+    return grids, [tank is not None for tank in asked]
+
+
+def _tanks_in_the_middle(sides: tuple[float, float]) -> Tanks:
+    """Return a rectangle around the origin."""
+    return tanks_of([rectangle_grid(np.zeros(2), sides)], [True])
+
+
+def _learned_frames(windows: Windows) -> list[np.ndarray]:
+    """Return for each recording which frames may be learned from (F,)."""
+    frames = np.zeros(int(windows.recordings[:, 1].sum()), dtype=bool)
+    for begin, end, side in windows.blocks:
+        if side.startswith("learning"):
+            frames[begin:end] = True
+    return np.split(frames, np.cumsum(windows.recordings[:-1, 1]))
+
+
+def _moments(
+    path: np.ndarray, memory: np.ndarray, rows: np.ndarray, tank: int, count: int, rng: np.random.Generator
+) -> list[tuple[np.ndarray, np.ndarray, int]]:
+    """Return moments to start from: those with most individuals whose past is there."""
+    frames, present = np.unique(rows[:, 0], return_counts=True)
+    usable = frames[present >= np.quantile(present, 0.5)]
+    chosen = np.sort(rng.choice(usable, size=min(count, len(usable)), replace=False))
+    moments = []
+    for frame in chosen:
+        past = path[frame - HISTORY : frame + 1].copy()
+        past[:, np.isnan(past).any(axis=(0, 2))] = np.nan
+        moments.append((past, memory[frame], tank))
+    return moments
+
+
+def _joined(moments: Sequence[tuple[np.ndarray, np.ndarray, int]]) -> Starts:
+    """Return moments with as many individuals at most, as arrays; absent individuals of each are left out or come last."""
+    most = max(int(np.isfinite(path[-1, :, 0]).sum()) for path, _, _ in moments)
+    paths = np.full((len(moments), HISTORY + 1, most, 2), np.nan)
+    memories = np.zeros((len(moments), most, MEMORIES))
+    for k, (path, memory, _) in enumerate(moments):
+        there = np.flatnonzero(np.isfinite(path[-1, :, 0]))
+        paths[k, :, : len(there)] = path[:, there]
+        memories[k, : len(there)] = memory[there]
+    return Starts(paths, memories, np.array([tank for _, _, tank in moments]))

@@ -1,0 +1,94 @@
+"""Tanks as networks see them: where individuals may be, and how far the walls are in every direction."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from turing_learning.kernels.imitation import DIRECTIONS, Tanks
+
+CELLS = 80
+"""Cells along the longer side of a tank: half a centimeter of 40."""
+MARGIN = 2
+"""Empty cells around a tank."""
+WIDEST_HOLE = 0.1
+"""Share of the shorter side up to whose diameter unvisited places count as tank, and corners as round."""
+OUTLIERS = 0.0005
+"""Share of the positions at either end of x and y that may lie beyond the walls: mistakes of trackers."""
+
+
+def recorded_grid(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return lower corner (cm), cells inside (X, Y) and side of a cell (cm) of the tank in which positions (N, 2) are."""
+    low, high = np.quantile(positions, (OUTLIERS, 1 - OUTLIERS), axis=0)
+    cell = float(max(high - low)) / CELLS
+    corner = low - MARGIN * cell
+    shape = np.ceil((high - low) / cell).astype(int) + 2 * MARGIN
+    places = np.floor((positions - corner) / cell).astype(int)
+    visited = np.zeros(shape, dtype=bool)
+    likely = ((positions >= low) & (positions <= high)).all(axis=1)
+    visited[tuple(places[likely].T)] = True
+    # closing with a disk: grow by its radius, then shrink as much; holes that it does not fit into are filled
+    radius = WIDEST_HOLE / 2 * float(min(high - low)) / cell
+    padding = math.ceil(radius) + 1
+    grown = distance_transform_edt(~np.pad(visited, padding)) <= radius
+    closed = distance_transform_edt(grown) > radius
+    return corner, closed[padding:-padding, padding:-padding] | visited, cell
+
+
+def rectangle_grid(center: np.ndarray, sides: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the same of a rectangle with these sides (cm) around a place."""
+    cell = max(sides) / CELLS
+    inner = np.maximum(np.round(np.array(sides) / cell).astype(int), 1)
+    inside = np.pad(np.ones(inner, dtype=bool), MARGIN)
+    return center - np.array(inside.shape) * cell / 2, inside, cell
+
+
+def open_grid() -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the same of the plane without walls."""
+    return np.zeros(2), np.ones((1, 1), dtype=bool), 1.0
+
+
+def wall_distances(inside: np.ndarray, cell: float) -> np.ndarray:
+    """Return how far (cm) the wall is from the center of each cell in `DIRECTIONS` directions, (X, Y, DIRECTIONS).
+
+    Rays go on by the distance of the nearest wall, as long as there is some.
+    """
+    angles = np.arange(DIRECTIONS) * (2 * math.pi / DIRECTIONS)
+    free = distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1]
+    columns, rows = np.indices(inside.shape)
+    distances = np.zeros((*inside.shape, DIRECTIONS), dtype=np.float32)
+    for k, angle in enumerate(angles):
+        way = np.where(inside, 0.5, 0.0)
+        for _ in range(4 * max(inside.shape)):
+            x = np.floor(columns + 0.5 + way * math.cos(angle)).astype(int)
+            y = np.floor(rows + 0.5 + way * math.sin(angle)).astype(int)
+            on_grid = (x >= 0) & (y >= 0) & (x < inside.shape[0]) & (y < inside.shape[1])
+            room = np.zeros(inside.shape)
+            room[on_grid] = free[x[on_grid], y[on_grid]]
+            going = (room > 0) & inside
+            if not going.any():
+                break
+            # a wall may be half a cell nearer than centers of cells say
+            way += np.where(going, np.maximum(room - 1.0, 0.25), 0.0)
+        distances[:, :, k] = way * cell
+    return distances
+
+
+def tanks_of(grids: Sequence[tuple[np.ndarray, np.ndarray, float]], walls: Sequence[bool]) -> Tanks:
+    """Return tanks, ready for kernels, on grids of a common size."""
+    shape = np.max([inside.shape for _, inside, _ in grids], axis=0)
+    inside = np.zeros((len(grids), *shape), dtype=bool)
+    distance = np.zeros((len(grids), *shape, DIRECTIONS), dtype=np.float32)
+    for k, (_, cells, cell) in enumerate(grids):
+        columns, rows = cells.shape
+        inside[k, :columns, :rows] = cells
+        if walls[k]:
+            distance[k, :columns, :rows] = wall_distances(cells, cell)
+    return Tanks(
+        walls=np.array(walls, dtype=bool),
+        corner=np.array([corner for corner, _, _ in grids], dtype=float),
+        cell=np.array([cell for _, _, cell in grids], dtype=float),
+        inside=inside,
+        distance=distance,
+    )

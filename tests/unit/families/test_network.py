@@ -1,0 +1,176 @@
+"""A learned network: its groups, its gains, its file. The one used here was learned by `make_network.py` beside it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import turing_learning as tl
+from turing_learning.families import Couzin, Network, _tank
+from turing_learning.trajectories import Trajectories
+
+pytest.importorskip("safetensors")
+FILE = Path(__file__).parent / "couzin.safetensors"
+AS_RECORDED = {name: 1.0 for name in Network.gains}
+
+
+@pytest.fixture(scope="module")
+def network():
+    return Network.load(FILE)
+
+
+def values(network, count, **gains):
+    return np.tile([gains.get(name, 1.0) for name in network.parameters], (count, 1))
+
+
+def nearest(positions):
+    """Median distance (cm) of the nearest other."""
+    distance = np.linalg.norm(positions[:, :, :, None] - positions[:, :, None], axis=-1)
+    distance[..., np.arange(distance.shape[-1]), np.arange(distance.shape[-1])] = np.inf
+    return np.median(distance.min(axis=-1))
+
+
+def test_a_sample_has_the_steps_and_signals_of_the_family(network):
+    samples = network(values(network, 6), np.random.default_rng(1))
+    assert samples.shape == (6, 1, network.steps, len(network.signals))
+    assert np.isfinite(samples).all()
+
+
+def test_the_motion_of_a_model_does_not_depend_on_the_others(network):
+    alone = network.simulate(values(network, 1), np.random.default_rng(2))
+    among = network.simulate(values(network, 5), np.random.default_rng(2))
+    assert (alone[0] == among[0]).all()
+
+
+def in_a_tank(network):
+    """The same network as if its tank, a square of 40 cm around the origin, had walls."""
+    grid = _tank.rectangle_grid(np.zeros(2), (40.0, 40.0))
+    moved = network.brain.starts.paths
+    starts = network.brain.starts._replace(paths=moved - moved[:, -1:].mean(axis=(1, 2), keepdims=True))
+    brain = network.brain._replace(tanks=_tank.tanks_of([grid], [True]), starts=starts)
+    return replace(network, brain=brain)
+
+
+def test_nobody_leaves_a_tank(network):
+    inside = in_a_tank(network)
+    positions = inside.simulate(values(inside, 4), np.random.default_rng(3))
+    assert np.abs(positions).max() <= 20.0
+
+
+def test_a_group_and_a_tank_that_were_never_recorded(network):
+    other = in_a_tank(network).in_group(12, (30.0, 20.0))
+    positions = other.simulate(values(other, 4), np.random.default_rng(3))
+    assert positions.shape[2] == 12
+    assert np.abs(positions[..., 0]).max() <= 15.0
+    assert np.abs(positions[..., 1]).max() <= 10.0
+
+
+def test_a_tank_for_a_network_that_never_saw_walls_is_refused(network):
+    with pytest.raises(ValueError, match="`tank_cm` must be None, as the network was learned without walls"):
+        network.in_group(5, (30.0, 20.0))
+
+
+def test_speed_multiplies_all_lengths(network):
+    def median_speed(gain):
+        samples = network(values(network, 60, speed=gain), np.random.default_rng(4))
+        return np.median(samples[..., network.signals.index("speed")])
+
+    assert median_speed(1.4) / median_speed(0.7) == pytest.approx(2.0, rel=0.1)
+
+
+def test_attraction_brings_individuals_together(network):
+    longer = replace(network, settling_steps=200)
+
+    def distance(gain):
+        return nearest(longer.simulate(values(longer, 40, attraction=gain), np.random.default_rng(5)))
+
+    assert distance(0.0) > 1.2 * distance(1.0)
+
+
+def test_noise_of_turns_makes_paths_rougher(network):
+    def roughness(gain):
+        samples = network(values(network, 60, turn_noise=gain), np.random.default_rng(6))
+        return np.abs(np.diff(samples[..., network.signals.index("turn")])).mean()
+
+    assert roughness(0.5) < roughness(1.0) < roughness(1.5)
+
+
+def test_a_stored_network_moves_to_the_same_bits(network, tmp_path):
+    network.save(tmp_path / "again.safetensors")
+    again = Network.load(tmp_path / "again.safetensors")
+    first = network.simulate(values(network, 3), np.random.default_rng(7))
+    assert (first == again.simulate(values(again, 3), np.random.default_rng(7))).all()
+
+
+def test_a_file_that_is_no_network_is_refused(tmp_path):
+    path = tmp_path / "no.safetensors"
+    path.write_bytes(b"nothing of the kind")
+    with pytest.raises(ValueError, match=r"`path` must be a network that `save` wrote.*no\.safetensors"):
+        Network.load(path)
+
+
+def test_another_interval_than_learned_is_refused(network):
+    with pytest.raises(ValueError, match=r"`interval_s` must be that of what was learned, 0\.1 s; got 0\.2 s"):
+        replace(network, interval_s=0.2)
+
+
+def recorded(individuals, *, steps=400, unit="cm"):
+    family = Couzin(individuals=individuals, steps=steps, interval_s=0.1, tank_cm=(30.0, 30.0))
+    truth = [8, 4, 1.5, 4, 6, 0.2]
+    positions = family.simulate(np.array([truth], dtype=float), np.random.default_rng(1))[0]
+    names = tuple(map(str, range(individuals)))
+    present = np.ones(positions.shape[:2], dtype=bool)
+    return Trajectories(positions, present, fps=10, individuals=names, unit=unit)
+
+
+def test_one_individual_is_refused():
+    recording = recorded(1)
+    windows = recording.windows(length_s=2)
+    with pytest.raises(ValueError, match="two individuals or more at once"):
+        Network.learned(recording, windows)
+
+
+def test_too_little_is_refused():
+    recording = recorded(2, steps=300)
+    with pytest.raises(ValueError, match="at least 1000 steps with 36 steps before them and no gap"):
+        Network.learned(recording, recording.windows(length_s=2))
+
+
+def test_a_network_learns_what_it_is_shown():
+    pytest.importorskip("torch")
+    recording = recorded(4, steps=2000)
+    windows = recording.windows(length_s=2)
+    told = []
+    network = Network.learned(recording, windows, steps=1500, progress=lambda done, steps: told.append((done, steps)))
+    assert network.brain.log_likelihood > 0.3  # nats per step better than chance
+    assert told[-1] == (1500, 1500)
+    assert not np.isnan(network(values(network, 2), np.random.default_rng(1))).any()
+
+
+def test_learning_again_gives_the_same_bits():
+    pytest.importorskip("torch")
+    recording = recorded(3, steps=1500)
+    windows = recording.windows(length_s=2)
+    first, second = (Network.learned(recording, windows, steps=50, seed=3).brain.layers for _ in range(2))
+    assert all((a == b).all() for a, b in zip(first, second, strict=True))
+
+
+def test_the_kernel_computes_what_was_trained():
+    torch = pytest.importorskip("torch")
+    from turing_learning.families import _imitation
+    from turing_learning.kernels import imitation
+
+    torch.manual_seed(1)
+    net = _imitation._Network().eval()
+    layers = net.layers()
+    rng = np.random.default_rng(1)
+    own = rng.normal(size=imitation.OWN).astype(np.float32)
+    traits = rng.normal(size=(imitation.MOST_OTHERS, imitation.TRAITS)).astype(np.float32)
+    there = np.arange(imitation.MOST_OTHERS) < 3
+    with torch.no_grad():
+        length, turn = net(*(torch.from_numpy(array[None]) for array in (own, traits, there)), torch.tensor([5]))
+    says_length, says_turn = np.empty((2, length.shape[1]), dtype=np.float32)
+    imitation.answer(own, traits, 3, layers, 5, says_length, says_turn)
+    assert says_length == pytest.approx(length[0].numpy(), abs=1e-5)
+    assert says_turn == pytest.approx(turn[0].numpy(), abs=1e-5)
