@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import turing_learning as tl
+from turing_learning.examination import TuringTest
 from turing_learning.families import Network
 from turing_learning.trajectories import Trajectories, Windows
 
@@ -45,7 +46,7 @@ def recordings() -> dict[str, Trajectories]:
     }
 
 
-def tested(network: Network, gains: dict[str, float], windows: Windows, against: str, seed: int) -> tl.TuringTest:
+def tested(network: Network, gains: dict[str, float], windows: Windows, against: str, seed: int) -> TuringTest:
     """Put free-running groups with these gains to the test."""
     rng = np.random.default_rng([seed, 7])
     values = np.tile([gains[name] for name in network.parameters], (SIMULATED, 1))
