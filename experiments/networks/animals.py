@@ -58,7 +58,14 @@ def tested(network: Network, gains: dict[str, float], windows: Windows, against:
         real = np.concatenate([windows.learning, real])
         index = np.concatenate([windows.learning_index, index])
     groups = index[:, 1] // block
-    return tl.test(real, simulated, groups=(groups, np.arange(len(simulated))), names=windows.names, seed=seed, permutations=PERMUTATIONS)
+    return tl.test(
+        real,
+        simulated,
+        groups=(groups, np.arange(len(simulated))),
+        names=windows.names,
+        seed=seed,
+        permutations=PERMUTATIONS,
+    )
 
 
 def rows(name: str, recording: Trajectories, seed: int) -> list[dict[str, object]]:

@@ -115,7 +115,7 @@ class Recording(Tracks):
         """Return what the options name; reject them where they do not name recordings and a family."""
         from turing_learning.families import RecordedSystem
 
-        families = tl.families.FAMILIES
+        families = tl.families.MODELS
         example = "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin"
         if not self.trajectories:
             refuse("--trajectories", "be given for recorded motion", "none", example)
@@ -143,7 +143,7 @@ class Recording(Tracks):
 
     def system(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
-        windows, family, recordings = self.motion().opened()
+        windows, family, recordings = self.motion().opened(progress=_tell_learning)
         paths = self.trajectories or []
         names = [titled(path) for path in paths]
         title = names[0]
@@ -153,7 +153,7 @@ class Recording(Tracks):
             title += f" and {len(paths) - 1} more"
         for name, recording in zip(names, recordings, strict=True):
             _print_problems(name, recording)
-        social = tl.families.FAMILIES[str(self.model)].social
+        social = tl.families.MODELS[str(self.model)].social
         if social and all(len(recording.individuals) == 1 for recording in recordings):
             neighbors = f"what {self.model} says of neighbors"
             print(f"there is one individual: {neighbors} cannot be inferred")
@@ -187,6 +187,13 @@ def _print_problems(name: str, recording: "tl.Trajectories") -> None:
     more = len(problems) - MOST_PROBLEMS
     if more > 0:
         print(f"{name}: and {more} more; all by `recording.check()` in Python")
+
+
+def _tell_learning(done: int, steps: int) -> None:
+    """Say how far a network has learned, every tenth of the way."""
+    tenth = max(steps // 10, 1)
+    if done % tenth == 0:
+        print(f"learning what the animals do next: {done / steps:.0%}", flush=True)
 
 
 def titled(path: Path) -> str:

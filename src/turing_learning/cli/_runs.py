@@ -464,7 +464,7 @@ def _system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
     folder = tl.runs.RunFolder(run)
     system = folder.configuration().system
     needed: set[str] = set()
-    if system.name not in tl.families.FAMILIES:
+    if system.name not in tl.families.MODELS:
         needed = {setting.name for setting in system.resuming}
     if not needed <= folder.known_parts():
         rule = "be on recorded motion, or have samples and a simulator that can be imported"

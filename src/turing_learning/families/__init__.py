@@ -9,7 +9,7 @@
 `BurstAndCoast`     A persistent random walk in kicks, each followed by a glide (Calovi et al. 2018).
 `Network`           What a network has learned from recordings, with gains (extra `networks`).
 `Robots`            The paper's robots, whose controller is a table from sensor state to wheel speeds.
-`FAMILIES`          The families by name.
+`FAMILIES`          The families of equations by name; `MODELS` has the network, too.
 `as_recorded`       A family with groups, steps and signals as recorded; `Replicates` where recordings differ in group or tank.
 `RecordedSystem`    Recordings, how they are cut into samples, and the family that imitates them; `read_recording` opens one.
 ==================  ===========================================================================================
@@ -22,9 +22,9 @@ is a product then.
 from ._family import Family, Particles
 from ._kinds import FAMILIES, Boids, BurstAndCoast, Couzin, Robots, Vicsek
 from ._network import Network
-from ._recorded import RecordedSystem, Replicates, as_recorded, read_recording
+from ._recorded import MODELS, RecordedSystem, Replicates, as_recorded, read_recording
 
 __all__ = [
-    "FAMILIES", "Boids", "BurstAndCoast", "Couzin", "Family", "Network", "Particles", "RecordedSystem", "Replicates",
+    "FAMILIES", "MODELS", "Boids", "BurstAndCoast", "Couzin", "Family", "Network", "Particles", "RecordedSystem", "Replicates",
     "Robots", "Vicsek", "as_recorded", "read_recording",
 ]  # fmt: skip

@@ -8,7 +8,20 @@ from typing import Any
 import numpy as np
 
 from turing_learning.kernels.imitation import (
-    HISTORY, LAGS, MEMORIES, MEMORY_S, MOST_OTHERS, OWN, RAYS, TRAITS, Choices, Layers, Tanks, Units, perceive, remember_path,
+    HISTORY,
+    LAGS,
+    MEMORIES,
+    MEMORY_S,
+    MOST_OTHERS,
+    OWN,
+    RAYS,
+    TRAITS,
+    Choices,
+    Layers,
+    Tanks,
+    Units,
+    perceive,
+    remember_path,
 )  # fmt: skip
 
 BINS = 48
@@ -96,7 +109,9 @@ def rows_of(path: np.ndarray, learned: np.ndarray) -> np.ndarray:
     return np.stack([frames[at], individual], axis=1)
 
 
-def recorded(path: np.ndarray, memories: np.ndarray, rows: np.ndarray, tanks: Tanks, tank: int, units: Units) -> Recorded:
+def recorded(
+    path: np.ndarray, memories: np.ndarray, rows: np.ndarray, tanks: Tanks, tank: int, units: Units
+) -> Recorded:
     """Return what was perceived and done at these frames and individuals of a recording."""
     count = len(rows)
     own = np.zeros((count, OWN))
@@ -140,7 +155,7 @@ def learn(
     turn_edges, turn_values = bins_of(np.concatenate([turns, -turns]))
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        net = _Network()
+        net = trainable_network()
         own, traits = torch.from_numpy(examples.own), torch.from_numpy(examples.traits)
         there = torch.arange(MOST_OTHERS) < torch.from_numpy(examples.seen)[:, None]
         length_bins = torch.from_numpy(np.searchsorted(length_edges, lengths, side="right"))
@@ -152,7 +167,9 @@ def learn(
         looked_at = torch.from_numpy(np.flatnonzero(checked))
         optimizer = torch.optim.AdamW(net.parameters(), lr=RATE, weight_decay=DECAY)
         schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=steps)
-        averaged = torch.optim.swa_utils.AveragedModel(net, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGED))
+        averaged = torch.optim.swa_utils.AveragedModel(
+            net, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGED)
+        )
         best: Any = None
         chance = 2 * np.log(BINS)
         for step in range(steps):
@@ -165,7 +182,9 @@ def learn(
             some_own, some_traits, some_there = _blinded(some_own, some_traits, some_there)
             turned = torch.where(mirrored, mirrored_bins[batch], turn_bins[batch])
             says_length, says_turn = net(some_own, some_traits, some_there, length_bins[batch])
-            loss = functional.cross_entropy(says_length, length_bins[batch]) + functional.cross_entropy(says_turn, turned)
+            loss = functional.cross_entropy(says_length, length_bins[batch]) + functional.cross_entropy(
+                says_turn, turned
+            )
             optimizer.zero_grad()
             loss.backward()
             nn.utils.clip_grad_norm_(net.parameters(), 1.0)
@@ -224,12 +243,12 @@ def _blinded(own: Any, traits: Any, there: Any) -> tuple[Any, Any, Any]:
     return own, traits, there
 
 
-def _Network() -> Any:
+def trainable_network() -> Any:
     """Return the network, as PyTorch trains it; `kernels.imitation` computes the same."""
     import torch
     from torch import nn
 
-    class Network(nn.Module):
+    class Network(nn.Module):  # type: ignore[misc]
         def __init__(self) -> None:
             super().__init__()
             self.other_first = nn.Linear(TRAITS, OTHER_WIDTH)

@@ -9,9 +9,16 @@ from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
+from turing_learning._files import write_atomically
 from turing_learning.errors import brief, integer, refuse, require
 from turing_learning.kernels.imitation import (
-    HISTORY, MEMORIES, Choices, Layers, Tanks, Units, move_range,
+    HISTORY,
+    MEMORIES,
+    Choices,
+    Layers,
+    Tanks,
+    Units,
+    move_range,
 )  # fmt: skip
 from turing_learning.kernels.parallel import run_range
 from turing_learning.models import Parameter
@@ -170,9 +177,7 @@ class Network(Family):
             np.concatenate([part.stretch + offset[k] for k, part in enumerate(parts)]),
         )
         layers, choices, told = learn(examples, steps=steps, seed=seed, progress=progress)
-        brain = Brain(
-            layers, choices, units, shapes, _joined(starts), windows.interval_s, told["log_likelihood"]
-        )
+        brain = Brain(layers, choices, units, shapes, _joined(starts), windows.interval_s, told["log_likelihood"])
         length = windows.learning.shape[1]
         own = {"steps": length, "interval_s": windows.interval_s, "signals": windows.names}
         usual = {"individuals": brain.starts.paths.shape[2], "settling_steps": length}
@@ -183,42 +188,60 @@ class Network(Family):
         integer("individuals", individuals, 2)
         return replace(self, individuals=individuals, tank_cm=tank_cm or self.tank_cm)
 
-    def save(self, path: Path) -> None:
-        """Write what was learned to a file in the format safetensors: numbers alone, no code."""
-        from safetensors.numpy import save_file
+    def to_bytes(self) -> bytes:
+        """Return what was learned in the format safetensors: numbers alone, no code."""
+        from safetensors.numpy import save
 
-        told = {
-            "format": FORMAT, "interval_s": self.brain.interval_s, "log_likelihood": self.brain.log_likelihood,
-            "steps": self.steps, "signals": list(self.signals), "individuals": self.individuals,
-            "settling_steps": self.settling_steps, "observed": self.observed,
-            "units": self.brain.units._asdict() | {"memory_rates": self.brain.units.memory_rates.tolist()},
-        }  # fmt: skip
-        tensors = {
-            f"{part}.{name}": np.ascontiguousarray(array)
-            for part in PARTS
-            for name, array in getattr(self.brain, part)._asdict().items()
-        }
-        save_file(tensors, path, {"network": json.dumps(told)})
+        names = ("interval_s", "steps", "individuals", "settling_steps", "observed")
+        told = {name: getattr(self, name) for name in names}
+        told["format"] = FORMAT
+        told["log_likelihood"] = self.brain.log_likelihood
+        told["signals"] = list(self.signals)
+        rates = self.brain.units.memory_rates.tolist()
+        told["units"] = self.brain.units._replace(memory_rates=rates)._asdict()
+        tensors = {}
+        for part in PARTS:
+            for name, values in getattr(self.brain, part)._asdict().items():
+                tensors[f"{part}.{name}"] = np.ascontiguousarray(values)
+        return save(tensors, {"network": json.dumps(told)})
 
     @classmethod
-    def load(cls, path: Path) -> Self:
-        """Read what `save` wrote."""
-        from safetensors import SafetensorError, safe_open
+    def from_bytes(cls, content: bytes) -> Self:
+        """Return the network that `to_bytes` made these bytes of."""
+        from safetensors import SafetensorError
+        from safetensors.numpy import load
 
+        rule = "be a network that `save` wrote"
         try:
-            with safe_open(path, "numpy") as file:
-                told = json.loads((file.metadata() or {}).get("network", "{}"))
-                tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+            tensors = load(content)
         except SafetensorError as error:
-            refuse("path", "be a network that `save` wrote", f"{path} ({error})")
-        require(told.get("format") == FORMAT, "path", "be a network that `save` wrote", str(path))
+            refuse("content", rule, f"other bytes ({error})")
+        # the header, a JSON object, stands behind eight bytes that are its length
+        header = json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")])
+        told = json.loads(header.get("__metadata__", {}).get("network", "{}"))
+        require(told.get("format") == FORMAT, "content", rule, f"tensors {brief(list(tensors))}")
         parts: dict[str, Any] = {}
         for part, kind in PARTS.items():
             parts[part] = kind(**{name: tensors[f"{part}.{name}"] for name in kind._fields})
-        units = Units(**told["units"] | {"memory_rates": np.array(told["units"]["memory_rates"])})
-        brain = Brain(**parts, units=units, interval_s=told["interval_s"], log_likelihood=told["log_likelihood"])
-        names = ("interval_s", "steps", "individuals", "settling_steps", "observed")
-        return cls(brain=brain, signals=tuple(told["signals"]), **{name: told[name] for name in names})
+        units = Units(**told.pop("units"))
+        brain = Brain(
+            **parts,
+            units=units._replace(memory_rates=np.array(units.memory_rates)),
+            interval_s=told["interval_s"],
+            log_likelihood=told.pop("log_likelihood"),
+        )
+        signals = tuple(told.pop("signals"))
+        del told["format"]
+        return cls(brain=brain, signals=signals, **told)
+
+    def save(self, path: str | Path) -> None:
+        """Write `to_bytes` to a file."""
+        write_atomically(Path(path), self.to_bytes())
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read what `save` wrote."""
+        return cls.from_bytes(Path(path).read_bytes())
 
     def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, None]:
         count = len(parameters)
@@ -240,7 +263,18 @@ class Network(Family):
             memories[m] = memory * np.repeat((speed, speed**2), MEMORIES // 2)
             keys[m] = own_rng.integers(2**64, dtype=np.uint64)
         run_range(
-            move_range, count, None, paths, memories, keys, gains, which, tanks, brain.units, brain.layers, brain.choices
+            move_range,
+            count,
+            None,
+            paths,
+            memories,
+            keys,
+            gains,
+            which,
+            tanks,
+            brain.units,
+            brain.layers,
+            brain.choices,
         )
         return paths[:, HISTORY + self.settling_steps :], None
 

@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import repeat
 from pathlib import Path
@@ -18,8 +18,11 @@ from turing_learning.trajectories import LONGEST_REST_S, Options, load_file
 from ..trajectories import SIGNALS, Trajectories, Windows, pooled_windows
 from ._family import NEIGHBOR, Family, Particles
 from ._kinds import FAMILIES
+from ._network import Network
 
 WINDOW_S = 4.0
+MODELS: Mapping[str, type[Family]] = {**FAMILIES, "network": Network}
+"""All that may imitate a recording, by name: families of equations, and a network that learns."""
 
 
 @dataclass(frozen=True)
@@ -173,13 +176,19 @@ class RecordedSystem:
         return {"options": options, "sha256": [_digest(path) for path in paths]}
 
     def opened(
-        self, steps: int | None = None, signals: Sequence[str] | None = None
+        self,
+        steps: int | None = None,
+        signals: Sequence[str] | None = None,
+        *,
+        network: Network | None = None,
+        progress: Callable[[int, int], None] | None = None,
     ) -> tuple[Windows, Family | Replicates, tuple[Trajectories, ...]]:
         """Open the recordings, cut them into windows, by default of `steps` and `signals`, and fit the family of models to them.
 
-        Headings are not measured if the individuals of the family have none.
+        Headings are not measured if the individuals of the family have none. A network is learned, with `progress`, unless
+        it is given.
         """
-        given, paths, chosen = self.options.get, self.options["trajectories"], FAMILIES[self.options["model"]]
+        given, paths, chosen = self.options.get, self.options["trajectories"], MODELS[self.options["model"]]
         names = _listed(given("signals"), "signals", "names")
         apart = _listed(given("hold_out_individuals"), "hold_out_individuals", "names")
         numbers = _listed(given("hold_out_recordings"), "hold_out_recordings", "numbers")
@@ -205,6 +214,10 @@ class RecordedSystem:
                 hold_out_individuals=apart,
                 hold_out_recordings=[int(number) - 1 for number in numbers],
             )
+            if issubclass(chosen, Network):
+                likely = [recording.cleared(longest_rest_s=rest) for recording in motion]
+                tanks = given("tank") or ["recorded"]
+                return windows, network or _learned(likely, windows, tanks, progress), motion
             near = any(name.startswith("neighbor") for name in windows.names) and issubclass(chosen, Particles)
             asked = given("tank") or (["recorded"] if near else [])
             asked = asked * count if asked in (["recorded"], ["none"]) else asked
@@ -212,6 +225,17 @@ class RecordedSystem:
             tanks = [_tank(text, likely[min(k, count - 1)]) for k, text in enumerate(asked)]
             family = as_recorded(chosen, likely, windows, tanks=tanks)
         return windows, family, motion
+
+
+def _learned(
+    recordings: Sequence[Trajectories],
+    windows: Windows,
+    tanks: Sequence[str],
+    progress: Callable[[int, int], None] | None,
+) -> Network:
+    """Learn a network from recordings, in tanks as they are asked for."""
+    walls = [text if text == "recorded" else _tank(text, recordings[0]) for text in tanks]
+    return Network.learned(recordings, windows, tanks=walls, progress=progress)
 
 
 def _digest(path: Path) -> str:

@@ -58,7 +58,9 @@ class Tanks(NamedTuple):
     corner: np.ndarray  # (N, 2): x, y of the grid's lower corner (cm)
     cell: np.ndarray  # (N,): side of a cell (cm)
     inside: np.ndarray  # (N, X, Y) bool
-    distance: np.ndarray  # (N, X, Y, DIRECTIONS) float32: from the center of a cell to the wall (cm)
+    distance: (
+        np.ndarray
+    )  # (N, X, Y, DIRECTIONS) float32: from the center of a cell to the wall (cm)
 
 
 class Layers(NamedTuple):
@@ -77,7 +79,9 @@ class Layers(NamedTuple):
     length: np.ndarray
     length_bias: np.ndarray
     turn_hidden: np.ndarray
-    turn_of_length: np.ndarray  # (bins, hidden): what the length that was chosen adds, the bias among it
+    turn_of_length: (
+        np.ndarray
+    )  # (bins, hidden): what the length that was chosen adds, the bias among it
     turn: np.ndarray
     turn_bias: np.ndarray
 
@@ -125,7 +129,9 @@ def may_be_at(tanks: Tanks, tank: int, x: float, y: float) -> bool:
 
 
 @inlined
-def see_walls(tanks: Tanks, tank: int, x: float, y: float, angle: float, units: Units, own: np.ndarray) -> None:
+def see_walls(
+    tanks: Tanks, tank: int, x: float, y: float, angle: float, units: Units, own: np.ndarray
+) -> None:
     """Write how near the walls are, at two scales, and that there are some."""
     first = 2 * LAGS + MEMORIES
     if not tanks.walls[tank]:
@@ -139,9 +145,9 @@ def see_walls(tanks: Tanks, tank: int, x: float, y: float, angle: float, units: 
     for ray in range(RAYS):
         direction = angle + ray * (2.0 * math.pi / RAYS)
         turns = direction / (2.0 * math.pi)
-        entry = int(math.floor((turns - math.floor(turns)) * DIRECTIONS + 0.5)) % DIRECTIONS
+        entry = math.floor((turns - math.floor(turns)) * DIRECTIONS + 0.5) % DIRECTIONS
         # the table is for the center of the cell
-        distance = tanks.distance[tank, int(column), int(row), entry]
+        distance = tanks.distance[tank, column, row, entry]
         distance -= off_x * math.cos(direction) + off_y * math.sin(direction)
         distance = max(distance, 0.0)
         own[first + ray] = math.exp(-distance / units.wall)
@@ -150,7 +156,9 @@ def see_walls(tanks: Tanks, tank: int, x: float, y: float, angle: float, units: 
 
 
 @inlined
-def see_own(path: np.ndarray, frame: int, i: int, memory: np.ndarray, units: Units, own: np.ndarray) -> float:
+def see_own(
+    path: np.ndarray, frame: int, i: int, memory: np.ndarray, units: Units, own: np.ndarray
+) -> float:
     """Write the own displacements and the memory; return the course."""
     angle = course(path, frame, i)
     cosine = math.cos(angle)
@@ -172,7 +180,13 @@ def see_own(path: np.ndarray, frame: int, i: int, memory: np.ndarray, units: Uni
 
 @inlined
 def see_others(
-    path: np.ndarray, frame: int, i: int, angle: float, units: Units, nearest: np.ndarray, traits: np.ndarray
+    path: np.ndarray,
+    frame: int,
+    i: int,
+    angle: float,
+    units: Units,
+    nearest: np.ndarray,
+    traits: np.ndarray,
 ) -> int:
     """Write the traits of the nearest others, and return how many there are; `nearest` is room to sort them in.
 
@@ -240,7 +254,12 @@ def bend(values: np.ndarray) -> None:
 
 @inlined
 def look_at_others(
-    traits: np.ndarray, seen: int, layers: Layers, first: np.ndarray, second: np.ndarray, inputs: np.ndarray
+    traits: np.ndarray,
+    seen: int,
+    layers: Layers,
+    first: np.ndarray,
+    second: np.ndarray,
+    inputs: np.ndarray,
 ) -> None:
     """Write what the others come to at the end of `inputs`: a mean weighted by attention, nothing among the options."""
     size = second.shape[0]
@@ -383,7 +402,9 @@ def _move_range(
     for m in range(start, stop):
         speed, length_noise, turn_noise, walls, places, velocities, recall = gains[m]
         # lengths of a faster group are seen in longer units: it is the same group, faster
-        mine = Units(units.step * speed, units.wall, units.other, units.memory_rates, units.fastest * speed)
+        mine = Units(
+            units.step * speed, units.wall, units.other, units.memory_rates, units.fastest * speed
+        )
         tank = which_tank[m]
         # telescoped: the answer to the own motion, and what walls, places and velocities each add to it
         weights[OWN_MOTION] = 1.0 - walls
@@ -430,13 +451,20 @@ def _move_range(
                     for view in range(VIEWS):
                         if weights[view] == 0.0:
                             continue
-                        apply(hidden[view], layers.turn_hidden, layers.turn_of_length[length_bin], turn_hidden)
+                        apply(
+                            hidden[view],
+                            layers.turn_hidden,
+                            layers.turn_of_length[length_bin],
+                            turn_hidden,
+                        )
                         bend(turn_hidden)
                         apply(turn_hidden, layers.turn, layers.turn_bias, answer)
                         for b in range(bins):
                             drawn[b] += weights[view] * answer[b]
                     turn_bin = choose(drawn, turn_noise, uniform(key, counter + np.uint64(1)))
-                    length = speed * within(choices.lengths[length_bin], uniform(key, counter + np.uint64(2)))
+                    length = speed * within(
+                        choices.lengths[length_bin], uniform(key, counter + np.uint64(2))
+                    )
                     turn = within(choices.turns[turn_bin], uniform(key, counter + np.uint64(3)))
                     counter += np.uint64(4)
                     if attempt >= TRIES // 2:

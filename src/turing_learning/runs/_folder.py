@@ -16,7 +16,7 @@ import numpy as np
 from turing_learning._files import PARTIAL, digest_of, remove_partial, write_atomically
 from turing_learning.config import Configuration, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, refusing_as
-from turing_learning.families import RecordedSystem
+from turing_learning.families import Network, RecordedSystem
 from turing_learning.provenance import now, provenance, this_process, versions
 from turing_learning.store import (
     FolderKind,
@@ -42,12 +42,15 @@ FINISHED = "finished"
 
 RECORDING = "recording"  # in the manifest: file and options of the recording that the command line began a run with
 LABORATORY, CAMERA, CALIBRATION = "laboratory.json", "camera.json", "calibration.npz"
+NETWORK = "network.safetensors"
+"""File of a run folder that holds the network that was learned for it."""
 MOTION = "motion.npz"  # positions of recorded individuals and of replicas, for the report
 DIALOGUES = "dialogues.npz"  # what the best interrogators do, for the report
 _RESULTS = (
     "result.json", "report.html", "checkpoints", "traces", "buffer", "history.zarr", "figures", "check", CALIBRATION, MOTION,
     DIALOGUES,
     "trials", "pool.json", "events.jsonl", "post_evaluation.json", LABORATORY, CAMERA,
+    NETWORK,
 )  # fmt: skip
 _KIND = FolderKind(
     "run",
@@ -280,12 +283,22 @@ class RunFolder(Store):
             motion = RecordedSystem.remembered(
                 manifest[RECORDING], "Put it back, or give `genuine` and `simulate`."
             )
-            found["genuine"], found["simulate"], _ = motion.opened(system.steps, system.signals)
+            found["genuine"], found["simulate"], _ = motion.opened(
+                system.steps, system.signals, network=self.network()
+            )
+        elif given.simulate is None and (network := self.network()) is not None:
+            found["simulate"] = network
         for name in ("genuine", "simulate"):
             stored = manifest.get(name)
             if getattr(given, name) is None and isinstance(stored, str):
                 found[name] = imported(stored, name) if ":" in stored else stored
         return replace(given, **found)
+
+    def network(self) -> Network | None:
+        """Return the network that was learned for this run, if there is one."""
+        if not (self.path / NETWORK).exists():
+            return None
+        return Network.from_bytes(self.read_bytes(NETWORK))
 
     def update_manifest(self, **changes: Any) -> None:
         """Change entries of the manifest."""
@@ -330,7 +343,7 @@ class RunFolder(Store):
 
     def foreign_names(self) -> list[str]:
         """Return the names in the folder that are not of a run that has only been begun."""
-        begun = {self.configuration_path.name, LABORATORY, CAMERA, "seals.txt", self.lock_path.name}
+        begun = {self.configuration_path.name, LABORATORY, CAMERA, NETWORK, "seals.txt", self.lock_path.name}
         begun = begun if self.lock_path.exists() else set()
         names = (path.name for path in self.path.iterdir()) if self.path.exists() else ()
         return sorted(name for name in names if name not in begun and not name.endswith(PARTIAL))

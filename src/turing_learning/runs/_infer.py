@@ -14,6 +14,7 @@ from turing_learning.config import Configuration, ConfigurationError, require_vi
 from turing_learning.config.parts import part_named
 from turing_learning.config.settings import refuse_unknown, resolved, single_settings
 from turing_learning.errors import brief, check, refusing_as
+from turing_learning.families import Network
 from turing_learning.interaction import describe_stimulated
 from turing_learning.store import RunFolderError, check_folder
 from turing_learning.swarm import Scenario
@@ -29,7 +30,7 @@ from turing_learning.systems import (
     imported,
 )
 
-from ._folder import RunFolder, resume_command
+from ._folder import NETWORK, RunFolder, resume_command
 from ._progress import Observer, watched
 from ._result import Result
 from ._run import Run, conduct, refuse_given_source
@@ -206,8 +207,15 @@ def infer(
     with refusing_as(ConfigurationError):
         opened = configuration.system.open(replace(given, genuine=data))
     with opened as source, watched(observer, should_stop, progress) as observer:
+        files = {NETWORK: simulate.to_bytes()} if isinstance(simulate, Network) else None
         run = Run.begin(
-            configuration, out, force=force, source=source, entries=entries, given=given
+            configuration,
+            out,
+            force=force,
+            source=source,
+            entries=entries,
+            given=given,
+            files=files,
         )
         return conduct(run, observer, should_stop)
 

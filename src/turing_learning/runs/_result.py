@@ -13,6 +13,7 @@ from turing_learning import runs
 from turing_learning.analysis import UNKNOWN, Judgment, Verdict, replace_unknown
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import LARGEST_COUNT, integer
+from turing_learning.families import Network
 from turing_learning.identifiability import Check, read_check
 from turing_learning.report import Tabular, counted, shown
 from turing_learning.report.tabular import describe_unknown, judged, parameter_rows, parameter_table
@@ -323,6 +324,13 @@ class Result(Tabular):
         if folder is None or not folder.motion_path.exists():
             return None
         return dict(folder.read(CALIBRATION))
+
+    @property
+    def network(self) -> Network | None:
+        """The network that was learned for the run, as recorded; None where the models are others."""
+        if self.record is not None and isinstance(self.record.given.simulate, Network):
+            return self.record.given.simulate
+        return None if self.path is None else RunFolder(self.path).network()
 
     @property
     def jury(self) -> Jury:

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import turing_learning as tl
+from turing_learning.cli import main
 from turing_learning.families import Couzin, Network, _tank
 from turing_learning.trajectories import Trajectories
 
 pytest.importorskip("safetensors")
 FILE = Path(__file__).parent / "couzin.safetensors"
-AS_RECORDED = {name: 1.0 for name in Network.gains}
 
 
 @pytest.fixture(scope="module")
@@ -88,12 +88,19 @@ def test_attraction_brings_individuals_together(network):
     assert distance(0.0) > 1.2 * distance(1.0)
 
 
-def test_noise_of_turns_makes_paths_rougher(network):
-    def roughness(gain):
-        samples = network(values(network, 60, turn_noise=gain), np.random.default_rng(6))
-        return np.abs(np.diff(samples[..., network.signals.index("turn")])).mean()
+def test_noise_spreads_the_next_step(network):
+    starts = network.brain.starts
+    one_moment = starts._replace(paths=starts.paths[:1], memories=starts.memories[:1], tank=starts.tank[:1])
+    brain = network.brain._replace(starts=one_moment)
+    from_one_moment = replace(network, brain=brain, settling_steps=0)
 
-    assert roughness(0.5) < roughness(1.0) < roughness(1.5)
+    def spread(gain):
+        positions = from_one_moment.simulate(values(network, 200, turn_noise=gain), np.random.default_rng(6))
+        order = np.argsort(positions[:, 0, :, 0], axis=1)[..., None]
+        next_places = np.take_along_axis(positions[:, 1], order, axis=1)
+        return next_places.std(axis=0).mean()
+
+    assert spread(0.5) < spread(1.0) < spread(1.5)
 
 
 def test_a_stored_network_moves_to_the_same_bits(network, tmp_path):
@@ -106,7 +113,7 @@ def test_a_stored_network_moves_to_the_same_bits(network, tmp_path):
 def test_a_file_that_is_no_network_is_refused(tmp_path):
     path = tmp_path / "no.safetensors"
     path.write_bytes(b"nothing of the kind")
-    with pytest.raises(ValueError, match=r"`path` must be a network that `save` wrote.*no\.safetensors"):
+    with pytest.raises(ValueError, match="`content` must be a network that `save` wrote"):
         Network.load(path)
 
 
@@ -162,7 +169,7 @@ def test_the_kernel_computes_what_was_trained():
     from turing_learning.kernels import imitation
 
     torch.manual_seed(1)
-    net = _imitation._Network().eval()
+    net = _imitation.trainable_network().eval()
     layers = net.layers()
     rng = np.random.default_rng(1)
     own = rng.normal(size=imitation.OWN).astype(np.float32)
@@ -174,3 +181,78 @@ def test_the_kernel_computes_what_was_trained():
     imitation.answer(own, traits, 3, layers, 5, says_length, says_turn)
     assert says_length == pytest.approx(length[0].numpy(), abs=1e-5)
     assert says_turn == pytest.approx(turn[0].numpy(), abs=1e-5)
+
+
+def test_a_run_keeps_its_network(network, tmp_path):
+    genuine = network(values(network, 30), np.random.default_rng(8))[:, 0]
+    out = tmp_path / "run"
+    result = tl.infer(
+        genuine=genuine,
+        simulate=network,
+        parameters=network.parameters,
+        signals=network.signals,
+        trials=100,
+        seed=1,
+        out=out,
+        should_stop=stop_after(50),
+    )
+    stored = tl.runs.RunFolder(out).network()
+    assert stored is not None
+    assert stored.to_bytes() == network.to_bytes()
+    result = tl.resume(out, genuine=genuine)
+    unstopped = tl.infer(
+        genuine=genuine,
+        simulate=network,
+        parameters=network.parameters,
+        signals=network.signals,
+        trials=100,
+        seed=1,
+    )
+    assert result.estimate == unstopped.estimate
+    assert tl.load_run(out).network.to_bytes() == network.to_bytes()
+
+
+def stop_after(trials):
+    """Return a function that is asked after each batch whether to stop."""
+    asked = []
+
+    def stop():
+        asked.append(1)
+        return len(asked) > trials // 50
+
+    return stop
+
+
+def exit_code(command):
+    with pytest.raises(SystemExit) as ended:
+        main(command)
+    return ended.value.code
+
+
+def test_the_command_line_learns_a_network_once(network, tmp_path, monkeypatch, capsys):
+    learned = []
+
+    def learn(recordings, windows, **options):
+        learned.append(options)
+        steps = windows.learning.shape[1]
+        return replace(network, steps=steps, settling_steps=steps, signals=windows.names)
+
+    monkeypatch.setattr(Network, "learned", learn)
+    recording = recorded(5, steps=900)
+    table = tmp_path / "fish.csv"
+    lines = ["frame,id,x,y"]
+    for frame, places in enumerate(recording.positions):
+        lines += [f"{frame},{k},{x},{y}" for k, (x, y) in enumerate(places)]
+    table.write_text("\n".join([*lines, ""]))
+    out = tmp_path / "run"
+    command = ["infer", "--trajectories", str(table), "--fps", "10", "--scale", "1", "--y-axis", "up"]
+    command += ["--model", "network", "--trials", "100", "--seed", "1", "--out", str(out)]
+    assert exit_code(command) == 0
+    assert len(learned) == 1
+    assert (out / "network.safetensors").exists()
+    assert exit_code(["show", str(out)]) == 0
+    assert "attraction" in capsys.readouterr().out
+    result = tl.load_run(out)
+    assert result.network.signals == ("speed", "turn", "neighbor_distance", "neighbor_bearing")
+    assert len(result.plot.motion()) > 0
+    assert len(learned) == 1  # not learned again: the folder has it
