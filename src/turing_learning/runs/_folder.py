@@ -343,7 +343,14 @@ class RunFolder(Store):
 
     def foreign_names(self) -> list[str]:
         """Return the names in the folder that are not of a run that has only been begun."""
-        begun = {self.configuration_path.name, LABORATORY, CAMERA, NETWORK, "seals.txt", self.lock_path.name}
+        begun = {
+            self.configuration_path.name,
+            LABORATORY,
+            CAMERA,
+            NETWORK,
+            "seals.txt",
+            self.lock_path.name,
+        }
         begun = begun if self.lock_path.exists() else set()
         names = (path.name for path in self.path.iterdir()) if self.path.exists() else ()
         return sorted(name for name in names if name not in begun and not name.endswith(PARTIAL))
