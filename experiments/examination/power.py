@@ -135,24 +135,27 @@ def evolved(real: np.ndarray, simulated: np.ndarray) -> float:
 
 
 def main() -> None:
-    """Write a row for each planted difference."""
+    """Write a row for each planted difference that has none yet."""
     names = ["gradient boosting", "logistic regression", "MiniRocket", "check"]
-    with TABLE.open("w") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["difference", "panel", "p_value", "power_accuracy", "seconds", *names, "named", "right"])
-        for name, signals, words, real, simulated in planted(np.random.default_rng(4521)):
-            begin = time.process_time()
-            found = tl.test(real, simulated, names=signals, examiners=PANEL)
-            seconds = time.process_time() - begin
-            labels = np.repeat([True, False], SAMPLES)
-            beside = others(np.concatenate((real, simulated)), labels, signals) | {"check": evolved(real, simulated)}
-            first = found.telling[0].what
-            right = any(word in first for word in words)
-            power = found.examined.power_accuracy or float("nan")
-            numbers = [f"{found.accuracy:.3f}", f"{found.p_value:.2f}", f"{power:.3f}", f"{seconds:.0f}"]
-            numbers += [f"{beside[key]:.3f}" if key in beside else "" for key in names]
-            writer.writerow([name, *numbers, first, "yes" if right else "no"])
-            file.flush()
+    headings = ["difference", "panel", "p_value", "power_accuracy", "seconds", *names, "named", "right"]
+    rows = list(csv.reader(TABLE.open())) if TABLE.exists() else [headings]
+    done = {row[0] for row in rows}
+    for name, signals, words, real, simulated in planted(np.random.default_rng(4521)):
+        if name in done:
+            continue
+        begin = time.process_time()
+        found = tl.test(real, simulated, names=signals, examiners=PANEL)
+        seconds = time.process_time() - begin
+        labels = np.repeat([True, False], SAMPLES)
+        beside = others(np.concatenate((real, simulated)), labels, signals) | {"check": evolved(real, simulated)}
+        first = found.telling[0].what
+        right = any(word in first for word in words)
+        power = found.examined.power_accuracy or float("nan")
+        numbers = [f"{found.accuracy:.3f}", f"{found.p_value:.2f}", f"{power:.3f}", f"{seconds:.0f}"]
+        numbers += [f"{beside[key]:.3f}" if key in beside else "" for key in names]
+        rows.append([name, *numbers, first, "yes" if right else "no"])
+        with TABLE.open("w") as file:
+            csv.writer(file, lineterminator="\n").writerows(rows)
 
 
 if __name__ == "__main__":
