@@ -5,7 +5,7 @@ from importlib.metadata import version
 
 from cyclopts import App, Parameter
 
-from . import _beside, _detect, _examine, _robots, _runs
+from . import _beside, _detect, _examine, _look, _robots, _runs
 
 app = App(
     name="turing-learning",
@@ -31,6 +31,7 @@ _ORDER: tuple[Callable[..., object], ...] = (
     _runs.check,
     _examine.test,
     _detect.detect,
+    _look.look,
     _beside.reproduce,
     _robots.arena,
     _beside.sample,

@@ -53,10 +53,18 @@ class Tracks:
     """Point of the body that stands for the animal, in a file with several."""
     column: Columns = None
     """Which column of a table is what, as id=track; several times for several."""
+    heading: str | None = None
+    """Two points of the body, as nose,tail: headings lead from the second to the first."""
+    resample: Real | None = None
+    """Frames per second to which uneven times are brought."""
+    project: bool | None = None
+    """Bring longitude and latitude into a plane."""
     min_confidence: Real | None = None
     """Positions of which the tracker is less sure are missing."""
     every: Integer | None = None
     """Keep one frame in K, of a file that has only those, or is faster than the motion."""
+    split_gaps: Real | None = None
+    """Who is away for longer (s) is another individual after that."""
     bridge: Integer | None = None
     """Fill gaps of up to K frames by straight motion."""
     smooth: Integer | None = None
@@ -96,6 +104,9 @@ class Recording(Tracks):
     """File of a tracker; several times for several recordings, each with individuals of its own."""
     model: str | None = None
     """Family of models, see `turing-learning docs families`."""
+    range: Columns = None
+    """Range of a parameter of the models, as speed=5:300, also with :log or :integer; several times for several. By default it
+    follows from the recording."""
     window: Real | None = None
     """Length of the samples (s); by default 4, or that of the run."""
     signals: str | None = None
@@ -144,6 +155,7 @@ class Recording(Tracks):
     def system(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
         windows, family, recordings = self.motion().opened(progress=_tell_learning)
+        parameters, unusual_ranges = self.motion().parameters(family, recordings)
         paths = self.trajectories or []
         names = [titled(path) for path in paths]
         title = names[0]
@@ -157,10 +169,12 @@ class Recording(Tracks):
         if social and all(len(recording.individuals) == 1 for recording in recordings):
             neighbors = f"what {self.model} says of neighbors"
             print(f"there is one individual: {neighbors} cannot be inferred")
+        for line in unusual_ranges:
+            print(line)
         return {
             "genuine": windows,
             "simulate": family,
-            "parameters": family.parameters,
+            "parameters": parameters,
             "name": self.model,
             "title": f"{title}, as {self.model}",
             "provenance": {"recording": self.motion().entry},

@@ -14,6 +14,7 @@ import turing_learning as tl
 from turing_learning.errors import choice, integer, refuse, require
 
 from . import _robots
+from ._command import Callers, Program, remembered_program
 from ._options import Integer, Real, Recording, Settings, require_scenario, settings_of, watched
 from ._stopping import FAILED, Interrupted, stopping
 from ._tables import plain_console, print_files, print_result, print_study
@@ -35,6 +36,8 @@ def infer(
     passive: str | None = None,
     settings: Settings = None,
     recording: Recording = Recording(),  # noqa: B008 - frozen
+    program: Program = Program(),  # noqa: B008 - frozen
+    callers: Callers = Callers(),  # noqa: B008 - frozen
 ) -> None:
     """Infer the behavior of a swarm, or of recorded animals, by Turing Learning, and leave a run folder with a report.
 
@@ -47,6 +50,7 @@ def infer(
       turing-learning infer aggregation --generations 200 --seed 7 --out runs/short
       turing-learning infer --config my.toml --set classifiers.hidden=8
       turing-learning infer light-response --passive random
+      turing-learning infer --simulate-command "ants {speed} {seed}" --range speed=0:10 --series nests.csv --workers 4
       turing-learning infer --trajectories monday/fish.txt --trajectories tuesday/fish.txt --fps 25 --scale 12.3 --model couzin
 
     :param scenario: Name of a scenario, see `scenarios`; or in the file.
@@ -75,11 +79,16 @@ def infer(
 
     length = {"run.generations": generations, "run.trials": trials, "run.tolerance": tolerance}
     overrides, labels = settings_of(settings, {**length, "run.seed": seed, "run.threads": threads})
-    if recording.given:
+    if recording.given or program.given:
         for option, value in (("SCENARIO", scenario), ("--passive", passive)):
             if value is not None:
                 refuse(option, "be left out for recorded motion", repr(value))
-        system = recording.system()
+        if program.given:
+            rule = "be left out for a program and its series"
+            replace(recording, range=None).refuse_beside(rule)
+            system = program.system(recording.range)
+        else:
+            system = recording.system()
         stated = {}
         if config is not None:
             _, document = read_toml(config)
@@ -95,8 +104,10 @@ def infer(
             out=path,
             force=force,
         )
-        _execute(run, path)
+        with callers.options() as options:
+            _execute(partial(run, **options), path)
         return
+    callers.refuse("simulated robots, whose threads are --threads")
     require_scenario(scenario, config, SCENARIOS)
     chosen = scenario if passive is None else watched(scenario, passive)
     configuration = load_configuration(config, preset, overrides, scenario=chosen, labels=labels)
@@ -112,10 +123,9 @@ def resume(
     threads: Integer | None = None,
     trials: Integer | None = None,
     tolerance: Real | None = None,
-    workers: Integer | None = None,
-    cluster: str | None = None,
     trust: bool = False,
     recording: Recording = Recording(),  # noqa: B008 - frozen
+    callers: Callers = Callers(),  # noqa: B008 - frozen
 ) -> int | None:
     """Resume a run or study that was stopped or killed; the result is that of one that never stopped.
 
@@ -130,8 +140,6 @@ def resume(
     :param threads: Of a run: number of threads; all by default. The result does not depend on it.
     :param trials: Of a finished run of trials: the number that it shall have in all.
     :param tolerance: Beside --trials: as in `infer`; that of the run by default.
-    :param workers: Of a study: number of worker processes; one for each processor by default.
-    :param cluster: Of a study: a Dask scheduler, as tcp://10.0.0.1:8786.
     :param trust: Of a run in a laboratory whose laboratory.json you have edited: it names functions that are executed.
     """
     if tl.studies.is_study(run):
@@ -139,14 +147,14 @@ def resume(
         of_runs = {"threads": threads, "trials": trials, "tolerance": tolerance}
         _refuse_options(what, **of_runs, trust=trust or None)
         recording.refuse_beside("be left out for a study, which needs nothing but its folder")
-        resumed = partial(tl.studies.resume_study, run, workers=workers, cluster=cluster)
+        resumed = partial(tl.studies.resume_study, run, **callers.given)
         return _execute_study(resumed, run)
-    _refuse_options("single run", workers=workers, cluster=cluster)
     if threads is not None:
         integer("threads", threads, 1, place="--threads")
     if tl.runs.is_laboratory_run(run):
         rule = "be left out for a run in a laboratory, which needs nothing but its folder"
         recording.refuse_beside(rule)
+        callers.refuse("a run in a laboratory")
         return _robots.resume_run(run, trust=trust, trials=trials, tolerance=tolerance)
     rule = "be left out for a run that takes place in no laboratory"
     require(not trust, "--trust", rule, "it", place=str(run))
@@ -154,10 +162,13 @@ def resume(
     if recording.given or trials is not None or not _is_finished(run):
         system = _system_of(run, recording, "resume({run}, genuine=..., simulate=...)")
         system.pop("recording", None)
+    if tl.runs.RunFolder(run).configuration().system.simulated is not None:
+        callers.refuse("a single run of simulated robots")
     resumed_run = partial(
         tl.resume, run, **system, threads=threads, trials=trials, tolerance=tolerance
     )
-    _execute(resumed_run, run)
+    with callers.options() as options:
+        _execute(partial(resumed_run, **options), run)
     return None
 
 
@@ -407,6 +418,7 @@ def check(
     seed: Integer = 0,
     force: bool = False,
     recording: Recording = Recording(),  # noqa: B008 - frozen
+    callers: Callers = Callers(),  # noqa: B008 - frozen
 ) -> None:
     """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
 
@@ -436,15 +448,17 @@ def check(
     stages = plain_console(stderr=True)
     console = plain_console()
     try:
-        done = result.check(
-            **system,
-            recoveries=recoveries,
-            recovery_generations=recovery_generations,
-            effort=effort,
-            seed=seed,
-            force=force,
-            stage=stages.print,
-        )
+        with callers.options() as options:
+            done = result.check(
+                **system,
+                **options,
+                recoveries=recoveries,
+                recovery_generations=recovery_generations,
+                effort=effort,
+                seed=seed,
+                force=force,
+                stage=stages.print,
+            )
     except KeyboardInterrupt as error:
         raise Interrupted("interrupted; the same command continues from what is done") from error
     console.print(done)
@@ -463,6 +477,11 @@ def _system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
     """
     folder = tl.runs.RunFolder(run)
     system = folder.configuration().system
+    program = remembered_program(run)
+    if program:
+        rule = "be left out for a run on a program, which needs nothing but its folder"
+        recording.refuse_beside(rule)
+        return program
     needed: set[str] = set()
     if system.name not in tl.families.MODELS:
         needed = {setting.name for setting in system.resuming}

@@ -32,11 +32,15 @@ _ALIKE = (
     "min_confidence",
     "hold_out_individuals",
     "hold_out_recordings",
+    "heading",
+    "resample",
+    "project",
+    "range",
 )
 _OPTIONS = {name: f"--{name.replace('_', '-')}" for name in _ALIKE} | {
     "pixels_per_cm": "--scale", "length_s": "--window", "steps": "--window", "max_gap": "--bridge",
     "smooth_frames": "--smooth", "names": "--signals", "tank_cm": "--tank", "tanks": "--tank", "columns": "--column",
-    "longest_rest_s": "--longest-rest",
+    "longest_rest_s": "--longest-rest", "longest_gap_s": "--split-gaps",
 }  # fmt: skip
 """Arguments of Python whose options have other names, or stand in messages with their dashes."""
 

@@ -11,6 +11,7 @@
 `Robots`            The paper's robots, whose controller is a table from sensor state to wheel speeds.
 `FAMILIES`          The families of equations by name; `MODELS` has the network, too.
 `as_recorded`       A family with groups, steps and signals as recorded; `Replicates` where recordings differ in group or tank.
+`recorded_ranges`   Ranges of the parameters that fit a recording; `said_ranges` reads those of commands, as speed=5:300.
 `RecordedSystem`    Recordings, how they are cut into samples, and the family that imitates them; `read_recording` opens one.
 ==================  ===========================================================================================
 
@@ -22,9 +23,10 @@ is a product then.
 from ._family import Family, Particles
 from ._kinds import FAMILIES, Boids, BurstAndCoast, Couzin, Robots, Vicsek
 from ._network import Network
+from ._ranges import recorded_ranges, said_ranges
 from ._recorded import MODELS, RecordedSystem, Replicates, as_recorded, read_recording
 
 __all__ = [
     "FAMILIES", "MODELS", "Boids", "BurstAndCoast", "Couzin", "Family", "Network", "Particles", "RecordedSystem", "Replicates",
-    "Robots", "Vicsek", "as_recorded", "read_recording",
+    "Robots", "Vicsek", "as_recorded", "read_recording", "recorded_ranges", "said_ranges",
 ]  # fmt: skip

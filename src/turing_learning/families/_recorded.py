@@ -15,10 +15,12 @@ from turing_learning._files import digest_of, file_digest
 from turing_learning.errors import RefusedError, Setting, refuse, refusing_as, require
 from turing_learning.trajectories import LONGEST_REST_S, Options, load_file
 
+from ..models import Parameter
 from ..trajectories import SIGNALS, Trajectories, Windows, pooled_windows
 from ._family import NEIGHBOR, Family, Particles
 from ._kinds import FAMILIES
 from ._network import Network
+from ._ranges import recorded_ranges, said_ranges
 
 WINDOW_S = 4.0
 MODELS: Mapping[str, type[Family]] = {**FAMILIES, "network": Network}
@@ -108,14 +110,18 @@ def read_recording(
     Frame rate, scale and direction of y are the `usual` ones where neither the options nor the file state them. With
     the usual frame rate, `every` is the usual one, too.
     """
-    every, bridge = options.get("every"), options.get("bridge")
+    every, bridge, split = options.get("every"), options.get("bridge"), options.get("split_gaps")
+    heading = options.get("heading")
     fps, scale, y_axis, keypoint = map(options.get, ("fps", "scale", "y_axis", "keypoint"))
     otherwise = {"fps": usual.get("fps"), "pixels_per_cm": usual.get("scale"), "y_axis": usual.get("y_axis")}
+    otherwise |= {"words": usual["words"]} if "words" in usual else {}
     try:
         with refusing_as(RefusedError):
             how = Options(
                 fps=fps, pixels_per_cm=scale, y_axis=y_axis, keypoint=keypoint,
                 min_confidence=options.get("min_confidence"), columns=_columns(options.get("column", ())),
+                heading=None if heading is None else tuple(_listed(heading, "heading", "two points")),  # type: ignore[arg-type]
+                resample=options.get("resample"), project=bool(options.get("project")),
             )  # fmt: skip
             recording = load_file(path, how, options.get("format"), otherwise)
             if every is None and fps is None and recording.fps == usual.get("fps"):
@@ -124,6 +130,8 @@ def read_recording(
                 rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
                 require(every < 1 or every % recording.every == 0, "every", rule, str(every), place=str(path))
                 recording = recording.thinned(every)
+            if split is not None:
+                recording = recording.split(split)
             if bridge is not None:
                 recording = recording.cleared(longest_rest_s=None).bridged(bridge)
             return recording
@@ -174,6 +182,23 @@ class RecordedSystem:
         paths = self.options["trajectories"]
         options = {**self.options, "trajectories": [str(path.absolute()) for path in paths]}
         return {"options": options, "sha256": [_digest(path) for path in paths]}
+
+    def parameters(
+        self, family: Family | Replicates, recordings: Sequence[Trajectories]
+    ) -> tuple[dict[str, Parameter], list[str]]:
+        """Return the parameters of the models, with ranges as said or else as recorded, and in words which are unusual."""
+        rest = self.options.get("longest_rest", LONGEST_REST_S)
+        recorded = recorded_ranges(family, [each.cleared(longest_rest_s=rest) for each in recordings])
+        texts = self.options.get("range") or ()
+        found = said_ranges(texts, recorded)
+        said = {text.partition("=")[0] for text in texts}
+        lines = []
+        for name, parameter in found.items():
+            usual = family.parameters[name]
+            if parameter != usual and name not in said:
+                ends = f"{parameter.low:g} to {parameter.high:g} {parameter.unit}"
+                lines.append(f"range of {name} by the recording: {ends} (usually {usual.low:g} to {usual.high:g})")
+        return found, lines
 
     def opened(
         self,
@@ -260,8 +285,8 @@ def _tank(text: str, recording: Trajectories) -> tuple[float, float] | None:
     if text == "none":
         return None
     if text == "recorded":
-        where = recording.positions[recording.present]
-        width, height = (where.max(axis=0) - where.min(axis=0)).tolist()
+        low, high = recording.reach
+        width, height = (high - low).tolist()
         return width, height
     sides = re.fullmatch(r"([0-9.]+)x([0-9.]+)", text)
     try:

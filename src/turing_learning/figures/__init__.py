@@ -13,7 +13,7 @@
 
 Figures are `matplotlib.figure.Figure` objects without pyplot and without global state; matplotlib
 is imported when the first one is made. The figures that only the package itself draws are in the
-modules `one_run`,
+modules `one_run`, `recordings`,
 `many_runs` and `swarms`, their look is in `style`; their callers give arrays of the right shape.
 """
 

@@ -52,6 +52,8 @@ class Parameter(Settings):
         Range of the first models, within the bounds; by default from bound to bound. Where a side
         is open, the default is 2 units wide, or 2 decades on a logarithmic scale, around 0, or 1,
         if both are open.
+    integer
+        Whether models have the nearest integer; bounds are integers then.
 
     Examples
     --------
@@ -65,6 +67,7 @@ class Parameter(Settings):
     scale: Literal["linear", "log"] = "linear"
     unit: str = ""
     initial: tuple[float, float] | None = None
+    integer: bool = False
 
     def __post_init__(self) -> None:
         require(self.scale in ("linear", "log"), "scale", 'be "linear" or "log"', brief(self.scale))
@@ -89,6 +92,8 @@ class Parameter(Settings):
                 fits = _is_number(value) and smallest <= value <= LARGEST
                 require(fits, name, rule, brief(value))
                 object.__setattr__(self, name, float(value))
+                whole = not self.integer or value == round(value)
+                require(whole, name, "be an integer for an integer parameter", brief(value))
         if self.low is not None and self.high is not None:
             require(self.low < self.high, "low", "be below `high`", f"{self.low} and {self.high}")
 
@@ -118,6 +123,8 @@ class Parameter(Settings):
         values = self._folded(middle + half * numbers)
         if self.scale == "log":
             values = 10.0 ** np.clip(values, -LARGEST_DECADE, LARGEST_DECADE)
+        if self.integer:
+            values = np.round(values)
         return np.clip(values, self.low, self.high)  # what rounding has pushed over a bound
 
     def to_numbers(self, values: np.ndarray) -> np.ndarray:

@@ -63,6 +63,7 @@ class Report:
     listings: Sequence[Listing]  # folded ones come after the figures
     figures: Sequence[Picture] = ()
     warning: str = ""  # what a reader must not miss
+    doubts: Sequence[str] = ()  # what looks odd, a sentence each
     configuration: str = ""  # as text (TOML): the resolved one, of a study that of the first run
     judgment: Judgment | None = None  # whether to believe a run
     facts: Sequence[
@@ -85,11 +86,12 @@ def report_page(report: Report) -> str:
         sections.append(_verdict(report.judgment))
     if report.facts:
         sections.append(f'<dl class="top">{_facts(report.facts)}</dl>')
+    sections += [_warning(doubt) for doubt in report.doubts]
     sections += [_listing(listing) for listing in report.listings if not listing.folded]
     if report.data:
         sections.append(f'<p class="note">Data: {_downloads(report.data)}</p>')
     if report.warning:
-        sections.append(f'<p class="health warning" role="note">{escape(report.warning)}</p>')
+        sections.append(_warning(report.warning))
     if report.judgment is not None:
         sections.append(_asset("_reading.html"))
     if report.check is not None:
@@ -233,6 +235,10 @@ def _page(title: str, summary: str, sections: list[str], replay: Replay | None) 
         data=_embed(replay) if replay is not None else "null",
         script=script,
     )
+
+
+def _warning(text: str) -> str:
+    return f'<p class="health warning" role="note">{escape(text)}</p>'
 
 
 def _section(name: str, heading: str, body: str) -> str:

@@ -37,6 +37,7 @@ from turing_learning.identifiability.evidence import (
     evidence_of,
     stream,
 )
+from turing_learning.report import counted
 from turing_learning.store import RunFolderError, check_folder, storage, writable
 from turing_learning.store import RunStorageError as RunStorageError
 from turing_learning.systems import (
@@ -88,6 +89,7 @@ class _Checker:
     def run(self, *, force: bool) -> Check:
         """Go through the stages; what a folder holds already is not done again."""
         content, model = self._begun(force), self.result.simulated_model
+        self.stage(self._ahead(content))
         if "test" not in content:
             self.stage("fresh classifiers against the estimate")
             content["test"] = two_sample_test(
@@ -131,6 +133,24 @@ class _Checker:
         if self.folder is None:
             self.result.stored().beside[CHECK] = content
         return check
+
+    def _ahead(self, content: dict[str, Any]) -> str:
+        """Return in words what is still to be done, and how long its longest part takes."""
+        parts = []
+        if "test" not in content:
+            parts.append("fresh classifiers against the estimate")
+        profiled = self.effort.points > 0 and self.result.networks is None
+        profiles = len(self.result.estimate) - len(content["profiles"]) if profiled else 0
+        if profiles:
+            parts.append(f"{counted(profiles, 'profile')} of {self.effort.points} values")
+        runs = self.settings["recoveries"] - len(content["recoveries"])
+        if runs:
+            seconds = self.folder.manifest().get("seconds") if self.folder is not None else None
+            took = f", {seconds:.0f} s" if isinstance(seconds, int | float) and seconds > 0 else ""
+            parts.append(
+                f"{counted(runs, 'run')} whose truth is the estimate, each about as long as this one{took}"
+            )
+        return f"ahead: {'; '.join(parts) or 'nothing but what is stored'}"
 
     def _write(self, content: dict[str, Any]) -> None:
         if self.folder is not None:
@@ -326,6 +346,7 @@ def check(
     recovery_generations: int | None = None,
     seed: int = 0,
     workers: int | None = None,
+    executor: Any = None,
     timeout_s: float | None = None,
     force: bool = False,
     stage: Stage | None = None,
@@ -360,7 +381,7 @@ def check(
         was to spend: 2 or more say whether the search or the model is at fault.
     seed
         Of all random numbers of the check, >= 0.
-    workers, timeout_s
+    workers, timeout_s, executor
         As in `infer`.
     force
         Whether to look anew, and to replace the check that is there, whatever its settings.
@@ -403,7 +424,7 @@ def check(
     )
     folder, system = None if result.path is None else RunFolder(result.path), configuration.system
     known = record.samples_and_simulator(genuine, simulate)
-    given = Given(known.genuine, known.simulate, workers, timeout_s, groups)
+    given = Given(known.genuine, known.simulate, workers, timeout_s, groups, executor)
     say = stage or (lambda text: None)
     recordings = (recording,) if isinstance(recording, Trajectories) else tuple(recording or ())
     with ExitStack() as stack:

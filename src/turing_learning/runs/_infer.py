@@ -124,7 +124,7 @@ def infer(
         `should_stop` is given.
     **options
         More about a custom system: name, title, signals, length, held_out, samples_per_generation,
-        vectorized, batches, workers, timeout_s; see docs/own-system.md. With `stimulus` it is one
+        vectorized, batches, workers, timeout_s, executor; see docs/own-system.md. With `stimulus` it is one
         whose classifiers choose stimuli, and `genuine` and `simulate` make one step; see
         docs/interaction.md.
 
@@ -199,6 +199,11 @@ def infer(
             Given(genuine, simulate, options.get("workers"), options.get("timeout_s")),
             genuine,
         )
+        given = replace(given, executor=options.get("executor"))
+        if not getattr(simulate, "vectorized", True):  # one model at a time, as it says itself
+            options.setdefault("vectorized", False)
+        if getattr(simulate, "columns", ()):
+            options.setdefault("signals", simulate.columns)  # type: ignore[union-attr]
         if "stimulus" in options:
             system: CustomSystem = describe_stimulated(genuine, simulate, parameters or {}, options)
         else:
@@ -257,6 +262,7 @@ def resume(
     simulate: Simulator | None = None,
     workers: int | None = None,
     timeout_s: float | None = None,
+    executor: Any = None,
     threads: int | None = None,
     models: Any = None,
     classifier: Any = None,
@@ -280,7 +286,7 @@ def resume(
         The objects that the run began with, where no other process can import them.
     trials, tolerance
         For a finished run of trials that shall have more of them, see `Run.open`.
-    workers, timeout_s, threads, observer, should_stop, progress
+    workers, timeout_s, executor, threads, observer, should_stop, progress
         As in `infer`.
 
     Raises
@@ -294,7 +300,9 @@ def resume(
     folder = RunFolder(path)
     give_parts(folder, models, classifier)
     with refusing_as(RunFolderError):
-        given = folder.configuration().system.accept(Given(genuine, simulate, workers, timeout_s))
+        given = folder.configuration().system.accept(
+            Given(genuine, simulate, workers, timeout_s, executor=executor)
+        )
 
     def reopen(configuration: Configuration) -> Source:
         rule, remedy = (

@@ -11,7 +11,7 @@
     The table: one entry per run, and statistics of the errors per parameter.
 `StudyProgress`
     What an observer gets while the runs are executed.
-`ExecutorChoice`, `create_study`, `execute_study`
+`ExecutorChoice`, `dask_cluster`, `create_study`, `execute_study`
     The steps of a study: who executes the runs; the folder; the runs.
 `run_one`, `collect_study`, `write_slurm`
     The steps of a study on a Slurm cluster: one run by its number, the table at the end, the job

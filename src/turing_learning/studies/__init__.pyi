@@ -1,4 +1,5 @@
 from ._backends import ExecutorChoice as ExecutorChoice
+from ._backends import dask_cluster as dask_cluster
 from ._backends import refuse_script as refuse_script
 from ._backends import write_slurm as write_slurm
 from ._plan import BEHAVIORS as BEHAVIORS

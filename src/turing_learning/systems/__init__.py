@@ -20,6 +20,9 @@
     Reject models whose simulation failed.
 `FallibleSource`, `FailureLog`
     A source whose simulations may fail; what has failed.
+`per_model`, `PerModel`, `Command`, `table_values`, `read_table`
+    A simulator from a function that runs one model and returns a table, or from any program; such a table as
+    numbers; one in CSV.
 `Simulator`, `imported`, `importable_name`, `name_of`
     A simulator as a type; a function by the name that another process imports it by; that name, if
     there is one; that name, or a refusal.

@@ -13,6 +13,11 @@ from ._describe import read_parameters as read_parameters
 from ._genuine import Genuine as Genuine
 from ._genuine import observed as observed
 from ._genuine import scales_of as scales_of
+from ._per_model import Command as Command
+from ._per_model import PerModel as PerModel
+from ._per_model import per_model as per_model
+from ._per_model import read_table as read_table
+from ._per_model import table_values as table_values
 from ._swarm import Laboratory as Laboratory
 from ._swarm import Swarm as Swarm
 from ._swarm import physics_steps as physics_steps

@@ -2,7 +2,9 @@
 
 import logging
 import re
+import sys
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass, is_dataclass, replace
 from functools import partial
 from itertools import starmap
@@ -18,6 +20,7 @@ from ..models import Behavior, Jumps, Parameter
 from ..trajectories import SIGNALS
 from ..workers import NotImportable, WorkerDied, Workers, packed
 from ._calls import Answer, Failed, Simulator, answer
+from ._executor import answers_by
 from ._genuine import Genuine, cut_samples, observed, value_text
 from ._system import CustomSystemError, FallibleSource, Given, Source, System
 
@@ -198,7 +201,12 @@ class CustomSystem(System, Settings):
         given = self.accept(given)
         self.require_all(given)
         return CustomSource(
-            self, given.genuine, given.simulate, workers=given.workers, timeout_s=given.timeout_s
+            self,
+            given.genuine,
+            given.simulate,
+            workers=given.workers,
+            timeout_s=given.timeout_s,
+            executor=given.executor,
         )
 
     def accept(self, given: Given) -> Given:
@@ -324,6 +332,9 @@ class CustomSource(FallibleSource):
         depend on it.
     timeout_s
         Longest duration of a call (s), with workers only; None for no limit.
+    executor
+        What calls the simulator instead of workers, any `concurrent.futures.Executor`; it is left
+        open. The samples do not depend on it.
     """
 
     system: CustomSystem
@@ -338,6 +349,7 @@ class CustomSource(FallibleSource):
         *,
         workers: int | None = None,
         timeout_s: float | None = None,
+        executor: Executor | None = None,
     ) -> None:
         super().__init__(system)
         self.genuine = genuine
@@ -350,6 +362,13 @@ class CustomSource(FallibleSource):
         self._worker_count = workers
         self._timeout_s = timeout_s
         self._workers = None
+        self._executor = executor
+        if executor is not None:
+            fits = callable(getattr(executor, "submit", None))
+            rule = "be an executor of concurrent.futures"
+            require(fits, "executor", rule, type(executor).__name__)
+            rule = "be left out beside an executor, which has its own"
+            require(workers is None, "workers", rule, workers)
         if workers is None:
             rule = "be given together with `workers`, as only a process can be ended"
             require(timeout_s is None, "timeout_s", rule, timeout_s)
@@ -357,6 +376,7 @@ class CustomSource(FallibleSource):
         integer("workers", workers, 1)
         if timeout_s is not None:
             number("timeout_s", timeout_s, above=0)
+        _refuse_notebook(simulate)
         try:
             self._function = packed(self._answer)
         except Exception as error:  # pickle raises what the object's own methods raise
@@ -538,6 +558,9 @@ class CustomSource(FallibleSource):
         calls = []
         for group, generator in zip(groups, generators, strict=True):
             calls.append((parameters[group], generator))
+        if self._executor is not None:
+            yield from answers_by(self._executor, self._answer, calls)
+            return
         if self._worker_count is None:
             yield from starmap(self._answer, calls)
             return
@@ -552,7 +575,7 @@ class CustomSource(FallibleSource):
                 yield Failed("its worker process died")
             except NotImportable as error:
                 rule = "`simulate` must be importable by a worker process"
-                raise CustomSystemError(f"{rule}; got {error}. {_REMEDY}") from error
+                raise CustomSystemError(f"{rule}; got {error}. {_REMEDY}") from None
 
     def _refuse(self, failed: Failed, models: str) -> NoReturn:
         rule = "`simulate` must return samples of every model"
@@ -568,6 +591,18 @@ def _of_as_many(samples: np.ndarray, count: int) -> Answer:
     if samples.shape[1] == count:
         return samples
     return Failed(f"it returned {samples.shape[1]} samples of a model, and {count} of others")
+
+
+def _refuse_notebook(simulate: Any) -> None:
+    """Refuse a function that a notebook or a prompt defines, which no other process can import."""
+    function = getattr(simulate, "function", simulate)
+    main = sys.modules.get("__main__")
+    here = getattr(function, "__module__", None) == "__main__" and not hasattr(main, "__file__")
+    name = getattr(function, "__name__", type(function).__name__)
+    rule = "be a function that another process can import"
+    remedy = "Write it to a file beside the notebook, as simulator.py, and import it; "
+    remedy += "or leave `workers` out."
+    require(not here, "simulate", rule, f"{name} of a notebook", remedy)
 
 
 def _untouched(rng: np.random.Generator) -> np.random.Generator:

@@ -16,6 +16,9 @@ from ._system import Source
 
 _LOGGER = logging.getLogger("turing_learning")
 
+EXECUTOR_BATCHES = 64
+"""Calls of a simulator of several models in a generation by an executor, whatever its size."""
+
 Range = tuple[float | None, float | None] | Parameter
 """Lower and upper bound of a parameter, None for an open side; or all that can be said of one."""
 
@@ -44,11 +47,13 @@ class CustomOptions(TypedDict, total=False):
     #: (T, D)
     vectorized: bool
     #: Number of calls of a vectorized simulator in a generation, each with random numbers of its
-    #: own; as many as there are workers by default, else 1. The result depends on it, as it does
-    #: not on the number of workers
+    #: own; as many as there are workers by default, 64 with an executor, else 1. The result depends
+    #: on it, as it does not on the number of workers
     batches: int
     workers: int | None  #: Number of processes that call the simulator; None calls it in this one
     timeout_s: float | None  #: Longest duration of a call (s), with workers only
+    #: What calls the simulator instead, any `concurrent.futures.Executor`: a pool, Dask's, MPI's
+    executor: Any
     provenance: Mapping[
         str, Any
     ]  #: Name -> value, JSON: where the samples come from, for the run's manifest
@@ -159,6 +164,13 @@ def read_parameters(ranges: Any) -> dict[str, Parameter]:
     for name, value in ranges.items():
         if isinstance(value, Parameter):
             parameters[name] = value
+        elif callable(getattr(value, "ppf", None)):
+            rule = "have a range for each name, not a distribution"
+            remedy = (
+                "Classifiers judge models, and no prior enters the search: give two bounds, and "
+            )
+            remedy += "where the first models shall be by `Parameter(low, high, initial=(...))`."
+            refuse("parameters", rule, brief(value), remedy, place=repr(name))
         else:
             parameters[name] = _parameter_within(tuple(value), name)
     return parameters
@@ -191,4 +203,6 @@ def _batches(options: CustomOptions) -> int:
     workers = options.get("workers")
     if type(workers) is int and workers >= 1:  # others are refused by what calls the simulator
         calls = workers
+    if options.get("executor") is not None:
+        calls = EXECUTOR_BATCHES
     return integer("batches", options.get("batches", calls), 1)

@@ -46,6 +46,9 @@ class Given:
     workers: int | None = None  #: Number of processes that call it, None for this one
     timeout_s: float | None = None  #: The longest duration of a call (s)
     groups: Any = None  #: (K,): Of a check: labels of the samples
+    executor: Any = (
+        None  #: A `concurrent.futures.Executor` that calls the simulator, instead of `workers`
+    )
     more: Mapping[str, Any] | None = None  #: Other options, which only a new run takes
 
     @property

@@ -3,8 +3,9 @@
 import codecs
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Union, overload
 
@@ -12,22 +13,36 @@ import numpy as np
 
 from turing_learning.errors import RefusedError, Setting, brief, choice, refuse, refusing_as, require
 
-from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refusal, share_in_degrees
+from ._recording import (
+    LARGEST,
+    Format,
+    Glance,
+    Options,
+    Reading,
+    Recording,
+    YAxis,
+    directed,
+    refusal,
+    share_in_degrees,
+)
 from ._trajectories import Trajectories
-from .readers import _arrays, _tables
+from .readers import _arrays, _exports, _tables
 from .readers._arrays import names_in, read_dataset
-from .readers._tables import LONGEST_LINE, read_frame, refuse_utf16
+from .readers._sheets import LONGEST_LINE, refuse_utf16
+from .readers._tables import read_frame
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-Source = Union[str, Path, "pd.DataFrame", "xr.Dataset"]
+Source = Union[str, Path, np.ndarray, "pd.DataFrame", "xr.Dataset"]
 
 _ALL = (
     _tables.IDTRACKER_FORMAT, _arrays.IDTRACKER_H5_FORMAT, _tables.CSV_FORMAT, _arrays.IDTRACKER_NPY_FORMAT,
-    _arrays.TREX_FORMAT, _tables.TOXTRAC_FORMAT, _tables.TRACKTOR_FORMAT, _tables.TRACKMATE_FORMAT, _arrays.SLEAP_FORMAT,
-    _tables.DEEPLABCUT_FORMAT, _arrays.DEEPLABCUT_H5_FORMAT, _arrays.MOVEMENT_FORMAT, _tables.TIDY_FORMAT,
+    _arrays.TREX_FORMAT, _exports.TREX_CSV_FORMAT, _tables.TOXTRAC_FORMAT, _tables.TOXTRAC_CSV_FORMAT,
+    _tables.TRACKTOR_FORMAT, _tables.TRACKMATE_FORMAT, _tables.FASTTRACK_FORMAT, _tables.ANIMALTA_FORMAT,
+    _arrays.SLEAP_FORMAT, _tables.DEEPLABCUT_FORMAT, _arrays.DEEPLABCUT_H5_FORMAT, _arrays.MOVEMENT_FORMAT,
+    _exports.ETHOVISION_FORMAT, _exports.GPX_FORMAT, _tables.ROS_FORMAT, _tables.MOVEBANK_FORMAT, _tables.TIDY_FORMAT,
 )  # fmt: skip
 FORMATS = tuple(one.name for one in _ALL)
 """Names of the formats that can be read."""
@@ -45,14 +60,16 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     path: Source | list[Source], *, fps: float | None = None,
     pixels_per_cm: float | Literal["unknown"] | None = None, format: str | None = None,
     y_axis: YAxis | None = None, keypoint: str | None = None, min_confidence: float | None = None,
-    columns: Mapping[str, str] | None = None, allow_pickle: bool = False,
+    columns: Mapping[str, str] | None = None, heading: tuple[str, str] | None = None, resample: float | None = None,
+    project: bool = False, allow_pickle: bool = False,
 ) -> Trajectories | list[Trajectories]:  # fmt: skip
     """Open what a tracker wrote.
 
     Parameters
     ----------
     path
-        A file; for TRex also a folder with a file for each individual. Or a `DataFrame`: long, with columns
+        A file; for TRex also a folder with a file for each individual, for idtracker.ai that of a session. Or
+        positions (F, A, 2), NaN where missing. Or a `DataFrame`: long, with columns
         frame or time (s), x, y and perhaps id, heading and confidence; or wide, with x1, y1, x2, ... or fish_x,
         fish_y, ...; or as DeepLabCut's. Or a `Dataset`, see `from_xarray`. A list of them gives a list.
     fps
@@ -72,6 +89,13 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     columns
         Which column is what, where names do not say it: for example ``{"id": "track"}``. It can be frame, time, id,
         x, y, heading, confidence, or left, top, and right and bottom or width and height of a box.
+    heading
+        Two points of the body, in files with several: headings lead from the second to the first, as ("nose", "tail").
+    resample
+        Frame rate (1/s) to which uneven times are brought; between two rows motion is straight. Gaps of more than
+        two usual intervals stay.
+    project
+        Whether to bring longitude and latitude (degrees) into a plane: cm to the east and to the north.
     allow_pickle
         Whether idtracker.ai's npy may be opened; a pickle can run any code it holds.
 
@@ -94,7 +118,7 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     """
     options = Options(
         fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis, keypoint=keypoint, min_confidence=min_confidence,
-        columns=columns, allow_pickle=allow_pickle,
+        columns=columns, heading=heading, resample=resample, project=project, allow_pickle=allow_pickle,
     )  # fmt: skip
     sources = path if isinstance(path, list) else [path]
     recordings = [load_file(source, options, format) for source in sources]
@@ -106,34 +130,77 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
 def load_file(
     path: Any, options: Options, format: str | None = None, usual: Mapping[str, Any] | None = None
 ) -> Trajectories:
-    """Return what `load_trajectories` does; `usual` has rate, scale and direction of y for files and options that lack them."""
-    keypoint, min_confidence = options.keypoint, options.min_confidence
-    if not isinstance(path, (str, Path)):
-        kind = "pandas" if hasattr(path, "iloc") else "xarray" if hasattr(path, "data_vars") else ""
-        require(kind, "path", "be a file, a DataFrame, a Dataset, or a list of them", type(path).__name__)
-        require(format is None, "format", "be left out for data in memory", brief(format))
-        if kind == "xarray":
-            require(not options.columns, "columns", "be left out for a Dataset", brief(options.columns))
-            name, source = (str(path.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
-            recording = read_dataset(path, options)
-        else:
-            source, name, recording = "DataFrame", kind, read_frame(path, options)
+    """Return what `load_trajectories` does; `usual` has rate, scale and direction of y for files and options that lack them.
+
+    Under "words" it may say why these are taken.
+    """
+    if isinstance(path, (str, Path)):
+        recording, name, source = _from_file(Path(path), options, format)
     else:
-        path, source = Path(path), str(path)
-        if not (path.is_file() or path.is_dir()):
-            path.stat()  # says what is missing
-            raise refusal("be a file", "a pipe or device", path, "Write what comes out of it to a file.")
-        named = bool(options.columns)
-        chosen = _find(path, named) if format is None else _ALL[FORMATS.index(choice("format", format, FORMATS))]
-        if keypoint is not None and not chosen.has_keypoints:
-            refuse("keypoint", f"be left out for format {chosen.name}", brief(keypoint), place=source)
-        if named and not chosen.has_columns:
-            refuse("columns", f"be left out for format {chosen.name}", brief(options.columns), place=source)
-        name, recording = chosen.name, chosen.read(path, options)
+        recording, name, source = _from_memory(path, options, format)
     _check_order(recording, source)
-    if min_confidence is not None:
-        recording = _confident(recording, min_confidence, source)
+    if options.min_confidence is not None:
+        recording = _confident(recording, options.min_confidence, source)
     return _finish(recording, name, source, options, usual or {})
+
+
+def _from_memory(table: Any, options: Options, format: str | None) -> tuple[Recording, str, str]:
+    """Return what a DataFrame or Dataset holds, its format and where it comes from."""
+    require(format is None, "format", "be left out for data in memory", brief(format))
+    if hasattr(table, "iloc"):
+        return _with_heading(partial(read_frame, table), options), "pandas", "DataFrame"
+    is_dataset = hasattr(table, "data_vars")
+    rule = "be a file, a DataFrame, a Dataset, an array of positions, or a list of them"
+    require(is_dataset or isinstance(table, np.ndarray), "path", rule, type(table).__name__)
+    names = (
+        ("columns", "resample", "project") if is_dataset else ("columns", "resample", "project", "keypoint", "heading")
+    )
+    for name in names:
+        value = getattr(options, name)
+        require(not value, name, f"be left out for {'a Dataset' if is_dataset else 'an array'}", brief(value))
+    if not is_dataset:
+        return _arrays.read_positions(table, "array"), "array", "array"
+    software, file = (str(table.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
+    return _with_heading(partial(read_dataset, table), options), software, file
+
+
+def _from_file(path: Path, options: Options, format: str | None) -> tuple[Recording, str, str]:
+    """Return what a file or folder holds, its format and its name."""
+    source = str(path)
+    if not (path.is_file() or path.is_dir()):
+        path.stat()  # says what is missing
+        raise refusal("be a file", "a pipe or device", path, "Write what comes out of it to a file.")
+    if path.is_dir() and not _arrays.files_of(path):
+        path = _exports.session_file(path) or path
+    named = bool(options.columns)
+    chosen = _find(path, named) if format is None else _ALL[FORMATS.index(choice("format", format, FORMATS))]
+    allowed = {
+        "keypoint": chosen.has_keypoints,
+        "heading": chosen.has_keypoints,
+        "columns": chosen.has_columns,
+        "resample": chosen.has_times,
+        "project": chosen.has_times,
+    }
+    for name, fits in allowed.items():
+        value = getattr(options, name)
+        if value and not fits:
+            refuse(name, f"be left out for format {chosen.name}", brief(value), place=source)
+    recording = _with_heading(partial(chosen.read, path), options)
+    if source != str(path):
+        recording = replace(recording, remarks=(*recording.remarks, f"read from {path.relative_to(source)}"))
+    return recording, chosen.name, source
+
+
+def _with_heading(read: Callable[[Options], Recording], options: Options) -> Recording:
+    """Read, and once more each of the two points of the body that the heading is measured by."""
+    recording = read(replace(options, heading=None))
+    if options.heading is None:
+        return recording
+    points = options.heading
+    fits = isinstance(points, tuple | list) and len(points) == 2 and points[0] != points[1]
+    require(fits, "heading", "be two points of the body, the one in front first", brief(points))
+    front, back = (read(replace(options, keypoint=point, heading=None)) for point in points)
+    return directed(recording, front, back)
 
 
 def from_xarray(
@@ -212,7 +279,30 @@ def _finish(recording: Recording, format: str, source: str, options: Options, us
             format=format,
             remarks=remarks,
             choices=(*recording.choices, *_doubts(recording, per_cm)),
+            reading=_reading(recording, options, scale, y_axis, str(usual.get("words", "as in the run"))),
         )
+
+
+def _reading(recording: Recording, options: Options, scale: object, y_axis: object, otherwise: str) -> Reading:
+    """Return in words where frame rate, scale and direction of y come from; `otherwise` if nobody states them."""
+    fps = otherwise
+    if recording.fps is not None:
+        fps = "stated by the file"
+    elif options.fps is not None:
+        fps = "given"
+    pixels_per_cm = "the file is in cm"
+    if scale == "unknown":
+        pixels_per_cm = "unknown: positions stay in pixels"
+    elif scale is not None and recording.unit != "cm":
+        pixels_per_cm = f"{scale:g} pixels per cm" if scale != 1 else "the file is in cm, as given"
+    direction = f"{y_axis} in the file"
+    if options.y_axis is not None:
+        direction += ", as given"
+    elif recording.y_axis is not None:
+        direction += ", by its format"
+    else:
+        direction += f", {otherwise}"
+    return Reading(recording.columns, recording.unread, fps, pixels_per_cm, direction)
 
 
 def _doubts(recording: Recording, per_cm: float) -> list[str]:
@@ -290,7 +380,11 @@ def _find(path: Path, named: bool) -> Format:
 
 def _look(path: Path) -> Glance:
     if path.is_dir():
-        return Glance("npz", names=tuple(frozenset(_arrays.array_sizes(file)) for file in _arrays.files_of(path)))
+        archives = _arrays.files_of(path)
+        tables = [] if archives else _exports.csv_files(path)
+        if not tables:
+            return Glance("npz", names=tuple(frozenset(_arrays.array_sizes(file)) for file in archives))
+        return _look(tables[0])
     with path.open("rb") as file:
         head = file.read(1 << 16)
         file.seek(0)
@@ -300,9 +394,15 @@ def _look(path: Path) -> Glance:
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
         return Glance("hdf5", names=(names_in(path),))
     if head.startswith(b"PK\x03\x04"):
+        if b"[Content_Types].xml" in head or b"xl/" in head:
+            raise refusal("be text, HDF5 or arrays", "a workbook", path, "Save its sheet as CSV (UTF-8).")
         return Glance("npz", names=(frozenset(_arrays.array_sizes(path)),))
     if head.startswith((b"\x93NUMPY", b"CDF\x01", b"CDF\x02")):
         return Glance("npy" if head.startswith(b"\x93") else "netcdf3")
+    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        first = head[: 1 << 10].decode("utf-16", "replace").splitlines()[0]
+        if "header lines" in first:
+            return Glance("text", lines=(first,))
     refuse_utf16(head, path)
     # who reads the lines refuses what is not UTF-8, with its line
     lines = [line.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace").rstrip("\r\n") for line in raw]

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
@@ -34,11 +34,26 @@ class Recording:
     numbered: bool = True  #: Whether rows carry a frame number, so that their order in the file does not matter
     remarks: tuple[str, ...] = ()
     choices: tuple[str, ...] = ()  #: What was taken of a file that could be read otherwise
+    #: Role -> column or array of the file that it was read from
+    columns: Mapping[str, str] = field(default_factory=dict)
+    unread: tuple[str, ...] = ()  #: Columns of the file that were not read
 
     @property
     def present(self) -> np.ndarray:
         """Whether the file has a position (F, A)."""
         return ~np.isnan(self.positions[..., 0])
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a file was read, in words; empty where a recording comes from no file."""
+
+    #: Role -> column or array of the file: "id" -> "TRACK_ID"
+    columns: Mapping[str, str] = field(default_factory=dict)
+    unread: tuple[str, ...] = ()  #: Columns of the file that were not read
+    fps: str = ""  #: Where the frame rate comes from
+    scale: str = ""  #: Where the scale comes from
+    y_axis: str = ""  #: Where y points in the file, and who says so
 
 
 ROLES = ("frame", "time", "id", "x", "y", "heading", "confidence", "left", "top", "right", "bottom", "width", "height")
@@ -56,11 +71,14 @@ class Options:
     min_confidence: float | None = None
     allow_pickle: bool = False
     columns: Mapping[str, str] | None = None
+    resample: float | None = None
+    project: bool = False
+    heading: tuple[str, str] | None = None
 
     def __post_init__(self) -> None:
         for role in self.columns or ():
             choice("columns", role, ROLES)
-        for name in ("fps", "pixels_per_cm"):
+        for name in ("fps", "pixels_per_cm", "resample"):
             value = getattr(self, name)
             if value is not None and (name, value) != ("pixels_per_cm", "unknown"):
                 number(name, value, least=1 / LARGEST, most=LARGEST)
@@ -77,6 +95,7 @@ class Format:
     read: Callable[[Path, Options], Recording]
     has_keypoints: bool = False
     has_columns: bool = False  #: Whether columns are told by their names
+    has_times: bool = False  #: Whether rows may have times, which can be resampled
 
 
 @dataclass(frozen=True)
@@ -179,6 +198,19 @@ def assemble(
     return Recording(dense[..., :2], tuple(individuals), first, remarks=remarks, **found, **stated)
 
 
+def directed(recording: Recording, front: Recording, back: Recording) -> Recording:
+    """Return a recording whose headings lead from one point of the body to another; without both a position is missing."""
+    who = [[each.individuals.index(name) for name in recording.individuals] for each in (front, back)]
+    ahead = front.positions[:, who[0]] - back.positions[:, who[1]]
+    headings = np.arctan2(ahead[..., 1], ahead[..., 0])
+    unknown = recording.present & (np.isnan(headings) | (ahead == 0).all(axis=2))
+    remarks = recording.remarks
+    if unknown.any():
+        remarks += (f"{unknown.sum()} positions without a heading count as missing",)
+    positions = np.where(unknown[..., None], np.nan, recording.positions)
+    return replace(recording, positions=positions, headings=headings, remarks=remarks)
+
+
 def from_array(positions: np.ndarray, names: tuple[str, ...], place: str | Place, **stated: Any) -> Recording:
     """Return the recording of positions (F, A, 2), NaN where missing; `place` is that of all, or says where a frame is."""
     count = positions.shape[1]
@@ -201,6 +233,10 @@ class Jump:
     frame: int  #: Number of the frame before it
     distance: float  #: In the unit of the recording
     times_typical: float  #: The same in typical steps
+
+
+MOST_LINES = 5
+"""Lines about gaps, and about jumps, beyond which they are summed up in one."""
 
 
 @dataclass(frozen=True)
@@ -235,23 +271,53 @@ class Problems:
     def __str__(self) -> str:
         lines = [f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"] * (self.every > 1)
         lines += self.headings + self.doubts
-        lines += [
-            f"{name}: {count} of {counted(self.frames)} missing, in {counted(self.gaps[name], 'gap')} of up to "
-            f"{self.longest_gap[name]}"
-            for name, count in self.missing.items()
-            if count
-        ]
-        lines += [
-            f"{jump.individual}: jump of {jump.distance:.3g} {self.unit} after frame {jump.frame} "
-            f"({jump.times_typical:.3g} typical steps)"
-            for jump in self.jumps
-        ]
+        gaps = [name for name, count in self.missing.items() if count]
+        if len(gaps) > MOST_LINES:
+            lines.append(self.described_gaps)
+        else:
+            lines += [self._gaps_of(name) for name in gaps]
+        if len(self.jumps) > MOST_LINES:
+            lines.append(self.described_jumps)
+        else:
+            lines += [self._described(jump) for jump in self.jumps]
         lines += [f"{name}: never moves, in {counted(self.frames - self.missing[name])}" for name in self.still]
         for what, frames in (("repeat the one before", self.repeated_frames), ("without anybody", self.empty_frames)):
             if frames:
                 listed = ", ".join(map(str, frames[:10])) + (", ..." if len(frames) > 10 else "")
                 lines.append(f"{counted(len(frames))} {what}: {listed}")
         return "\n".join([*lines, *self.remarks]) or "no problems found"
+
+    def _gaps_of(self, name: str) -> str:
+        gaps = f"{counted(self.gaps[name], 'gap')} of up to {self.longest_gap[name]}"
+        return f"{name}: {self.missing[name]} of {counted(self.frames)} missing, in {gaps}"
+
+    def _described(self, jump: Jump) -> str:
+        length = f"{jump.distance:.3g} {self.unit}"
+        typical = f"{jump.times_typical:.3g} typical steps"
+        return f"{jump.individual}: jump of {length} after frame {jump.frame} ({typical})"
+
+    @property
+    def described_gaps(self) -> str:
+        """Missing positions of all individuals in one line; empty if none is missing."""
+        missing = sum(self.missing.values())
+        if not missing:
+            return ""
+        share = missing / (self.frames * len(self.missing))
+        longest = max(self.longest_gap, key=self.longest_gap.__getitem__)
+        gaps = f"{counted(sum(self.gaps.values()), 'gap')} of up to {self.longest_gap[longest]} frames ({longest})"
+        return f"{counted(missing, 'position')} of all individuals missing ({share:.2%}), in {gaps}"
+
+    @property
+    def described_jumps(self) -> str:
+        """All jumps in one line; empty if there are none."""
+        if not self.jumps:
+            return ""
+        largest = max(self.jumps, key=lambda jump: jump.distance)
+        individuals = len({jump.individual for jump in self.jumps})
+        return (
+            f"{counted(len(self.jumps), 'jump')} of {counted(individuals, 'individual')}; "
+            f"the largest: {self._described(largest)}"
+        )
 
 
 def counted(number: int, noun: str = "frame") -> str:

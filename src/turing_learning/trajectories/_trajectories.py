@@ -3,14 +3,15 @@
 import logging
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from turing_learning.errors import RefusedError, Setting, brief, integer, number, refuse, refusing_as, require
 
-from ._recording import JUMP_FACTOR, Jump, Problems, counted, doubt_headings
+from ._implausible import implausible
+from ._recording import JUMP_FACTOR, Jump, Problems, Reading, counted, doubt_headings
 from ._signals import Signals, compute_signals, last_true, next_true, wrap
 from ._unlikely import LONGEST_REST_S, Unlikely, find_unlikely
 from ._windows import EXCERPT_S, Windows, cut_windows, join_windows
@@ -18,6 +19,8 @@ from ._windows import EXCERPT_S, Windows, cut_windows, join_windows
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+    from ._look import Look
 
 
 _LOGGER = logging.getLogger("turing_learning")
@@ -49,6 +52,7 @@ class Trajectories:
     format: str = ""  #: The tracker's, one of `FORMATS`
     remarks: tuple[str, ...] = ()  #: What was done on the way here, in words
     choices: tuple[str, ...] = ()  #: What its reader took a file for that could be read otherwise, in words
+    reading: Reading = field(default_factory=Reading)  #: How its file was read
 
     def __post_init__(self) -> None:
         if self.positions.ndim != 3 or self.positions.shape[2] != 2 or 0 in self.positions.shape:
@@ -57,7 +61,9 @@ class Trajectories:
         for name, array in self._arrays(...).items():
             require(array.shape[:2] == shape, name, f"be of shape (F, A) = {shape}", str(array.shape))
             for place in map(tuple, np.argwhere(~np.isfinite(array))[:1].tolist()):
-                refuse(name, "be finite", f"{array[place]} at {place}")
+                remedy = "Where somebody is absent, `present` is false and positions are 0; "
+                remedy += "`load_trajectories(positions, fps=..., ...)` makes that of an array with NaN."
+                refuse(name, "be finite", f"{array[place]} at {place}", remedy)
         if self.present.dtype != bool or not self.present.any():
             refuse("present", "be booleans, some of them true", str(self.present.dtype))
         number("fps", self.fps, above=0)
@@ -87,6 +93,18 @@ class Trajectories:
         begun = last_true(self.present) >= 0
         going_on = next_true(self.present) < len(self.present)
         return int((begun & going_on).sum(axis=1).max())
+
+    @property
+    def reach(self) -> np.ndarray:
+        """Lowest and highest x, y (2, 2) of all positions, in `unit`."""
+        places = self.positions[self.present]
+        return np.array([places.min(axis=0), places.max(axis=0)])
+
+    def look(self) -> "Look":
+        """Return how the recording was read, what is odd about it, and pictures; it prints, and shows in notebooks."""
+        from ._look import Look
+
+        return Look(self)
 
     @property
     def problems(self) -> Problems:
@@ -120,6 +138,8 @@ class Trajectories:
         places = positions[present.argmax(axis=0), np.arange(present.shape[1])]
         moved = ((positions != places).any(axis=2) & present).any(axis=0)
         doubts = [f"{what}; windows leave that out" for what in self._described(unlikely)]
+        kept = both & likely[1:] & likely[:-1]
+        doubts += implausible(positions, present & likely, steps[kept], fps=self.fps, unit=self.unit, names=names)
         if len(jumps) > max(FEWEST, FREQUENT_JUMPS * both.sum()):
             share = f"{len(jumps) / both.sum():.1%} of all steps are jumps"
             doubts.append(f"{share}: see whether the file tells individuals apart as they are")
@@ -235,6 +255,32 @@ class Trajectories:
         remark = f"one frame in {every} was kept, frame numbers count those"
         arrays = self._arrays(slice(first, None, every))
         return replace(self, **arrays, fps=self.fps / every, first_frame=0, remarks=(*self.remarks, remark))
+
+    def split(self, longest_gap_s: float) -> "Trajectories":
+        """Return a copy in which who is away for longer than so many s (above 0) is another individual after that.
+
+        The parts of fish 1 are called fish 1, fish 1 (2), fish 1 (3); `at_once` counts who is there together.
+        """
+        number("longest_gap_s", longest_gap_s, above=0)
+        longest = longest_gap_s * self.fps
+        pieces: list[tuple[str, int, int, int]] = []
+        for who, name in enumerate(self.individuals):
+            frames = np.flatnonzero(self.present[:, who])
+            parts = np.split(frames, np.flatnonzero(np.diff(frames) - 1 > longest) + 1)
+            for number_of_part, part in enumerate(filter(len, parts), 1):
+                called = name if number_of_part == 1 else f"{name} ({number_of_part})"
+                pieces.append((called, who, part[0], part[-1]))
+        if len(pieces) == len(self.individuals):
+            return self
+        arrays = self._arrays((slice(None), [who for _, who, _, _ in pieces]))
+        frame = np.arange(len(self.positions))
+        inside = np.stack([(frame >= first) & (frame <= last) for _, _, first, last in pieces], axis=1)
+        arrays["present"] = arrays["present"] & inside
+        arrays["positions"] = np.where(arrays["present"][..., None], arrays["positions"], 0.0)
+        gaps = len(pieces) - len(self.individuals)
+        remark = f"{counted(gaps, 'gap')} of more than {longest_gap_s:g} s: individuals count as others after them"
+        names = tuple(name for name, *_ in pieces)
+        return replace(self, **arrays, individuals=names, remarks=(*self.remarks, remark))
 
     def selected(self, individuals: Sequence[str]) -> "Trajectories":
         """Return a copy with some of the individuals, by name and in this order; the others are no neighbors any more."""

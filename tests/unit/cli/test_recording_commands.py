@@ -513,3 +513,20 @@ def test_of_one_individual_nothing_is_said_of_neighbors(call):
     remark = "there is one individual: what couzin says of neighbors cannot be inferred"
     assert remark in call("infer", *options, "couzin", "--out", "run")[1].splitlines()
     assert "one individual" not in call("infer", *options, "burst-and-coast", "--out", "other")[1]
+
+
+def test_ranges_follow_from_the_recording_or_are_said(call):
+    steps = np.cumsum(np.random.default_rng(1).normal(3, 0.5, (300, 3, 2)), axis=0)
+    rows = [f"{t},{k},{x},{y}" for t, each in enumerate(steps) for k, (x, y) in enumerate(each)]
+    Path("goats.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
+    goats = given("goats.csv", 10)
+    code, out, _ = call("infer", *goats, *SMALL, "--generations", "1", "--out", "run")
+    assert code == 0
+    assert "range of speed by the recording: 0 to 1" in out
+    code, out, _ = call("infer", *goats, *SMALL, "--range", "speed=5:300", "--generations", "1", "--out", "said")
+    assert (code, "range of speed" in out) == (0, False)
+    config = Path("said/config.toml").read_text()
+    assert "high = 300.0" in config
+    assert call("resume", "said")[0] == 0
+    code, _, err = call("infer", *goats, "--range", "sped=1:2", "--out", "other")
+    assert (code, "`--range` must name one of speed" in err) == (2, True)

@@ -14,6 +14,14 @@ def _cells(line, separator):
     return next(csv.reader([line.rstrip("\r")], delimiter=separator)) if '"' in line else line.split(separator)
 
 
+def _is_number(cell):
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
 def _xy(x, y):
     return float(x or "nan"), float(y or "nan")
 
@@ -44,7 +52,11 @@ def _toxtrac(rows):
 def _named(x, y, who="id", words=0):
     def read_rows(rows):
         names = [name.lower() for name in rows[0]]
-        for row in rows[1 + words :]:
+        # as many header lines as there are: damage may have cut some away
+        header = 1
+        while header <= words and not any(map(_is_number, rows[header])):
+            header += 1
+        for row in rows[header:]:
             cell = dict(zip(names, row, strict=False))
             yield (float(cell["frame"]), cell.get(who, "1")), _xy(cell[x], cell[y])
 

@@ -512,7 +512,7 @@ def test_what_else_a_file_may_hold_is_told(tmp_path, caplog):
     load(tmp_path, rows.assign(z=0.0))
     assert caplog.text == ""
     degrees = rows.rename(columns={"x": "longitude", "y": "latitude"})
-    message = r"have positions in a plane; got angles in 'longitude' \[.*\]\. Project them onto a plane\."
+    message = r"have positions in a plane; got degrees of longitude and latitude \[.*\]\. .* add project=True\."
     refused(tmp_path, degrees, message, columns={"x": "longitude", "y": "latitude"})
 
 

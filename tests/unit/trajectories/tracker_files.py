@@ -102,6 +102,121 @@ def trackmate(folder: Path, positions: np.ndarray) -> Path:
     return _text(folder / "spots.csv", [names, words, words, units, *rows])
 
 
+def fasttrack(folder: Path, positions: np.ndarray) -> Path:
+    names = "xHead yHead tHead xTail yTail tTail xBody yBody tBody curvature areaBody perimeterBody imageNumber id"
+    rows = []
+    for frame, who, x, y in _rows(positions):
+        head = f"{float(x) + 1}\t{y}\t0"
+        tail = f"{float(x) - 1}\t{y}\t0"
+        rows.append(f"{head}\t{tail}\t{x}\t{y}\t0.25\t0\t90\t40\t{frame}\t{who}")
+    return _text(folder / "tracking.txt", ["\t".join(names.split()), *rows])
+
+
+def trex_csv(folder: Path, positions: np.ndarray) -> Path:
+    """Write a file for each individual, the fish swapped for names by their numbers."""
+    folder = folder / "data"
+    folder.mkdir(exist_ok=True)
+    for who in range(positions.shape[1]):
+        rows = []
+        for frame, (x, y) in enumerate(positions[:, who]):
+            gone = int(np.isnan(x))
+            rows.append(f"{frame},{gone},{_cell(x, 'inf')},{_cell(y, 'inf')},0.5")
+        header = "frame,missing,X#wcentroid (cm),Y#wcentroid (cm),SPEED#wcentroid (cm/s)"
+        _text(folder / f"video_fish{who}.csv", [header, *rows])
+    return folder
+
+
+def toxtrac_csv(folder: Path, positions: np.ndarray) -> Path:
+    header = "Time (sec)\tArena\tTrack\tPos. X (mm)\tPos. Y (mm)\tLabel"
+    rows = [f"{frame / FPS:.4f}\t1\t{who + 1}\t{x}\t{y}\t1" for frame, who, x, y in _rows(positions)]
+    return _text(folder / "Tracking_RealSpace_1.txt", [header, *rows])
+
+
+def animalta(folder: Path, positions: np.ndarray) -> Path:
+    names = [f"{axis}_Arena0_Ind{who}" for who in range(positions.shape[1]) for axis in "XY"]
+    rows = [
+        ";".join([str(frame), f"{frame / FPS:.2f}", *(_cell(value, "NA") for value in places.ravel())])
+        for frame, places in enumerate(positions)
+    ]
+    return _text(folder / "Coordinates.csv", [";".join(["Frame", "Time", *names]), *rows])
+
+
+def ethovision(folder: Path, positions: np.ndarray) -> Path:
+    """Write the first individual as EthoVision XT exports it: in UTF-16, with a semicolon, in mm."""
+    facts = ['"Number of header lines:";"6"', '"Experiment";"Novel tank"', '"Subject name";"Subject 1"', '""']
+    names = '"Trial time";"Recording time";"X center";"Y center";"X nose";"Y nose";"Area";"Result 1"'
+    units = '"s";"s";"mm";"mm";"mm";"mm";"mm2";""'
+    rows = []
+    for frame, (x, y) in enumerate(positions[:, 0] * [1, -1]):
+        center = f"{_cell(x, chr(34) + '-' + chr(34))};{_cell(y, chr(34) + '-' + chr(34))}"
+        nose = f"{_cell(x + 1, chr(34) + '-' + chr(34))};{_cell(y + 1, chr(34) + '-' + chr(34))}"
+        rows.append(f"{frame / FPS:.3f};{frame / FPS:.3f};{center};{nose};12.5;0")
+    path = folder / "Raw data-Trial 1.txt"
+    path.write_bytes("\r\n".join([*facts, names, units, *rows, ""]).encode("utf-16"))
+    return path
+
+
+def ros_csv(folder: Path, positions: np.ndarray) -> Path:
+    """Write the first individual as `rostopic echo -p` does, in m, y to the left, times in ns since 1970."""
+    names = "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.child_frame_id"
+    pose = "field.pose.pose.{}".format
+    names = ",".join(
+        [names, *(pose(f"position.{axis}") for axis in "xyz"), *(pose(f"orientation.{axis}") for axis in "xyzw")]
+    )
+    rows = []
+    for frame, (x, y) in enumerate(positions[:, 0]):
+        if not np.isnan(x):
+            stamp = 1_700_000_000_000_000_000 + round(frame / FPS * 1e9)
+            turn = 0.1 * frame
+            quaternion = f"0.0,0.0,{np.sin(turn / 2)},{np.cos(turn / 2)}"
+            rows.append(f"{stamp},{frame},{stamp},odom,base,{x / 1000:.6f},{-y / 1000:.6f},0.0,{quaternion}")
+    return _text(folder / "odometry.csv", [names, *rows])
+
+
+EAST_M, NORTH_M = 111_319.490793, 110_574.275822
+"""Length (m) of a degree of longitude and of latitude at 0, 0 on the ellipsoid of 1984."""
+
+
+def _degrees(positions: np.ndarray) -> np.ndarray:
+    """Return longitudes and latitudes around 0, 0 of positions (F, A, 2), a tenth of a cm for a pixel, y upwards."""
+    middle = np.nanmedian(positions.reshape(-1, 2), axis=0)
+    return (positions - middle) * [1, -1] / 1000 / [EAST_M, NORTH_M]
+
+
+def movebank(folder: Path, positions: np.ndarray) -> Path:
+    names = "event-id,visible,timestamp,location-long,location-lat,sensor-type,individual-local-identifier,study-name"
+    places = _degrees(positions)
+    rows = []
+    for frame, who, *_ in _rows(positions):
+        longitude, latitude = places[frame, who]
+        time = f"2024-05-01 12:00:{frame / FPS:06.3f}"
+        rows.append(f'{frame},true,{time},{longitude:.12f},{latitude:.12f},"gps","crane {who}","Cranes"')
+    rows.append('99,false,2024-05-01 12:00:00.000,80.0,80.0,"gps","crane 0","Cranes"')
+    return _text(folder / "cranes.csv", [names, *rows])
+
+
+def gpx(folder: Path, positions: np.ndarray) -> Path:
+    """Write with gpxpy."""
+    from datetime import UTC, datetime, timedelta
+
+    from gpxpy.gpx import GPX, GPXTrack, GPXTrackPoint, GPXTrackSegment
+
+    places = _degrees(positions)
+    content = GPX()
+    begin = datetime(2024, 5, 1, 12, tzinfo=UTC)
+    for who in range(positions.shape[1]):
+        track = GPXTrack(name=f"goat {who}")
+        segment = GPXTrackSegment()
+        for frame in np.flatnonzero(~np.isnan(positions[:, who, 0])).tolist():
+            longitude, latitude = places[frame, who]
+            point = GPXTrackPoint(latitude, longitude, time=begin + timedelta(seconds=frame / FPS))
+            segment.points.append(point)
+        track.segments.append(segment)
+        content.tracks.append(track)
+    (folder / "goats.gpx").write_text(content.to_xml())
+    return folder / "goats.gpx"
+
+
 def sleap(folder: Path, positions: np.ndarray) -> Path:
     nodes = np.stack([positions, positions + 1])
     with h5py.File(folder / "analysis.h5", "w") as file:
@@ -171,7 +286,15 @@ WRITERS = {
     "idtracker.ai-csv": idtracker_ai_csv,
     "idtracker.ai-npy": idtracker_ai_npy,
     "trex": trex,
+    "trex-csv": trex_csv,
     "toxtrac": toxtrac,
+    "toxtrac-csv": toxtrac_csv,
+    "fasttrack": fasttrack,
+    "animalta": animalta,
+    "ethovision": ethovision,
+    "gpx": gpx,
+    "ros-csv": ros_csv,
+    "movebank": movebank,
     "tracktor": tracktor,
     "trackmate": trackmate,
     "sleap": sleap,
@@ -187,7 +310,15 @@ SAID = {
     "idtracker.ai-csv": {"pixels_per_cm": 10},
     "idtracker.ai-npy": {"pixels_per_cm": 10, "allow_pickle": True},
     "trex": {},
+    "trex-csv": {"fps": FPS},
     "toxtrac": {"fps": FPS, "pixels_per_cm": 10},
+    "toxtrac-csv": {},
+    "fasttrack": {"fps": FPS, "pixels_per_cm": 10},
+    "animalta": {"pixels_per_cm": 10},
+    "ethovision": {},
+    "gpx": {"project": True},
+    "ros-csv": {},
+    "movebank": {"project": True},
     "tracktor": {"fps": FPS, "pixels_per_cm": 10},
     "trackmate": {"fps": FPS, "pixels_per_cm": 10},
     "sleap": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
@@ -199,9 +330,23 @@ SAID = {
 """What the user has to say for each format, and no more."""
 
 
+IN_CM = ("trex", "trex-csv")
+"""Formats that state cm, in which a pixel is a cm."""
+ALONE = ("ethovision", "ros-csv")
+"""Formats of one individual."""
+PROJECTED = ("gpx", "movebank")
+"""Formats in degrees, whose origin is the median of the positions."""
+UPWARDS = (*PROJECTED, *ALONE)
+"""Formats whose y points upwards."""
+
+
 def expected(name: str, positions: np.ndarray) -> np.ndarray:
     """Return positions (F, A, 2) in cm, y upwards, 0 where missing."""
-    return np.nan_to_num(positions) * np.array([1, -1]) / (1 if name == "trex" else 10)
+    if name in ALONE:
+        positions = positions[:, :1]
+    if name in PROJECTED:
+        positions = positions - np.nanmedian(positions.reshape(-1, 2), axis=0)
+    return np.nan_to_num(positions) * np.array([1, -1]) / (1 if name in IN_CM else 10)
 
 
 def write_attributes(folder: Path, text: str | None = None) -> None:

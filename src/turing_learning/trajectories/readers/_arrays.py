@@ -15,7 +15,8 @@ import numpy as np
 from turing_learning.errors import RefusedError, brief, optional, refuse, require
 
 from .._recording import Format, Options, Recording, assemble, from_array, natural, refusal
-from ._tables import Labels, Sheet, choose, read_points
+from ._sheets import Sheet
+from ._tables import Labels, choose, read_points
 from ._times import check_rate, per_second, rounded, stated_rate
 
 if TYPE_CHECKING:
@@ -152,7 +153,14 @@ def read_idtracker_h5(path: Path, options: Options) -> Recording:
 
 
 def read_npy(path: Path, options: Options) -> Recording:
-    """Read a pickled dictionary with `trajectories` and `frames_per_second`, if the user allows pickle."""
+    """Read positions (F, A, 2), or a pickled dictionary with `trajectories` and `frames_per_second`, if that is allowed."""
+    with path.open("rb") as file:
+        plain = not _is_pickled(file, path)
+    if plain:
+        check_unpacked(path.stat().st_size, path)
+        with whole("npy", path):
+            positions = np.load(path, allow_pickle=False)
+        return read_positions(positions, str(path))
     if not options.allow_pickle:
         remedy = "Opening it can run any code it holds. Let idtracker.ai write h5 or csv; allow_pickle=True in Python opens it."
         raise refusal("not be a pickle", "an npy file", path, remedy)
@@ -164,6 +172,25 @@ def read_npy(path: Path, options: Options) -> Recording:
         raise refusal("hold a dictionary with the array `trajectories` (F, A, 2)", type(content).__name__, path)
     rate = content.get("frames_per_second")
     return _recording(positions.astype(np.float64), None, rate, f"{path}, trajectories", path)
+
+
+def _is_pickled(file: Any, path: Path) -> bool:
+    """Return whether an npy file holds objects, which only pickle reads."""
+    from numpy.lib import format as npy
+
+    with whole("npy", path):
+        version = npy.read_magic(file)
+        read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+        return bool(read_header(file)[2].hasobject)
+
+
+def read_positions(positions: np.ndarray, place: str) -> Recording:
+    """Return positions (F, A, 2), NaN where missing, as a recording; nothing says rate, scale and direction of y."""
+    rule = "be numbers of shape (F, A, 2), not empty: frames, individuals, x and y"
+    if positions.dtype.kind not in "fiu" or positions.ndim != 3 or positions.shape[2] != 2 or 0 in positions.shape:
+        raise refusal(rule, f"{positions.dtype} {positions.shape}", place)
+    names = tuple(str(k + 1) for k in range(positions.shape[1]))
+    return from_array(positions.astype(np.float64), names, place, y_axis=None)
 
 
 def _recording(positions: np.ndarray, scores: np.ndarray | None, rate: object, place: str, path: Path) -> Recording:

@@ -44,24 +44,18 @@ NEARER = 3.0
 from which on nobody follows a path."""
 
 
-def named(names: Sequence[str], columns: Mapping[str, str] | None, file: object, **synonyms: str) -> list[str]:
-    """Return the names of columns, those that `columns` says what they are by what they are.
-
-    `synonyms` are other words for that.
-    """
-    said = {synonyms.get(what, what): column for what, column in (columns or {}).items()}
+def named(names: Sequence[str], columns: Mapping[str, str] | None, file: object) -> list[str]:
+    """Return the names of columns, those of which `columns` says what they are by that."""
+    said = dict(columns or {})
     # another column of that name is not meant
     renamed = ["" if name.lower() in said else name for name in names]
-    for what, column in said.items():
-        if what in synonyms.values() and re.match("lat|lon|lng", column.lower()):
-            rule, remedy = "have positions in a plane", "Project them onto a plane."
-            raise refusal(rule, f"angles in {column!r}", file, remedy)
+    for role, column in said.items():
         spelled = [k for k, name in enumerate(names) if name == column]
         in_any_case = [k for k, name in enumerate(names) if name.lower() == column.lower()]
-        where = spelled or in_any_case
-        if len(where) != 1:
+        fitting = spelled or in_any_case
+        if len(fitting) != 1:
             raise refusal(f"have the column {column!r} once", ", ".join(names), file)
-        renamed[where[0]] = what
+        renamed[fitting[0]] = role
     return renamed
 
 

@@ -1,7 +1,7 @@
 """Times in a file: the frame rate that they state, and the unit that they are in."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 import numpy as np
@@ -10,9 +10,15 @@ from turing_learning.errors import Setting, Text, refuse
 
 from .._recording import LARGEST, refusal, refuse_first
 
-TIME = ("time", "time_s", "time (s)", "seconds", "t")
-IN_SECONDS = ("time_s", "time (s)", "seconds")
-"""Those whose name says the unit."""
+IN_UNITS = {
+    "time_s": 1.0, "time (s)": 1.0, "time [s]": 1.0, "time (sec)": 1.0, "time_sec": 1.0, "seconds": 1.0, "sec": 1.0,
+    "time_ms": 1e3, "time (ms)": 1e3, "time [ms]": 1e3, "milliseconds": 1e3, "%time": 1e9, "__time": 1.0,
+}  # fmt: skip
+"""Names of columns of times that say the unit, and how many of it are a second."""
+TIME = ("time", *IN_UNITS, "t", "timestamp", "datetime", "date_time", "date")
+"""Names of columns of times."""
+LARGEST_START_S = 1e8
+"""First time (s) from which on times count since another age, as those of computers since 1970."""
 PER_SECOND = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600, "days": 1 / 86400}
 """Units in which times may be, and frames per second where there is one in such a unit."""
 LEAST_RATE, MOST_RATE = 1.0, 2000.0
@@ -24,8 +30,8 @@ LATE = 0.25
 """Frames by which a time may be beside that of its frame."""
 TINY = 1e-300
 """Smallest rate of which a logarithm is taken."""
-FARTHEST = 1e18
-"""Largest time in any unit: `LARGEST` s in ns."""
+FARTHEST = 1e19
+"""Largest time in any unit: ten times `LARGEST` s, some 300 years, in ns."""
 
 
 def rounded(rate: float) -> float:
@@ -63,8 +69,8 @@ def per_second(rate: float, fps: float | None, file: object, name: str = "time",
     open is refused. `name` is that of the column; `counts` says that its values are whole and 1 apart,
     as if they counted frames.
     """
-    if name in IN_SECONDS:
-        return 1.0
+    if name in IN_UNITS:
+        return IN_UNITS[name]
     if fps is None:
         minutes = any(math.isclose(rate, 60 * video, rel_tol=1e-3) for video in VIDEO_RATES)
         if counts or minutes or not LEAST_RATE <= rate <= MOST_RATE:
@@ -126,10 +132,45 @@ def frames_at(
     off = [np.abs(since * rate - np.round(since * rate)) for rate in rates]
     rate, away = next((pair for pair in zip(rates, off, strict=True) if pair[1].max() <= LATE), (rates[0], off[0]))
     rule = f"have times (s) that are whole frames apart, at {rate:.6g} per second"
-    remedy = ("Correct " if fps else "Give ", Setting("fps"), ", or number the frames.")
-    refuse_first(away > LATE, at, rule, times, remedy)
+    typical = rounded(1 / float(np.median(np.diff(known)))) if len(known) > 1 else rate
+    remedy: list[str | Setting] = ["If they are uneven, make them even by ", Setting("resample", typical)]
+    remedy.append("; or number the frames.")
+    if fps is not None:
+        remedy = ["If the rate is another, correct ", Setting("fps"), ". ", *remedy]
+    refuse_first(away > LATE, at, rule, times, tuple(remedy))
     stated = rounded(rate) if fps is None and span > 0 else None
     return np.round(since * rate) + max(0, round(float(known[0]) * rate)), stated
+
+
+def seconds_of(texts: Sequence[str], at: Callable[[int], str]) -> tuple[np.ndarray, bool]:
+    """Return times (rows,) as numbers, and whether they are in s since the first because they were dates or clocks.
+
+    They may be numbers, dates with times in ISO 8601, or times of day as 12:30:01.5.
+    """
+    import pandas as pd
+
+    numbers = pd.to_numeric(pd.Series(texts, dtype=object), errors="coerce").to_numpy(dtype=float)
+    if not np.isnan(numbers).any():
+        return numbers, False
+    words = pd.Series(texts, dtype=object)
+    dates = pd.to_datetime(words, format="ISO8601", utc=True, errors="coerce")
+    if dates.isna().any():
+        dates = pd.Timestamp(0, tz="UTC") + pd.to_timedelta(words.where(words.str.contains(":")), errors="coerce")
+    unread = dates.isna().to_numpy()
+    # one that is no number among numbers, rather than all numbers because they are no dates
+    if np.isnan(numbers).mean() < 0.5:
+        unread = np.isnan(numbers)
+    shown = np.array([repr(text) for text in texts], dtype=object)
+    refuse_first(unread, at, "have times that are numbers, dates (ISO 8601) or h:min:s", shown)
+    return (dates - dates.min()).dt.total_seconds().to_numpy(), True
+
+
+def since_start(times: np.ndarray, per_s: float) -> tuple[np.ndarray, list[str]]:
+    """Return times (rows,) from their start, with a remark, if they count since another age: those of computers."""
+    first = float(np.nanmin(times))
+    if not LARGEST_START_S <= first / per_s <= FARTHEST:
+        return times, []
+    return times - first, [f"times count from the first, {first:.17g} in the file"]
 
 
 def check_times(times: np.ndarray, at: Callable[[int], str], most: float = LARGEST) -> None:

@@ -1,0 +1,135 @@
+"""Ranges of the parameters of a family: as the recording suggests, or as they are said."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from turing_learning.errors import RefusedError, Setting, nearest, refuse, refusing_as, require
+
+from ..models import Parameter
+from ..trajectories import Trajectories
+
+ABOVE_FASTEST = 2.0
+"""Highest speed of models in those that 99 of 100 recorded steps do not exceed."""
+FASTEST_PERCENTILE = 99
+ABOVE_FARTHEST = 2.0
+"""Widest zone of models in distances to the nearest that 95 of 100 positions do not exceed."""
+FARTHEST_PERCENTILE = 95
+LEAST_SHARE = 0.25
+"""Share of a suggested range that has to be enough for the recording, from which on the range is kept."""
+MOST_POSITIONS = 2000
+"""Frames in which distances are measured."""
+SCALES = {"cm/s": (1, 0), "cm": (0, 1), "cm^3/s^2": (1, 2)}
+"""Units of parameters -> with which powers of the scale of speeds and of lengths they grow."""
+DIGITS = 2
+
+
+def recorded_ranges(family: Any, recordings: Trajectories | Sequence[Trajectories]) -> dict[str, Parameter]:
+    """Return the parameters of a family with ranges that fit recordings: wider or narrower where these are faster or larger.
+
+    Parameters
+    ----------
+    family
+        A `Family`, or `Replicates`, with suggested ranges for animals of some cm/s in a tank of some 10 cm.
+    recordings
+        In cm. Ranges of speeds reach to twice the fastest steps (99th percentile), those of lengths to twice the
+        distance of the nearest (95th percentile); a suggested one that is up to four times as wide as that is kept.
+
+    Returns
+    -------
+    dict
+        Name -> `Parameter`, ready for `turing_learning.infer`.
+    """
+    motion = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
+    suggested: Mapping[str, Parameter] = family.parameters
+    highest = {unit: _highest(suggested, unit) for unit in ("cm/s", "cm")}
+    speeds = ABOVE_FASTEST * max(_fastest(each) for each in motion)
+    lengths = ABOVE_FARTHEST * max(_farthest(each) for each in motion)
+    scales = (_scale(speeds, highest["cm/s"]), _scale(lengths, highest["cm"]))
+    found = {}
+    for name, parameter in suggested.items():
+        powers = SCALES.get(parameter.unit)
+        scale = scales[0] ** powers[0] * scales[1] ** powers[1] if powers else 1.0
+        found[name] = parameter if scale == 1 else _scaled(parameter, scale)
+    return found
+
+
+def _highest(parameters: Mapping[str, Parameter], unit: str) -> float:
+    """Return the highest bound of the parameters in a unit, 0 if there is none."""
+    return max((each.high or 0.0 for each in parameters.values() if each.unit == unit), default=0.0)
+
+
+def _scale(wanted: float, suggested: float) -> float:
+    """Return by what ranges have to grow: 1 where the suggested one is wide enough, and not far too wide."""
+    if not suggested or not wanted or LEAST_SHARE * suggested <= wanted <= suggested:
+        return 1.0
+    return wanted / suggested
+
+
+def _scaled(parameter: Parameter, scale: float) -> Parameter:
+    """Return a parameter whose bounds are so many times as large, with two digits."""
+
+    def scaled(bound: float | None) -> float | None:
+        return None if bound is None else float(f"{bound * scale:.{DIGITS}g}")
+
+    return replace(parameter, low=scaled(parameter.low), high=scaled(parameter.high), initial=None)
+
+
+def _fastest(recording: Trajectories) -> float:
+    """Return the speed (cm/s) that 99 of 100 steps do not exceed, without jumps; 0 if there is no step."""
+    signals = recording.signals(("speed",))
+    speeds = np.abs(signals.values[..., 0][signals.valid])
+    return float(np.percentile(speeds, FASTEST_PERCENTILE)) if len(speeds) else 0.0
+
+
+def _farthest(recording: Trajectories) -> float:
+    """Return the distance (cm) of the nearest other individual that 95 of 100 positions do not exceed; 0 for one alone."""
+    if recording.at_once < 2:
+        return 0.0
+    frames = np.linspace(0, len(recording.positions) - 1, MOST_POSITIONS).astype(int)
+    frames = np.unique(frames)
+    frames = frames[frames < len(recording.positions) - 1]
+    distances = []
+    for frame in frames:
+        places = recording.positions[frame, recording.present[frame]]
+        if len(places) > 1:
+            apart = np.hypot(*np.moveaxis(places[:, None] - places[None], -1, 0))
+            np.fill_diagonal(apart, np.inf)
+            distances.append(apart.min(axis=1))
+    return float(np.percentile(np.concatenate(distances), FARTHEST_PERCENTILE)) if distances else 0.0
+
+
+def said_ranges(texts: Sequence[str], parameters: Mapping[str, Parameter] | None = None) -> dict[str, Parameter]:
+    """Return parameters with the ranges that texts say, as speed=5:300, weight=0.01:100:log or count=1:20:integer.
+
+    Parameters
+    ----------
+    texts
+        NAME=LOW:HIGH, and perhaps log or integer.
+    parameters
+        All parameters that there are, whose units stay; None takes those of the texts.
+    """
+    found = dict(parameters or {})
+    said = set()
+    for text in texts:
+        name, _, bounds = text.partition("=")
+        low, _, rest = bounds.partition(":")
+        high, _, kind = rest.partition(":")
+        remedy = ("For example: ", Setting("range", "speed=5:300"))
+        try:
+            ends = (float(low), float(high))
+        except ValueError:
+            refuse("range", "be NAME=LOW:HIGH, or NAME=LOW:HIGH:log, or NAME=LOW:HIGH:integer", repr(text), remedy)
+        require(kind in ("", "log", "integer"), "range", "end with log or integer, if with a word", repr(text), remedy)
+        require(name not in said, "range", "be given once for each parameter", repr(text))
+        said.add(name)
+        if parameters is not None and name not in parameters:
+            got = f"{name!r} of {text!r}"
+            refuse("range", f"name one of {', '.join(parameters)}", got, nearest(name, parameters))
+        unit = found[name].unit if name in found else ""
+        with refusing_as(RefusedError, name="range", place=text):
+            scale: Any = "log" if kind == "log" else "linear"
+            found[name] = Parameter(*ends, scale=scale, unit=unit, integer=kind == "integer")
+    return found

@@ -1,0 +1,120 @@
+"""One recording in pictures: where individuals were, when they were there, how fast they moved and turned."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .style import BLUE, DASHED, INK, MUTED, ORANGE, one_panel, series
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_POINTS = 30_000
+"""Points of all paths in a figure; more make a page of megabytes."""
+MOST_ROWS = 40
+"""Individuals that have a row over time."""
+MOST_LABELS = 12
+"""Individuals that are named in a legend."""
+BINS = 60
+CENTRAL = (0.1, 99.9)
+"""Percentiles between which a distribution is drawn."""
+
+
+def tracks_figure(
+    names: Sequence[str],
+    positions: np.ndarray,
+    tank: np.ndarray,
+    *,
+    unlikely: np.ndarray,
+    unit: str,
+) -> "Figure":
+    """Draw the paths of individuals, and the tank of the models.
+
+    Parameters
+    ----------
+    names
+        Of the individuals A.
+    positions : (F, A, 2)
+        x, y, NaN where somebody is absent.
+    tank : (2, 2)
+        Lowest and highest x, y.
+    unlikely : (N, 2)
+        Positions that can hardly be true; they are crosses.
+    unit
+        Of lengths.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    panels, axes = one_panel(5.4, 4.6)
+    every = max(1, positions.shape[0] * positions.shape[1] // MOST_POINTS)
+    for who, name in enumerate(names):
+        label = name if len(names) <= MOST_LABELS else "_"
+        color = series(who)["color"]
+        axes.plot(*positions[::every, who].T, color=color, linewidth=0.7, alpha=0.8, label=label)
+    if len(unlikely):
+        axes.plot(*unlikely[:MOST_POINTS].T, "x", color=ORANGE, markersize=5, label="hardly true")
+    (left, bottom), (right, top) = tank
+    corners = np.array([[left, bottom], [right, bottom], [right, top], [left, top], [left, bottom]])
+    axes.plot(*corners.T, color=INK, linestyle=DASHED, linewidth=1.0, label="tank of the models")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.grid(visible=False)
+    panels.label(f"y ({unit})", f"x ({unit})")
+    return panels.with_legend(ncols=4)
+
+
+def presence_figure(
+    names: Sequence[str], present: np.ndarray, jumps: Sequence[tuple[int, float]], fps: float
+) -> "Figure":
+    """Draw a row for each individual: a bar where it is there, a mark where it jumps.
+
+    Parameters
+    ----------
+    names
+        Of the individuals A; of more than `MOST_ROWS` the first ones are drawn.
+    present : (F, A)
+        Whether somebody is there.
+    jumps
+        Number of the individual, and time (s), of each jump.
+    fps
+        Frame rate (1/s).
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    names = names[:MOST_ROWS]
+    panels, axes = one_panel(8.4, 0.24 * len(names) + 1.2)
+    axes.grid(visible=False)
+    for row in range(len(names)):
+        changes = np.diff(present[:, row].astype(int), prepend=0, append=0)
+        begins = np.flatnonzero(changes == 1) / fps
+        ends = np.flatnonzero(changes == -1) / fps
+        axes.broken_barh(
+            list(zip(begins, ends - begins, strict=True)), (row - 0.3, 0.6), color=BLUE, linewidth=0
+        )
+    drawn = [(time, who) for who, time in jumps if who < len(names)]
+    if drawn:
+        axes.plot(*zip(*drawn, strict=True), "|", color=ORANGE, markersize=9, label="jump")
+    axes.set_xlim(0, len(present) / fps)
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.set_yticks(np.arange(len(names)), list(names), color=INK, parse_math=False)
+    panels.label("", "Time (s)")
+    return panels.with_legend(ncols=1)
+
+
+def distribution_figure(values: np.ndarray, label: str) -> "Figure":
+    """Draw how often values (N,) occur, between their percentiles 0.1 and 99.9, with their median."""
+    panels, axes = one_panel(4.1, 2.6)
+    low, high = np.percentile(values, CENTRAL)
+    if low == high:
+        low, high = low - 0.5, high + 0.5
+    axes.hist(values, bins=BINS, range=(low, high), color=BLUE, linewidth=0)
+    median = float(np.median(values))
+    axes.axvline(median, color=INK, linestyle=DASHED, linewidth=1.0, label=f"median {median:.3g}")
+    axes.tick_params(labelleft=False, length=0, axis="y")
+    axes.tick_params(colors=MUTED, axis="x")
+    panels.label("Frequency", label)
+    return panels.with_legend(ncols=1)

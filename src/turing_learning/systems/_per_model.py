@@ -1,0 +1,176 @@
+"""Simulators from what runs one model: a function with named parameters that returns a table, or any program."""
+
+import csv
+import io
+import re
+import shlex
+import subprocess
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import brief, refuse, require
+
+LARGEST_SEED = 2**31 - 1
+"""Seeds are from 0 to it, which all programs take."""
+SEED = "seed"
+MOST_SHOWN = 200
+"""Characters of what a program writes that stand in a message."""
+
+
+def table_values(table: Any, columns: Sequence[str] = ()) -> np.ndarray:
+    """Return a table of one run as numbers (T, D).
+
+    Parameters
+    ----------
+    table
+        A pandas.DataFrame, such as that of a DataCollector, a dict of D series (T,), or an array (T, D) or (T,).
+    columns
+        Which columns of a DataFrame or dict, in this order; all by default.
+
+    Raises
+    ------
+    ValueError
+        If a column is missing, or its values are no numbers.
+    """
+    if isinstance(table, Mapping) or hasattr(table, "columns"):
+        names = list(columns) or list(table.keys())
+        missing = [name for name in names if name not in table]
+        if missing:
+            rule = f"have the columns {', '.join(map(str, names))}"
+            refuse("table", rule, ", ".join(map(str, table.keys())) or "none")
+        table = np.column_stack([np.asarray(table[name], dtype=np.float64) for name in names])
+    values = np.asarray(table, dtype=np.float64)
+    return values[:, None] if values.ndim == 1 else values
+
+
+@dataclass(frozen=True)
+class PerModel:
+    """A simulator that calls a function once for each model; see `per_model`."""
+
+    function: Callable[..., Any]  #: Called with the parameters by name, and a seed
+    names: tuple[str, ...]  #: Of the parameters
+    columns: tuple[str, ...] = ()  #: Of the table, which are the signals; all by default
+    seeded: bool = True  #: Whether the function takes `seed`
+
+    vectorized = False
+
+    @property
+    def signals(self) -> tuple[str, ...] | None:
+        """Names of the signals, if they are known."""
+        return self.columns or None
+
+    def __call__(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return the sample (T, D) of one model with parameters (P,)."""
+        named = dict(zip(self.names, parameters.tolist(), strict=True))
+        if self.seeded:
+            named[SEED] = int(rng.integers(LARGEST_SEED))
+        return table_values(self.function(**named), self.columns)
+
+
+def per_model(
+    function: Callable[..., Any],
+    parameters: Iterable[str],
+    *,
+    columns: Sequence[str] = (),
+    seeded: bool = True,
+) -> PerModel:
+    """Turn "run one model with these parameters, give me a table" into a simulator for `turing_learning.infer`.
+
+    Parameters
+    ----------
+    function
+        Called as ``function(speed=3.2, noise=0.1, seed=17)``; returns a pandas.DataFrame with a row for each time
+        step (of a Mesa model: ``model.datacollector.get_model_vars_dataframe()``), a dict of series, or an array.
+    parameters
+        Their names; a mapping name -> range, as `infer` takes it, will do.
+    columns
+        Columns of the table that are the signals, in this order; all by default.
+    seeded
+        Whether the function takes `seed`, an integer from 0 to 2**31 - 2. One that takes no seed is not repeated
+        to the bit by `resume`.
+
+    Returns
+    -------
+    PerModel
+        Give it as `simulate`; it takes one model at a time. With `workers` or an `executor`, `function` has to be one
+        of a module.
+    """
+    names = tuple(parameters)
+    require(callable(function), "function", "be a function of named parameters", brief(function))
+    require(names, "parameters", "name one parameter or more", brief(parameters))
+    return PerModel(function, names, tuple(columns), seeded)
+
+
+@dataclass(frozen=True)
+class Command:
+    """A program as a simulator: one call for each model, whose output is a table in CSV.
+
+    It is run without a shell. `{speed}` stands for the value of the parameter speed, `{seed}` for an integer.
+    """
+
+    template: str  #: "prog --speed {speed} --noise {noise} --seed {seed}"
+    names: tuple[str, ...]  #: Of the parameters
+    columns: tuple[str, ...] = ()  #: Of the CSV, which are the signals; all by default
+    timeout_s: float | None = None  #: Longest duration of a call (s)
+
+    vectorized = False
+
+    def __post_init__(self) -> None:
+        fields = set(re.findall(r"\{(\w*)\}", self.template))
+        for name in self.names:
+            example = f"For example: prog {' '.join(f'{{{each}}}' for each in (*self.names, SEED))}"
+            rule = f"hold {{{name}}}, where the value of the parameter goes"
+            require(name in fields, "simulate_command", rule, repr(self.template), example)
+        unknown = fields - {*self.names, SEED}
+        rule = f"hold no other names in braces than those of the parameters and {{{SEED}}}"
+        require(not unknown, "simulate_command", rule, ", ".join(sorted(unknown)))
+
+    @property
+    def signals(self) -> tuple[str, ...] | None:
+        """Names of the signals, if they are known."""
+        return self.columns or None
+
+    def __call__(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Run the program for one model with parameters (P,); return its table (T, D)."""
+        values = {
+            name: f"{value:.17g}"
+            for name, value in zip(self.names, parameters.tolist(), strict=True)
+        }
+        values[SEED] = str(int(rng.integers(LARGEST_SEED)))
+        words = [
+            re.sub(r"\{(\w+)\}", lambda found: values[found[1]], word)
+            for word in shlex.split(self.template)
+        ]
+        done = subprocess.run(
+            words, capture_output=True, text=True, timeout=self.timeout_s, check=False
+        )
+        if done.returncode:
+            said = " ".join((done.stderr or done.stdout).split())[-MOST_SHOWN:]
+            raise RuntimeError(f"the program ended with exit status {done.returncode}: {said}")
+        return table_values(read_table(done.stdout), self.columns)
+
+
+def read_table(text: str) -> dict[str, list[float]]:
+    """Return the columns of a table in CSV by their names; refuse cells that are no numbers."""
+    rows = list(csv.reader(io.StringIO(text)))
+    rows = [row for row in rows if row]
+    require(len(rows) > 1, "table", "have a line of names and rows below", f"{len(rows)} lines")
+    names, *body = rows
+    columns: dict[str, list[float]] = {name.strip(): [] for name in names}
+    for number, row in enumerate(body, 2):
+        require(
+            len(row) == len(names),
+            "table",
+            f"have {len(names)} cells in each row",
+            len(row),
+            place=f"line {number}",
+        )
+        for name, cell in zip(columns, row, strict=True):
+            try:
+                columns[name].append(float(cell))
+            except ValueError:
+                refuse("table", "hold numbers", repr(cell), place=f"line {number}, column {name}")
+    return columns

@@ -1,0 +1,157 @@
+"""A recording as it was read: facts, doubts and pictures, before anything is learned from it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from turing_learning.figures import Picture
+from turing_learning.figures.recordings import distribution_figure, presence_figure, tracks_figure
+from turing_learning.report import Report, report_page, write_page
+
+from ._recording import Problems
+from ._signals import SIGNALS
+
+if TYPE_CHECKING:
+    from ._trajectories import Trajectories
+
+NOTHING_ODD = "Nothing odd was found. Compare the facts with what you know of the experiment."
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """How a recording was read, what is odd about it, and pictures of it.
+
+    It prints as text and shows as a page in notebooks.
+    """
+
+    recording: "Trajectories"
+
+    @cached_property
+    def problems(self) -> Problems:
+        """What `Trajectories.check` finds."""
+        return self.recording.check()
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What may be meant otherwise than it was read, or can hardly be true; a sentence each."""
+        return (*self.problems.doubts, *self.problems.headings)
+
+    @cached_property
+    def facts(self) -> dict[str, str]:
+        """Name -> value in words, in the order in which a reader asks for them."""
+        recording = self.recording
+        reading = recording.reading
+        facts = {"file": recording.source, "format": recording.format}
+        facts["read from"] = ", ".join(f"{role} = {name}" for role, name in reading.columns.items())
+        facts["not read"] = ", ".join(reading.unread)
+        facts["frame rate"] = ", ".join(filter(None, (f"{recording.fps:g} per second", reading.fps)))
+        facts["scale"] = reading.scale
+        facts["y points"] = reading.y_axis
+        frames, count = recording.present.shape
+        facts["individuals"] = f"{count}, at most {recording.at_once} at once: {_listed(recording.individuals)}"
+        facts["frames"] = f"{frames}, {recording.first_frame} to {recording.first_frame + frames - 1}"
+        facts["duration"] = f"{recording.duration_s:.4g} s"
+        facts["missing"] = self.problems.described_gaps
+        facts["jumps"] = self.problems.described_jumps
+        for name, values in self._signals().items():
+            low, median, high = np.round(np.percentile(values, [5, 50, 95]), 6)
+            facts[name] = f"median {median:.3g} {self._units[name]}, 90 % from {low:.3g} to {high:.3g}"
+        (left, bottom), (right, top) = self._likely.reach
+        unit = recording.unit
+        facts["tank of the models"] = (
+            f"{right - left:.4g} x {top - bottom:.4g} {unit}, where signals of neighbors count"
+        )
+        return {name: value for name, value in facts.items() if value}
+
+    @cached_property
+    def _likely(self) -> "Trajectories":
+        return self.recording.cleared()
+
+    @property
+    def _units(self) -> dict[str, str]:
+        units = dict(SIGNALS)
+        if self.recording.unit != "cm":
+            units = {name: unit.replace("cm", "px") for name, unit in units.items()}
+        return units
+
+    def _signals(self) -> dict[str, np.ndarray]:
+        """Return the values (N,) of speed and turn that exist, by name."""
+        signals = self._likely.signals(("speed", "turn"))
+        found = {}
+        for place, name in enumerate(("speed", "turn")):
+            values = signals.values[..., place][signals.valid]
+            if len(values):
+                found[name] = values
+        return found
+
+    def __str__(self) -> str:
+        widest = max(map(len, self.facts))
+        lines = [f"{name:{widest}}  {value}" for name, value in self.facts.items()]
+        odd = [f"! {doubt}" for doubt in self.doubts] or [NOTHING_ODD]
+        return "\n".join([*lines, "", *odd, *self.recording.remarks])
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><th style='text-align:left'>{escape(name)}</th><td style='text-align:left'>{escape(value)}</td></tr>"
+            for name, value in self.facts.items()
+        )
+        odd = "".join(f"<li>{escape(doubt)}</li>" for doubt in self.doubts or (NOTHING_ODD,))
+        return f"<table>{rows}</table><ul>{odd}</ul>{''.join(each.svg for each in self.pictures())}"
+
+    def pictures(self) -> list[Picture]:
+        """Return figures of tracks, presence over time, and distributions of speed and turn."""
+        recording = self.recording
+        names = recording.individuals
+        unlikely = recording.present & ~self._likely.present
+        absent = ~self._likely.present[..., None]
+        likely = np.where(absent, np.nan, recording.positions)
+        what = "Each individual in a color; dashed, the tank of the models, as far as positions reach."
+        tracks = tracks_figure(
+            names, likely, self._likely.reach, unlikely=recording.positions[unlikely], unit=recording.unit
+        )
+        jumps = [
+            (names.index(jump.individual), (jump.frame - recording.first_frame) / recording.fps)
+            for jump in self.problems.jumps
+        ]
+        when = "A bar where an individual has positions that can be true; a mark where it jumps."
+        presence = presence_figure(names, self._likely.present, jumps, recording.fps)
+        pictures = [
+            Picture("tracks", "Tracks", what, tracks),
+            Picture("presence", "Who is there when", when, presence, wide=True),
+        ]
+        for name, values in self._signals().items():
+            figure = distribution_figure(values, f"{name} ({self._units[name]})")
+            caption = "Of all steps between neighboring frames, without smoothing."
+            pictures.append(Picture(name, name.capitalize(), caption, figure))
+        return pictures
+
+    def page(self) -> str:
+        """Return a page (HTML) that works offline."""
+        name = Path(self.recording.source).name or "recording"
+        report = Report(
+            title=f"{name}: as it was read",
+            summary=str(self.recording) if self.doubts else f"{self.recording}. {NOTHING_ODD}",
+            listings=[],
+            figures=self.pictures(),
+            facts=list(self.facts.items()),
+            doubts=self.doubts,
+        )
+        return report_page(report)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the page to a file in an existing folder; one that exists is replaced."""
+        return write_page(self.page(), path)
+
+
+MOST_LISTED = 8
+"""Names of individuals that are listed."""
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    """Return names with commas, of many the first ones."""
+    more = ", ..." if len(names) > MOST_LISTED else ""
+    return ", ".join(names[:MOST_LISTED]) + more

@@ -1,0 +1,196 @@
+"""Exports that are no plain tables: EthoVision XT, GPX, folders of idtracker.ai and of TRex."""
+
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+import numpy as np
+
+from turing_learning.errors import brief, require
+
+from .._recording import Format, Options, Recording, natural, refusal
+from ._arrays import whole
+from ._layouts import CM_PER_UNIT, TREX, Layout
+from ._long import read_long
+from ._sheets import MISSING, separator_of, sheet_of
+from ._tables import frame_sheet, names_of
+
+if TYPE_CHECKING:
+    from .._recording import Glance
+
+_HEADER_LINES = re.compile(r'"?Number of header lines:"?[;,\t] ?"?([0-9]{1,4})"?', re.IGNORECASE)
+"""First line of what EthoVision XT exports."""
+CENTER = "center"
+MOST_BYTES = 1 << 30
+"""Size of a text that is opened as a whole."""
+
+
+def _is_ethovision(glance: "Glance") -> bool:
+    return bool(glance.lines) and _HEADER_LINES.match(glance.lines[0]) is not None
+
+
+def _text_of(path: Path) -> str:
+    """Return a text in UTF-16 with its mark, as EthoVision XT writes it, in UTF-8, or else in Latin-1."""
+    if path.stat().st_size > MOST_BYTES:
+        raise refusal(f"have at most {MOST_BYTES} bytes", path.stat().st_size, path)
+    raw = path.read_bytes()
+    utf16 = raw.startswith((b"\xff\xfe", b"\xfe\xff"))
+    try:
+        return raw.decode("utf-16" if utf16 else "utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")
+
+
+def read_ethovision(path: Path, options: Options) -> Recording:
+    """Read raw data of EthoVision XT: lines of facts, names and units of columns, a row for each sample.
+
+    Positions are those of the center point unless `keypoint` says otherwise; y grows upwards. Source: Noldus,
+    EthoVision XT reference manual, export of raw data.
+    """
+    import pandas as pd
+
+    lines = _text_of(path).splitlines()
+    match = _HEADER_LINES.match(lines[0]) if lines else None
+    count = int(match[1]) if match else 0
+    if not 2 <= count < len(lines):
+        raise refusal("have as many header lines as it says, and rows below", count, f"{path}:1")
+    separator = separator_of(lines[0])
+    header = [[cell.strip().strip('"') for cell in line.split(separator)] for line in lines[:count]]
+    facts = {row[0].rstrip(":").lower(): row[1] for row in header[: count - 2] if len(row) > 1}
+    names = [name.lower() for name in header[count - 2]]
+    units = dict(zip(names, header[count - 1], strict=False))
+    points = [name[2:] for name in names if name.startswith("x ") and f"y {name[2:]}" in names]
+    time = "trial time" if "trial time" in names else "recording time"
+    if time not in names or not points:
+        rule = "have the columns Trial time, X center and Y center"
+        raise refusal(rule, ", ".join(filter(None, names)), f"{path}:{count - 1}")
+    point = options.keypoint or (CENTER if CENTER in points else points[0])
+    require(point in points, "keypoint", f"be one of {', '.join(points)}", brief(point), place=str(path))
+    x, y = f"x {point}", f"y {point}"
+    body = "\n".join(lines[count:]) + "\n"
+    decimal = "," if separator != "," and "." not in body else "."
+    with whole("EthoVision", path):
+        table = pd.read_csv(
+            io.StringIO(body), sep=separator, header=None, index_col=False, usecols=range(len(names)),
+            na_values=[*MISSING, *map(str.upper, MISSING)], decimal=decimal, skip_blank_lines=True,
+        )  # fmt: skip
+    columns = [table[names.index(name)] for name in (time, x, y)]
+    rows = pd.DataFrame(dict(zip(("time (s)", "x", "y"), columns, strict=True)))
+    recording = read_long(frame_sheet(rows, str(path)), _of_table(options))
+    unit = units.get(x, "").lower()
+    who = facts.get("subject name") or "1"
+    return replace(
+        recording,
+        positions=recording.positions * CM_PER_UNIT.get(unit, 1.0),
+        individuals=(who,),
+        unit="cm" if unit in CM_PER_UNIT else None,
+        y_axis="up",
+        columns={"time": time, "x": x, "y": y},
+        unread=tuple(name for name in names if name and name not in (time, x, y)),
+        remarks=tuple(remark for remark in recording.remarks if not remark.startswith("without a column id")),
+    )
+
+
+def _of_table(options: Options) -> Options:
+    """Return the options that concern the times of rows."""
+    return Options(fps=options.fps, resample=options.resample, project=options.project)
+
+
+GPX = Layout("gpx", {"time": ["time"], "x": ["lon"], "y": ["lat"]}, who=("id",), y_axis="up", extras=False)
+
+
+def _is_gpx(glance: "Glance") -> bool:
+    return any("<gpx" in line.lower() for line in glance.lines)
+
+
+def read_gpx(path: Path, options: Options) -> Recording:
+    """Read the points of tracks in GPX, by longitude, latitude and time; a track is an individual.
+
+    Source: GPX 1.1 Schema Documentation, topografix.com.
+    """
+    import pandas as pd
+
+    if path.stat().st_size > MOST_BYTES:
+        raise refusal(f"have at most {MOST_BYTES} bytes", path.stat().st_size, path)
+    with whole("GPX", path):
+        root = ElementTree.parse(path).getroot()
+    tracks = root.findall("{*}trk")
+    rows = []
+    for number, track in enumerate(tracks, 1):
+        name = track.findtext("{*}name", "").strip() or str(number)
+        for point in track.iterfind("{*}trkseg/{*}trkpt"):
+            time = point.findtext("{*}time", "").strip()
+            rows.append((name, time, point.get("lon"), point.get("lat")))
+    if not rows:
+        raise refusal("hold points of tracks (trkpt)", "none", path)
+    timeless = [row for row in rows if not row[1]]
+    if timeless:
+        raise refusal("give a time for each point", f"{len(timeless)} points without one", path)
+    table = pd.DataFrame(rows, columns=["id", "time", "lon", "lat"])
+    return read_long(frame_sheet(table, str(path)), options, GPX)
+
+
+ETHOVISION_FORMAT = Format("ethovision", _is_ethovision, read_ethovision, has_keypoints=True, has_times=True)
+GPX_FORMAT = Format("gpx", _is_gpx, read_gpx, has_times=True)
+
+
+def _is_trex_csv(glance: "Glance") -> bool:
+    return TREX.fits(names_of(glance))
+
+
+def read_trex_csv(path: Path, options: Options) -> Recording:
+    """Read what TRex exports as CSV, a file for each individual, or the folder of them."""
+    files = csv_files(path) if path.is_dir() else [path]
+    recordings = [read_long(sheet_of(file, absent=TREX.absent), options, TREX) for file in files]
+    return joined(recordings, path)
+
+
+def csv_files(folder: Path) -> list[Path]:
+    """Return the CSV files of a folder, in natural order; nothing that is no file, such as a pipe, is opened."""
+    return sorted((file for file in folder.glob("*.csv") if file.is_file()), key=lambda file: natural(file.name))
+
+
+def joined(recordings: Sequence[Recording], path: Path) -> Recording:
+    """Return recordings of one individual each, in the same frames, as one."""
+    first, *others = recordings
+    if not others:
+        return first
+    names = [name for recording in recordings for name in recording.individuals]
+    if len(set(names)) < len(names):
+        raise refusal("have files whose names end with different numbers", ", ".join(names), path)
+    begin = min(recording.first_frame for recording in recordings)
+    end = max(recording.first_frame + len(recording.positions) for recording in recordings)
+    positions = np.full((end - begin, len(names), 2), np.nan)
+    for who, recording in enumerate(recordings):
+        start = recording.first_frame - begin
+        positions[start : start + len(recording.positions), who] = recording.positions[:, 0]
+    remarks = tuple(dict.fromkeys(remark for recording in recordings for remark in recording.remarks))
+    choices = tuple(dict.fromkeys(choice for recording in recordings for choice in recording.choices))
+    rates = {recording.fps for recording in recordings}
+    if len(rates) > 1:
+        raise refusal("state one frame rate for all individuals", sorted(map(str, rates)), path)
+    return replace(
+        first, positions=positions, individuals=tuple(names), first_frame=begin, remarks=remarks, choices=choices
+    )
+
+
+TREX_CSV_FORMAT = Format(TREX.name, _is_trex_csv, read_trex_csv, has_columns=True, has_times=True)
+
+SESSION_FILES = ("without_gaps", "validated", "trajectories", "with_gaps")
+"""Beginnings of names of files in a folder of idtracker.ai, those with most corrections first."""
+SESSION_SUFFIXES = (".h5", ".csv", ".npy")
+
+
+def session_file(folder: Path) -> Path | None:
+    """Return the file of trajectories in a folder of idtracker.ai: HDF5 before CSV before npy; None if there is none."""
+    found: list[tuple[int, int, str, Path]] = []
+    for pattern in ("*", "*/*", "*/*/*"):
+        for file in folder.glob(pattern):
+            begins = [k for k, name in enumerate(SESSION_FILES) if file.stem.startswith(name)]
+            if file.suffix in SESSION_SUFFIXES and begins and file.is_file():
+                found.append((SESSION_SUFFIXES.index(file.suffix), begins[0], str(file), file))
+    return min(found)[-1] if found else None

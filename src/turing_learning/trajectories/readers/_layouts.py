@@ -1,0 +1,153 @@
+"""What programs call the columns of their tables, and units that stand in names of columns."""
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from .._recording import YAxis
+from ._columns import WHO
+
+CM_PER_UNIT = {"cm": 1.0, "mm": 0.1, "m": 100.0}
+"""Units of length that names of columns state, in cm."""
+_UNIT = re.compile(r"(.*?)(?:[ _]*[\[(](mm|cm|m|px|pixels?)[\])]|[ _](mm|cm|m|px))")
+"""A name with a unit at its end: x (cm), x [mm], x_cm."""
+_POSITION = re.compile(r"(?:pos(?:ition)?[. _]*)?([xyz])(?:[ _]?(?:cent(?:er|re|roid)|pos(?:ition)?))?")
+"""A name of a coordinate without its unit: x, pos. x, position_x, x center."""
+_ANGLES = {
+    "x": re.compile(r"lon|lng|long|longitude|location[-_]long"),
+    "y": re.compile(r"lat|latitude|location[-_]lat"),
+}
+"""Names of degrees of longitude and latitude."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a program calls the columns of a table with a row for each individual and frame."""
+
+    name: str = "tidy"
+    #: Role -> patterns of names in small letters, the first that fits counts
+    columns: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    who: Sequence[str] = WHO  #: Names of columns that may name the individuals
+    y_axis: YAxis | None = None  #: Direction of y, None where programs differ
+    unit: str = ""  #: Of positions, where names do not state it
+    extras: bool = True  #: Whether there are headings and confidences
+    against_y: bool = False  #: Whether headings are counted from x against y of the file
+    absent: Sequence[str] = ()  #: What cells say besides the usual words where there is no position
+
+    def roles(self, names: Sequence[str]) -> dict[str, str]:
+        """Return role -> name of the columns that this layout has among names in small letters."""
+        found = {}
+        for role, patterns in self.columns.items():
+            for pattern in patterns:
+                fitting = [name for name in names if re.fullmatch(pattern, name)]
+                if fitting:
+                    found[role] = fitting[0]
+                    break
+        return found
+
+    def fits(self, names: Collection[str]) -> bool:
+        """Return whether a table has the columns that this layout needs: of time or frames, and of positions."""
+        found = self.roles(sorted(names))
+        return {"x", "y"} <= found.keys() and not found.keys().isdisjoint(("frame", "time"))
+
+
+TIDY = Layout()
+TRACKTOR = Layout(  # Sridhar, Roche and Gingins 2019, Methods in Ecology and Evolution 10; in pixels
+    "tracktor",
+    {"frame": ["frame"], "x": ["pos_x"], "y": ["pos_y"], "z": ["pos_z"]},
+    y_axis="down",
+    extras=False,
+)
+TRACKMATE = Layout(  # Ershov et al. 2022, TrackMate 7, Nature Methods 19; a table of spots, y of images
+    "trackmate",
+    {"frame": ["frame"], "x": ["position_x"], "y": ["position_y"], "z": ["position_z"]},
+    who=("track_id",),
+    y_axis="down",
+)
+FASTTRACK = Layout(  # Gallois and Candelier 2021, FastTrack, PLoS Computational Biology 17; y of images
+    "fasttrack",
+    {"frame": ["imagenumber"], "x": ["xbody"], "y": ["ybody"], "heading": ["tbody"]},
+    who=("id",),
+    y_axis="down",
+    against_y=True,
+)
+TREX = Layout(  # Walter and Couzin 2021, TRex, eLife 10; a file for each individual
+    "trex-csv",
+    {
+        "frame": ["frame"],
+        "x": [r"x#wcentroid( \(cm\))?", r"x#p?centroid( \(cm\))?"],
+        "y": [r"y#wcentroid( \(cm\))?", r"y#p?centroid( \(cm\))?"],
+    },
+    y_axis="down",
+    unit="cm",
+    extras=False,
+    absent=("inf", "-inf", "infinity", "-infinity"),
+)
+TOXTRAC = Layout(  # Rodriguez et al. 2018, ToxTrac, Methods in Ecology and Evolution 9; with a header line
+    "toxtrac-csv",
+    {"time": [r"time \(sec\)"], "x": [r"pos\. x \(.*\)"], "y": [r"pos\. y \(.*\)"]},
+    who=("track",),
+    y_axis="down",
+)
+ROS = Layout(  # `rostopic echo -p`, bagpy and PlotJuggler; REP 103: m, y to the left
+    "ros-csv",
+    {
+        "time": ["%time", "__time", "time"],
+        "x": [r".*position[./]x"],
+        "y": [r".*position[./]y"],
+        "z": [r".*position[./]z"],
+        "qx": [r".*orientation[./]x"],
+        "qy": [r".*orientation[./]y"],
+        "qz": [r".*orientation[./]z"],
+        "qw": [r".*orientation[./]w"],
+    },
+    who=(),
+    y_axis="up",
+    unit="m",
+)
+MOVEBANK = Layout(  # Kays et al. 2022, The Movebank system, Methods in Ecology and Evolution 13; degrees, UTC
+    "movebank",
+    {"time": ["timestamp"], "x": [r"location[-_]long"], "y": [r"location[-_]lat"]},
+    who=("individual-local-identifier", "individual_local_identifier", "tag-local-identifier", "tag_local_identifier"),
+    y_axis="up",
+    extras=False,
+)
+LAYOUTS = (TRACKTOR, TRACKMATE, FASTTRACK, TREX, TOXTRAC, ROS, MOVEBANK)
+"""Those of programs, which are no tables of one's own."""
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of length that the name of a column ends with, as "cm" of "x (cm)"; empty if there is none."""
+    match = _UNIT.fullmatch(name)
+    unit = (match[2] or match[3]) if match else ""
+    return "px" if unit.startswith("p") else unit
+
+
+def plain_roles(names: Sequence[str], *, project: bool) -> dict[str, str]:
+    """Return role -> name of the columns of positions that a table of one's own may call otherwise than x and y.
+
+    Names are in small letters. Degrees of longitude and latitude are positions where they are to be projected.
+    """
+    if {"x", "y"} <= set(names):
+        return {}
+    found: dict[str, str] = {}
+    for name in names:
+        unit = unit_of(name)
+        match = _UNIT.fullmatch(name) if unit else None
+        bare = match[1].strip() if match else name
+        axis = _POSITION.fullmatch(bare)
+        if axis and (unit or bare != axis[1]):
+            found.setdefault(axis[1], name)
+    if {"x", "y"} <= found.keys():
+        return found
+    return angles(names) if project else {}
+
+
+def angles(names: Sequence[str]) -> dict[str, str]:
+    """Return role -> name of columns of longitude and latitude; nothing unless there are both."""
+    found: dict[str, str] = {}
+    for role, pattern in _ANGLES.items():
+        for name in names:
+            if pattern.fullmatch(name):
+                found.setdefault(role, name)
+    return found if len(found) == len(_ANGLES) else {}

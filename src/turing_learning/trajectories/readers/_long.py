@@ -1,0 +1,338 @@
+"""Tables with a row for each individual and frame."""
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from turing_learning.errors import RefusedError, Setting, Text, refuse
+
+from .._recording import Options, Recording, YAxis, assemble, refusal, refuse_first
+from ._columns import (
+    APART,
+    box_columns,
+    centers,
+    choose_individuals,
+    named,
+    refuse_detections,
+    refuse_several,
+    refuse_size,
+)
+from ._layouts import CM_PER_UNIT, TIDY, Layout, angles, plain_roles, unit_of
+from ._places import projected, resampled
+from ._sheets import Sheet, number_of
+from ._times import (
+    FARTHEST,
+    IN_UNITS,
+    TIME,
+    check_times,
+    frames_at,
+    per_second,
+    rounded,
+    seconds_of,
+    since_start,
+    stated_rate,
+)
+
+EXTRAS = {"heading": "headings", "confidence": "confidence"}
+
+
+def is_wide(names: Collection[str]) -> bool:
+    """Return whether all columns but those of frames and times are of x, y and confidence of somebody."""
+    return all(re.fullmatch(r"[xy][0-9]+|(?!pos_).+[ _.:](x|y|likelihood|confidence)", name) for name in names)
+
+
+def is_long(names: Collection[str]) -> bool:
+    """Return whether a table has a row for each individual, by columns of a position or of a box."""
+    wide = is_wide({*names} - {"frame", *TIME})
+    return {"x", "y"} <= set(names) or (bool(box_columns(names)) and not wide)
+
+
+def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recording:
+    """Read a table with a row for each individual and frame; names of columns are in any case."""
+    table = _LongTable(sheet, options, layout)
+    frames, fps, remarks = table.frames()
+    positions, choices = table.positions()
+    who, why = table.individuals(frames, positions)
+    choices += why
+    individuals = table.words[who] if who else [table.alone] * len(frames)
+    refuse_several({name: table.words[name] for name in table.apart}, frames, individuals, sheet.place)
+    extras = table.extras(positions)
+    at = sheet.at
+    seconds = table.seconds
+    kept = table.visible()
+    if len(kept) < len(frames):
+        choices.append(f"{len(frames) - len(kept)} rows are left out as not visible")
+        frames, positions = frames[kept], positions[kept]
+        individuals = [individuals[row] for row in kept]
+        extras = {name: values[kept] for name, values in extras.items()}
+        seconds = seconds[kept] if len(seconds) else seconds
+
+        def at(row: int) -> str:
+            return sheet.at(int(kept[row]))
+
+    if options.resample is not None:
+        rows = resampled(seconds, individuals, positions, extras, options.resample, sheet.place)
+        frames, individuals, positions, extras = rows
+        fps = options.resample
+        remarks.append(f"times were made even by resampling at {fps:g} per second")
+        at = f"{sheet.place}, resampled row {{}}".format
+    unread = table.unread(who)
+    twice: Text = ""
+    if unread and not who and not layout.columns:
+        listed = ", ".join(unread)
+        remarks.append(f"without a column id all rows are of one individual; columns not read: {listed}")
+        example = Setting("columns", {"id": unread[-1]})
+        twice = ("If a column that is not read names the individuals, say so: ", example, ".")
+    recording = assemble(
+        frames,
+        individuals,
+        positions,
+        at,
+        extras=extras,
+        fps=fps,
+        unit=table.unit,
+        y_axis=table.y_axis,
+        remarks=tuple(remarks),
+        choices=tuple(choices),
+        twice=twice,
+        columns=table.read_from(who),
+        unread=tuple(unread),
+    )
+    if who and "id" not in table.said:
+        refuse_detections(recording, who, sheet.place)
+    return recording
+
+
+class _LongTable:
+    """The columns of a table with a row for each individual and frame, by their roles."""
+
+    def __init__(self, sheet: Sheet, options: Options, layout: Layout) -> None:
+        self.sheet = sheet
+        self.options = options
+        self.layout = layout
+        self.said = options.columns or {}
+        #: Names by roles where that is said, else in small letters
+        names = [name.lower() for name in named(sheet.names, self.said, sheet.place)]
+        if layout.columns and not layout.fits(names):
+            roles = {role: patterns[0].replace("\\", "") for role, patterns in layout.columns.items()}
+            needed = ", ".join(name for role, name in roles.items() if role in ("frame", "time", "x", "y"))
+            raise refusal(f"have the columns {needed}", sheet.names, sheet.place)
+        roles = layout.roles(names) or plain_roles(names, project=options.project)
+        roles = {role: name for role, name in roles.items() if role not in names}
+        self.called = roles | {role: name.lower() for role, name in self.said.items()}
+        back = {name: role for role, name in roles.items()}
+        self.names = [back.get(name, name) for name in names]
+        self._choose_columns()
+        for name in {*self.wanted, *self.texts}:
+            if self.names.count(name) > 1:
+                raise refusal("name each column once", f"{name!r} twice", sheet.place)
+        values, words = sheet.read([*map(self.names.index, self.wanted)], [*map(self.names.index, self.texts)])
+        self.numbers = dict(zip(self.wanted, values.T, strict=True))
+        self.words = dict(zip(self.texts, words, strict=True))
+        self.seconds = np.zeros(0)  #: Times (rows,) in s, set by `frames`
+
+    def _choose_columns(self) -> None:
+        """Find which columns are needed, as numbers and as texts; refuse a table that lacks some."""
+        names, said, layout, place = self.names, self.said, self.layout, self.sheet.place
+        times = [name for name in TIME if name in names]
+        self.when = "frame" if "frame" in names or not times else times[0]
+        if self.options.resample is not None and times:
+            self.when = times[0]
+        stated = not {"x", "y"}.isdisjoint(said)
+        boxed = "left" in said or (not layout.columns and is_long(names) and not stated)
+        self.box = box_columns(names) if boxed else {}
+        self.plain = [axis for axis in ("x", "y") if axis in names or not self.box]
+        if not {self.when, *self.plain} <= set(names):
+            x, y = (self.layout.columns.get(axis, [axis])[0] for axis in ("x", "y"))
+            remedy: Text = ""
+            if angles(names):
+                remedy = ("To bring degrees into a plane, add ", Setting("project", True), ".")
+            raise refusal(f"have the columns frame, {x}, {y}", self.sheet.names, place, remedy)
+        if not (self.box or stated):
+            refuse_size(names, place)
+        who = ("id",) if "id" in said else layout.who
+        self.who = [name for name in who if name in names]
+        self.apart = [name for name in APART if name in names and name not in self.who]
+        clock = times[:1] if self.when == "frame" else []
+        depth = [name for name in ("z",) if name in names]
+        self.extra = [name for name in EXTRAS if name in names and layout.extras]
+        turned = [name for name in QUATERNION if name in names]
+        self.turned = turned if len(turned) == len(QUATERNION) else []
+        hidden = [name for name in (MISSING, VISIBLE) if name in names]
+        self.wanted = [*self.plain, *self.box.values(), *self.extra, *self.turned]
+        self.texts = [*self.who, *self.apart, *depth, *hidden, *clock]
+        if self.when == "frame":
+            self.wanted.append("frame")
+        else:
+            self.texts.append(self.when)
+        self.clock = clock
+        self.depth = depth
+        self.hidden = hidden
+        #: The name of everybody where no column says one: that of the file where programs write one for each
+        self.alone = _alone(place) if layout.name == "trex-csv" else "1"
+
+    @property
+    def y_axis(self) -> YAxis | None:
+        """Direction of y in the file, None if it is not known."""
+        return "up" if self.options.project else self.layout.y_axis
+
+    @property
+    def unit(self) -> str | None:
+        """Unit of the positions, "cm" where it is known."""
+        return "cm" if self.options.project or self._stated_unit() in CM_PER_UNIT else None
+
+    def _stated_unit(self) -> str:
+        units = {unit_of(self.called.get(axis, axis)) for axis in self.plain}
+        if len(units) > 1:
+            raise refusal("have x and y in the same unit", " and ".join(sorted(units)), self.sheet.place)
+        return next(iter(units), "") or self.layout.unit
+
+    def frames(self) -> tuple[np.ndarray, float | None, list[str]]:
+        """Return frame numbers (rows,), or numbers in order of time; the rate that the file states; remarks."""
+        sheet, options = self.sheet, self.options
+        remarks = [sheet.remark] if sheet.remark else []
+        if self.when == "frame":
+            frames = self.numbers["frame"]
+            if options.resample is not None:
+                remedy = "Frames at an even rate need no resampling."
+                refuse("resample", "be left out for a table without times", f"{options.resample:g}", remedy)
+            fps = None
+            if self.clock:
+                fps = _rate_beside(self.words[self.clock[0]], frames, options.fps, sheet.place, self.clock[0])
+            return frames, fps, remarks
+        times, in_seconds = seconds_of(self.words[self.when], sheet.at)
+        name = "seconds" if in_seconds else self.called.get("time", self.when)
+        times, more = since_start(times, IN_UNITS.get(name, 1.0))
+        remarks += more
+        if options.resample is None:
+            # what a name or a date says of the unit states a rate, whatever the user's is
+            stated = name in IN_UNITS and options.fps is not None
+            with suppress(RefusedError):
+                if stated:
+                    return *frames_at(times, None, name, sheet.place, sheet.at), remarks
+            return *frames_at(times, options.fps, name, sheet.place, sheet.at), remarks
+        check_times(times, sheet.at, FARTHEST)
+        known, order = np.unique(times, return_inverse=True)
+        if len(known) < 2:
+            raise refusal("have two times or more", len(known), sheet.place)
+        rate = 1 / float(np.median(np.diff(known)))
+        self.seconds = times / per_second(rate, options.fps, sheet.place, name)
+        return order.astype(float), None, remarks
+
+    def positions(self) -> tuple[np.ndarray, list[str]]:
+        """Return positions (rows, 2), in cm where the unit is known, and in words what was chosen."""
+        positions, choices = _positions(self.numbers, self.plain, self.box, "left" in self.said)
+        for name in self.depth:
+            if len({*self.words[name]} - {""}) > 1:
+                x, y, z = (self.called.get(axis, axis) for axis in ("x", "y", name))
+                choices.append(f"positions are those in {x} and {y} alone, as if all {z} were the same")
+        if MISSING in self.words:
+            unseen = np.array([word.lower() not in NO for word in self.words[MISSING]])
+            positions = np.where(unseen[:, None], np.nan, positions)
+        invisible = np.ones(len(positions), dtype=bool)
+        invisible[self.visible()] = False
+        positions = np.where(invisible[:, None], np.nan, positions)
+        if self.options.project:
+            if not angles([self.called.get(axis, axis) for axis in self.plain]):
+                got = f"{self.called.get('x', 'x')} and {self.called.get('y', 'y')}"
+                refuse("project", "be given for longitude and latitude", got, place=self.sheet.place)
+            positions, doubts = projected(positions, self.sheet.place)
+            return positions, choices + doubts
+        if angles([self.called.get(axis, axis) for axis in self.plain]):
+            remedy: Text = ("To bring degrees into a plane, add ", Setting("project", True), ".")
+            raise refusal("have positions in a plane", "degrees of longitude and latitude", self.sheet.place, remedy)
+        return positions * CM_PER_UNIT.get(self._stated_unit(), 1.0), choices
+
+    def visible(self) -> np.ndarray:
+        """Return the numbers of the rows that a column does not call invisible, as outliers in tables of Movebank."""
+        if VISIBLE not in self.words:
+            return np.arange(len(self.words[self.when]) if self.when in self.words else len(self.numbers["frame"]))
+        return np.flatnonzero([word.lower() not in NO for word in self.words[VISIBLE]])
+
+    def individuals(self, frames: np.ndarray, positions: np.ndarray) -> tuple[str, list[str]]:
+        """Return the column that names the individuals, empty if there is none, and in words why it does."""
+        if len(self.who) < 2:
+            return "".join(self.who), []
+        columns = {name: self.words[name] for name in self.who}
+        name, why = choose_individuals(columns, frames, positions, self.sheet.place)
+        return name, [why] if why else []
+
+    def extras(self, positions: np.ndarray) -> dict[str, np.ndarray]:
+        """Return headings (rad) and confidence (rows,) by the names of `Recording`, if there are some."""
+        extras = {}
+        for name in self.extra:
+            values = self.numbers[name]
+            unknown = np.isnan(values) & ~np.isnan(positions[:, 0])
+            refuse_first(unknown, self.sheet.at, f"give `{name}` wherever it gives x and y", "none")
+            extras[EXTRAS[name]] = values
+        if self.layout.against_y and "headings" in extras:
+            extras["headings"] = -extras["headings"]
+        if self.turned:
+            x, y, z, w = (self.numbers[name] for name in QUATERNION)
+            extras["headings"] = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y**2 + z**2))
+        return extras
+
+    def read_from(self, who: str) -> dict[str, str]:
+        """Return role -> name of the column, as the file spells it."""
+        spelled = dict(zip(self.names, self.sheet.names, strict=True))
+        roles = {"frame" if self.when == "frame" else "time": self.when}
+        if who:
+            roles["id"] = who
+        boxed = dict(self.box)
+        roles |= boxed if boxed else {axis: axis for axis in self.plain}
+        roles |= {name: name for name in self.extra}
+        return {role: spelled[name] for role, name in roles.items()}
+
+    def unread(self, who: str) -> list[str]:
+        """Return the columns that are not used, as the file spells them."""
+        used = {*self.wanted, self.when, who, *self.clock, *self.apart, *self.hidden}
+        pairs = zip(self.names, self.sheet.names, strict=True)
+        return [spelled for name, spelled in pairs if spelled and name not in used]
+
+
+QUATERNION = ("qx", "qy", "qz", "qw")
+MISSING, VISIBLE = "missing", "visible"
+"""Columns that say which rows hold no position: 1 where it is missing, false where it is not visible."""
+NO = ("false", "f", "no", "0", "0.0", "")
+
+
+def _alone(place: object) -> str:
+    """Return the name of the individual of a file, which programs number at its end, as fish3 of video_fish3.csv."""
+    stem = Path(str(place).rpartition(":")[0]).stem
+    return stem.rpartition("_")[2] or stem
+
+
+def _positions(
+    columns: Mapping[str, np.ndarray], plain: Sequence[str], box: Mapping[str, str], stated: bool
+) -> tuple[np.ndarray, list[str]]:
+    """Return positions (rows, 2), and in words if they are others than those in `plain` columns.
+
+    They are the centers of boxes if that is `stated`, or if x and y are fixed, as -1, -1 in tables of
+    MOT, or are the corner of the box.
+    """
+    sides = {side: columns[name] for side, name in box.items()}
+    if plain:
+        positions = np.column_stack([columns[name] for name in plain])
+        if not box:
+            return positions, []
+        corner = np.column_stack([sides["left"], sides["top"]])
+        fixed = (positions == positions[0]).all()
+        if not (stated or fixed or np.array_equal(positions, corner, equal_nan=True)):
+            return positions, []
+    listed = ", ".join(box.values())
+    return centers(sides), [f"positions are the centers of the boxes in the columns {listed}"]
+
+
+def _rate_beside(times: Sequence[str], frames: np.ndarray, fps: float | None, file: object, name: str) -> float | None:
+    """Return the frame rate that a column of times beside frame numbers states, if it does."""
+    order = np.argsort(frames, kind="stable")
+    seconds = np.array([number_of(time.strip()) for time in times])[order]
+    rate = stated_rate(seconds, frames[order])
+    finite = seconds[np.isfinite(seconds)]
+    # they may count frames, too
+    if rate is None or (rate == 1 and (finite == np.floor(finite)).all()):
+        return None
+    return rounded(rate * per_second(rate, fps, file, name))

@@ -1,0 +1,189 @@
+"""Text files as tables: lines, cells, and columns by their names."""
+
+import codecs
+import csv
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import chain, islice
+from pathlib import Path
+
+import numpy as np
+
+from .._recording import refusal
+from ._times import TIME
+
+LONGEST_LINE = 1 << 22
+"""Bytes in a line beyond which a file is no table; a thousand key points need less than a tenth."""
+ROWS = 1 << 14  # rows that are turned into numbers together
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table by the names of its columns."""
+
+    names: Sequence[str]
+    #: Columns of `numbers` and of `texts` to (rows, numbers), NaN where a cell is empty or says so, and lists of texts
+    read: Callable[..., tuple[np.ndarray, list[list[str]]]]
+    place: str  #: Where the names are
+    at: Callable[[int], str]  #: Where a row is
+    remark: str = ""  #: What was left out
+
+
+def read_lines(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield number and text of each line of a whole text in UTF-8; blank lines are accepted at its end only."""
+    blank = 0
+    with path.open("rb") as file:
+        for number, raw in enumerate(iter(lambda: file.readline(LONGEST_LINE + 1), b""), start=1):
+            line = _decoded(raw, path, number)
+            if not line or line.isspace():
+                blank = blank or number
+            elif blank:
+                raise refusal("have no blank line inside", "an empty line", f"{path}:{blank}")
+            else:
+                yield number, line
+
+
+def refuse_utf16(raw: bytes, place: object) -> None:
+    """Refuse a file that begins with the mark of UTF-16, in which lines cannot be told from bytes."""
+    if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise refusal("be text in UTF-8", "UTF-16", place, "Save it as UTF-8.")
+
+
+def _decoded(raw: bytes, path: Path, number: int) -> str:
+    """Return the text of a line, without its end."""
+    if not raw.endswith(b"\n"):
+        if len(raw) > LONGEST_LINE:
+            raise refusal(f"have lines of at most {LONGEST_LINE} bytes", "a longer one", f"{path}:{number}")
+        remedy = "The file may be cut off; if it is whole, add a line end."
+        raise refusal("end with a line end", f"{raw[-20:]!r}", f"{path}:{number}", remedy)
+    if number == 1:
+        refuse_utf16(raw, f"{path}:1")
+        raw = raw.removeprefix(codecs.BOM_UTF8)
+    line = raw.rstrip(b"\r\n")
+    if b"\0" in line:
+        raise refusal("be a text file", "a zero byte", f"{path}:{number}")
+    if b"\r" in line:
+        raise refusal("have line ends of one kind", "a carriage return inside a line", f"{path}:{number}")
+    try:
+        return line.decode("utf-8")
+    except UnicodeDecodeError as error:
+        remedy = "It may be in Latin-1 or another encoding: save it as UTF-8."
+        got = f"byte {line[error.start]:#04x}"
+        raise refusal("be text in UTF-8", got, f"{path}:{number}", remedy) from None
+
+
+def cells_of(line: str, separator: str, path: Path, number: int, width: int = 0) -> list[str]:
+    """Return the cells of a line, `width` of them if it is given, quotes taken off."""
+    try:
+        row = line.split(separator) if '"' not in line else next(csv.reader([line], delimiter=separator, strict=True))
+    except csv.Error as error:
+        raise refusal("have complete quotes", str(error), f"{path}:{number}") from None
+    if len(row) > (width or 1) and not row[-1].strip():  # a separator at the end opens no further cell
+        row.pop()
+    if width and len(row) != width:
+        remedy = "The file may be cut off or damaged."
+        raise refusal(f"have {width} cells in each row", len(row), f"{path}:{number}", remedy)
+    return row
+
+
+def header(path: Path, lines: int, separator: str) -> list[list[str]]:
+    """Return the cells of the first lines."""
+    first = islice(read_lines(path), lines)
+    rows = [[cell.strip() for cell in cells_of(line, separator, path, number)] for number, line in first]
+    if len(rows) < lines:
+        raise refusal(f"have {lines} header lines", len(rows), path)
+    return rows
+
+
+def text_sheet(path: Path, separator: str, names: Sequence[str], *, skip: int = 1, absent: Sequence[str] = ()) -> Sheet:
+    """Return a text file with these columns after `skip` header lines; whatever is wrong is refused with its line.
+
+    Cells that say one of `absent`, or of `MISSING`, in any case, are not a number.
+    """
+    width = len(names)
+    decimal_comma = separator != ","
+
+    def read(numbers: Sequence[int], texts: Sequence[int] = ()) -> tuple[np.ndarray, list[list[str]]]:
+        found: list[np.ndarray] = []
+        words: list[list[str]] = [[] for _ in texts]
+        lines = islice(read_lines(path), skip, None)
+        while block := list(islice(lines, ROWS)):
+            cells = list(chain.from_iterable(cells_of(line, separator, path, number, width) for number, line in block))
+            columns = [_numbers(cells[k::width], absent, decimal_comma=decimal_comma) for k in numbers]
+            found.append(np.column_stack(columns) if columns else np.zeros((len(block), 0)))
+            for row, column in np.argwhere(np.isinf(found[-1])):
+                cell = cells[row * width + numbers[column]].strip()
+                remedy = "Write decimals with a point." if "," in cell else ""
+                raise refusal("have finite numbers or NaN", repr(cell[:40]), f"{path}:{block[row][0]}", remedy)
+            for column, k in zip(words, texts, strict=True):
+                column += map(str.strip, cells[k::width])
+        if not found:
+            raise refusal("have at least one row", "none", path)
+        return np.concatenate(found), words
+
+    return Sheet(names, read, f"{path}:1", lambda row: f"{path}:{skip + 1 + row}")
+
+
+MISSING = ("nan", "na", "n/a", "none", "null", "-", "--", "missing")
+"""What a cell of a row may say where there is no number, and none of a header line."""
+
+
+def _numbers(cells: list[str], absent: Sequence[str], *, decimal_comma: bool) -> np.ndarray:
+    """Return the numbers that cells are, not a number where one is empty or says so, infinite where it is none."""
+    if not absent and "_" not in "".join(cells):
+        with suppress(ValueError):
+            return np.array(list(map(float, cells)))
+    values = []
+    for cell in cells:
+        word = cell.strip()
+        if decimal_comma and word.count(",") == 1 and "." not in word:
+            word = word.replace(",", ".")
+        values.append(np.nan if word.lower() in absent else number_of(word))
+    return np.array(values)
+
+
+def number_of(cell: str) -> float:
+    """Return the number that a cell is, not a number where it is empty or says so, infinite where it is none."""
+    if cell.lower() in MISSING:
+        return np.nan
+    with suppress(ValueError):
+        return np.inf if "_" in cell else float(cell or "nan")
+    return np.inf
+
+
+def separator_of(line: str) -> str:
+    return max(",\t;", key=line.count)
+
+
+def sheet_of(path: Path, separator: str = "", absent: Sequence[str] = ()) -> Sheet:
+    """Return a text file whose first line names its columns, and shows what separates them unless that is said."""
+    with path.open("rb") as file:
+        separator = separator or separator_of(file.readline(1 << 16).decode("utf-8-sig", errors="replace"))
+    names = header(path, 1, separator)[0]
+    more = _more_header_lines(path, separator, names)
+    sheet = text_sheet(path, separator, names, skip=1 + len(more), absent=absent)
+    if more:
+        sheet = replace(sheet, remark=f"{len(more)} more header lines are no rows: {more[-1]}")
+    return sheet
+
+
+MOST_HEADER_LINES = 3
+"""Lines below the first one in which TrackMate says what columns are, and their units."""
+
+
+def _more_header_lines(path: Path, separator: str, names: Sequence[str]) -> list[str]:
+    """Return the lines below the header that say something, and in no cell a number or a missing one."""
+    more: list[str] = []
+    if {"frame", *TIME}.isdisjoint(name.lower() for name in names):
+        return more
+    for number, line in islice(read_lines(path), 1, 1 + MOST_HEADER_LINES):
+        cells = [cell.strip() for cell in cells_of(line, separator, path, number)]
+        lacking = len(names) - len(cells)
+        words = [cell for cell in cells if cell]
+        values = [np.isfinite(number_of(cell)) or cell.lower() in MISSING for cell in words]
+        # the last cell may be empty
+        if lacking not in (0, 1) or not words or any(values) or cells == list(names):
+            break
+        more.append(line)
+    return more

@@ -1,0 +1,68 @@
+import json
+import random
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.usefixtures("wide")
+SMALL = ["--set", "models.population=8", "--set", "classifiers.population=8", "--threads", "1"]
+PROGRAM = """
+import random, sys
+draw = random.Random(int(sys.argv[3]))
+print("step,value")
+for step in range(8):
+    print(f"{step},{draw.gauss(float(sys.argv[1]), float(sys.argv[2]))}")
+"""
+
+
+@pytest.fixture
+def program(call):
+    Path("walk.py").write_text(PROGRAM)
+    draw = random.Random(1)
+    rows = [f"{run},{step},{draw.gauss(5, 1)}" for run in range(30) for step in range(8)]
+    Path("data.csv").write_text("\n".join(["run,step,value", *rows]) + "\n")
+    command = f"{sys.executable} {Path('walk.py').absolute()} {{mean}} {{sd}} {{seed}}"
+    ranges = ["--range", "mean=0:10", "--range", "sd=0.1:3:log"]
+    return ["--simulate-command", command, *ranges, "--series", "data.csv", "--simulate-columns", "value"]
+
+
+def test_a_program_and_its_series_make_a_run_that_is_resumed(call, program):
+    code, out, err = call("infer", *program, *SMALL, "--generations", "2", "--workers", "2", "--out", "run")
+    assert (code, err) == (0, "")
+    assert "mean" in out
+    result = json.loads(Path("run/result.json").read_text())
+    assert set(result["interval"]) == {"mean", "sd"}
+    assert 'signals = ["value"]' in Path("run/config.toml").read_text()
+    assert call("resume", "run")[0] == 0
+    quick = ["--samples", "10", "--points", "0", "--recoveries", "0"]
+    code, _, err = call("check", "run", *quick)
+    assert code == 0
+    assert "ahead: fresh classifiers against the estimate" in err
+
+
+@pytest.mark.parametrize(
+    ("lacking", "message"),
+    [
+        ("--series", "`--series` must be given for a program; got none. For example: --simulate-command"),
+        ("--range", "`--range` must be given for a program"),
+        ("--simulate-command", "`--simulate-command` must be given for a program"),
+    ],
+)
+def test_all_of_a_program_is_given(call, program, lacking, message):
+    options = list(program)
+    while lacking in options:
+        place = options.index(lacking)
+        del options[place : place + 2]
+    code, _, err = call("infer", *options, "--out", "run")
+    assert (code, message in err) == (2, True), err
+
+
+def test_a_program_stands_alone(call, program):
+    code, _, err = call("infer", *program, "--fps", "25", "--out", "run")
+    assert (code, "`--fps` must be left out for a program and its series" in err) == (2, True), err
+    code, _, err = call("infer", "aggregation", "--workers", "2")
+    assert (code, "`--workers` must be left out for simulated robots, whose threads are --threads" in err) == (
+        2,
+        True,
+    ), err

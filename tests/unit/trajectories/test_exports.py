@@ -1,0 +1,231 @@
+"""Exports of programs beyond their plain form: folders, points of the body, uneven times, degrees, units in names."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from test_misreadings import table, walk
+from tracker_files import deeplabcut, ethovision, fasttrack, gpx, idtracker_ai_h5, sleap, trex_csv
+from tracker_files import walk as short_walk
+
+import turing_learning as tl
+from turing_learning.trajectories import load_trajectories
+
+SAID = {"pixels_per_cm": 10, "y_axis": "up"}
+
+
+def write(tmp_path, rows, name="file.csv", **how):
+    rows.to_csv(tmp_path / name, index=False, **how)
+    return tmp_path / name
+
+
+# ---------------------------------------------------------------- times
+
+
+def jittered(positions, seed=0, fps=25.0, jitter=0.012):
+    """Return rows of positions (F, A, 2) that are linear in time, at uneven times (s)."""
+    rng = np.random.default_rng(seed)
+    frames = len(positions)
+    times = np.arange(frames) / fps + rng.uniform(-jitter, jitter, frames)
+    times -= times[0]
+    rows = [
+        (times[frame], who, *(100 + 30 * times[frame] * np.array([1, who + 1])))
+        for frame in range(frames)
+        for who in range(2)
+    ]
+    return pd.DataFrame(rows, columns=["time", "id", "x", "y"])
+
+
+def test_uneven_times_are_refused_with_the_option_that_makes_them_even(tmp_path):
+    path = write(tmp_path, jittered(walk()))
+    with pytest.raises(ValueError, match=r"whole frames apart.*If they are uneven, make them even by resample=25"):
+        load_trajectories(path, **SAID)
+
+
+def test_uneven_times_are_resampled_on_request(tmp_path):
+    path = write(tmp_path, jittered(walk()))
+    read = load_trajectories(path, resample=25, **SAID)
+    assert read.fps == 25
+    assert read.present[1:-1].all()
+    seconds = np.arange(len(read.positions)) / 25
+    np.testing.assert_allclose(read.positions[1:-1, 1, 1], (10 + 6 * seconds)[1:-1])
+    assert "times were made even by resampling at 25 per second" in read.remarks
+
+
+def test_resampling_fills_no_gap(tmp_path):
+    rows = jittered(walk())
+    path = write(tmp_path, rows[(rows.time < 4) | (rows.time > 6)])
+    read = load_trajectories(path, resample=25, **SAID)
+    seconds = np.arange(len(read.positions)) / 25
+    assert not read.present[(seconds > 4.1) & (seconds < 5.9)].any()
+    assert read.present[(seconds > 0.1) & (seconds < 3.8)].all()
+
+
+def test_wide_tables_are_resampled_too(tmp_path):
+    rows = jittered(walk())
+    wide = rows.pivot(index="time", columns="id")
+    wide.columns = [f"{axis}{who + 1}" for axis, who in wide.columns]
+    path = write(tmp_path, wide.reset_index())
+    read = load_trajectories(path, resample=25, **SAID)
+    assert read.individuals == ("1", "2")
+    seconds = np.arange(len(read.positions)) / 25
+    np.testing.assert_allclose(read.positions[1:-1, 0, 0], (10 + 3 * seconds)[1:-1])
+
+
+@pytest.mark.parametrize("form", ["%Y-%m-%dT%H:%M:%S.%fZ", "%Y-%m-%d %H:%M:%S.%f", "%H:%M:%S.%f"])
+def test_dates_and_times_of_day_are_times(form, tmp_path):
+    rows = table(walk())
+    begin = pd.Timestamp("2024-05-01 11:59:58")
+    stamps = (begin + pd.to_timedelta(rows.frame / 25, unit="s")).dt.strftime(form)
+    path = write(tmp_path, rows.drop(columns="frame").assign(timestamp=stamps))
+    read = load_trajectories(path, **SAID)
+    assert read.fps == 25
+    np.testing.assert_allclose(read.positions, walk() / 10)
+
+
+def test_a_time_that_is_no_time_is_refused_with_its_line(tmp_path):
+    rows = table(walk()).rename(columns={"frame": "time"}).astype({"time": object})
+    rows.loc[3, "time"] = "noon"
+    with pytest.raises(ValueError, match=r"times that are numbers, dates \(ISO 8601\) or h:min:s; got 'noon' .*:5\]"):
+        load_trajectories(write(tmp_path, rows), fps=25, **SAID)
+
+
+def test_milliseconds_in_the_name_need_no_rate(tmp_path):
+    rows = table(walk())
+    rows = rows.assign(time_ms=rows.frame * 40).drop(columns="frame")
+    assert load_trajectories(write(tmp_path, rows), **SAID).fps == 25
+
+
+# ---------------------------------------------------------------- units and degrees
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "per_unit"), [("x (mm)", "y (mm)", 10), ("x_cm", "y_cm", 1), ("X [m]", "Y [m]", 0.01)]
+)
+def test_units_in_names_of_columns_are_the_scale(x, y, per_unit, tmp_path):
+    rows = table(walk())
+    rows[["x", "y"]] *= per_unit / 10
+    rows = rows.rename(columns={"x": x, "y": y})
+    read = load_trajectories(write(tmp_path, rows), fps=25, y_axis="up")
+    assert read.unit == "cm"
+    np.testing.assert_allclose(read.positions, walk() / 10)
+    assert read.reading.columns == {"frame": "frame", "id": "id", "x": x, "y": y}
+
+
+def test_degrees_are_positions_on_request_only(tmp_path):
+    rows = table(walk()).rename(columns={"x": "longitude", "y": "latitude"})
+    rows[["longitude", "latitude"]] = [25.0, 60.0] + rows[["longitude", "latitude"]] * 1e-6
+    path = write(tmp_path, rows)
+    with pytest.raises(ValueError, match=r"To bring degrees into a plane, add project=True"):
+        load_trajectories(path, fps=25)
+    with pytest.raises(ValueError, match="To bring degrees into a plane"):
+        load_trajectories(path, fps=25, columns={"x": "longitude", "y": "latitude"}, pixels_per_cm=1, y_axis="up")
+    read = load_trajectories(path, fps=25, project=True)
+    assert (read.unit, read.reading.columns["x"]) == ("cm", "longitude")
+    # at 60 degrees a degree is 55,800 m of longitude and 111,412 m of latitude (Snyder 1987, table 5)
+    extent = np.ptp(read.positions[read.present], axis=0)
+    np.testing.assert_allclose(
+        extent, np.ptp(walk().reshape(-1, 2), axis=0) * 1e-6 * [5_580_000, 11_141_200], rtol=1e-3
+    )
+
+
+def test_tracks_that_cross_the_date_line_hang_together(tmp_path):
+    rows = table(walk()).rename(columns={"x": "lon", "y": "lat"})
+    rows["lon"] = (179.9999 + rows.lon * 1e-6 + 180) % 360 - 180
+    rows["lat"] *= 1e-6
+    assert (rows.lon < 0).any()
+    read = load_trajectories(write(tmp_path, rows), fps=25, project=True)
+    assert np.ptp(read.positions[read.present][:, 0]) < 1e4
+
+
+def test_decimal_commas_and_words_for_missing_values_are_read(tmp_path):
+    rows = table(walk())
+    path = write(tmp_path, rows, sep=";", decimal=",")
+    path.write_text(path.read_text() + "400;0;NA;NA\n400;1;-;-\n400;2;5,5;6,5\n400;3;;\n400;4;1;1\n")
+    read = load_trajectories(path, fps=25, **SAID)
+    np.testing.assert_allclose(read.positions[:400], walk() / 10)
+    assert read.present[400].tolist() == [False, False, True, False, True]
+
+
+# ---------------------------------------------------------------- points of the body and folders
+
+
+@pytest.mark.parametrize("writer", [deeplabcut, sleap])
+def test_two_points_of_the_body_give_the_heading(writer, tmp_path):
+    path = writer(tmp_path, short_walk())
+    read = load_trajectories(path, fps=25, pixels_per_cm=10, keypoint="thorax", heading=("head", "thorax"))
+    # the head is one pixel to the right of the thorax and one below, where y of images grows
+    np.testing.assert_allclose(read.headings[read.present], -np.pi / 4)
+
+
+def test_the_heading_of_ethovision_leads_to_the_nose(tmp_path):
+    read = load_trajectories(ethovision(tmp_path, short_walk()), heading=("nose", "center"))
+    np.testing.assert_allclose(read.headings[read.present], np.pi / 4)
+    assert read.individuals == ("Subject 1",)
+
+
+def test_headings_of_fasttrack_are_counted_with_y_upwards(tmp_path):
+    read = load_trajectories(fasttrack(tmp_path, short_walk()), fps=25, pixels_per_cm=10)
+    np.testing.assert_allclose(read.headings[read.present], 0.25)
+
+
+def test_a_heading_of_one_point_is_refused(tmp_path):
+    path = deeplabcut(tmp_path, short_walk())
+    with pytest.raises(ValueError, match="`heading` must be two points of the body"):
+        load_trajectories(path, fps=25, pixels_per_cm=10, keypoint="thorax", heading=("head",))
+
+
+def test_the_folder_of_a_session_of_idtracker_ai_is_read(tmp_path):
+    (tmp_path / "session_video" / "trajectories").mkdir(parents=True)
+    idtracker_ai_h5(tmp_path / "session_video" / "trajectories", short_walk())
+    (tmp_path / "session_video" / "session.json").write_text("{}")
+    read = load_trajectories(tmp_path / "session_video", pixels_per_cm=10)
+    assert read.format == "idtracker.ai-h5"
+    assert "read from trajectories/trajectories.h5" in read.remarks
+
+
+def test_files_of_trex_are_individuals_by_their_numbers(tmp_path):
+    read = load_trajectories(trex_csv(tmp_path, short_walk()), fps=25)
+    assert read.individuals == ("fish0", "fish1", "fish2")
+
+
+def test_an_array_of_positions_is_a_recording(tmp_path):
+    positions = short_walk()
+    np.save(tmp_path / "positions.npy", positions)
+    for source in (positions, tmp_path / "positions.npy"):
+        read = load_trajectories(source, fps=25, **SAID)
+        np.testing.assert_array_equal(read.present, ~np.isnan(positions[..., 0]))
+        np.testing.assert_allclose(read.positions, np.nan_to_num(positions) / 10)
+    with pytest.raises(ValueError, match=r"must be numbers of shape \(F, A, 2\), not empty.*got float64 \(12, 6\)"):
+        load_trajectories(positions.reshape(12, 6), fps=25, **SAID)
+
+
+def test_nan_in_a_recording_is_refused_with_what_makes_one_of_it():
+    positions = short_walk()
+    with pytest.raises(ValueError, match=r"`positions` must be finite; got nan .*`load_trajectories\(positions, fps="):
+        tl.Trajectories(positions, np.ones(positions.shape[:2], dtype=bool), 25.0, ("a", "b", "c"))
+
+
+def test_a_workbook_is_refused_with_a_remedy(tmp_path):
+    (tmp_path / "book.xlsx").write_bytes(b"PK\x03\x04\x14\x00\x06\x00[Content_Types].xml")
+    with pytest.raises(ValueError, match=r"got a workbook \[.*\]\. Save its sheet as CSV"):
+        load_trajectories(tmp_path / "book.xlsx", fps=25)
+
+
+def test_a_track_without_times_is_refused(tmp_path):
+    path = gpx(tmp_path, short_walk())
+    path.write_text(path.read_text().replace("<time>", "<time2>").replace("</time>", "</time2>"))
+    with pytest.raises(ValueError, match=r"give a time for each point; got [0-9]+ points without one"):
+        load_trajectories(path, project=True)
+
+
+# ---------------------------------------------------------------- gaps
+
+
+def test_who_is_away_for_long_is_another_individual_after_that(tmp_path):
+    rows = table(walk())
+    rows = rows[~((rows.id == 1) & rows.frame.between(100, 199))]
+    read = load_trajectories(write(tmp_path, rows), fps=25, **SAID)
+    pieces = read.split(3)
+    assert pieces.individuals == ("0", "1", "1 (2)", "2", "3", "4")
+    assert (pieces.at_once, pieces.present.sum()) == (5, read.present.sum())
+    assert read.split(4.1) is read
