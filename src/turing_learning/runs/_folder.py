@@ -76,12 +76,9 @@ def how_to_resume(path: Path, configuration: Configuration) -> Call | str:
 
     By a command, or by a call where something has to be given that the folder does not name.
     """
-    known = RunFolder(path).known_parts()
-    needed = tuple(
-        each
-        for each in (*configuration.system.resuming, *configuration.given)
-        if each.name not in known
-    )
+    settings = (*configuration.system.resuming, *configuration.given)
+    remembered = RunFolder(path).known_parts()
+    needed = tuple(setting for setting in settings if setting.name not in remembered)
     return Call("resume", str(path), needed) if needed else f"`{resume_command(path)}`"
 
 
@@ -171,10 +168,8 @@ class RunFolder(Store):
             f"{self.path}, where it is not any more",
             remedy,
         )
-        got, remedy = (
-            f"{self.path}, where another run has taken its place",
-            "Make it again, with an `out` of its own.",
-        )
+        got = f"{self.path}, where another run has taken its place"
+        remedy = "Make it again, with an `out` of its own."
         check_folder(self.begun() == begun, "run", "be in its folder", got, remedy)
 
     def configuration(self) -> Configuration:
@@ -188,13 +183,11 @@ class RunFolder(Store):
         except (OSError, UnicodeDecodeError):
             got = f"{self.path} without a readable config.toml"
             reject_folder("run", "hold its configuration", got, "Restore the file.")
-        remedy = "Restore it, or start a new run with `infer --config`."
-        same, place = (
-            digest_of(text.encode()) == manifest.get("configuration_sha256"),
-            str(self.configuration_path),
-        )
+        unchanged = digest_of(text.encode()) == manifest.get("configuration_sha256")
         rule = "be as it was when the run began"
-        check_folder(same, "config.toml", rule, "a changed one", remedy, place=place)
+        remedy = "Restore it, or start a new run with `infer --config`."
+        path = str(self.configuration_path)
+        check_folder(unchanged, "config.toml", rule, "a changed one", remedy, place=path)
         with refusing_as(RunFolderError):
             return load_configuration(self.configuration_path, overrides=manifest.get("extension"))
 
@@ -206,7 +199,8 @@ class RunFolder(Store):
         A run that has been given them and is not finished again stays as it is, so that the same
         call resumes it.
         """
-        manifest, configuration = self.manifest(), self.configuration()
+        manifest = self.manifest()
+        configuration = self.configuration()
         run = configuration.run
         tolerance = run.tolerance if tolerance is None else tolerance
         if manifest["state"] != FINISHED and (trials, tolerance) == (run.trials, run.tolerance):
@@ -225,10 +219,10 @@ class RunFolder(Store):
             f"{self.path}",
             ahead,
         )
-        rule, got = "have its samples, to get more trials", f"{self.path}, without them"
-        remedy = (
-            "A run with the setting run.history = 'thin' does not keep them: run again with 'full'."
-        )
+        rule = "have its samples, to get more trials"
+        got = f"{self.path}, without them"
+        remedy = "A run with the setting run.history = 'thin' does not keep them: "
+        remedy += "run again with 'full'."
         check_folder(run.history == "full", "run", rule, got, remedy)
         spent = configuration.trials_after(self.read("result.json")["generations"])
         check_folder(
@@ -248,51 +242,54 @@ class RunFolder(Store):
 
     def checkpoint(self) -> Checkpoint | None:
         """Return the newest usable checkpoint, None if there is none."""
-        return next((found for _, found in self.checkpoints() if found), None)
+        usable = (checkpoint for _, checkpoint in self.checkpoints() if checkpoint is not None)
+        return next(usable, None)
 
     def traces(self, checkpoint: Checkpoint | None = None) -> dict[str, np.ndarray] | None:
         """Return the traces up to a checkpoint, by default the newest usable one.
 
         None if there is none.
         """
-        found = checkpoint or self.checkpoint()
-        if found is None or "traces/seconds" not in found.arrays:
+        if checkpoint is None:
+            checkpoint = self.checkpoint()
+        if checkpoint is None or "traces/seconds" not in checkpoint.arrays:
             return None
-        parts = [self.read(piece("traces", number + 1)) for number in range(blocks_before(found))]
-        parts.append(found.part("traces/"))
-        return {name: np.concatenate([each[name] for each in parts]) for name in parts[-1]}
+        numbers = range(1, blocks_before(checkpoint) + 1)
+        blocks = [self.read(piece("traces", number)) for number in numbers]
+        blocks.append(checkpoint.part("traces/"))
+        names = list(blocks[-1])
+        return {name: np.concatenate([block[name] for block in blocks]) for name in names}
 
     def known_parts(self) -> set[str]:
-        """Return what of a custom system can be found by what the manifest says.
-
-        "genuine", "simulate".
-        """
+        """Return which of "genuine" and "simulate" can be found by what the manifest says."""
         manifest = self._unverified_head() or {}
-        return {"genuine", "simulate"} & (
-            manifest.keys() if RECORDING not in manifest else {"genuine", "simulate"}
-        )
+        parts = {"genuine", "simulate"}
+        return parts if RECORDING in manifest else parts & manifest.keys()
 
     def remembered(self, given: Given) -> Given:
         """Return what is given of a custom system.
 
         What is not is imported, or read from a recording that must not have changed.
         """
-        manifest, found = self.manifest(), dict[str, Any]()
+        manifest = self.manifest()
+        parts: dict[str, Any] = {}
         if given.genuine is None and given.simulate is None and RECORDING in manifest:
             system = self.configuration().system
             motion = RecordedSystem.remembered(
                 manifest[RECORDING], "Put it back, or give `genuine` and `simulate`."
             )
-            found["genuine"], found["simulate"], _ = motion.opened(
+            genuine, simulate, _ = motion.opened(
                 system.steps, system.signals, network=self.network()
             )
+            parts["genuine"] = genuine
+            parts["simulate"] = simulate
         elif given.simulate is None and (network := self.network()) is not None:
-            found["simulate"] = network
+            parts["simulate"] = network
         for name in ("genuine", "simulate"):
             stored = manifest.get(name)
             if getattr(given, name) is None and isinstance(stored, str):
-                found[name] = imported(stored, name) if ":" in stored else stored
-        return replace(given, **found)
+                parts[name] = imported(stored, name) if ":" in stored else stored
+        return replace(given, **parts)
 
     def network(self) -> Network | None:
         """Return the network that was learned for this run, if there is one."""
@@ -428,15 +425,15 @@ def stored_checkpoints(
     None if it is damaged, or not of the `configuration` (SHA-256).
     """
     for generation, path in _newest_first(folder):
-        found = None
+        checkpoint = None
         with suppress(OSError, ValueError, zipfile.BadZipFile):
             content = path.read_bytes()
             if digest_of(content)[:16] == path.stem.rpartition("-")[2]:
                 with np.load(io.BytesIO(content), allow_pickle=False) as archive:
                     arrays = {name: archive[name] for name in archive.files}
                 if not configuration or str(arrays.get(CONFIGURATION)) == configuration:
-                    found = Checkpoint(generation, arrays)
-        yield path, found
+                    checkpoint = Checkpoint(generation, arrays)
+        yield path, checkpoint
 
 
 def stored_generations(folder: Path) -> int:
@@ -452,9 +449,13 @@ def discard_checkpoints(folder: Path, above: int) -> None:
 
 def _newest_first(folder: Path) -> list[tuple[int, Path]]:
     """Return generation and path of every checkpoint; the folder may be missing."""
-    found = ((_CHECKPOINT.match(path.name), path) for path in folder.glob("generation-*.npz"))
-    named = [(int(match[1]), path) for match, path in found if match]
-    return sorted(named, key=lambda each: (each[0], _written_at(each[1])), reverse=True)
+    checkpoints = []
+    for path in folder.glob("generation-*.npz"):
+        match = _CHECKPOINT.match(path.name)
+        if match:
+            checkpoints.append((int(match[1]), _written_at(path), path))
+    checkpoints.sort(key=lambda checkpoint: checkpoint[:2], reverse=True)
+    return [(generation, path) for generation, _, path in checkpoints]
 
 
 def _written_at(path: Path) -> int:

@@ -29,7 +29,7 @@ from ._progress import Observer, Progress
 from ._record import READOUT, Record, layout_of, traces_of
 from ._report import write_report
 from ._result import Result
-from ._summary import COMPLETE, FAILURES, Ending, result_of, stored_result, summarize
+from ._summary import COMPLETE, FAILURES, Ending, remade_result, stored_result, summarize
 
 if TYPE_CHECKING:
     import xarray
@@ -75,7 +75,7 @@ class Run:
         self.configuration = configuration
         self.folder = folder
         self._given = given or Given()
-        self._source, self._loop, self._held, self._closed = source, loop, ExitStack(), False
+        self._source, self._loop, self._opened, self._closed = source, loop, ExitStack(), False
         self._result: Result | None = None
         self._layout = layout_of(configuration)
         self._traces = histories.Traces(configuration.length, len(self._layout.parameters))
@@ -132,25 +132,25 @@ class Run:
             Samples and simulator of a custom system, by which the result can be checked in this
             process.
         """
-        more = dict(entries or {})
+        entries = dict(entries or {})
         if source is None:
             with refusing_as(ConfigurationError):
                 source = configuration.system.open(Given())
         elif (
             not configuration.system.resuming
         ):  # else `resume` asks for samples and simulator anyway
-            more["source"] = GIVEN
+            entries["source"] = GIVEN
         loop = loop_of(configuration, source)
         if out is None:
             return cls(configuration, source, loop, None, given)
         folder = RunFolder(out)
-        with ExitStack() as held, writable("out", folder.path):
+        with ExitStack() as opened, writable("out", folder.path):
             folder.refuse_if_taken(force=force)
             folder.path.mkdir(parents=True, exist_ok=True)
-            held.enter_context(folder.locked())
-            folder.begin(configuration, force=force, files=files, **more)
+            opened.enter_context(folder.locked())
+            folder.begin(configuration, force=force, files=files, **entries)
             run = cls(configuration, source, loop, folder, given)
-            run._held = held.pop_all()
+            run._opened = opened.pop_all()
         return run
 
     @classmethod
@@ -191,36 +191,32 @@ class Run:
         elif tolerance is not None:
             reject_folder("tolerance", "be given beside `trials`", f"{tolerance} alone")
         configuration = folder.configuration()
-        if (result := stored_result(folder, configuration)) is not None:
+        result = stored_result(folder, configuration)
+        if result is not None:
             return FinishedRun(result)
-        here = (
-            configuration
-            if threads is None
-            else resolved(None, "default", configuration, {"run.threads": threads})
-        )
-        with ExitStack() as held, writable("run", folder.path):
-            held.enter_context(folder.locked())
-            found, manifest = stored_result(folder, configuration), folder.manifest()
-            if found is None and manifest["state"] == FINISHED and (last := folder.checkpoint()):
-                if folder.result_path.exists():
-                    aside = folder.set_aside("result.json").name
-                    text = "%s is damaged; it is made again. The damaged file is %s."
-                    _LOGGER.warning(text, folder.result_path, aside)
-                found = result_of(last, folder, configuration)
-                folder.write("result.json", found.to_json())
-            if found is not None:
-                return FinishedRun(found)
+        here = configuration
+        if threads is not None:
+            here = resolved(None, "default", configuration, {"run.threads": threads})
+        with ExitStack() as opened, writable("run", folder.path):
+            opened.enter_context(folder.locked())
+            # another process may have finished it before the lock was free
+            result = stored_result(folder, configuration) or remade_result(folder, configuration)
+            if result is not None:
+                return FinishedRun(result)
             with refusing_as(RunFolderError):
                 if reopen is None:
                     refuse_given_source(folder)
-                source = here.system.open(Given()) if reopen is None else reopen(here)
-            held.enter_context(source)
+                    source = here.system.open(Given())
+                else:
+                    source = reopen(here)
+            opened.enter_context(source)
             with refusing_as(RunFolderError, place=str(folder.path)):
                 loop = loop_of(here, source)
             remove_partial(folder.path)
-            folder.update_manifest(state=RUNNING, **folders.resumed(manifest, folder.path))
+            resumed = folders.resumed(folder.manifest(), folder.path)
+            folder.update_manifest(state=RUNNING, **resumed)
             run = cls(here, source, loop, folder)
-            run._held = held.pop_all()
+            run._opened = opened.pop_all()
         return run
 
     def __enter__(self) -> Self:
@@ -232,7 +228,7 @@ class Run:
     def close(self) -> None:
         """Give back the lock and what else was opened; the run can be opened again."""
         self._closed = True
-        self._held.close()
+        self._opened.close()
 
     @property
     def completed(self) -> int:
@@ -410,7 +406,8 @@ class Run:
         """
         if self._saved != self.completed:
             self._save()
-        folder, full = self.folder, self.complete and self.configuration.run.history == "full"
+        folder = self.folder
+        full = self.complete and self.configuration.run.history == "full"
         self._dialogues = self._seen_dialogues() if full else {}
         if folder is None:
             state = FINISHED if self.complete else STOPPED
@@ -428,12 +425,14 @@ class Run:
                 motion = self._keep_motion(folder, result)
                 if self._dialogues:
                     folder.write(folders.DIALOGUES, self._dialogues)
-                shown: dict[str, Any] = {
-                    "motion": motion,
-                    "dialogues": self._dialogues,
-                    "figures": folder.figures_path,
-                }
-                write_report(result, folder.report_path, folder.manifest() | closed, **shown)
+                write_report(
+                    result,
+                    folder.report_path,
+                    folder.manifest() | closed,
+                    figures=folder.figures_path,
+                    motion=motion,
+                    dialogues=self._dialogues,
+                )
             if self.complete:
                 folder.update_manifest(**closed)
             if self.complete and not full:
@@ -446,45 +445,48 @@ class Run:
         """Return what the fittest classifiers of some generations do, where there are stimuli."""
         if self._recorder is None or not self.configuration.system.stimulated:
             return {}
-        self._source.generation, model = None, np.array(list(self.result.estimate.values()))
+        self._source.generation = None  # no generation is collected
+        model = np.array(list(self.result.estimate.values()))
         rows = np.unique(np.linspace(0, self.completed - 1, _LOOKED_BACK).astype(int))
-        some = (
-            self.result.history[["classifier", "classifier_fitness"]].isel(generation=rows).load()
-        )
-        best = some["classifier_fitness"].to_numpy().argmax(axis=1)
+        history = self.result.history[["classifier", "classifier_fitness"]]
+        chosen = history.isel(generation=rows).load()
+        best = chosen["classifier_fitness"].to_numpy().argmax(axis=1)
+        classifiers = chosen["classifier"].to_numpy()[np.arange(len(rows)), best]
         rng = np.random.default_rng((DIALOGUE, self.configuration.run.seed))
-        return self._source.dialogues(
-            some["classifier"].to_numpy()[np.arange(len(rows)), best], model, rng
-        )
+        return self._source.dialogues(classifiers, model, rng)
 
     def _keep_motion(self, folder: RunFolder, result: Result) -> dict[str, np.ndarray]:
         """Store what detectors of a custom system are calibrated with, and return what its report shows."""
         if self._source.genuine is None:
             return {}
-        parameters, seed = self.configuration.system.parameters, self.configuration.run.seed
+        parameters = self.configuration.system.parameters
+        seed = self.configuration.run.seed
         estimate = np.array(list(result.estimate.values()))
-        if kept := simulated_calibration(self._source, parameters, estimate, seed):
-            folder.write(folders.CALIBRATION, kept)
-        if seen := self._source.positions(estimate, np.random.default_rng((REPLAY, seed))):
-            folder.write(folders.MOTION, seen)
-        return seen
+        calibration = simulated_calibration(self._source, parameters, estimate, seed)
+        if calibration:
+            folder.write(folders.CALIBRATION, calibration)
+        motion = self._source.positions(estimate, np.random.default_rng((REPLAY, seed)))
+        if motion:
+            folder.write(folders.MOTION, motion)
+        return motion
 
     def _restored(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
         """Take over the newest usable checkpoint whose history is there.
 
         Return the seals of that, None without a checkpoint.
         """
-        checkpoint, damaged, lost, thin = None, list[str](), False, self.configuration.run.thin
-        for path, found in folder.checkpoints():
-            if found is None:
+        checkpoint: Checkpoint | None = None
+        damaged: list[str] = []
+        lost = False
+        for path, stored in folder.checkpoints():
+            if stored is None:
                 damaged.append(path.name)
-                continue
-            seals = found.part("history/")
-            if thin or histories.intact(folder.history_path, self._layout, found.generation, seals):
-                checkpoint = found
+            elif self._has_history(stored, folder):
+                checkpoint = stored
                 break
-            lost = True
-        done = checkpoint.generation if checkpoint else 0
+            else:
+                lost = True
+        done = 0 if checkpoint is None else checkpoint.generation
         if lost:
             _LOGGER.warning(
                 "The history in %s is damaged; the run is resumed from generation %d.",
@@ -502,17 +504,25 @@ class Run:
         self._blocks = folders.blocks_before(checkpoint)
         state = checkpoint.part("coevolution/")
         if self._loop.stores_rows:
-            rows = [folder.read(piece("buffer", number)) for number in range(1, done + 1)]
-            state |= {
-                f"buffer/{name}": np.concatenate([each[name] for each in rows]) for name in rows[0]
-            }
+            batches = [folder.read(piece("buffer", number)) for number in range(1, done + 1)]
+            for name in batches[0]:
+                state[f"buffer/{name}"] = np.concatenate([batch[name] for batch in batches])
         self._loop.restore(state)
         self._readout = checkpoint.part(READOUT) if self.complete else {}
         if self._source.failures is not None:
             self._source.failures.restore(checkpoint.part(FAILURES))
-        self._seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
+        self._seconds = float(checkpoint.arrays["seconds"])
+        self._seconds_before = self._seconds
         self._saved = done
         return checkpoint.part("history/")
+
+    def _has_history(self, checkpoint: Checkpoint, folder: RunFolder) -> bool:
+        """Return whether the history up to a checkpoint is there; a thin one is in the checkpoint."""
+        if self.configuration.run.thin:
+            return True
+        seals = checkpoint.part("history/")
+        path = folder.history_path
+        return histories.intact(path, self._layout, checkpoint.generation, seals)
 
 
 class FinishedRun(ExitStack):
@@ -554,5 +564,5 @@ def refuse_given_source(folder: RunFolder) -> None:
     """
     got = f"{folder.path}, which began with a source of its caller's"
     remedy = "Give it again: turing_learning.runs.Run.open(path, lambda configuration: source)."
-    given = folder.manifest().get("source") == GIVEN
-    check_folder(not given, "run", "be one that can be resumed without its source", got, remedy)
+    own = folder.manifest().get("source") != GIVEN
+    check_folder(own, "run", "be one that can be resumed without its source", got, remedy)

@@ -332,6 +332,25 @@ def stored_result(folder: RunFolder, configuration: Configuration) -> Result | N
         return None
 
 
+def remade_result(folder: RunFolder, configuration: Configuration) -> Result | None:
+    """Make the result of a finished run again, whose file is damaged or missing; the caller holds the lock.
+
+    None of a run that is not finished, or without a usable checkpoint.
+    """
+    if folder.manifest()["state"] != FINISHED:
+        return None
+    checkpoint = folder.checkpoint()
+    if checkpoint is None:
+        return None
+    if folder.result_path.exists():
+        aside = folder.set_aside("result.json").name
+        text = "%s is damaged; it is made again. The damaged file is %s."
+        _LOGGER.warning(text, folder.result_path, aside)
+    result = result_of(checkpoint, folder, configuration)
+    folder.write("result.json", result.to_json())
+    return result
+
+
 def result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> Result:
     """Return the result of a run up to a checkpoint."""
     traces = traces_of(checkpoint, folder, configuration)
