@@ -313,68 +313,104 @@ def pool(runs: Sequence[Result]) -> Pooled:
     """
     runs = _comparable(runs)
     configuration = runs[0].configuration
-    scenario, names = configuration.scenario, configuration.scenario.parameter_names
+    names = configuration.scenario.parameter_names
     if isinstance(runs[0], Posterior):
-        settled = [run for run in runs if isinstance(run, Posterior) and run.settled]
-        chains = {run.seed: run.draws() for run in settled}
-        found = np.array([list(run.estimate.values()) for run in settled or runs])[:, None]
-        estimate = configuration.system.on_scales(
-            found, lambda values: np.median(values[:, 0], axis=0)
-        )
-        ends, agreement = mixed_interval(
-            list(chains.values()), [list(run.interval.values()) for run in settled], len(names)
-        )
+        together = _mixed([run for run in runs if isinstance(run, Posterior)])
     else:
-        models = {run.seed: run.history["typical_model"].to_numpy() for run in runs}
-        window = configuration.run.estimated_from(len(models[runs[0].seed]))
-        chains = {seed: configuration.described(each[-window:]) for seed, each in models.items()}
-        typical = np.stack(list(chains.values()))
-        estimate = configuration.system.on_scales(typical, pooled_estimate)
-        ends = configuration.system.on_scales(typical, pooled_interval)
-        agreement = r_hat(typical)
-    error = (
-        None
-        if scenario.truth is None
-        else absolute_error(estimate, np.asarray(scenario.truth, dtype=float))
-    )
+        together = _wandering(runs)
+    truth = configuration.scenario.truth
+    error = None
+    if truth is not None:
+        error = absolute_error(together.estimate, np.asarray(truth, dtype=float))
+    agreement = {
+        name: value if is_known(value) else UNKNOWN
+        for name, value in named(names, together.agreement).items()
+    }
+    interval = dict(zip(names, together.interval.tolist(), strict=True))
     pooled = Pooled(
-        scenario=scenario.name,
+        scenario=configuration.scenario.name,
         generations=max(run.generations for run in runs),
         seeds=tuple(run.seed for run in runs),
-        estimate=named(names, estimate),
-        interval=replace_unknown(UNKNOWN, dict(zip(names, ends.tolist(), strict=True))),
-        agreement={
-            name: value if is_known(value) else UNKNOWN
-            for name, value in named(names, agreement).items()
-        },
+        estimate=named(names, together.estimate),
+        interval=replace_unknown(UNKNOWN, interval),
+        agreement=agreement,
         estimates={name: [run.estimate[name] for run in runs] for name in names},
         truth=runs[0].truth,
         estimate_absolute_error=None if error is None else named(names, error),
         estimate_mae=None if error is None else float(error.mean()),
         units=units_of(configuration.system, names),
         trials=configuration.run.trials or None,
-        chains=chains,
+        chains=together.chains,
         checked=sum(run.checked is not None for run in runs),
-        found=tuple(
-            tuple(each for each in run.verdicts if each is not Verdict.DISAGREE) for run in runs
-        ),
+        found=tuple(_without_dissent(run.verdicts) for run in runs),
     )
-    said = {
-        "seeds": pooled.seeds,
-        "agreement": replace_unknown(None, {n: [v] for n, v in pooled.agreement.items()}),
-    }
-    said["verdicts"] = [each for each in pooled.verdicts if each is Verdict.DISAGREE]
+    _note(pooled, runs)
+    return pooled
+
+
+@dataclass(frozen=True)
+class _Together:
+    """What several runs say of the parameters together."""
+
+    chains: dict[int, np.ndarray]  # seed -> (W, P)
+    estimate: np.ndarray  # (P,)
+    interval: np.ndarray  # (P, 2)
+    agreement: np.ndarray  # (P,)
+
+
+def _mixed(runs: Sequence[Posterior]) -> _Together:
+    """Mix the draws of runs of trials; those that have not settled count only if none has."""
+    system = runs[0].configuration.system
+    settled = [run for run in runs if run.settled]
+    chains = {run.seed: run.draws() for run in settled}
+    estimates = np.array([list(run.estimate.values()) for run in settled or runs])
+    intervals = [list(run.interval.values()) for run in settled]
+    ends, agreement = mixed_interval(list(chains.values()), intervals, estimates.shape[1])
+    # on the scale of each parameter, which takes models (runs, 1, P)
+    estimate = system.on_scales(estimates[:, None], lambda values: np.median(values[:, 0], axis=0))
+    return _Together(chains, estimate, ends, agreement)
+
+
+def _wandering(runs: Sequence[Result]) -> _Together:
+    """Put together where the last typical models of runs of generations wander."""
+    configuration = runs[0].configuration
+    chains = {}
     for run in runs:
-        content = said | {"estimate": run.estimate}
+        models = run.history["typical_model"].to_numpy()
+        window = configuration.run.estimated_from(len(models))
+        chains[run.seed] = configuration.described(models[-window:])
+    typical = np.stack(list(chains.values()))
+    return _Together(
+        chains=chains,
+        estimate=configuration.system.on_scales(typical, pooled_estimate),
+        interval=configuration.system.on_scales(typical, pooled_interval),
+        agreement=r_hat(typical),
+    )
+
+
+def _without_dissent(verdicts: Sequence[Verdict]) -> tuple[Verdict, ...]:
+    """Return verdicts on a run alone, without whether it agrees with others."""
+    return tuple(verdict for verdict in verdicts if verdict is not Verdict.DISAGREE)
+
+
+def _note(pooled: Pooled, runs: Sequence[Result]) -> None:
+    """Let each run remember what the pool says of it, in its folder or in memory."""
+    agreement = {name: [value] for name, value in pooled.agreement.items()}
+    dissent = [verdict for verdict in pooled.verdicts if verdict is Verdict.DISAGREE]
+    for run in runs:
+        content = {
+            "seeds": pooled.seeds,
+            "agreement": replace_unknown(None, agreement),
+            "verdicts": dissent,
+            "estimate": run.estimate,
+        }
         if run.path is not None:
-            with (
-                suppress(RunFolderError, RunStorageError, OSError),
-                (folder := RunFolder(run.path)).locked(),
-            ):
+            folder = RunFolder(run.path)
+            # a pool of runs that others read, or that cannot be written, says the same
+            with suppress(RunFolderError, RunStorageError, OSError), folder.locked():
                 folder.write(POOL, content)
         elif run.record is not None:
             run.record.beside[POOL] = content
-    return pooled
 
 
 def _comparable(given: Any) -> list[Result]:
@@ -389,24 +425,26 @@ def _comparable(given: Any) -> list[Result]:
             ahead = f"Resume it with {in_words(how_to_resume(run.path, run.configuration))}."
         got = f"seed {run.seed} stopped after {run.length}"
         needed(run.complete, rule="be complete", got=got, remedy=ahead, place=str(run.path or ""))
-    first, *others = (flat_settings(run.configuration) for run in runs)
-    for run, other in zip(runs[1:], others, strict=True):
-        different = [
-            key for key in first | other if key not in _FREE and first.get(key) != other.get(key)
-        ]
+    first = flat_settings(runs[0].configuration)
+    for run in runs[1:]:
+        other = flat_settings(run.configuration)
+        different = []
+        for key in first | other:
+            if key not in _FREE and first.get(key) != other.get(key):
+                different.append(key)
         # others have other centers and scales, too
         key = min(different, key=lambda key: key != "scenario.digest", default="")
         got = f"{key} = {brief(first.get(key), _LONGEST)} with seed {runs[0].seed} and "
         got += f"{brief(other.get(key), _LONGEST)} with seed {run.seed}"
-        rule, remedy = (
-            "be of the same system and configuration",
-            "Pool runs that differ in their seed alone.",
-        )
+        rule = "be of the same system and configuration"
+        remedy = "Pool runs that differ in their seed alone."
         needed(not different, rule=rule, got=got, remedy=remedy, place=str(run.path or ""))
-    for number, run in enumerate(runs):
-        fresh, got = run.seed not in {each.seed for each in runs[:number]}, f"seed {run.seed} twice"
+    seeds: set[int] = set()
+    for run in runs:
+        rule = "have different seeds"
+        got = f"seed {run.seed} twice"
         remedy = "The same seed gives the same run: make one with another."
-        needed(
-            fresh, rule="have different seeds", got=got, remedy=remedy, place=str(run.path or "")
-        )
+        fresh = run.seed not in seeds
+        needed(fresh, rule=rule, got=got, remedy=remedy, place=str(run.path or ""))
+        seeds.add(run.seed)
     return runs
