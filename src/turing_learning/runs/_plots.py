@@ -70,19 +70,19 @@ class Plots:
         record = self.result.stored()
         model = self.result.simulated_model
         if record.configuration.system.simulated is None:
-            shown = recorded_replay(record.motion(model))
+            moved = recorded_replay(record.motion(model))
         else:
-            shown = replay(record.configuration, model)
-        if shown is None:
+            moved = replay(record.configuration, model)
+        if moved is None:
             rule, got = "be of a system whose simulator says where everybody is", "samples alone"
             remedy = "Its signals are in `plot.distributions()`. Positions are known of windows of a recording with a family "
             remedy += "of models, or another simulator with a method `simulate`."
             reject("run", rule, got, remedy)
-        panels = _panels(ax, [each.label for each in shown.swarms], 4.0)
-        swarms = [(each.poses, each.robots, each.replica_mask) for each in shown.swarms]
+        panels = _panels(ax, [swarm.label for swarm in moved.swarms], 4.0)
+        swarms = [(swarm.poses, swarm.robots, swarm.replica_mask) for swarm in moved.swarms]
         radii = {
-            "robot_radius_cm": shown.robot_radius_cm,
-            "object_radius_cm": shown.object_radius_cm,
+            "robot_radius_cm": moved.robot_radius_cm,
+            "object_radius_cm": moved.object_radius_cm,
         }
         draw_paths(panels, swarms, **radii)
         return np.array(panels.axes)
@@ -103,20 +103,20 @@ class Plots:
         place = str(self.result.path)
         check(not self.result.in_laboratory, "run", rule, "one in a laboratory", place=place)
         if system.simulated is not None:
-            found = evidence.swarm_quantities(record.configuration, model, seed=0)
+            quantities = evidence.swarm_quantities(record.configuration, model, seed=0)
         else:
             with record.opened(genuine, simulate) as source:
                 source.generation = None  # no generation is collected
                 rng = evidence.stream(0, evidence.COMPARING)
                 simulated = source.simulate(np.tile(model, (evidence.COMPARED, 1)), rng)
                 if source.genuine is None or source.genuine.live:
-                    known = source.genuine_samples(evidence.COMPARED, rng)
+                    genuine = source.genuine_samples(evidence.COMPARED, rng)
                 else:
-                    known = source.genuine.samples
-            found = evidence.signal_quantities(known, simulated, system)
-        shown = distributions_of(found)
-        panels = _panels(ax, list(shown), 2.1)
-        quantities_figure(shown, panels=panels)
+                    genuine = source.genuine.samples
+            quantities = evidence.signal_quantities(genuine, simulated, system)
+        distributions = distributions_of(quantities)
+        panels = _panels(ax, list(distributions), 2.1)
+        quantities_figure(distributions, panels=panels)
         return np.array(panels.axes)
 
 
@@ -128,19 +128,19 @@ def _panels(ax: Any, titles: Sequence[str], height: float) -> Panels:
         return panel_grid(
             titles, height, make=lambda *size: figure(figsize=size, layout="constrained")
         )
-    given = np.array(ax, dtype=object)
-    axes = list(given.flat)
+    array = np.array(ax, dtype=object)
+    axes = list(array.flat)
     fits = len(axes) == len(titles) and all(
-        hasattr(each, "get_legend_handles_labels") for each in axes
+        hasattr(one, "get_legend_handles_labels") for one in axes
     )
-    got = f"{given.size} of {type(axes[0]).__name__}" if axes else "none"
+    got = f"{array.size} of {type(axes[0]).__name__}" if axes else "none"
     check(
         fits,
         "ax",
         "be matplotlib axes" if len(titles) == 1 else f"be {len(titles)} matplotlib axes",
         got,
     )
-    panels = Panels(axes[0].figure, axes, given.shape[-1] if given.ndim else 1, callers_axes=True)
+    panels = Panels(axes[0].figure, axes, array.shape[-1] if array.ndim else 1, callers_axes=True)
     return titled(panels, titles, fontweight="bold", parse_math=False)
 
 
@@ -185,12 +185,12 @@ def distributions_of(
     Name and unit -> edges of bins, shares of genuine and simulated values.
     """
     names = [
-        f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name
-        for each in quantities
+        f"{quantity.name.replace('_', ' ')} ({quantity.unit})" if quantity.unit else quantity.name
+        for quantity in quantities
     ]
     drawn = [
-        (np.array(each.edges), np.array(each.genuine), np.array(each.simulated))
-        for each in quantities
+        (np.array(quantity.edges), np.array(quantity.genuine), np.array(quantity.simulated))
+        for quantity in quantities
     ]
     return dict(zip(names, drawn, strict=True))
 
@@ -300,8 +300,8 @@ def swarm_replay(
         object_radius_cm=scenario.objects.radius_cm,
         interval_s=stride * interval,
         swarms=tuple(
-            report.Swarm(name, each, count, np.full(count, replica))
-            for (name, replica), each in shown
+            report.Swarm(name, poses, count, np.full(count, replica))
+            for (name, replica), poses in shown
         ),
         walls_cm=None if width is None or height is None else (0.0, 0.0, width, height),
     )
