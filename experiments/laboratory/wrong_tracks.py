@@ -1,6 +1,7 @@
 """How often wrong poses and exchanged robots are found within ten trials, and how often in laboratories that are right.
 
-python experiments/laboratory/wrong_tracks.py 100       # laboratories of each kind; writes wrong-tracks.csv
+python experiments/laboratory/wrong_tracks.py wrong 20   # laboratories of each kind; writes wrong-tracks.csv
+python experiments/laboratory/wrong_tracks.py right 20   # writes right-tracks.csv
 """
 
 import csv

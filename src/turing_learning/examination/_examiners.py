@@ -42,7 +42,7 @@ class Trees:
 
     name: str = "boosted trees on window statistics"
     sees: str = "ranks"
-    rounds: int = 30  #: Trees; more gained nothing in experiments/examination/members.csv
+    rounds: int = 30  #: Trees; more gained nothing, see decision 0039
     _trees: Any = field(default=None, repr=False)
 
     def fit(self, samples: np.ndarray, labels: np.ndarray) -> None:
