@@ -31,8 +31,13 @@ def main():
         print(f"{label}: median {statistics.median(wall(command) for _ in range(STARTS)):.2f} s")
     with tempfile.TemporaryDirectory() as folder:
         infer = [program, "infer", "aggregation", "--seed", "1", "--out"]
-        fresh = os.environ | {"NUMBA_CACHE_DIR": f"{folder}/numba", "TURING_LEARNING_CACHE_DIR": f"{folder}/judge"}
-        print(f"infer aggregation, nothing compiled yet: {wall([*infer, f'{folder}/cold'], env=fresh):.1f} s")
+        fresh = os.environ | {
+            "NUMBA_CACHE_DIR": f"{folder}/numba",
+            "TURING_LEARNING_CACHE_DIR": f"{folder}/judge",
+        }
+        print(
+            f"infer aggregation, nothing compiled yet: {wall([*infer, f'{folder}/cold'], env=fresh):.1f} s"
+        )
         times = [wall([*infer, f"{folder}/{k}"]) for k in range(RUNS)]
         print(f"infer aggregation, warm: median {statistics.median(times):.1f} s of {RUNS}")
         size = sum(path.stat().st_size for path in Path(folder, "0").rglob("*") if path.is_file())

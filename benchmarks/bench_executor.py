@@ -49,4 +49,7 @@ if __name__ == "__main__":
     for workers, length in cases:
         with Counting(workers) as executor:
             share = efficiency(executor, workers, **length)
-        print(f"{workers:3} workers, {length}: {share:.2f} of their time, {executor.calls} calls", flush=True)
+        print(
+            f"{workers:3} workers, {length}: {share:.2f} of their time, {executor.calls} calls",
+            flush=True,
+        )

@@ -17,7 +17,9 @@ SCENARIOS = ("aggregation", "object-clustering")
 
 def coevolution(interrogation, scenario, classifier):
     models = EvolutionStrategy(len(scenario.controller), seed=[1, 1])
-    return Coevolution(interrogation, models, EvolutionStrategy(classifier.parameters, seed=[1, 2]), seed=1)
+    return Coevolution(
+        interrogation, models, EvolutionStrategy(classifier.parameters, seed=[1, 2]), seed=1
+    )
 
 
 def report(benchmark, label):
@@ -31,7 +33,9 @@ def test_simulating(benchmark, name, threads):
     source = MixedSwarm(scenario, threads)
     models = np.random.default_rng(0).uniform(-1, 1, (SIZE, len(scenario.controller)))
     generators = iter(np.random.default_rng(seed) for seed in range(10**6))
-    benchmark.pedantic(lambda: source.collect(models, next(generators)), rounds=200, warmup_rounds=5)
+    benchmark.pedantic(
+        lambda: source.collect(models, next(generators)), rounds=200, warmup_rounds=5
+    )
     report(benchmark, f"simulate {name}, {threads} threads")
 
 
@@ -40,7 +44,9 @@ def test_simulating(benchmark, name, threads):
 def test_a_generation(benchmark, name, threads):
     scenario = tl.swarm.SCENARIOS[name]
     classifier = ElmanClassifier(scale=scenario.input_scale, threads=threads)
-    loop = coevolution(PassiveInterrogation(MixedSwarm(scenario, threads), classifier), scenario, classifier)
+    loop = coevolution(
+        PassiveInterrogation(MixedSwarm(scenario, threads), classifier), scenario, classifier
+    )
     benchmark.pedantic(loop.step, rounds=300, warmup_rounds=5)
     report(benchmark, f"generation of {name}, {threads} threads")
 
@@ -55,7 +61,10 @@ def test_everything_but_simulating_and_judging(benchmark, tmp_path):
     )
 
     def fresh(models, classifiers, rng):
-        return Judgments(genuine_outputs=judgments.genuine_outputs, counterfeit_outputs=judgments.counterfeit_outputs)
+        return Judgments(
+            genuine_outputs=judgments.genuine_outputs,
+            counterfeit_outputs=judgments.counterfeit_outputs,
+        )
 
     loop = coevolution(fresh, scenario, classifier)
     benchmark.pedantic(loop.step, rounds=1000, warmup_rounds=5)

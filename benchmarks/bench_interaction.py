@@ -20,8 +20,14 @@ FORMS = {"watching": (1, "constant"), "10 opponents": (10, ""), "all 100": (100,
 
 def seconds(opponents: int, passive: str, generations: int = 15) -> float:
     """Return the median processor time of a generation (s)."""
-    settings = {"scenario.opponents": opponents, "scenario.stimulus.passive": passive, "coevolution.archive": 0}
-    configuration = load_configuration(scenario="light-response", overrides=settings | {"run.threads": 1})
+    settings = {
+        "scenario.opponents": opponents,
+        "scenario.stimulus.passive": passive,
+        "coevolution.archive": 0,
+    }
+    configuration = load_configuration(
+        scenario="light-response", overrides=settings | {"run.threads": 1}
+    )
     loop, found = Generations(configuration, configuration.system.open(Given())), []
     for _ in range(generations):
         begun = time.process_time()

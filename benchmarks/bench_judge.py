@@ -19,7 +19,11 @@ CLASSIFIERS, SAMPLES, STEPS = 100, 1100, 100
 FLOATS = 16  # of a 512-bit vector; a machine with shorter vectors does the same arithmetic in more operations
 # 35 multiply-adds and 5 sigmoids of 11 vector operations (the output neuron is needed in the last step only).
 OPERATIONS_PER_STEP = 35 + 5 * 11
-CHAINS, LENGTH, LANES = 16, 32, 32  # independent chains hide the latency of a multiply-add; each LANES wide
+CHAINS, LENGTH, LANES = (
+    16,
+    32,
+    32,
+)  # independent chains hide the latency of a multiply-add; each LANES wide
 
 
 @lru_cache(maxsize=1)
@@ -38,7 +42,9 @@ def multiply_add_loop():
     names = {"np": np}
     exec(text, names)  # noqa: S102
     signature = void(int64, int64, float32, float32, float32[::1])
-    return njit(signature, fastmath={"contract", "nsz"}, error_model="numpy", nogil=True)(names["loop"])
+    return njit(signature, fastmath={"contract", "nsz"}, error_model="numpy", nogil=True)(
+        names["loop"]
+    )
 
 
 def peak(threads):

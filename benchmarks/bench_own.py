@@ -64,7 +64,9 @@ def main():
     ):
         for work in (5, 10, 20, 50):
             found = [generation(work, clock, threads) for _ in range(ROUNDS)]
-            call, judged, rest = (1e3 * statistics.median(column) for column in zip(*found, strict=True))
+            call, judged, rest = (
+                1e3 * statistics.median(column) for column in zip(*found, strict=True)
+            )
             print(
                 f"{label}: call {call:.1f} ms, judging {judged:.1f} ms, all else {rest:.1f} ms; "
                 f"the call has {call / (call + judged + rest):.0%} of a generation, {call / (call + rest):.0%} without judging",

@@ -28,12 +28,28 @@ def main():
     program = shutil.which("turing-learning") or sys.exit("turing-learning is not installed")
     workers = default_threads()
     single = [program, "infer", "aggregation", "--threads", "1", "--generations", str(GENERATIONS)]
-    many = [program, "study", "aggregation", "--generations", str(GENERATIONS), "--workers", str(workers)]
+    many = [
+        program,
+        "study",
+        "aggregation",
+        "--generations",
+        str(GENERATIONS),
+        "--workers",
+        str(workers),
+    ]
     shares = []
     with tempfile.TemporaryDirectory() as folder:
         for k in range(ROUNDS):
             one = together(
-                [*single, "--set", 'run.history="thin"', "--seed", str(w), "--out", f"{folder}/{k}-{w}"]
+                [
+                    *single,
+                    "--set",
+                    'run.history="thin"',
+                    "--seed",
+                    str(w),
+                    "--out",
+                    f"{folder}/{k}-{w}",
+                ]
                 for w in range(workers)
             )
             runs = str(RUNS_PER_WORKER * workers)

@@ -24,7 +24,11 @@ IMAGES = 100
 TEAM = ("blue",) * 8 + ("orange", "purple")
 CONDITIONS = {
     "triangles": (TriangleMarkers(), TEAM, Optics()),
-    "triangles, sharp and clean": (TriangleMarkers(), TEAM, Optics(blur_px=0.5, noise=1.0, shade=0.1)),
+    "triangles, sharp and clean": (
+        TriangleMarkers(),
+        TEAM,
+        Optics(blur_px=0.5, noise=1.0, shade=0.1),
+    ),
     "triangles, blur 1.5 px": (TriangleMarkers(), TEAM, Optics(blur_px=1.5)),
     "triangles, noise 10": (TriangleMarkers(), TEAM, Optics(noise=10.0)),
     "triangles, shade 0.6": (TriangleMarkers(), TEAM, Optics(shade=0.6)),
@@ -57,7 +61,9 @@ def errors(truth, labels, seen):
             continue
         distances.append(away[nearest])
         if seen.headings is not None:
-            angles.append(abs((seen.headings[nearest] - pose[2] + math.pi) % (2 * math.pi) - math.pi))
+            angles.append(
+                abs((seen.headings[nearest] - pose[2] + math.pi) % (2 * math.pi) - math.pi)
+            )
     return distances, np.degrees(angles).tolist(), len(truth) - len(distances)
 
 
@@ -66,7 +72,10 @@ def test_tracking(benchmark, condition):
     markers, labels, optics = CONDITIONS[condition]
     cv2.setNumThreads(1)
     place = overhead_camera()
-    camera, tracker = EmulatedCamera(place, markers, labels, optics=optics), Tracker(markers, place, labels)
+    camera, tracker = (
+        EmulatedCamera(place, markers, labels, optics=optics),
+        Tracker(markers, place, labels),
+    )
     rng, truths, spent = np.random.default_rng(1), [], []
     results = ([], [], 0)
 
@@ -86,7 +95,9 @@ def test_tracking(benchmark, condition):
     benchmark.pedantic(detect, setup=next_image, rounds=IMAGES)
     distances, angles, missed = results
     turns = (
-        f"{np.median(angles):.2f} | {np.percentile(angles, 95):.2f} | {np.max(angles):.1f}" if angles else "- | - | -"
+        f"{np.median(angles):.2f} | {np.percentile(angles, 95):.2f} | {np.max(angles):.1f}"
+        if angles
+        else "- | - | -"
     )
     print(
         f"\n| {condition} | {np.median(distances):.3f} | {np.percentile(distances, 95):.3f} | {turns} | "

@@ -18,12 +18,20 @@ author = "the Turing Learning maintainers"
 version = release = turing_learning.__version__
 copyright = "MIT licence"
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "sphinx_copybutton"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx_copybutton",
+]
 exclude_patterns = ["decisions/0000-template.md"]
 default_role = "literal"
 
 myst_heading_anchors = 3
-nb_execution_mode = "off"  # notebooks are committed as `jupyter execute --inplace docs/gallery/*.ipynb` leaves them
+nb_execution_mode = (
+    "off"  # notebooks are committed as `jupyter execute --inplace docs/gallery/*.ipynb` leaves them
+)
 copybutton_selector = "div:not(.highlight-text):not(.output) > div.highlight > pre"
 suppress_warnings = ["ref.python"]  # the words of a shape, "(size, dimension)", are no references
 
@@ -55,7 +63,9 @@ html_theme_options = {
 def setup(app):
     """Connect what follows."""
     app.connect("builder-inited", carry_words_of_constants)
-    app.connect("autodoc-process-docstring", keep_first_sentence, priority=400)  # before napoleon reads it
+    app.connect(
+        "autodoc-process-docstring", keep_first_sentence, priority=400
+    )  # before napoleon reads it
     app.connect("autodoc-process-docstring", link_pages, priority=600)
     app.connect("autodoc-process-signature", say_settings_without_their_rules)
     app.connect("source-read", carry_experiments)
@@ -65,14 +75,20 @@ def setup(app):
 
 def carry_experiments(app, name, source):
     """Fill the pages of experiments with what is written beside their tables and figures, and link to these pages."""
-    source[0] = re.sub(r"\]\(\.\./experiments/([^/)]+)/README\.md\)", r"](experiments/\1.md)", source[0])
+    source[0] = re.sub(
+        r"\]\(\.\./experiments/([^/)]+)/README\.md\)", r"](experiments/\1.md)", source[0]
+    )
     folder, _, page = name.rpartition("/")
     if folder == "experiments" and page != "index":
         path = app.srcdir.parent / "experiments" / page / "README.md"
         text = re.sub(
-            r"(!\[[^\]]*\])\((?=figures/)", rf"\1(../../experiments/{page}/", path.read_text(encoding="utf-8")
+            r"(!\[[^\]]*\])\((?=figures/)",
+            rf"\1(../../experiments/{page}/",
+            path.read_text(encoding="utf-8"),
         )
-        source[0] = re.sub(r"(?<!!)(\[[^\]]*\])\((?=tables/)", rf"\1(path:../../experiments/{page}/", text)
+        source[0] = re.sub(
+            r"(?<!!)(\[[^\]]*\])\((?=tables/)", rf"\1(path:../../experiments/{page}/", text
+        )
         app.env.note_dependency(str(path))
 
 
@@ -86,19 +102,28 @@ def describe(app, name, template, context, doctree):
     """Give a page without a description its first paragraph for one."""
     paragraph = next(doctree.findall(nodes.paragraph), None) if doctree is not None else None
     if paragraph is not None and 'name="description"' not in context["metatags"]:
-        context["metatags"] += f'<meta name="description" content="{escape(" ".join(paragraph.astext().split()))}">'
+        context["metatags"] += (
+            f'<meta name="description" content="{escape(" ".join(paragraph.astext().split()))}">'
+        )
 
 
 def carry_words_of_constants(app):
     """Let a room show the docstrings of the constants that it takes from its modules; autodoc looks for them in the room alone."""
     for room in [
-        import_module(f"turing_learning.{each.name}") for each in iter_modules(turing_learning.__path__) if each.ispkg
+        import_module(f"turing_learning.{each.name}")
+        for each in iter_modules(turing_learning.__path__)
+        if each.ispkg
     ]:
-        names = [name for name in getattr(room, "__all__", ()) if not _has_docstring(getattr(room, name))]
+        names = [
+            name for name in getattr(room, "__all__", ()) if not _has_docstring(getattr(room, name))
+        ]
         docs = _docs(room.__name__)
         for name in names:
             for module in [each for each in sys.modules if each.startswith(f"{room.__name__}.")]:
-                if getattr(sys.modules[module], name, None) is getattr(room, name) and ("", name) in _docs(module):
+                if getattr(sys.modules[module], name, None) is getattr(room, name) and (
+                    "",
+                    name,
+                ) in _docs(module):
                     docs["", name] = _docs(module)["", name] + _hidden(getattr(room, name))
 
 
@@ -110,12 +135,18 @@ def keep_first_sentence(app, what, name, obj, options, lines):
 
 def link_pages(app, what, name, obj, options, lines):
     """Make links of the pages that a docstring names by their files: docs/limits.md, or docs/decisions/0005."""
-    lines[:] = [PAGE_IN_WORDS.sub(lambda named: _link(app.srcdir, *named.groups()), line) for line in lines]
+    lines[:] = [
+        PAGE_IN_WORDS.sub(lambda named: _link(app.srcdir, *named.groups()), line) for line in lines
+    ]
 
 
 def _link(folder, page):
     [*found] = sorted(folder.glob(f"{page}.md")) or sorted(folder.glob(f"{page}-*.md"))
-    return f":doc:`docs/{page} </{found[0].relative_to(folder).with_suffix('')}>`" if found else f"docs/{page}"
+    return (
+        f":doc:`docs/{page} </{found[0].relative_to(folder).with_suffix('')}>`"
+        if found
+        else f"docs/{page}"
+    )
 
 
 def say_settings_without_their_rules(app, what, name, obj, options, signature, returned):

@@ -26,13 +26,21 @@ def close(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
     return np.where(rng.random(shape) < 0.01, 0.3, rng.normal(0.8, 0.01, shape))
 
 
-def placed_threshold(genuine: np.ndarray, samples: int, share: float, rng: np.random.Generator) -> float:
+def placed_threshold(
+    genuine: np.ndarray, samples: int, share: float, rng: np.random.Generator
+) -> float:
     """Return the threshold of the mean score as it was placed before: a quantile of means of scores drawn from the n."""
-    means = genuine if samples == 1 else genuine[rng.integers(0, len(genuine), (DRAWS, samples))].mean(axis=1)
+    means = (
+        genuine
+        if samples == 1
+        else genuine[rng.integers(0, len(genuine), (DRAWS, samples))].mean(axis=1)
+    )
     return float(np.sort(means)[int(share * len(means))])
 
 
-def called(known: int, samples: int, scores: Scores, detectors: int, lasting: float = 0.0) -> np.ndarray:
+def called(
+    known: int, samples: int, scores: Scores, detectors: int, lasting: float = 0.0
+) -> np.ndarray:
     """Return the share (detectors, rules, stated shares) of genuine individuals that are called abnormal."""
     found = np.empty((detectors, 2, len(STATED)))
     for k in range(detectors):

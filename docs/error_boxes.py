@@ -20,7 +20,10 @@ def deviations(study: str) -> tuple[list[str], np.ndarray]:
         rows = list(csv.DictReader(file))
     names = [key.removeprefix("truth_") for key in rows[0] if key.startswith("truth_")]
     return names, np.array(
-        [[float(row[f"best_model_{name}"]) - float(row[f"truth_{name}"]) for name in names] for row in rows]
+        [
+            [float(row[f"best_model_{name}"]) - float(row[f"truth_{name}"]) for name in names]
+            for row in rows
+        ]
     )
 
 

@@ -22,7 +22,11 @@ INK, MUTED = "#1f2933", "#66717d"
 
 EXAMPLES: dict[str, list[tuple[str, Family, dict[str, float]]]] = {
     "vicsek": [
-        (f"noise {noise:g} rad", Vicsek(individuals=25, steps=80), {"speed": 6, "noise": noise, "radius": 4})
+        (
+            f"noise {noise:g} rad",
+            Vicsek(individuals=25, steps=80),
+            {"speed": 6, "noise": noise, "radius": 4},
+        )
         for noise in (0.5, 2, 6)
     ],
     "couzin": [
@@ -71,11 +75,17 @@ def draw_group(axes: Axes, positions: np.ndarray) -> None:
     """Draw paths (F, A, 2), darker toward the present, and where individuals are at the end."""
     steps = np.stack([positions[:-1], positions[1:]], axis=2)
     for path in steps.swapaxes(0, 1):
-        axes.add_collection(LineCollection(path, array=np.arange(len(path)), cmap=FADING, linewidth=1.1))
+        axes.add_collection(
+            LineCollection(path, array=np.arange(len(path)), cmap=FADING, linewidth=1.1)
+        )
     axes.plot(*positions[-1].T, "o", color=INK, markersize=2.6, zorder=3)
     low, high = positions.min(axis=(0, 1)), positions.max(axis=(0, 1))
     middle, half = (low + high) / 2, 0.53 * (high - low).max()
-    axes.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half), aspect="equal")
+    axes.set(
+        xlim=(middle[0] - half, middle[0] + half),
+        ylim=(middle[1] - half, middle[1] + half),
+        aspect="equal",
+    )
     axes.set(xticks=[], yticks=[])
     axes.spines[:].set_color("#d5dae0")
     draw_scale(axes, middle, half)
@@ -84,7 +94,9 @@ def draw_group(axes: Axes, positions: np.ndarray) -> None:
 def draw_scale(axes: Axes, middle: np.ndarray, half: float) -> None:
     """Draw a bar of a round length."""
     decade = 10 ** np.floor(np.log10(half))
-    length = max(factor * decade for factor in (1, 2, 5) if factor * decade <= 0.7 * half or factor == 1)
+    length = max(
+        factor * decade for factor in (1, 2, 5) if factor * decade <= 0.7 * half or factor == 1
+    )
     x, y = middle[0] - 0.93 * half, middle[1] - 0.93 * half
     axes.plot([x, x + length], [y, y], color=INK, linewidth=1.5, solid_capstyle="butt", zorder=4)
     axes.text(x, y + 0.03 * half, f"{length:g} cm", fontsize=8, color=INK, va="bottom")

@@ -17,7 +17,9 @@ from turing_learning.swarm import execution_of, initial_poses, simulate
 TRIALS, LAST, FAR, MUCH = 60, 100, 2.2, 0.3
 
 
-def shares(result: Result, known: RunClassifiers, model: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def shares(
+    result: Result, known: RunClassifiers, model: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the shares of replicas of a model (P,), and of the agents beside them, that each classifier takes for genuine."""
     scenario = result.configuration.scenario
     poses = initial_poses(scenario, TRIALS, np.random.default_rng(5))
@@ -33,7 +35,9 @@ def shares(result: Result, known: RunClassifiers, model: np.ndarray) -> tuple[np
         fields_of_view=execution.fields_of_view,
     )
     kinds = motion.speeds[:, scenario.agents :], motion.speeds[:, : scenario.agents]
-    judged = [known.classifier.judge(known.last, each.reshape(-1, *each.shape[2:])) for each in kinds]
+    judged = [
+        known.classifier.judge(known.last, each.reshape(-1, *each.shape[2:])) for each in kinds
+    ]
     replicas, agents = (np.mean(outputs >= THRESHOLD, axis=1) for outputs in judged)
     return replicas, agents
 

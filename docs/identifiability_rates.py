@@ -61,7 +61,12 @@ def fish(count: int, spread: float, *, apart: bool, known: bool) -> Case:
 
 CASES = (
     Case("the truth", 100),
-    Case("the truth, 8 individuals that differ lastingly, met in testing alone", 100, testing=(*range(8),), spread=0.3),
+    Case(
+        "the truth, 8 individuals that differ lastingly, met in testing alone",
+        100,
+        testing=(*range(8),),
+        spread=0.3,
+    ),
     Case("mean shifted by 0.2", 25, (0.2, 1.0)),
     Case("mean shifted by 0.4", 25, (0.4, 1.0)),
     Case("noise of the turns 1.3 instead of 1", 25, (0.0, 1.3)),
@@ -115,10 +120,13 @@ def p_value(seed: int, case: Case) -> tuple[float, float]:
 def main() -> None:
     """Print a row of the tables for each case."""
     for case in [CASES[int(number)] for number in sys.argv[1:]] or CASES:
-        p_values, accuracies = np.transpose([p_value(seed, case) for seed in range(case.repetitions)])
+        p_values, accuracies = np.transpose(
+            [p_value(seed, case) for seed in range(case.repetitions)]
+        )
         shares = [float(np.mean(p_values <= level)) for level in (0.01, 0.05, 0.1)]
         cells = " | ".join(f"{share:.2f}" for share in shares)
-        print(f"| {case.name} | {case.repetitions} | {cells} | {accuracies.mean():.3f} |", flush=True)  # noqa: T201
+        row = f"| {case.name} | {case.repetitions} | {cells} | {accuracies.mean():.3f} |"
+        print(row, flush=True)  # noqa: T201
 
 
 if __name__ == "__main__":

@@ -10,7 +10,13 @@ import numpy as np
 
 from turing_learning.detection import Detector, Motion, random_controllers, simulate_behaviors
 from turing_learning.robots import rehearse
-from turing_learning.runs import load_run, read_post_evaluation, read_trials, resume_laboratory, stored_laboratory
+from turing_learning.runs import (
+    load_run,
+    read_post_evaluation,
+    read_trials,
+    resume_laboratory,
+    stored_laboratory,
+)
 
 PIECES = Path(__file__).parents[1] / "experiments" / "5" / "pieces"
 TEN, FIRST, NEAR, MODELS = 10, 20, 0.2, 200
@@ -21,7 +27,9 @@ def motion(run: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     result, again = load_run(run), read_post_evaluation(run)
     held_out = [read_trials(run, f"post-evaluation-{k + 1}") for k in range(again.repeats)]
     agents = np.concatenate([trials.samples().genuine for trials in held_out])
-    agents = agents.reshape(-1, result.configuration.scenario.agents, *agents.shape[1:])  # (trials, agents, T, 2)
+    agents = agents.reshape(
+        -1, result.configuration.scenario.agents, *agents.shape[1:]
+    )  # (trials, agents, T, 2)
     first = [read_trials(run, f"generation-{g:04d}") for g in range(min(FIRST, result.generations))]
     replicas = np.concatenate([trials.samples().counterfeit[:, 0] for trials in first])
     models = np.concatenate([trials.models.reshape(-1, 4) for trials in first])
@@ -47,7 +55,9 @@ def detectors(run: Path, seed: int) -> tuple[Detector, Detector]:
 def called(detector: Detector, samples: np.ndarray) -> float:
     """Return the share of individuals (N, S, T, D) that are called abnormal, in %."""
     names = tuple(str(k) for k in range(len(samples)))
-    return 100 * float(np.mean([verdict.abnormal for verdict in detector.verdicts(Motion(names, samples))]))
+    return 100 * float(
+        np.mean([verdict.abnormal for verdict in detector.verdicts(Motion(names, samples))])
+    )
 
 
 def show(name: str, cells: np.ndarray) -> None:

@@ -24,7 +24,9 @@ def simulate_twins(run: tl.Result) -> tuple[np.ndarray, float]:
     scenario = tl.swarm.SCENARIOS[run.scenario]
     model = [run.estimate[name] for name in scenario.parameter_names]
     controllers = np.repeat([[scenario.controller], [model]], ROBOTS, axis=1)
-    poses = np.repeat(tl.swarm.initial_poses(scenario, 1, np.random.default_rng(4), robots=ROBOTS), 2, axis=0)
+    poses = np.repeat(
+        tl.swarm.initial_poses(scenario, 1, np.random.default_rng(4), robots=ROBOTS), 2, axis=0
+    )
     interval = scenario.trial.control_interval_s
     return tl.swarm.simulate(
         scenario, controllers, poses, control_steps=round(TIMES_S[-1] / interval), seed=1
@@ -43,11 +45,18 @@ def draw_twins(moved: np.ndarray, interval: float) -> Figure:
             replicas = np.full(ROBOTS, row == 1)
             trail = moved[row, max(0, step - 100) : step + 1]
             tl.figures.swarm_frame(
-                panel, moved[row, step], robots=ROBOTS, replicas=replicas, trail=trail, robot_radius_cm=ROBOT_RADIUS_CM
+                panel,
+                moved[row, step],
+                robots=ROBOTS,
+                replicas=replicas,
+                trail=trail,
+                robot_radius_cm=ROBOT_RADIUS_CM,
             )
             panel.set_axis_on()
             panel.spines[:].set_color("0.8")
-            panel.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[], aspect="equal")
+            panel.set(
+                xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[], aspect="equal"
+            )
             if row == 0:
                 panel.set_title(f"{time} s", fontsize=11)
         axes[row, 0].set_ylabel(label, fontsize=11)
@@ -58,7 +67,12 @@ def write_moving_twins(moved: np.ndarray, interval: float, path: Path) -> None:
     """Write the two swarms as an animation that repeats."""
     labels = ("Agents", "Replicas of the inferred model")
     swarms = tuple(Swarm(labels[k], moved[k], ROBOTS, np.full(ROBOTS, k == 1)) for k in (0, 1))
-    write_gif(Replay("Twins", ROBOT_RADIUS_CM, 1.0, interval, swarms), path, speed=12.0, frames_per_second=10)
+    write_gif(
+        Replay("Twins", ROBOT_RADIUS_CM, 1.0, interval, swarms),
+        path,
+        speed=12.0,
+        frames_per_second=10,
+    )
 
 
 def main() -> None:

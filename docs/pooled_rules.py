@@ -50,13 +50,17 @@ def chains(runs: np.ndarray) -> Ends:
     """Count them as the effective sample size of several Markov chains (Vehtari et al. 2021, equations 10 to 13)."""
     count, length = runs.shape
     spectrum = np.fft.rfft(runs - runs.mean(axis=1, keepdims=True), 2 * length, axis=1)
-    covariances = np.fft.irfft(spectrum * spectrum.conj(), 2 * length, axis=1)[:, :length].mean(axis=0) / (length - 1)
+    covariances = np.fft.irfft(spectrum * spectrum.conj(), 2 * length, axis=1)[:, :length].mean(
+        axis=0
+    ) / (length - 1)
     within = runs.var(axis=1, ddof=1).mean()
     total = (length - 1) / length * within + runs.mean(axis=1).var(ddof=1)
     correlations = 1 - (within - covariances) / total
     correlations[0] = 1
     pairs = correlations[: length // 2 * 2].reshape(-1, 2).sum(axis=1)
-    positive = np.minimum.accumulate(pairs[: int(np.argmax(pairs <= 0))] if (pairs <= 0).any() else pairs)
+    positive = np.minimum.accumulate(
+        pairs[: int(np.argmax(pairs <= 0))] if (pairs <= 0).any() else pairs
+    )
     return widened(runs, count * length / max(2 * positive.sum() - 1, 1.0))
 
 
@@ -110,16 +114,25 @@ def wandering(rng: np.random.Generator, runs: int, correlation: float) -> np.nda
 def main() -> None:
     """Print, for each case, the share of held truths and the median half width of each rule, and quantiles of R-hat."""
     rng = np.random.default_rng(5)
-    print("| runs | settle | " + " | ".join(rule.__name__ for rule in RULES) + " | R-hat, 5, 50, 95 % |")  # noqa: T201
+    names = " | ".join(rule.__name__ for rule in RULES)
+    print(f"| runs | settle | {names} | R-hat, 5, 50, 95 % |")  # noqa: T201
     for count in RUNS:
         for name, (regions, correlation) in CASES.items():
-            values = wandering(rng, count, correlation) + regions(rng, (REPETITIONS, count))[..., None]
-            settled = np.zeros(REPETITIONS) if name == "beside the truth" else regions(rng, (REPETITIONS,))
+            values = (
+                wandering(rng, count, correlation) + regions(rng, (REPETITIONS, count))[..., None]
+            )
+            settled = (
+                np.zeros(REPETITIONS)
+                if name == "beside the truth"
+                else regions(rng, (REPETITIONS,))
+            )
             truth = settled + rng.normal(size=REPETITIONS)
             cells = []
             for rule in RULES:
                 low, high = np.array([rule(runs) for runs in values]).T
-                cells.append(f"{np.mean((low <= truth) & (truth <= high)):.2f}; {np.median(high - low) / 2:.1f}")
+                cells.append(
+                    f"{np.mean((low <= truth) & (truth <= high)):.2f}; {np.median(high - low) / 2:.1f}"
+                )
             agreement = np.percentile(r_hat(np.moveaxis(values, 0, 2)), (5, 50, 95))
             cells.append(", ".join(f"{value:.2f}" for value in agreement))
             print(f"| {count} | {name} | " + " | ".join(cells) + " |", flush=True)  # noqa: T201

@@ -44,7 +44,11 @@ SECTIONS = {
 def page() -> str:
     """Return the page."""
     both = "Both populations: `models.` and `classifiers.`"
-    shared = [name for name in PopulationSection.model_fields if _row("models", name) == _row("classifiers", name)]
+    shared = [
+        name
+        for name in PopulationSection.model_fields
+        if _row("models", name) == _row("classifiers", name)
+    ]
     population = [
         "population",
         *_values("models", "parents", "offspring"),
@@ -66,7 +70,10 @@ def _row(section: str, key: str) -> list[str]:
 
 def _values(section: str, *keys: str) -> list[str]:
     """Return the default, and the value in the preset "paper", of a setting, or of the sum of several."""
-    return [_text([getattr(_section(section, preset), key) for key in keys]) for preset in ("default", "paper")]
+    return [
+        _text([getattr(_section(section, preset), key) for key in keys])
+        for preset in ("default", "paper")
+    ]
 
 
 def _section(name: str, preset: str) -> Section:
@@ -78,7 +85,12 @@ def _text(values: list) -> str:
 
 
 def _table(title: str, rows: list[list[str]]) -> str:
-    lines = [f"## {title}", "", "| setting | default | `paper` | meaning |", "| --- | --- | --- | --- |"]
+    lines = [
+        f"## {title}",
+        "",
+        "| setting | default | `paper` | meaning |",
+        "| --- | --- | --- | --- |",
+    ]
     lines += [
         f"| `{key}` | {default} | {'' if paper == default else paper} | {meaning} |"
         for key, default, paper, meaning in rows

@@ -43,7 +43,9 @@ class JsonRobot:
             message = json.loads(line)
             if "signal" in message:
                 trial, sequence = int(message["trial"]), int(message["sequence"])
-                self._signals.append(Signal(str(message["signal"]), trial, sequence, time.monotonic()))
+                self._signals.append(
+                    Signal(str(message["signal"]), trial, sequence, time.monotonic())
+                )
         except (ValueError, TypeError, KeyError, RecursionError) as error:
             raise ConnectionError(f"the robot sends what makes no sense: {line[:80]!r}") from error
         if time.monotonic() > deadline + 1.0:
@@ -67,7 +69,11 @@ class JsonRobot:
         try:
             waiting, executing = int(answer["waiting"]), int(answer["executing"])
             return Status(
-                str(answer["state"]), float(answer["in_state_s"]), waiting, executing, bool(answer["battery_ok"])
+                str(answer["state"]),
+                float(answer["in_state_s"]),
+                waiting,
+                executing,
+                bool(answer["battery_ok"]),
             )
         except (ValueError, TypeError, KeyError) as error:
             raise ConnectionError(f"the robot's status makes no sense: {answer}") from error
@@ -110,7 +116,9 @@ class UdpPoses:
     function in the laboratory's file. Datagrams that make no sense, or come from elsewhere, are left out.
     """
 
-    def __init__(self, setup: LaboratorySetup, port: int = 5005, host: str = "127.0.0.1", sender: str = "") -> None:
+    def __init__(
+        self, setup: LaboratorySetup, port: int = 5005, host: str = "127.0.0.1", sender: str = ""
+    ) -> None:
         self._names = [robot.name for robot in (*setup.agents, *setup.replicas)]
         self._labels, self._interval_s = setup.labels, 1 / setup.camera.fps
         self._sender = sender
@@ -132,12 +140,19 @@ class UdpPoses:
             try:
                 content = json.loads(data)
                 time_s = float(content["time"])
-                poses = {name: [float(value) for value in pose] for name, pose in content["poses"].items()}
+                poses = {
+                    name: [float(value) for value in pose]
+                    for name, pose in content["poses"].items()
+                }
                 if not math.isfinite(time_s):
                     continue
             except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError):
                 continue
-            known = {name: pose for name, pose in poses.items() if len(pose) == 3 and np.isfinite(pose).all()}
+            known = {
+                name: pose
+                for name, pose in poses.items()
+                if len(pose) == 3 and np.isfinite(pose).all()
+            }
             return time_s, known
 
     def track(self, begin_s: float, images: int) -> Track:

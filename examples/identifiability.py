@@ -47,7 +47,9 @@ def products(signals: np.ndarray) -> np.ndarray:
     return (signals[..., first] * signals[..., second]).mean(axis=1)
 
 
-def least_errors(family: Family, truth: dict[str, float], groups: int, seed: int = 1) -> dict[str, float]:
+def least_errors(
+    family: Family, truth: dict[str, float], groups: int, seed: int = 1
+) -> dict[str, float]:
     """Return the standard error that simple statistics leave of each parameter, as a share of its range.
 
     Parameters
@@ -82,7 +84,10 @@ def slope(family: Family, truth: dict[str, float], name: str, seed: int) -> np.n
     """Return the change of the mean statistics over the range of a parameter, at the rate near the truth."""
     parameter = family.parameters[name]
     width = parameter.high - parameter.low
-    low, high = max(parameter.low, truth[name] - STEP * width), min(parameter.high, truth[name] + STEP * width)
+    low, high = (
+        max(parameter.low, truth[name] - STEP * width),
+        min(parameter.high, truth[name] + STEP * width),
+    )
     ends = [observed(family, truth | {name: value}, seed).mean(axis=0) for value in (low, high)]
     return (ends[1] - ends[0]) * width / (high - low)
 

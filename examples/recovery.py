@@ -87,7 +87,9 @@ CASES = {
         {"speed": 12, "kick_interval": 1, "glide_time": 0.4, "turn": 0.5},
         generations=600,
     ),
-    "robots": Case(Robots(observed=3), {"vl0": -0.7, "vr0": -1, "vl1": 1, "vr1": -1}, generations=600),
+    "robots": Case(
+        Robots(observed=3), {"vl0": -0.7, "vr0": -1, "vl1": 1, "vr1": -1}, generations=600
+    ),
 }
 
 
@@ -153,7 +155,9 @@ class Summary:
 
 def recover(name: str, recording: int, case: Case, work: Path) -> list[Row]:
     """Record a family, infer its parameters from the recording by several runs, and return a row for each parameter."""
-    recorded = case.family.observe(case.truth, groups=GROUPS, rng=np.random.default_rng([recording, GROUPS]))
+    recorded = case.family.observe(
+        case.truth, groups=GROUPS, rng=np.random.default_rng([recording, GROUPS])
+    )
     seeds = [100 * recording + number for number in range(1, SEEDS + 1)]
     runs = [infer(case, recorded, seed, work / f"{name}-{recording}-seed{seed}") for seed in seeds]
     pooled = tl.pool(runs)
@@ -166,7 +170,9 @@ def recover(name: str, recording: int, case: Case, work: Path) -> list[Row]:
             case.truth[key],
             *map(_rounded, (pooled.estimate[key], *pooled.interval[key], pooled.agreement[key])),
             estimates=" ".join(f"{_rounded(value):g}" for value in pooled.estimates[key]),
-            held_alone=sum(low <= case.truth[key] <= high for low, high in (run.wandering[key] for run in runs)),
+            held_alone=sum(
+                low <= case.truth[key] <= high for low, high in (run.wandering[key] for run in runs)
+            ),
             seconds=round(sum(run.seconds_total for run in runs), 1),
             unknown_alone=sum(not is_known(*run.wandering[key]) for run in runs),
         )
@@ -205,14 +211,19 @@ def read(path: Path) -> list[Row]:
         return []
     kinds = {field.name: field.type for field in fields(Row)}
     with path.open(encoding="utf-8", newline="") as file:
-        return [Row(**{key: _value(kinds[key], cell) for key, cell in row.items()}) for row in csv.DictReader(file)]
+        return [
+            Row(**{key: _value(kinds[key], cell) for key, cell in row.items()})
+            for row in csv.DictReader(file)
+        ]
 
 
 def _value(kind: type, cell: str) -> object:
     return UNKNOWN if kind is float and not cell else kind(cell)
 
 
-def write(path: Path, rows: Sequence[Row | Summary], columns: Mapping[str, str] | None = None) -> None:
+def write(
+    path: Path, rows: Sequence[Row | Summary], columns: Mapping[str, str] | None = None
+) -> None:
     """Write rows as CSV: all columns, or some, heading -> name; cells of numbers that are not known are empty."""
     text = StringIO()
     columns = columns or {field.name: field.name for field in fields(rows[0])}
@@ -265,7 +276,9 @@ def summarize(rows: Sequence[Row]) -> Iterator[Summary]:
                 unknown_alone=sum(row.unknown_alone for row in own),
                 median_estimate=float(f"{np.median([row.estimate for row in own]):.4g}"),
                 median_error=share([row.estimate - row.truth for row in own], parameter),
-                median_half_width=share([(row.high - row.low) / 2 for row in own if not row.unknown], parameter),
+                median_half_width=share(
+                    [(row.high - row.low) / 2 for row in own if not row.unknown], parameter
+                ),
                 median_r_hat=round(_median([row.r_hat for row in own if is_known(row.r_hat)]), 2),
             )
 
@@ -282,16 +295,23 @@ def _median(values: Sequence[float]) -> float:
 def main() -> None:
     """Do what is missing, and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--recordings", type=int, default=RECORDINGS, help="recordings of each family")
+    parser.add_argument(
+        "--recordings", type=int, default=RECORDINGS, help="recordings of each family"
+    )
     parser.add_argument("--only", choices=CASES, action="append", help="a family; all by default")
     parser.add_argument("--docs", type=Path, default=DOCS, help="folder with results/ and images/")
     parser.add_argument(
-        "--work", type=Path, default=WORK, help="folder of the runs; remove it when the code or a case has changed"
+        "--work",
+        type=Path,
+        default=WORK,
+        help="folder of the runs; remove it when the code or a case has changed",
     )
     chosen = parser.parse_args()
     path = chosen.docs / "results" / "recovery-pools.csv"
     for rows in complete(path, chosen.only or list(CASES), chosen.recordings, chosen.work):
-        print(f"{len({(row.family, row.recording) for row in rows})} recordings in {path}", flush=True)
+        print(
+            f"{len({(row.family, row.recording) for row in rows})} recordings in {path}", flush=True
+        )
     rows = read(path)
     summaries = list(summarize(rows))
     write(path.with_name("recovery-pools-summary.csv"), summaries)

@@ -46,7 +46,9 @@ def draw(rows: Sequence[Estimate], dim: set[tuple[str, str]]) -> Figure:
             axes.axhline(own[0].truth, color=INK, linewidth=0.8, linestyle=(0, (4, 2)))
             for row in own:
                 color = MUTED if row.unknown else HELD if row.held else MISSED
-                axes.plot([row.recording, row.recording], [row.low, row.high], color=color, linewidth=1.4)
+                axes.plot(
+                    [row.recording, row.recording], [row.low, row.high], color=color, linewidth=1.4
+                )
                 axes.plot(row.recording, row.estimate, "o", color=color, markersize=2.6)
             axes.tick_params(labelsize=8.5, bottom=False, labelbottom=False)
             axes.spines[["top", "right", "bottom"]].set_visible(False)

@@ -82,7 +82,9 @@ class RosBody:
         ros.subscribe(Bool, f"/{name}/sight", self._see)
         for number in range(8):
             ros.subscribe(
-                Range, f"/{name}/proximity{number}", lambda message, number=number: self._feel(message, number)
+                Range,
+                f"/{name}/proximity{number}",
+                lambda message, number=number: self._feel(message, number),
             )
 
     def _see(self, message: Bool) -> None:
@@ -100,7 +102,9 @@ class RosBody:
         self._twist.publish(twist)
 
     def proximity(self) -> tuple[int, ...]:
-        return tuple(round(DARK + BRIGHT / (1 + (distance / HALF_M) ** 2)) for distance in self._ranges)
+        return tuple(
+            round(DARK + BRIGHT / (1 + (distance / HALF_M) ** 2)) for distance in self._ranges
+        )
 
     def battery_ok(self) -> bool:
         return True
@@ -129,7 +133,9 @@ class Poses:
     def __init__(self, setup: LaboratorySetup) -> None:
         self._labels, self._interval_s = setup.labels, 1 / setup.camera.fps
         names = [robot.name for robot in (*setup.agents, *setup.replicas)]
-        self._seen: dict[str, deque[tuple[float, ...]]] = {name: deque(maxlen=20_000) for name in names}
+        self._seen: dict[str, deque[tuple[float, ...]]] = {
+            name: deque(maxlen=20_000) for name in names
+        }
         self._ros = Spinning("turing_learning")
         self.subscribe(self._ros)
         deadline = time.monotonic() + PATIENCE_S
@@ -154,7 +160,9 @@ class Poses:
         present = np.zeros((images, len(self._seen)), bool)
         for who, seen in enumerate(self._seen.values()):
             rows = np.array(seen)[-1000 - 10 * images :]
-            times = rows[:, 0] + rows[:, 1].min()  # by this computer's clock: the fastest message has had no delay
+            times = (
+                rows[:, 0] + rows[:, 1].min()
+            )  # by this computer's clock: the fastest message has had no delay
             if len(times) < 2:
                 continue
             after = np.clip(np.searchsorted(times, due_s), 1, len(times) - 1)
@@ -173,7 +181,11 @@ class PoseTopics(Poses):
 
     def subscribe(self, ros: Spinning) -> None:
         for name in self._seen:
-            ros.subscribe(PoseStamped, f"/{name}/pose", lambda message, name=name: self._stamped(message, name))
+            ros.subscribe(
+                PoseStamped,
+                f"/{name}/pose",
+                lambda message, name=name: self._stamped(message, name),
+            )
 
     def _stamped(self, message: PoseStamped, name: str) -> None:
         self.take(name, message.header.stamp, message.pose.position, message.pose.orientation)
@@ -189,7 +201,12 @@ class RigidBodies(Poses):
 
     def take_bodies(self, message: Any) -> None:
         for body in message.rigidbodies:
-            self.take(body.rigid_body_name, message.header.stamp, body.pose.position, body.pose.orientation)
+            self.take(
+                body.rigid_body_name,
+                message.header.stamp,
+                body.pose.position,
+                body.pose.orientation,
+            )
 
 
 class Transforms(Poses):
@@ -202,10 +219,21 @@ class Transforms(Poses):
 
     def take_transforms(self, message: Any) -> None:
         for each in message.transforms:
-            self.take(each.child_frame_id, each.header.stamp, each.transform.translation, each.transform.rotation)
+            self.take(
+                each.child_frame_id,
+                each.header.stamp,
+                each.transform.translation,
+                each.transform.rotation,
+            )
 
 
 if __name__ == "__main__":
     robot, pc, port, *speeds = sys.argv[1:]
     controller = tuple(float(speed) for speed in speeds) or None
-    live(RosBody(robot, Spinning(robot)), host="0.0.0.0", port=int(port), peers=[pc], controller=controller)
+    live(
+        RosBody(robot, Spinning(robot)),
+        host="0.0.0.0",
+        port=int(port),
+        peers=[pc],
+        controller=controller,
+    )

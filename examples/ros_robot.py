@@ -54,7 +54,10 @@ class RosBody:
     def set_speed(self, left: int, right: int) -> None:
         full = SPEED_CM_S / 100 / 1000  # m/s of a step per second
         twist = Twist()
-        twist.linear.x, twist.angular.z = full * (left + right) / 2, full * (right - left) / (AXLE_CM / 100)
+        twist.linear.x, twist.angular.z = (
+            full * (left + right) / 2,
+            full * (right - left) / (AXLE_CM / 100),
+        )
         self._twist.publish(twist)
 
     def proximity(self) -> tuple[int, ...]:
@@ -78,28 +81,47 @@ class PoseTopics:
         for robot in (*setup.agents, *setup.replicas):
             self._seen.append(deque(maxlen=20000))
             self._topics.append(
-                rospy.Subscriber(topic.format(robot.name), PoseStamped, self._take, callback_args=self._seen[-1])
+                rospy.Subscriber(
+                    topic.format(robot.name), PoseStamped, self._take, callback_args=self._seen[-1]
+                )
             )
         deadline = time.monotonic() + 10
-        while silent := [each.resolved_name for each, seen in zip(self._topics, self._seen, strict=True) if not seen]:
+        while silent := [
+            each.resolved_name
+            for each, seen in zip(self._topics, self._seen, strict=True)
+            if not seen
+        ]:
             if time.monotonic() > deadline:
                 raise ConnectionError(f"no poses come from {', '.join(silent)}")
             time.sleep(0.05)
 
     def _take(self, message: PoseStamped, seen: Any) -> None:
-        stamp_s, at, turn = message.header.stamp.to_sec(), message.pose.position, message.pose.orientation
-        heading = math.atan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y**2 + turn.z**2))
+        stamp_s, at, turn = (
+            message.header.stamp.to_sec(),
+            message.pose.position,
+            message.pose.orientation,
+        )
+        heading = math.atan2(
+            2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y**2 + turn.z**2)
+        )
         seen.append((stamp_s, time.monotonic() - stamp_s, 100 * at.x, 100 * at.y, heading))
 
     def track(self, begin_s: float, images: int) -> Track:
         due_s = begin_s + self._interval_s * np.arange(images)
         time.sleep(max(0.0, due_s[-1] + self._interval_s - time.monotonic()))
-        poses, present = np.zeros((images, len(self._seen), 3)), np.zeros((images, len(self._seen)), bool)
+        poses, present = (
+            np.zeros((images, len(self._seen), 3)),
+            np.zeros((images, len(self._seen)), bool),
+        )
         for who, seen in enumerate(self._seen):
             rows = np.array(seen)[-1000 - 10 * images :] if len(seen) else np.full((1, 5), math.nan)
-            times = rows[:, 0] + rows[:, 1].min()  # by this computer's clock: the fastest message has had no delay
+            times = (
+                rows[:, 0] + rows[:, 1].min()
+            )  # by this computer's clock: the fastest message has had no delay
             after = (
-                np.clip(np.searchsorted(times, due_s), 1, len(times) - 1) if len(times) > 1 else np.zeros(images, int)
+                np.clip(np.searchsorted(times, due_s), 1, len(times) - 1)
+                if len(times) > 1
+                else np.zeros(images, int)
             )
             present[:, who] = (
                 (times[after - 1] <= due_s)

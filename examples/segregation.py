@@ -28,7 +28,14 @@ def infer(trials=1000, observed=40, workers=None):
     """Infer the parameters from runs with known ones."""
     genuine = [run(**TRUTH, seed=seed)[COLUMNS] for seed in range(observed)]
     simulate = tl.systems.per_model(run, PARAMETERS, columns=COLUMNS)
-    return tl.infer(genuine=genuine, simulate=simulate, parameters=PARAMETERS, trials=trials, seed=1, workers=workers)
+    return tl.infer(
+        genuine=genuine,
+        simulate=simulate,
+        parameters=PARAMETERS,
+        trials=trials,
+        seed=1,
+        workers=workers,
+    )
 
 
 if __name__ == "__main__":

@@ -50,7 +50,10 @@ class Discs:
     def _sees(self, body: pymunk.Body) -> int:
         ahead = pymunk.Vec2d.from_polar(1.0, body.angle)
         hit = self._space.segment_query_first(
-            body.position + 1.01 * RADIUS_CM * ahead, body.position + 500 * ahead, 0, pymunk.ShapeFilter()
+            body.position + 1.01 * RADIUS_CM * ahead,
+            body.position + 500 * ahead,
+            0,
+            pymunk.ShapeFilter(),
         )
         return int(hit is not None and hit.shape.body is not self._space.static_body)
 

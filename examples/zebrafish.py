@@ -104,7 +104,9 @@ class Outcome:
     straight_fish: float
 
 
-def infer(name: str, family: Particles, windows: Windows, out: Path, *, generations: int, population: int) -> tl.Result:
+def infer(
+    name: str, family: Particles, windows: Windows, out: Path, *, generations: int, population: int
+) -> tl.Result:
     """Let a family try to pass for the fish; a run that is complete is opened instead."""
     folder = out / name
     if (folder / "result.json").exists() and tl.load_run(folder).complete:
@@ -128,7 +130,9 @@ def simulated(family: Particles, result: tl.Result, groups: int, seed: int) -> n
     return family.observe(result.estimate, groups=groups, rng=np.random.default_rng(seed))
 
 
-def told_apart(family: Particles, result: tl.Result, windows: Windows) -> tuple[float, float, float]:
+def told_apart(
+    family: Particles, result: tl.Result, windows: Windows
+) -> tuple[float, float, float]:
     """Return how well the classifiers of a run tell fish from models, fish from fish, and the share told of models.
 
     Votes are weighed by half of the windows for learning, against simulations of the estimate. Scores are those of held-out
@@ -136,7 +140,10 @@ def told_apart(family: Particles, result: tl.Result, windows: Windows) -> tuple[
     """
     learned = np.random.default_rng(1).permutation(windows.learning)
     detector = Detector.from_run(
-        result, genuine=learned[:, None], abnormal=simulated(family, result, 100, seed=11)[:, None], false_alarms=0.05
+        result,
+        genuine=learned[:, None],
+        abnormal=simulated(family, result, 100, seed=11)[:, None],
+        false_alarms=0.05,
     )
     fish = detector.judge(windows.held_out)
     new = simulated(family, result, 100, seed=12)
@@ -159,7 +166,9 @@ def rounded(value: float) -> float | None:
     return float(f"{value:.4g}") if is_known(value) else None
 
 
-def outcomes(name: str, family: Particles, result: tl.Result, windows: Windows, found: Check) -> list[Outcome]:
+def outcomes(
+    name: str, family: Particles, result: tl.Result, windows: Windows, found: Check
+) -> list[Outcome]:
     """Return a row for each parameter."""
     pinned = {each.parameter: each.pinned_down for each in found.parameters}
     area, control, told = told_apart(family, result, windows)
@@ -182,19 +191,31 @@ def plot_signals(samples: dict[str, np.ndarray]) -> Figure:
     for d, axes in enumerate(figure.subplots(1, len(SIGNALS))):
         for (name, values), color in zip(samples.items(), (FISH, *MODELS), strict=True):
             counts, edges = np.histogram(values[..., d], bins=40, range=ends[d])
-            axes.stairs(counts / values[..., d].size / np.diff(edges), edges, color=color, linewidth=1.4, label=name)
+            axes.stairs(
+                counts / values[..., d].size / np.diff(edges),
+                edges,
+                color=color,
+                linewidth=1.4,
+                label=name,
+            )
         axes.set_xlabel(LABELS[d], color=INK)
-        highest = np.histogram(samples["fish"][..., d], bins=40, range=ends[d], density=True)[0].max()
+        highest = np.histogram(samples["fish"][..., d], bins=40, range=ends[d], density=True)[
+            0
+        ].max()
         axes.set(yticks=[], ylim=(0, 1.6 * highest))
         axes.spines[["top", "right", "left"]].set_visible(False)
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
+    figure.legend(
+        *axes.get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False
+    )
     return figure
 
 
 def plot_paths(fish: Trajectories, models: dict[str, np.ndarray], frames: int) -> Figure:
     """Draw the fish, and a group of each model, for as many frames, in the same tank."""
     start = complete_stretch(fish.present, frames)
-    groups = {"fish": fish.positions[start : start + frames] - fish.positions[fish.present].min(axis=0)}
+    groups = {
+        "fish": fish.positions[start : start + frames] - fish.positions[fish.present].min(axis=0)
+    }
     width, height = tank(fish)
     figure = Figure(figsize=(8, 2.3), layout="constrained")
     for axes, (name, paths), color in zip(
@@ -248,8 +269,12 @@ def write(path: Path, rows: Sequence[Outcome]) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Infer both families, ask fresh classifiers, write the table, draw the pictures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=ROOT / "runs" / "zebrafish", help="folder of the two runs")
-    parser.add_argument("--docs", type=Path, default=ROOT / "docs", help="folder with results/ and images/")
+    parser.add_argument(
+        "--out", type=Path, default=ROOT / "runs" / "zebrafish", help="folder of the two runs"
+    )
+    parser.add_argument(
+        "--docs", type=Path, default=ROOT / "docs", help="folder with results/ and images/"
+    )
     parser.add_argument("--generations", type=int, default=800)
     parser.add_argument("--population", type=int, default=50)
     chosen = parser.parse_args(arguments)

@@ -68,4 +68,10 @@ def exchange(data: bytes) -> bytes:
 if __name__ == "__main__":
     pc, port, *speeds = sys.argv[1:]
     controller = tuple(float(speed) for speed in speeds) or None
-    live(PiPuck(exchange, LiveCapture(0)), host="0.0.0.0", port=int(port), peers=[pc], controller=controller)
+    live(
+        PiPuck(exchange, LiveCapture(0)),
+        host="0.0.0.0",
+        port=int(port),
+        peers=[pc],
+        controller=controller,
+    )

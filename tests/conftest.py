@@ -37,7 +37,10 @@ SLOW_FILES = {
 
 def pytest_xdist_auto_num_workers(config):
     """Let the suite use all processors (None: as many as there are), and a room or a file this process alone."""
-    asked = [Path(config.invocation_params.dir, each.partition("::")[0]).resolve() for each in config.args]
+    asked = [
+        Path(config.invocation_params.dir, each.partition("::")[0]).resolve()
+        for each in config.args
+    ]
     return None if any(HERE.is_relative_to(path) for path in asked) else 0
 
 
@@ -45,7 +48,9 @@ def pytest_configure(config):
     """Refuse two files of tests of one name, of which Python can import only one: a room alone would not show it."""
     names = Counter(path.name for path in HERE.rglob("test_*.py"))
     if twice := sorted(name for name, count in names.items() if count > 1):
-        raise pytest.UsageError(f"files of tests must have different names in all rooms; got twice: {', '.join(twice)}")
+        raise pytest.UsageError(
+            f"files of tests must have different names in all rooms; got twice: {', '.join(twice)}"
+        )
 
 
 def _is_fast(path):
@@ -57,7 +62,11 @@ def _is_fast(path):
 
 def pytest_ignore_collect(collection_path, config):
     """Import only the files of the fast tests where nothing else is asked for: importing all others takes longer than they do."""
-    if config.option.markexpr == "fast" and collection_path.is_file() and not _is_fast(collection_path):
+    if (
+        config.option.markexpr == "fast"
+        and collection_path.is_file()
+        and not _is_fast(collection_path)
+    ):
         return True
     return None
 
@@ -73,7 +82,9 @@ def pytest_collection_modifyitems(items):
 def same_random_numbers(request, monkeypatch):
     """Seed `RNG`, where a file has it, anew for each test: what one draws does not depend on which ran before in its process."""
     if hasattr(request.module, "RNG"):
-        monkeypatch.setattr(request.module, "RNG", np.random.default_rng(crc32(request.node.name.encode())))
+        monkeypatch.setattr(
+            request.module, "RNG", np.random.default_rng(crc32(request.node.name.encode()))
+        )
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,9 @@ def walk(parameters, rng):
     """A persistent random walk: linear and angular speed, of many models at once."""
     speed, noise = parameters.T[:, :, None]
     shape = (len(parameters), STEPS)
-    return np.stack([speed + rng.standard_normal(shape), noise * rng.standard_normal(shape)], axis=-1)
+    return np.stack(
+        [speed + rng.standard_normal(shape), noise * rng.standard_normal(shape)], axis=-1
+    )
 
 
 def walk_of_one(parameters, rng):

@@ -153,7 +153,9 @@ def _replay(path, tau):
     f = (tau - i)[:, None]
     p0, p1 = path[np.maximum(i - 1, 0)], path[i]
     p2, p3 = path[i + 1], path[np.minimum(i + 2, F - 1)]
-    return p1 + 0.5 * f * (p2 - p0 + f * (2 * p0 - 5 * p1 + 4 * p2 - p3 + f * (3 * (p1 - p2) + p3 - p0)))
+    return p1 + 0.5 * f * (
+        p2 - p0 + f * (2 * p0 - 5 * p1 + 4 * p2 - p3 + f * (3 * (p1 - p2) + p3 - p0))
+    )
 
 
 # ------------------------------------------------------------------ own motion
@@ -223,7 +225,9 @@ def one_sided_turning(paths, k, fps, rng):
     om = np.clip(w.vmed / (0.2 * w.size), np.deg2rad(12), np.deg2rad(23))
     st = w.steps()
     v = _smooth(np.hypot(st[:, 0], st[:, 1]) * fps, 0.4 * fps)
-    wob = 1 + 0.35 * np.sin(2 * np.pi * np.arange(len(st)) / fps / rng.uniform(7, 11) + rng.uniform(0, 6))
+    wob = 1 + 0.35 * np.sin(
+        2 * np.pi * np.arange(len(st)) / fps / rng.uniform(7, 11) + rng.uniform(0, 6)
+    )
     spin = side * om * w.dt * np.clip(v / w.vmed, 0.2, 1.6) * wob
     return w.finish(_walk(w, st, spin=spin, side=side))
 
@@ -356,7 +360,9 @@ def middle_lure(paths, k, fps, rng):
             aim = c[q] + 0.8 * cv[q] + 0.3 * w.nn * np.array([np.cos(side), np.sin(side)])
             e = aim - x
             n = float(np.hypot(*e))
-            s = 0.25 * w.vmed if n < 0.25 * w.nn else min(n / 1.1, 1.15 * w.v80)  # it idles in a dead zone
+            s = (
+                0.25 * w.vmed if n < 0.25 * w.nn else min(n / 1.1, 1.15 * w.v80)
+            )  # it idles in a dead zone
             a = np.arctan2(e[1], e[0]) + rng.normal(0, 0.25)
             cmd = s * rng.uniform(0.85, 1.15) * np.array([np.cos(a), np.sin(a)])
         v = v + (cmd - v) * min(1.0, w.dt / 0.35)

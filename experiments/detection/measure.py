@@ -45,7 +45,10 @@ from turing_learning.swarm import Trials, alone, mixed
 HERE = Path(__file__).parent
 DATA = HERE.parents[1] / "tests" / "reference" / "data" / "tracktor"
 UNLIKE = (0.05, 0.1, 0.2, 0.4, 1.0)
-SIGNALS = {"own": ("speed", "turn"), "all": ("speed", "turn", "neighbor_distance", "neighbor_bearing")}
+SIGNALS = {
+    "own": ("speed", "turn"),
+    "all": ("speed", "turn", "neighbor_distance", "neighbor_bearing"),
+}
 FPS, INDIVIDUALS, FRAMES, TANK = 10.0, 6, 3600, (40.0, 30.0)
 NORMAL = {
     "couzin": {
@@ -101,7 +104,10 @@ def swarm(work: Path) -> Measured:
     """Robots whose controller differs by a normal amount, by single samples: area under the curve."""
     for name in ("aggregation", "object-clustering"):
         for seed in range(101, 104):
-            yield (name, str(seed)), lambda name=name, seed=seed: unlike(work / f"{name}-{seed}", name, seed)
+            yield (
+                (name, str(seed)),
+                lambda name=name, seed=seed: unlike(work / f"{name}-{seed}", name, seed),
+            )
 
 
 def unlike(path: Path, name: str, seed: int) -> list[list[object]]:
@@ -111,25 +117,36 @@ def unlike(path: Path, name: str, seed: int) -> list[list[object]]:
     scenario = run.simulated_scenario()
     truth, agents = np.asarray(scenario.controller), scenario.agents
     normal = Trials.draw(scenario, alone(scenario, 100), rng).observe(None, 1)
-    fresh = Trials.draw(scenario, alone(scenario, -(-2000 // scenario.individuals)), rng).observe(None, 1)
+    fresh = Trials.draw(scenario, alone(scenario, -(-2000 // scenario.individuals)), rng).observe(
+        None, 1
+    )
     others = {}
     for size in UNLIKE:
         models = Behavior(truth + size * rng.standard_normal((300, len(truth))))
-        others[size] = Trials.draw(scenario, mixed(scenario, 300), rng).observe(models, 1)[:, agents]
+        others[size] = Trials.draw(scenario, mixed(scenario, 300), rng).observe(models, 1)[
+            :, agents
+        ]
     rows: list[list[object]] = []
     flat = fresh.reshape(-1, *fresh.shape[2:])
     for method in methods_of(run):
         groups = [[each[None] for each in group] for group in normal]
-        score = method.learn([each for group in groups for each in features_alone(method, group)], False, ())
-        usual = np.concatenate([score(each) for each in features_alone(method, [each[None] for each in flat])])
+        score = method.learn(
+            [each for group in groups for each in features_alone(method, group)], False, ()
+        )
+        usual = np.concatenate(
+            [score(each) for each in features_alone(method, [each[None] for each in flat])]
+        )
         for size, motion in others.items():
-            found = np.concatenate([score(each) for each in features_alone(method, [each[None] for each in motion])])
+            found = np.concatenate(
+                [score(each) for each in features_alone(method, [each[None] for each in motion])]
+            )
             rows.append([method.name, size, f"{area_under_curve(found, usual):.4f}"])
     for rule in ("discriminant", "fittest"):
         detector = Detector.from_run(result, rule=rule, threads=1)
         usual = -detector.judge(flat)
         rows += [
-            [rule, size, f"{area_under_curve(-detector.judge(motion), usual):.4f}"] for size, motion in others.items()
+            [rule, size, f"{area_under_curve(-detector.judge(motion), usual):.4f}"]
+            for size, motion in others.items()
         ]
     return rows
 
@@ -142,7 +159,10 @@ def grid(work: Path) -> Measured:
     """Section 4.4 of the paper: who of 14,641 behaviors, observed in ten trials among agents, is told from the agents."""
     for name in ("aggregation", "object-clustering"):
         for seed in range(102, 105):
-            yield (name, str(seed)), lambda name=name, seed=seed: over_grid(work / f"{name}-{seed}", name, seed)
+            yield (
+                (name, str(seed)),
+                lambda name=name, seed=seed: over_grid(work / f"{name}-{seed}", name, seed),
+            )
 
 
 def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
@@ -159,7 +179,9 @@ def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
         """Return samples (individuals, 10, T, D) of agents in swarms of their own."""
         seen = Trials.draw(scenario, alone(scenario, swarms * GRID_TRIALS), rng).observe(None, 1)
         return (
-            seen.reshape(swarms, GRID_TRIALS, *seen.shape[1:]).swapaxes(1, 2).reshape(-1, GRID_TRIALS, *seen.shape[2:])
+            seen.reshape(swarms, GRID_TRIALS, *seen.shape[1:])
+            .swapaxes(1, 2)
+            .reshape(-1, GRID_TRIALS, *seen.shape[2:])
         )
 
     normal, calibration, fresh = observed(100), observed(200), observed(200)
@@ -171,7 +193,9 @@ def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
 
     def scores(samples: np.ndarray) -> dict[tuple[str, int], np.ndarray]:
         return {
-            (way, count): np.array([score(each).mean() for each in features_alone(method, list(samples[:, :count]))])
+            (way, count): np.array(
+                [score(each).mean() for each in features_alone(method, list(samples[:, :count]))]
+            )
             for (way, count), (method, score) in learned.items()
         }
 
@@ -180,7 +204,9 @@ def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
     for start in range(0, len(models), GRID_BLOCK):
         block = models[start : start + GRID_BLOCK]
         trials = Trials.draw(scenario, mixed(scenario, len(block), GRID_TRIALS), rng)
-        moved = trials.observe(Behavior(block), 1)[:, agents].reshape(len(block), GRID_TRIALS, *fresh.shape[2:])
+        moved = trials.observe(Behavior(block), 1)[:, agents].reshape(
+            len(block), GRID_TRIALS, *fresh.shape[2:]
+        )
         for key, each in scores(moved).items():
             found[key].append(each)
     rows: list[list[object]] = []
@@ -189,14 +215,18 @@ def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
             limit = np.quantile(usual[way, count], 1 - level)
             told = float(np.mean(np.concatenate(values) > limit))
             spared = float(np.mean(new[way, count] <= limit))
-            rows.append([way, count, level, f"{(told + spared) / 2:.4f}", f"{told:.4f}", f"{spared:.4f}"])
+            rows.append(
+                [way, count, level, f"{(told + spared) / 2:.4f}", f"{told:.4f}", f"{spared:.4f}"]
+            )
     return rows
 
 
 def group(name: str, recordings: int, seed: int) -> list[tl.Trajectories]:
     """Simulate recordings whose individuals differ lastingly, by about a tenth of each parameter."""
     truth, rng = NORMAL[name], np.random.default_rng(seed)
-    family = FAMILIES[name](individuals=INDIVIDUALS, steps=FRAMES - 2, interval_s=1 / FPS, tank_cm=TANK)
+    family = FAMILIES[name](
+        individuals=INDIVIDUALS, steps=FRAMES - 2, interval_s=1 / FPS, tank_cm=TANK
+    )
     values = np.array(list(truth.values()))[:, None, None]
     own, shared = (rng.standard_normal((len(truth), recordings, size)) for size in (INDIVIDUALS, 1))
     values = values * np.exp(0.1 * own + 0.05 * shared)
@@ -271,20 +301,29 @@ def features_alone(method: Method, windows: list[np.ndarray]) -> list[Features]:
 Scored = Callable[..., np.ndarray]
 
 
-def looked_at(run: RunClassifiers, genuine: list[RecordedMotion]) -> Iterator[tuple[Method, np.ndarray, Scored]]:
+def looked_at(
+    run: RunClassifiers, genuine: list[RecordedMotion]
+) -> Iterator[tuple[Method, np.ndarray, Scored]]:
     """Yield methods, scores of normal individuals, each by what was learned without it, and a scorer, as `judge_alike` has."""
     examples = _planted(genuine, run, 0, True)[0]
     for method in methods_of(run):
         method = replace(
-            method, columns=slice(run.signals, None) if method is MOTION_STATISTICS else slice(run.signals)
+            method,
+            columns=slice(run.signals, None) if method is MOTION_STATISTICS else slice(run.signals),
         )
         yield (
             method,
-            *scaled(method, NormalIndividuals.of([_windows(each, True) for each in genuine], np.inf), examples),
+            *scaled(
+                method,
+                NormalIndividuals.of([_windows(each, True) for each in genuine], np.inf),
+                examples,
+            ),
         )
 
 
-def scaled(method: Method, normal: NormalIndividuals, examples: list[Case]) -> tuple[np.ndarray, Scored]:
+def scaled(
+    method: Method, normal: NormalIndividuals, examples: list[Case]
+) -> tuple[np.ndarray, Scored]:
     """Return the scores of normal individuals in units of their scatter, and a scorer of others."""
     trained = TrainedMethod.learn(method, normal, (), examples, True)
     scores = trained.normal_scores()
@@ -318,11 +357,15 @@ def families(work: Path) -> Measured:
                     drawn: int = drawn,
                 ):
                     normal, fresh = group(name, 5, drawn), group(name, 8, drawn + 1)
-                    result = learned(work, group(name, 1, seed)[0], model, signals, seed, name, TANK)
+                    result = learned(
+                        work, group(name, 1, seed)[0], model, signals, seed, name, TANK
+                    )
                     rng, cases = np.random.default_rng((32, drawn)), []
                     for k, each in enumerate(fresh):
                         who = k % INDIVIDUALS
-                        cases += [(kind, each, plant(each, who, kind, rng), who) for kind in PLANTED_KINDS]
+                        cases += [
+                            (kind, each, plant(each, who, kind, rng), who) for kind in PLANTED_KINDS
+                        ]
                     return planted(result, normal[:count], cases)
 
                 yield key, measure
@@ -331,11 +374,19 @@ def families(work: Path) -> Measured:
 def recordings(work: Path) -> Measured:
     """Individuals planted into parts of recordings of animals; the other parts are the normal recordings."""
     for name, (file, fps, scale, parts) in RECORDED.items():
-        whole = tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down").bridged(15).thinned(3)
+        whole = (
+            tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down")
+            .bridged(15)
+            .thinned(3)
+        )
         ends = np.linspace(0, len(whole.positions), parts + 1).astype(int)
         pieces = [
             replace(
-                whole, positions=whole.positions[a:b], present=whole.present[a:b], confidence=None, interpolated=None
+                whole,
+                positions=whole.positions[a:b],
+                present=whole.present[a:b],
+                confidence=None,
+                interpolated=None,
             )
             for a, b in pairwise(ends)
         ]
@@ -350,7 +401,9 @@ def recordings(work: Path) -> Measured:
                         for who in range(len(each.individuals))
                         for kind in PLANTED_KINDS
                     ]
-                    return planted(result, [piece for k, piece in enumerate(pieces) if k != out], cases)
+                    return planted(
+                        result, [piece for k, piece in enumerate(pieces) if k != out], cases
+                    )
 
                 yield (f"{name} {signals} {model}", f"part {out + 1}"), measure
 
@@ -359,19 +412,25 @@ def turned(path: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """Return a path (F, 2) whose steps are turned by angles (F - 1,)."""
     steps = np.diff(path, axis=0)
     cos, sin = np.cos(angles), np.sin(angles)
-    moved = np.stack([cos * steps[:, 0] - sin * steps[:, 1], sin * steps[:, 0] + cos * steps[:, 1]], axis=1)
+    moved = np.stack(
+        [cos * steps[:, 0] - sin * steps[:, 1], sin * steps[:, 0] + cos * steps[:, 1]], axis=1
+    )
     return path[0] + np.concatenate([np.zeros((1, 2)), np.cumsum(moved, axis=0)])
 
 
 def slow_noise(count: int, fps: float, rng: np.random.Generator) -> np.ndarray:
     """Return normal noise (count,) with a memory of about a second."""
     width = max(1, int(2 * fps))
-    return np.convolve(rng.standard_normal(count + width - 1), np.ones(width) / np.sqrt(width), "valid")
+    return np.convolve(
+        rng.standard_normal(count + width - 1), np.ones(width) / np.sqrt(width), "valid"
+    )
 
 
 def uneven(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
     """Return the path of somebody whose speed wavers."""
-    steps = np.diff(paths[:, k], axis=0) * np.exp(0.6 * slow_noise(len(paths) - 1, fps, rng))[:, None]
+    steps = (
+        np.diff(paths[:, k], axis=0) * np.exp(0.6 * slow_noise(len(paths) - 1, fps, rng))[:, None]
+    )
     return paths[0, k] + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
 
 
@@ -390,7 +449,9 @@ def smoothed(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) ->
     """Return a path averaged over a second."""
     width = int(fps) | 1
     padded = np.pad(paths[:, k], ((width // 2, width // 2), (0, 0)), mode="edge")
-    return np.stack([np.convolve(column, np.ones(width) / width, "valid") for column in padded.T], axis=1)
+    return np.stack(
+        [np.convolve(column, np.ones(width) / width, "valid") for column in padded.T], axis=1
+    )
 
 
 def central(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
@@ -439,21 +500,36 @@ def bolting(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> 
     return paths[0, k] + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
 
 
-FRESH = {"mirrored": mirrored, "walking": walking, "wiggling": wiggling, "cornered": cornered, "bolting": bolting}
+FRESH = {
+    "mirrored": mirrored,
+    "walking": walking,
+    "wiggling": wiggling,
+    "cornered": cornered,
+    "bolting": bolting,
+}
 """Kinds that were written down last."""
 GROUPS: dict[str, dict[str, Planting]] = {"fresh": FRESH, "blind": BLIND, "second blind": SECOND}
 
 
 def held_out(work: Path) -> Measured:
     """All kinds, and new ones, in other parts, with other seeds, than those of the other tables."""
-    _detect.PLANTED_KINDS = dict(PLANTED_KINDS)  # what `detect` plants itself has none of the new ones
+    _detect.PLANTED_KINDS = dict(
+        PLANTED_KINDS
+    )  # what `detect` plants itself has none of the new ones
     every = dict(PLANTED_KINDS) | NEW
     PLANTED_KINDS.update(NEW | FRESH | BLIND | SECOND)
     for name, (file, fps, scale, parts) in RECORDED.items():
-        whole = tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down").bridged(15).thinned(3)
+        whole = (
+            tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down")
+            .bridged(15)
+            .thinned(3)
+        )
         ends = np.linspace(0, len(whole.positions), parts).astype(int)
         bare = replace(whole, confidence=None, interpolated=None)
-        pieces = [replace(bare, positions=bare.positions[a:b], present=bare.present[a:b]) for a, b in pairwise(ends)]
+        pieces = [
+            replace(bare, positions=bare.positions[a:b], present=bare.present[a:b])
+            for a, b in pairwise(ends)
+        ]
         for signals, model, kinds in (
             ("all", "couzin", ""),
             ("own", "burst-and-coast", ""),
@@ -472,7 +548,9 @@ def held_out(work: Path) -> Measured:
                         for who in range(len(each.individuals))
                         for kind in GROUPS.get(kinds, every)
                     ]
-                    rows += planted(result, [piece for k, piece in enumerate(pieces) if k != out], cases)
+                    rows += planted(
+                        result, [piece for k, piece in enumerate(pieces) if k != out], cases
+                    )
                 return rows
 
             yield (f"{name} {signals} {model}{f', {kinds} kinds' * bool(kinds)}", "7"), recorded
@@ -489,7 +567,10 @@ def held_out(work: Path) -> Measured:
             rng, cases = np.random.default_rng((43, 70020)), []
             for k, each in enumerate(fresh):
                 who = k % INDIVIDUALS
-                cases += [(kind, each, plant(each, who, kind, rng), who) for kind in GROUPS.get(kinds, every)]
+                cases += [
+                    (kind, each, plant(each, who, kind, rng), who)
+                    for kind in GROUPS.get(kinds, every)
+                ]
             return planted(result, normal, cases)
 
         yield (f"{name} {signals} {model}{f', {kinds} kinds' * bool(kinds)}", "7"), simulated
@@ -499,10 +580,17 @@ def direct(work: Path) -> Measured:
     """What can be told at all: each kind by a classifier that was trained on that very kind, in the other parts."""
     PLANTED_KINDS.update(NEW)
     for name, (file, fps, scale, parts) in RECORDED.items():
-        whole = tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down").bridged(15).thinned(3)
+        whole = (
+            tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down")
+            .bridged(15)
+            .thinned(3)
+        )
         ends = np.linspace(0, len(whole.positions), parts).astype(int)
         bare = replace(whole, confidence=None, interpolated=None)
-        pieces = [replace(bare, positions=bare.positions[a:b], present=bare.present[a:b]) for a, b in pairwise(ends)]
+        pieces = [
+            replace(bare, positions=bare.positions[a:b], present=bare.present[a:b])
+            for a, b in pairwise(ends)
+        ]
 
         def told(pieces=pieces, name=name):
             from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
@@ -529,18 +617,26 @@ def direct(work: Path) -> Measured:
                 for out in range(1, len(pieces)):
                     known = [p for p in range(len(pieces)) if p != out]
                     own = np.concatenate([each for p in known for each in normal[p]])
-                    planted_ones = np.concatenate([group[k] for p in known for k, group in enumerate(moved[p])])
+                    planted_ones = np.concatenate(
+                        [group[k] for p in known for k, group in enumerate(moved[p])]
+                    )
                     windows, labels = (
                         np.concatenate((own, planted_ones)),
                         np.repeat([0, 1], [len(own), len(planted_ones)]),
                     )
                     spread = windows.std(axis=0) + 1e-6
-                    machine = LinearDiscriminantAnalysis(solver="lsqr", shrinkage=0.1).fit(windows / spread, labels)
+                    machine = LinearDiscriminantAnalysis(solver="lsqr", shrinkage=0.1).fit(
+                        windows / spread, labels
+                    )
 
-                    def scores(group: list[np.ndarray], machine=machine, spread=spread) -> np.ndarray:
+                    def scores(
+                        group: list[np.ndarray], machine=machine, spread=spread
+                    ) -> np.ndarray:
                         return np.array(
                             [
-                                machine.decision_function(each / spread).mean() if len(each) else -np.inf
+                                machine.decision_function(each / spread).mean()
+                                if len(each)
+                                else -np.inf
                                 for each in group
                             ]
                         )
@@ -571,21 +667,35 @@ def alarms(work: Path) -> Measured:
                 run = run_classifiers(result)
                 called: dict[tuple[str, float], list[float]] = {}
                 for part in range(20):
-                    genuine = [recorded_motion(each, run) for each in group(name, count, 40000 + part)]
+                    genuine = [
+                        recorded_motion(each, run) for each in group(name, count, 40000 + part)
+                    ]
                     fresh = [recorded_motion(each, run) for each in group(name, 10, 50000 + part)]
                     said = detect(run, fresh[0], genuine=genuine).rankings
                     usual, new = {}, {}
                     for method, scores, score in looked_at(run, genuine):
                         usual[method.name] = scores
-                        new[method.name] = np.stack([score(method.features(_windows(each, True))) for each in fresh])
+                        new[method.name] = np.stack(
+                            [score(method.features(_windows(each, True))) for each in fresh]
+                        )
                     usual["read first"], new["read first"] = usual[said[0].name], new[said[0].name]
                     for way, scores in usual.items():
-                        chances = (1 + (scores >= new[way][..., None]).sum(axis=-1)) / (len(scores) + 1)
+                        chances = (1 + (scores >= new[way][..., None]).sum(axis=-1)) / (
+                            len(scores) + 1
+                        )
                         for share in (0.01, 0.05):
                             limit = max(share, 1 / (len(scores) + 1)) + 1e-9
-                            called.setdefault((way, share), []).extend(np.mean(chances <= limit, axis=1).tolist())
+                            called.setdefault((way, share), []).extend(
+                                np.mean(chances <= limit, axis=1).tolist()
+                            )
                 return [
-                    [way, share, max(share, 1 / (count * INDIVIDUALS + 1)), len(each), f"{np.mean(each):.4f}"]
+                    [
+                        way,
+                        share,
+                        max(share, 1 / (count * INDIVIDUALS + 1)),
+                        len(each),
+                        f"{np.mean(each):.4f}",
+                    ]
                     for (way, share), each in called.items()
                 ]
 
@@ -594,12 +704,18 @@ def alarms(work: Path) -> Measured:
 
 MEASURED: dict[str, tuple[list[str], Callable[[Path], Measured]]] = {
     "swarm": (["scenario", "seed", "way", "difference", "area"], swarm),
-    "grid": (["scenario", "seed", "way", "samples", "level", "accuracy", "sensitivity", "specificity"], grid),
+    "grid": (
+        ["scenario", "seed", "way", "samples", "level", "accuracy", "sensitivity", "specificity"],
+        grid,
+    ),
     "families": (["case", "seed and recordings", "kind", "way", "area", "first"], families),
     "recordings": (["case", "part", "kind", "way", "area", "first"], recordings),
     "held-out": (["case", "seed", "kind", "way", "area", "first"], held_out),
     "direct": (["case", "seed", "kind", "area", "first"], direct),
-    "alarms": (["case", "calibration", "way", "asked", "promised", "recordings", "false_alarms"], alarms),
+    "alarms": (
+        ["case", "calibration", "way", "asked", "promised", "recordings", "false_alarms"],
+        alarms,
+    ),
 }
 if __name__ == "__main__":
     main()

@@ -51,7 +51,9 @@ def halves(name: str, rng: np.random.Generator) -> Examined:
     first = np.isin(blocks, labels[: len(labels) // 2])
     sides = windows[first], windows[~first]
     owners = blocks[first], blocks[~first]
-    return examine(*sides, groups=owners, names=SIGNALS, examiners=QUICK, seed=int(rng.integers(2**31)))
+    return examine(
+        *sides, groups=owners, names=SIGNALS, examiners=QUICK, seed=int(rng.integers(2**31))
+    )
 
 
 def shoal(individuals: int, frames: int, rng: np.random.Generator) -> Trajectories:
@@ -85,7 +87,9 @@ def walkers(individuals: int, each: int) -> Callable[[np.random.Generator], Exam
             samples[..., 0] += level[:, None]
             sides.append(samples)
         owners = np.repeat(np.arange(individuals), each)
-        return examine(*sides, groups=(owners, owners), examiners=QUICK, seed=int(rng.integers(2**31)))
+        return examine(
+            *sides, groups=(owners, owners), examiners=QUICK, seed=int(rng.integers(2**31))
+        )
 
     return made
 
@@ -111,7 +115,14 @@ def main() -> None:
                 continue
             found = system(np.random.default_rng((45, place, split)))
             power = "" if found.power_accuracy is None else f"{found.power_accuracy:.3f}"
-            row = [name, split, f"{found.accuracy:.4f}", f"{found.p_value:.4f}", power, found.grouping]
+            row = [
+                name,
+                split,
+                f"{found.accuracy:.4f}",
+                f"{found.p_value:.4f}",
+                power,
+                found.grouping,
+            ]
             with TRIALS.open("a") as file:
                 csv.writer(file, lineterminator="\n").writerow(row)
     write_table(list(csv.reader(TRIALS.open())))
@@ -121,7 +132,16 @@ def write_table(rows: list[list[str]]) -> None:
     """Write how often the panel rejects, by system."""
     with TABLE.open("w") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["system", "splits", "mean_accuracy", "rejected_at_0.05", "rejected_at_0.01", "power_accuracy"])
+        writer.writerow(
+            [
+                "system",
+                "splits",
+                "mean_accuracy",
+                "rejected_at_0.05",
+                "rejected_at_0.01",
+                "power_accuracy",
+            ]
+        )
         for name in SYSTEMS:
             own = [row for row in rows if row[0] == name]
             p_values = np.array([float(row[3]) for row in own])

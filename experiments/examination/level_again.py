@@ -25,7 +25,9 @@ def main() -> None:
         writer.writerow(["system", "splits", "rejected_at_0.05", "rejected_at_0.01"])
         for name, (use, splits, examined) in systems.items():
             seeds = range(FIRST, FIRST + splits)
-            p_values = np.array([examined(np.random.default_rng((use, seed))).p_value for seed in seeds])
+            p_values = np.array(
+                [examined(np.random.default_rng((use, seed))).p_value for seed in seeds]
+            )
             shares = [f"{(p_values <= level).mean():.3f}" for level in (0.05, 0.01)]
             writer.writerow([name, splits, *shares])
 

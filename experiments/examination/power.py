@@ -38,7 +38,9 @@ def walks(mean: float, noise: float, rng: np.random.Generator) -> np.ndarray:
 
 def shoals(rng: np.random.Generator, **changed: float) -> np.ndarray:
     """Return samples (K, 50, 3) of one fish of each Couzin group."""
-    family = Couzin(individuals=6, steps=50, interval_s=0.1, signals=SHOAL, settling_steps=50, tank_cm=(30, 30))
+    family = Couzin(
+        individuals=6, steps=50, interval_s=0.1, signals=SHOAL, settling_steps=50, tank_cm=(30, 30)
+    )
     truth = {
         "speed": 5.0,
         "turning_rate": 3.0,
@@ -69,20 +71,34 @@ def coupled(rng: np.random.Generator, delay: int = 0) -> np.ndarray:
     return np.stack([speed, np.roll(turn, delay, axis=1)], axis=-1)[:, 30:]
 
 
-def planted(rng: np.random.Generator) -> Iterator[tuple[str, tuple[str, ...], tuple[str, ...], np.ndarray, np.ndarray]]:
+def planted(
+    rng: np.random.Generator,
+) -> Iterator[tuple[str, tuple[str, ...], tuple[str, ...], np.ndarray, np.ndarray]]:
     """Yield name, signals, words of which one must be named, and samples of both sides."""
     for share in (0.1, 0.2, 0.4):
         name = f"walker, speed and turns off by {share:.0%}"
         yield name, WALK, ("speed", "turn"), walks(1, 1, rng), walks(1 + share, 1 + share, rng)
     for share in (0.1, 0.2, 0.4):
         name = f"Couzin, turning rate off by {share:.0%}"
-        yield name, SHOAL, ("turn", "straight"), shoals(rng), shoals(rng, turning_rate=3 * (1 + share))
+        yield (
+            name,
+            SHOAL,
+            ("turn", "straight"),
+            shoals(rng),
+            shoals(rng, turning_rate=3 * (1 + share)),
+        )
     for share in (0.1, 0.2, 0.4):
         name = f"burst and coast, turns off by {share:.0%}"
         yield name, WALK, ("turn", "straight"), bursts(rng), bursts(rng, 1 + share)
     noisy = shoals(rng)
     noisy += 0.05 * noisy.std(axis=(0, 1)) * rng.standard_normal(noisy.shape)
-    yield "noise of the tracker", SHOAL, ("change", "spread", "rhythm", "persistence"), shoals(rng), noisy
+    yield (
+        "noise of the tracker",
+        SHOAL,
+        ("change", "spread", "rhythm", "persistence"),
+        shoals(rng),
+        noisy,
+    )
     yield "a delay of 0.3 s", WALK, ("and",), coupled(rng), coupled(rng, 3)
     backward = coupled(rng)
     backward[..., 0] = backward[:, ::-1, 0].copy()
@@ -99,17 +115,22 @@ def others(windows: np.ndarray, labels: np.ndarray, names: tuple[str, ...]) -> d
     table = named_statistics(windows, names, 0.1)[1]
     judges = {
         "gradient boosting": HistGradientBoostingClassifier(),
-        "logistic regression": make_pipeline(StandardScaler(), LogisticRegression(C=0.1, max_iter=1000)),
+        "logistic regression": make_pipeline(
+            StandardScaler(), LogisticRegression(C=0.1, max_iter=1000)
+        ),
     }
     found = {
-        name: float((cross_val_predict(judge, table, labels, cv=5) == labels).mean()) for name, judge in judges.items()
+        name: float((cross_val_predict(judge, table, labels, cv=5) == labels).mean())
+        for name, judge in judges.items()
     }
     try:
         from aeon.transformations.collection.convolution_based import MiniRocket
     except ImportError:
         return found
     features = MiniRocket(random_state=0).fit_transform(windows.swapaxes(1, 2).astype(np.float32))
-    judge = make_pipeline(StandardScaler(with_mean=False), RidgeClassifierCV(alphas=np.logspace(-3, 3, 10)))
+    judge = make_pipeline(
+        StandardScaler(with_mean=False), RidgeClassifierCV(alphas=np.logspace(-3, 3, 10))
+    )
     found["MiniRocket"] = float((cross_val_predict(judge, features, labels, cv=5) == labels).mean())
     return found
 
@@ -137,7 +158,16 @@ def evolved(real: np.ndarray, simulated: np.ndarray) -> float:
 def main() -> None:
     """Write a row for each planted difference that has none yet."""
     names = ["gradient boosting", "logistic regression", "MiniRocket", "check"]
-    headings = ["difference", "panel", "p_value", "power_accuracy", "seconds", *names, "named", "right"]
+    headings = [
+        "difference",
+        "panel",
+        "p_value",
+        "power_accuracy",
+        "seconds",
+        *names,
+        "named",
+        "right",
+    ]
     rows = list(csv.reader(TABLE.open())) if TABLE.exists() else [headings]
     done = {row[0] for row in rows}
     for name, signals, words, real, simulated in planted(np.random.default_rng(4521)):
@@ -147,11 +177,18 @@ def main() -> None:
         found = tl.test(real, simulated, names=signals, examiners=PANEL)
         seconds = time.process_time() - begin
         labels = np.repeat([True, False], SAMPLES)
-        beside = others(np.concatenate((real, simulated)), labels, signals) | {"check": evolved(real, simulated)}
+        beside = others(np.concatenate((real, simulated)), labels, signals) | {
+            "check": evolved(real, simulated)
+        }
         first = found.telling[0].what
         right = any(word in first for word in words)
         power = found.examined.power_accuracy or float("nan")
-        numbers = [f"{found.accuracy:.3f}", f"{found.p_value:.2f}", f"{power:.3f}", f"{seconds:.0f}"]
+        numbers = [
+            f"{found.accuracy:.3f}",
+            f"{found.p_value:.2f}",
+            f"{power:.3f}",
+            f"{seconds:.0f}",
+        ]
         numbers += [f"{beside[key]:.3f}" if key in beside else "" for key in names]
         rows.append([name, *numbers, first, "yes" if right else "no"])
         with TABLE.open("w") as file:

@@ -34,7 +34,16 @@ def main() -> None:
         estimates[row["family"]].append(float(row["estimate"]))
     with TABLE.open("w") as file:
         writer = csv.writer(file, lineterminator="\n")
-        names = ["accuracy", "low", "high", "p_value", "power_accuracy", "control", "processor_s", "told_by"]
+        names = [
+            "accuracy",
+            "low",
+            "high",
+            "p_value",
+            "power_accuracy",
+            "control",
+            "processor_s",
+            "told_by",
+        ]
         writer.writerow(["family", *names])
         for name, family in example.families(fish, windows).items():
             longer = replace(family, steps=STEPS)
@@ -45,9 +54,22 @@ def main() -> None:
             found = tl.test(fish, simulated, names=example.SIGNALS, control=True)
             seconds = time.process_time() - begin
             control = found.control.accuracy if found.control else float("nan")
-            numbers = [found.accuracy, *found.examined.interval, found.p_value, found.examined.power_accuracy, control]
+            numbers = [
+                found.accuracy,
+                *found.examined.interval,
+                found.p_value,
+                found.examined.power_accuracy,
+                control,
+            ]
             told_by = "; ".join(f"{each.what} ({each.words})" for each in found.telling[:3])
-            writer.writerow([name, *(f"{number or np.nan:.3f}" for number in numbers), f"{seconds:.0f}", told_by])
+            writer.writerow(
+                [
+                    name,
+                    *(f"{number or np.nan:.3f}" for number in numbers),
+                    f"{seconds:.0f}",
+                    told_by,
+                ]
+            )
             file.flush()
 
 

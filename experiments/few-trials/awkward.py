@@ -43,7 +43,10 @@ def run(name: str, trials: int, recordings: int, seed: int) -> list[dict[str, ob
     """Return a row for each parameter of a run."""
     system = awkward_systems.SYSTEMS[name]
     rng = np.random.default_rng([seed, 100, *name.encode()])
-    truth = {key: rng.uniform(low, high) for key, (low, high) in zip(system.ranges, system.truths, strict=True)}
+    truth = {
+        key: rng.uniform(low, high)
+        for key, (low, high) in zip(system.ranges, system.truths, strict=True)
+    }
     genuine = system.simulate(np.tile(list(truth.values()), (recordings, 1)), rng)
     begun = time.process_time()
     result = tl.infer(
@@ -71,7 +74,11 @@ def run(name: str, trials: int, recordings: int, seed: int) -> list[dict[str, ob
         low, high = result.interval[key]
         numbers = {"truth": truth[key], "estimate": estimate, "low": low, "high": high}
         holds = "" if np.isnan(low) else bool(low <= truth[key] <= high)
-        rows.append(common | {"parameter": key, "holds": holds} | {k: f"{v:.6g}" for k, v in numbers.items()})
+        rows.append(
+            common
+            | {"parameter": key, "holds": holds}
+            | {k: f"{v:.6g}" for k, v in numbers.items()}
+        )
     return rows
 
 
@@ -103,7 +110,9 @@ def summary() -> str:
         text.append(table.join(columns).to_string())
     systems = rows[rows.stated].groupby("system").held.agg(["size", "mean"])
     few = systems[(systems["size"] >= 40) & (systems["mean"] < 0.75)]
-    text.append(f"systems with 40 or more intervals of which fewer than 75 % hold: {list(few.index)}")
+    text.append(
+        f"systems with 40 or more intervals of which fewer than 75 % hold: {list(few.index)}"
+    )
     return "\n\n".join(text) + "\n"
 
 

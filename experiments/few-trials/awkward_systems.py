@@ -60,7 +60,9 @@ def swapped(groups):
             if order != tuple(range(len(groups))):
                 new = dict(truth)
                 for part, source in zip(groups, order, strict=False):
-                    new.update({name: truth[old] for name, old in zip(part, groups[source], strict=False)})
+                    new.update(
+                        {name: truth[old] for name, old in zip(part, groups[source], strict=False)}
+                    )
                 yield new
 
     return others
@@ -115,7 +117,9 @@ def counts_insect_traps(parameters, rng):
     return (rng.poisson(np.broadcast_to(rate, visited.shape)) * visited)[..., None]
 
 
-@system("counts", mean=(0.5, 40, 5, 20), trend=(-0.15, 0.15, -0.08, 0.08), dispersion=(0.2, 20, 0.8, 6))
+@system(
+    "counts", mean=(0.5, 40, 5, 20), trend=(-0.15, 0.15, -0.08, 0.08), dispersion=(0.2, 20, 0.8, 6)
+)
 def counts_accidents(parameters, rng):
     """Negative binomial road accidents over 12 months with a log-linear trend; traffic safety."""
     mean, trend, size = columns(parameters)
@@ -131,7 +135,9 @@ def counts_dose_response(parameters, rng):
     return rng.binomial(40, np.clip(p, 0, 1))[..., None]
 
 
-@system("counts", birth=(0, 0.3, 0.05, 0.2), death=(0.02, 0.6, 0.15, 0.4), immigration=(0.1, 10, 1, 6))
+@system(
+    "counts", birth=(0, 0.3, 0.05, 0.2), death=(0.02, 0.6, 0.15, 0.4), immigration=(0.1, 10, 1, 6)
+)
 def counts_birth_death(parameters, rng):
     """Birth, death and immigration of a small population counted 40 times from 10 animals; population ecology."""
     birth, death, immigration = parameters.T
@@ -153,12 +159,20 @@ def ridge_binomial(parameters, rng):
     return rng.binomial(whole, p)[..., None]
 
 
-@system("ridge", concentration=(0.1, 10, 1, 4), brightness=(0.1, 10, 1, 4), bleaching=(0.005, 0.3, 0.03, 0.15))
+@system(
+    "ridge",
+    concentration=(0.1, 10, 1, 4),
+    brightness=(0.1, 10, 1, 4),
+    bleaching=(0.005, 0.3, 0.03, 0.15),
+)
 def ridge_fluorescence(parameters, rng):
     """Bleaching dye, of which only concentration x brightness shows (an exact ridge); microscopy."""
     c, b, k = columns(parameters)
     clean = c * b * np.exp(-k * np.arange(30))
-    return (clean * np.exp(0.1 * rng.standard_normal(clean.shape)) + 0.05 * rng.standard_normal(clean.shape))[..., None]
+    return (
+        clean * np.exp(0.1 * rng.standard_normal(clean.shape))
+        + 0.05 * rng.standard_normal(clean.shape)
+    )[..., None]
 
 
 @system("ridge", rate=(1, 100, 15, 50), duration=(0.05, 1.5, 0.2, 0.6))
@@ -179,7 +193,9 @@ def ridge_michaelis_menten(parameters, rng):
     vmax, km = columns(parameters)
     s = np.array([0.5, 1, 2, 4, 8, 12, 16, 20])
     v = vmax * s / (km + s)
-    return (v * (1 + 0.03 * rng.standard_normal(v.shape)) + 0.1 * rng.standard_normal(v.shape))[..., None]
+    return (v * (1 + 0.03 * rng.standard_normal(v.shape)) + 0.1 * rng.standard_normal(v.shape))[
+        ..., None
+    ]
 
 
 # ---------------------------------------------------------------- exchangeable
@@ -201,12 +217,19 @@ def exchangeable_two_speeds(parameters, rng):
     return np.cumsum(speed[..., None] * rng.standard_normal((*states.shape, 2)), axis=1)
 
 
-@system("exchangeable", swapped([("fast",), ("slow",)]), fast=(0.01, 1, 0.3, 0.7), slow=(0.01, 1, 0.03, 0.12))
+@system(
+    "exchangeable",
+    swapped([("fast",), ("slow",)]),
+    fast=(0.01, 1, 0.3, 0.7),
+    slow=(0.01, 1, 0.03, 0.12),
+)
 def exchangeable_two_decays(parameters, rng):
     """Sum of two exponential decays of equal amplitude in noise; fluorescence lifetimes."""
     k1, k2 = columns(parameters)
     t = np.arange(40)
-    return (np.exp(-k1 * t) + np.exp(-k2 * t) + 0.05 * rng.standard_normal((len(k1), 40)))[..., None]
+    return (np.exp(-k1 * t) + np.exp(-k2 * t) + 0.05 * rng.standard_normal((len(k1), 40)))[
+        ..., None
+    ]
 
 
 def _mixture_swap(truth):
@@ -253,7 +276,9 @@ def exchangeable_forager(parameters, rng):
     states = two_states(la, lb, 120, rng)
     turn = np.where(states, tb[:, None], ta[:, None]) * rng.standard_normal(states.shape)
     heading = 2 * np.pi * rng.random((len(la), 1)) + np.cumsum(turn, axis=1)
-    step = np.where(states, vb[:, None], va[:, None]) * (1 + 0.15 * rng.standard_normal(states.shape))
+    step = np.where(states, vb[:, None], va[:, None]) * (
+        1 + 0.15 * rng.standard_normal(states.shape)
+    )
     return np.cumsum(np.stack([step * np.cos(heading), step * np.sin(heading)], axis=-1), axis=1)
 
 
@@ -271,14 +296,19 @@ def exchangeable_three_clusters(parameters, rng):
     """Points in the plane from three clusters of equal weight (six solutions); calls from three nests."""
     centers = parameters.reshape(-1, 3, 2)
     which = rng.integers(3, size=(len(centers), 20))
-    return centers[np.arange(len(centers))[:, None], which] + 0.6 * rng.standard_normal((*which.shape, 2))
+    return centers[np.arange(len(centers))[:, None], which] + 0.6 * rng.standard_normal(
+        (*which.shape, 2)
+    )
 
 
 # ---------------------------------------------------------------- mirrored
 
 
 @system(
-    "mirrored", lambda t: [dict(t, detuning=-t["detuning"])], detuning=(-2, 2, 0.4, 1.3), brightness=(20, 500, 100, 300)
+    "mirrored",
+    lambda t: [dict(t, detuning=-t["detuning"])],
+    detuning=(-2, 2, 0.4, 1.3),
+    brightness=(20, 500, 100, 300),
 )
 def mirrored_detuning(parameters, rng):
     """Photon counts of an atom under rising laser power; the detuning enters by its square; spectroscopy."""
@@ -299,7 +329,9 @@ def mirrored_ellipse(parameters, rng):
     angle, major, minor = columns(parameters)
     u, v = rng.standard_normal((2, len(angle), 12))
     u, v = major * u, minor * v
-    return np.stack([u * np.cos(angle) - v * np.sin(angle), u * np.sin(angle) + v * np.cos(angle)], axis=-1)
+    return np.stack(
+        [u * np.cos(angle) - v * np.sin(angle), u * np.sin(angle) + v * np.cos(angle)], axis=-1
+    )
 
 
 @system(
@@ -332,7 +364,9 @@ def mirrored_loadings(parameters, rng):
     factor[:, 0] = shocks[:, 0]
     for t in range(1, 15):
         factor[:, t] = 0.7 * factor[:, t - 1] + np.sqrt(1 - 0.7**2) * shocks[:, t]
-    return factor[..., None] * parameters[:, None, :] + 0.5 * rng.standard_normal((len(parameters), 15, 3))
+    return factor[..., None] * parameters[:, None, :] + 0.5 * rng.standard_normal(
+        (len(parameters), 15, 3)
+    )
 
 
 # ---------------------------------------------------------------- correlated
@@ -341,10 +375,16 @@ def mirrored_loadings(parameters, rng):
 def _design(n, p, shared, seed):
     """A fixed design (n, p) whose columns have the correlation `shared`."""
     rng = np.random.default_rng(seed)
-    return np.sqrt(shared) * rng.standard_normal((n, 1)) + np.sqrt(1 - shared) * rng.standard_normal((n, p))
+    return np.sqrt(shared) * rng.standard_normal((n, 1)) + np.sqrt(
+        1 - shared
+    ) * rng.standard_normal((n, p))
 
 
-_LOGIT4, _LOGIT10, _LINEAR6 = _design(200, 4, 0.9, 41), _design(250, 10, 0.8, 42), _design(120, 6, 0.95, 43)
+_LOGIT4, _LOGIT10, _LINEAR6 = (
+    _design(200, 4, 0.9, 41),
+    _design(250, 10, 0.8, 42),
+    _design(120, 6, 0.95, 43),
+)
 
 
 @system("correlated", **{f"w{j + 1}": (-3, 3, -1.5, 1.5) for j in range(4)})
@@ -398,9 +438,9 @@ def correlated_var(parameters, rng):
 def correlated_thermometers(parameters, rng):
     """Three drifting thermometers side by side whose noise is mostly shared; metrology."""
     drift, shared = parameters[:, 3], parameters[:, 4][:, None, None]
-    noise = np.sqrt(shared) * rng.standard_normal((len(drift), 20, 1)) + np.sqrt(1 - shared) * rng.standard_normal(
-        (len(drift), 20, 3)
-    )
+    noise = np.sqrt(shared) * rng.standard_normal((len(drift), 20, 1)) + np.sqrt(
+        1 - shared
+    ) * rng.standard_normal((len(drift), 20, 3))
     return parameters[:, None, :3] + (drift[:, None] * np.arange(20))[..., None] + noise
 
 
@@ -448,7 +488,11 @@ def tails_stable(parameters, rng):
     zeta = skew * np.tan(np.pi * alpha / 2)
     xi = np.arctan(zeta) / alpha
     inner = np.maximum(np.cos(u - alpha * (u + xi)), 1e-12) / e
-    x = (1 + zeta**2) ** (1 / (2 * alpha)) * np.sin(alpha * (u + xi)) / np.maximum(np.cos(u), 1e-12) ** (1 / alpha)
+    x = (
+        (1 + zeta**2) ** (1 / (2 * alpha))
+        * np.sin(alpha * (u + xi))
+        / np.maximum(np.cos(u), 1e-12) ** (1 / alpha)
+    )
     return (location + scale * x * inner ** ((1 - alpha) / alpha))[..., None]
 
 
@@ -494,14 +538,20 @@ def deterministic_logistic_map(parameters, rng):
     return np.stack(out, axis=1)[..., None]
 
 
-@system("deterministic", damping=(0, 0.5, 0.05, 0.3), frequency=(0.2, 3, 0.6, 2), phase=(-1.5, 1.5, -0.8, 0.8))
+@system(
+    "deterministic",
+    damping=(0, 0.5, 0.05, 0.3),
+    frequency=(0.2, 3, 0.6, 2),
+    phase=(-1.5, 1.5, -0.8, 0.8),
+)
 def deterministic_ringdown(parameters, rng):
     """Damped ringing told to a millionth (noise 1e-6); mechanical resonators."""
     damping, frequency, phase = columns(parameters)
     t = 0.25 * np.arange(80)
-    return (np.exp(-damping * t) * np.cos(frequency * t + phase) + 1e-6 * rng.standard_normal((len(phase), 80)))[
-        ..., None
-    ]
+    return (
+        np.exp(-damping * t) * np.cos(frequency * t + phase)
+        + 1e-6 * rng.standard_normal((len(phase), 80))
+    )[..., None]
 
 
 # ---------------------------------------------------------------- many parameters
@@ -513,7 +563,12 @@ def many_plate(parameters, rng):
     m = len(parameters)
     batch = 0.3 * rng.standard_normal((m, 8, 1))
     level = -3 + 0.3 * rng.standard_normal((m, 1, 12))
-    return level + 0.7 * np.arange(8)[:, None] * parameters[:, None, :] + batch + 0.1 * rng.standard_normal((m, 8, 12))
+    return (
+        level
+        + 0.7 * np.arange(8)[:, None] * parameters[:, None, :]
+        + batch
+        + 0.1 * rng.standard_normal((m, 8, 12))
+    )
 
 
 @system("many", **{f"species_{j + 1}": (-1, 4, 0.3, 3) for j in range(10)})
@@ -549,12 +604,20 @@ def many_epidemic(parameters, rng):
         fresh.append(new_i)
         ill.append(i)
     fresh, ill = np.stack(fresh, axis=1), np.stack(ill, axis=1)
-    overdispersed = rng.gamma(np.broadcast_to(dispersion[:, None], fresh.shape)) / dispersion[:, None]
+    overdispersed = (
+        rng.gamma(np.broadcast_to(dispersion[:, None], fresh.shape)) / dispersion[:, None]
+    )
     cases = rng.poisson(reported[:, None] * fresh * overdispersed)
-    return np.stack([cases, thinned(fresh, hospital[:, None], rng), rng.binomial(200, ill / size)], axis=-1)
+    return np.stack(
+        [cases, thinned(fresh, hospital[:, None], rng), rng.binomial(200, ill / size)], axis=-1
+    )
 
 
-@system("many", **{f"{c}{j}": (-2, 2, -1, 1) for j in range(1, 5) for c in ("cos", "sin")}, noise=(0.1, 3, 0.5, 1.5))
+@system(
+    "many",
+    **{f"{c}{j}": (-2, 2, -1, 1) for j in range(1, 5) for c in ("cos", "sin")},
+    noise=(0.1, 3, 0.5, 1.5),
+)
 def many_tide(parameters, rng):
     """Tide gauge of 4 known constituents, a cosine and a sine each, in autocorrelated noise; oceanography."""
     t = np.arange(100)
@@ -571,15 +634,18 @@ def many_tide(parameters, rng):
 
 
 @system(
-    "scales", load=(2e5, 8e6, 1e6, 4e6), variation=(0.01, 0.6, 0.05, 0.3), compliance=(1e-13, 5e-12, 5e-13, 2.5e-12)
+    "scales",
+    load=(2e5, 8e6, 1e6, 4e6),
+    variation=(0.01, 0.6, 0.05, 0.3),
+    compliance=(1e-13, 5e-12, 5e-13, 2.5e-12),
 )
 def scales_bridge(parameters, rng):
     """Load (newtons, millions) and strain (millionths) of a bridge; structural monitoring."""
     load, variation, compliance = columns(parameters)
     force = load * np.exp(variation * rng.standard_normal((len(load), 20)))
-    strain = compliance * force * (1 + 0.05 * rng.standard_normal(force.shape)) + 2e-8 * rng.standard_normal(
-        force.shape
-    )
+    strain = compliance * force * (
+        1 + 0.05 * rng.standard_normal(force.shape)
+    ) + 2e-8 * rng.standard_normal(force.shape)
     return np.stack([force, strain], axis=-1)
 
 
@@ -594,11 +660,18 @@ def scales_wide_noise(parameters, rng):
     return np.stack(out, axis=1)[..., None]
 
 
-@system("scales", pressure=(80000, 120000, 95000, 105000), fall=(-1, 1, -0.4, 0.4), noise=(0.01, 2, 0.1, 0.8))
+@system(
+    "scales",
+    pressure=(80000, 120000, 95000, 105000),
+    fall=(-1, 1, -0.4, 0.4),
+    noise=(0.01, 2, 0.1, 0.8),
+)
 def scales_barometer(parameters, rng):
     """Barometer in pascals: a level of 100,000 in which changes and noise below 1 are the matter; meteorology."""
     pressure, fall, noise = columns(parameters)
-    return (pressure + fall * np.arange(30) + noise * rng.standard_normal((len(pressure), 30)))[..., None]
+    return (pressure + fall * np.arange(30) + noise * rng.standard_normal((len(pressure), 30)))[
+        ..., None
+    ]
 
 
 # ---------------------------------------------------------------- short
@@ -619,12 +692,19 @@ def short_before_after(parameters, rng):
     return (own + effect * np.arange(2) + 5 * rng.standard_normal((len(level), 2)))[..., None]
 
 
-@system("short", spread_a=(0.1, 5, 0.5, 3), spread_b=(0.1, 5, 0.5, 3), correlation=(-0.95, 0.95, -0.7, 0.7))
+@system(
+    "short",
+    spread_a=(0.1, 5, 0.5, 3),
+    spread_b=(0.1, 5, 0.5, 3),
+    correlation=(-0.95, 0.95, -0.7, 0.7),
+)
 def short_two_assets(parameters, rng):
     """One pair of correlated lognormal price ratios a recording; portfolio risk."""
     a, b, rho = parameters.T
     z, w = rng.standard_normal((2, len(a)))
-    return np.exp(0.2 * np.stack([a * z, b * (rho * z + np.sqrt(1 - rho**2) * w)], axis=-1))[:, None, :]
+    return np.exp(0.2 * np.stack([a * z, b * (rho * z + np.sqrt(1 - rho**2) * w)], axis=-1))[
+        :, None, :
+    ]
 
 
 # ---------------------------------------------------------------- mixtures and hidden states
@@ -686,7 +766,11 @@ def irrelevant_aftershock(parameters, rng):
 
 
 @system(
-    "plain", ar1=(-0.9, 0.9, 0.2, 0.8), ar2=(-0.8, 0.1, -0.6, -0.3), ma=(-0.9, 0.9, -0.5, 0.6), noise=(0.1, 4, 0.6, 2)
+    "plain",
+    ar1=(-0.9, 0.9, 0.2, 0.8),
+    ar2=(-0.8, 0.1, -0.6, -0.3),
+    ma=(-0.9, 0.9, -0.5, 0.6),
+    noise=(0.1, 4, 0.6, 2),
 )
 def plain_arma(parameters, rng):
     """ARMA(2, 1) series of 300 steps; time-series practice."""
@@ -699,7 +783,9 @@ def plain_arma(parameters, rng):
     return np.stack(out[-300:], axis=1)[..., None]
 
 
-@system("plain", contact=(0.05, 1.5, 0.3, 0.8), recovery=(0.03, 0.6, 0.08, 0.25), seeds=(1, 40, 5, 25))
+@system(
+    "plain", contact=(0.05, 1.5, 0.3, 0.8), recovery=(0.03, 0.6, 0.08, 0.25), seeds=(1, 40, 5, 25)
+)
 def plain_sir(parameters, rng):
     """Stochastic SIR in a school of 1,000: new cases and those in bed, by day; boarding-school influenza."""
     contact, recovery, seeds = parameters.T
@@ -712,7 +798,9 @@ def plain_sir(parameters, rng):
     return np.stack(out, axis=1)
 
 
-@system("plain", stiffness=(0.1, 3, 0.4, 1.8), frequency=(0.4, 3, 0.8, 2), noise=(0.02, 1, 0.1, 0.5))
+@system(
+    "plain", stiffness=(0.1, 3, 0.4, 1.8), frequency=(0.4, 3, 0.8, 2), noise=(0.02, 1, 0.1, 0.5)
+)
 def plain_van_der_pol(parameters, rng):
     """Van der Pol oscillator pushed by noise, position and speed; heartbeat models."""
     mu, frequency, noise = parameters.T
@@ -727,7 +815,12 @@ def plain_van_der_pol(parameters, rng):
     return np.stack(out, axis=1)
 
 
-@system("plain", prevailing=(0, 2 * np.pi, 1.2, 5), pull=(0.01, 0.8, 0.08, 0.4), jitter=(0.05, 1.5, 0.2, 0.7))
+@system(
+    "plain",
+    prevailing=(0, 2 * np.pi, 1.2, 5),
+    pull=(0.01, 0.8, 0.08, 0.4),
+    jitter=(0.05, 1.5, 0.2, 0.7),
+)
 def plain_wind(parameters, rng):
     """Wind direction in radians (0 to 2 pi, wrapped) pulled to a prevailing one; meteorology."""
     prevailing, pull, jitter = parameters.T

@@ -50,12 +50,7 @@ def whole(values, rng):
 # ---------------------------------------------------------------- counts
 
 
-@system(
-    "counts",
-    schools=(0.05, 6, 0.4, 2),
-    size=(1, 100, 10, 40),
-    evenness=(0.2, 8, 0.7, 3),
-)
+@system("counts", schools=(0.05, 6, 0.4, 2), size=(1, 100, 10, 40), evenness=(0.2, 8, 0.7, 3))
 def counts_fishery(parameters, rng):
     """Catches of 25 hauls, many of them empty: fish come in schools; fisheries."""
     schools, size, evenness = columns(parameters)
@@ -78,12 +73,7 @@ def counts_households(parameters, rng):
 # ---------------------------------------------------------------- censored
 
 
-@system(
-    "censored",
-    level=(-6, 16, 1, 9),
-    spread=(0.2, 8, 1, 4),
-    memory=(0, 0.98, 0.3, 0.85),
-)
+@system("censored", level=(-6, 16, 1, 9), spread=(0.2, 8, 1, 4), memory=(0, 0.98, 0.3, 0.85))
 def censored_photometer(parameters, rng):
     """Light under drifting clouds, by a sensor that saturates at 0 and at 10; optics."""
     level, spread, memory = parameters.T
@@ -95,10 +85,7 @@ def censored_photometer(parameters, rng):
 
 
 @system(
-    "censored",
-    mean=(0.3, 50, 3, 14),
-    clumping=(0.1, 6, 0.4, 2),
-    aging=(-0.15, 0.15, -0.07, 0.07),
+    "censored", mean=(0.3, 50, 3, 14), clumping=(0.1, 6, 0.4, 2), aging=(-0.15, 0.15, -0.07, 0.07)
 )
 def censored_ticks(parameters, rng):
     """Ticks on 25 deer by age, negative binomial, counted up to 10 only; parasitology."""
@@ -154,10 +141,7 @@ def wide_pumping(parameters, rng):
 
 
 @system(
-    "tails",
-    rate=(0.02, 5, 0.2, 1.5),
-    regularity=(0.3, 2.5, 0.6, 1.5),
-    b_value=(0.5, 2, 0.75, 1.4),
+    "tails", rate=(0.02, 5, 0.2, 1.5), regularity=(0.3, 2.5, 0.6, 1.5), b_value=(0.5, 2, 0.75, 1.4)
 )
 def tails_earthquakes(parameters, rng):
     """Gap before and energy of 40 earthquakes (Weibull, Gutenberg-Richter); seismology."""
@@ -167,12 +151,7 @@ def tails_earthquakes(parameters, rng):
     return np.stack([gap, energy], axis=-1)
 
 
-@system(
-    "tails",
-    location=(20, 500, 100, 300),
-    scale=(3, 150, 20, 80),
-    shape=(-0.4, 0.8, -0.1, 0.5),
-)
+@system("tails", location=(20, 500, 100, 300), scale=(3, 150, 20, 80), shape=(-0.4, 0.8, -0.1, 0.5))
 def tails_floods(parameters, rng):
     """Highest flow of 50 years, generalized extreme value; hydrology."""
     location, scale, shape = columns(parameters)
@@ -283,12 +262,7 @@ def many_questions(parameters, rng):
 # ---------------------------------------------------------------- short
 
 
-@system(
-    "short",
-    diversity=(2, 300, 25, 120),
-    tilt=(-2, 2, -0.8, 0.8),
-    misread=(0, 0.45, 0.04, 0.2),
-)
+@system("short", diversity=(2, 300, 25, 120), tilt=(-2, 2, -0.8, 0.8), misread=(0, 0.45, 0.04, 0.2))
 def short_site_frequencies(parameters, rng):
     """Site frequencies of 24 chromosomes, ancestral state at times misread; genomics (T=1)."""
     diversity, tilt, misread = columns(parameters)
@@ -542,10 +516,7 @@ def mirrored_flip_flop(parameters, rng):
 
 
 @system(
-    "ridge",
-    occupied=(0.05, 1, 0.35, 0.85),
-    detected=(0.05, 1, 0.35, 0.85),
-    calls=(0.1, 12, 1, 6),
+    "ridge", occupied=(0.05, 1, 0.35, 0.85), detected=(0.05, 1, 0.35, 0.85), calls=(0.1, 12, 1, 6)
 )
 def ridge_occupancy(parameters, rng):
     """Frog calls at 50 ponds, one visit each; only occupied x detected shows; wildlife."""
@@ -555,12 +526,7 @@ def ridge_occupancy(parameters, rng):
     return (heard * (1 + rng.poisson(np.broadcast_to(calls, heard.shape))))[..., None]
 
 
-@system(
-    "ridge",
-    sun=(0, 5, 1, 3.5),
-    stove=(0, 5, 1, 3.5),
-    cooling=(0.02, 0.7, 0.08, 0.35),
-)
+@system("ridge", sun=(0, 5, 1, 3.5), stove=(0, 5, 1, 3.5), cooling=(0.02, 0.7, 0.08, 0.35))
 def ridge_heating(parameters, rng):
     """Warming of a hut by sun and by stove, of which only the sum shows; building physics."""
     sun, stove, cooling = parameters.T
@@ -574,12 +540,7 @@ def ridge_heating(parameters, rng):
 # ---------------------------------------------------------------- angles
 
 
-@system(
-    "angles",
-    home=(-np.pi, np.pi, -2, 2),
-    focus=(0.1, 30, 1.5, 9),
-    lost=(0, 0.9, 0.1, 0.5),
-)
+@system("angles", home=(-np.pi, np.pi, -2, 2), focus=(0.1, 30, 1.5, 9), lost=(0, 0.9, 0.1, 0.5))
 def angles_pigeons(parameters, rng):
     """Vanishing angles of 40 pigeons, a part of them lost, the rest von Mises; homing."""
     home, focus, lost = columns(parameters)
@@ -593,10 +554,7 @@ def angles_pigeons(parameters, rng):
 
 
 @system(
-    "swarm",
-    gathering=(0, 1.5, 0.1, 0.8),
-    aligning=(0, 2, 0.2, 1.2),
-    jitter=(0.02, 1.5, 0.15, 0.7),
+    "swarm", gathering=(0, 1.5, 0.1, 0.8), aligning=(0, 2, 0.2, 1.2), jitter=(0.02, 1.5, 0.15, 0.7)
 )
 def swarm_school(parameters, rng):
     """Places of three fish in the plane that gather and align; collective motion (D=6)."""
@@ -723,12 +681,7 @@ def irrelevant_neuron(parameters, rng):
 # ---------------------------------------------------------------- plain
 
 
-@system(
-    "plain",
-    stiffness=(0.3, 30, 2, 12),
-    bond=(0.1, 3, 0.5, 1.8),
-    force=(0, 1.5, 0.1, 0.6),
-)
+@system("plain", stiffness=(0.3, 30, 2, 12), bond=(0.1, 3, 0.5, 1.8), force=(0, 1.5, 0.1, 0.6))
 def plain_polymer(parameters, rng):
     """Places of 50 monomers of a stiff chain pulled upward, in space; polymer physics (D=3)."""
     stiffness, bond, force = columns(parameters)
@@ -742,12 +695,7 @@ def plain_polymer(parameters, rng):
     return np.cumsum(np.stack(out, axis=1), axis=1)
 
 
-@system(
-    "plain",
-    threshold=(-4, 4, -1.5, 1.5),
-    slope=(0.2, 8, 0.8, 4),
-    lapse=(0, 0.4, 0.03, 0.2),
-)
+@system("plain", threshold=(-4, 4, -1.5, 1.5), slope=(0.2, 8, 0.8, 4), lapse=(0, 0.4, 0.03, 0.2))
 def plain_staircase(parameters, rng):
     """Level and answer of 60 trials, easier after a miss, harder after a hit; psychophysics."""
     threshold, slope, lapse = parameters.T

@@ -46,7 +46,9 @@ def walk(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return speed and turn (M, 50, 2) of walkers that differ in mean speed and in how much they turn (M, 2)."""
     speed, turn_noise = parameters.T[:, :, None]
     shape = (len(parameters), 50)
-    return np.stack([speed + rng.standard_normal(shape), turn_noise * rng.standard_normal(shape)], axis=-1)
+    return np.stack(
+        [speed + rng.standard_normal(shape), turn_noise * rng.standard_normal(shape)], axis=-1
+    )
 
 
 def run(case: str, trials: int, seed: int) -> list[dict[str, object]]:
@@ -64,9 +66,17 @@ def run(case: str, trials: int, seed: int) -> list[dict[str, object]]:
     elif case == "own-system":
         genuine = walk(np.tile([6.0, 0.6], (100, 1)), np.random.default_rng([seed, 100]))
         result = tl.infer(
-            genuine=genuine, simulate=walk, parameters=WALKERS, trials=trials, seed=seed, settings=settings
+            genuine=genuine,
+            simulate=walk,
+            parameters=WALKERS,
+            trials=trials,
+            seed=seed,
+            settings=settings,
         )
-        truth, widths = dict(zip(WALKERS, (6.0, 0.6), strict=True)), {"speed": 20.0, "turn_noise": 3.0}
+        truth, widths = (
+            dict(zip(WALKERS, (6.0, 0.6), strict=True)),
+            {"speed": 20.0, "turn_noise": 3.0},
+        )
     elif case in literature.SYSTEMS:
         system, rng = literature.SYSTEMS[case], np.random.default_rng([seed, 100])
         truth = system.truth(rng)
@@ -100,7 +110,11 @@ def run(case: str, trials: int, seed: int) -> list[dict[str, object]]:
             "high": high,
             "error": error,
         }
-        rows.append(common | {"parameter": name, "cpu_s": cpu_s} | {k: f"{v:.6g}" for k, v in numbers.items()})
+        rows.append(
+            common
+            | {"parameter": name, "cpu_s": cpu_s}
+            | {k: f"{v:.6g}" for k, v in numbers.items()}
+        )
     return rows
 
 
@@ -129,7 +143,11 @@ def main() -> None:
         sys.stdout.write(summary().round(4).to_string() + "\n")
         return
     trials, first, last = map(int, sys.argv[1:4])
-    done = pd.read_csv(PATH)[["case", "trials", "seed"]].drop_duplicates().values.tolist() if PATH.exists() else []
+    done = (
+        pd.read_csv(PATH)[["case", "trials", "seed"]].drop_duplicates().values.tolist()
+        if PATH.exists()
+        else []
+    )
     for seed in range(first, last + 1):
         for case in sys.argv[4:]:
             if [case, trials, seed] not in done:

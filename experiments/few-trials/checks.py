@@ -19,8 +19,24 @@ import turing_learning as tl
 from turing_learning.identifiability import Effort
 
 PATH = Path(__file__).with_name("checks.csv")
-FIELDS = ("case", "seed", "fits", "fault", "search_succeeds", "accuracy", "offset_pinned_down", "inert_pinned_down")
-EFFORT = Effort(samples=100, generations=60, population=20, points=6, profile_generations=40, profile_population=20)
+FIELDS = (
+    "case",
+    "seed",
+    "fits",
+    "fault",
+    "search_succeeds",
+    "accuracy",
+    "offset_pinned_down",
+    "inert_pinned_down",
+)
+EFFORT = Effort(
+    samples=100,
+    generations=60,
+    population=20,
+    points=6,
+    profile_generations=40,
+    profile_population=20,
+)
 RANGES = {"offset": (0.0, 20.0), "inert": (0.0, 20.0)}
 TRIALS, RECORDINGS, STEPS = 300, 200, 12
 OFFSETS, FEWER = (4.0, 7.0, 12.0, 15.0), 20
@@ -29,7 +45,9 @@ OFFSETS, FEWER = (4.0, 7.0, 12.0, 15.0), 20
 def simulate(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return samples (M, 12, 1) of models (M, 2), or (M, 4) with four offsets."""
     offsets = parameters if parameters.shape[1] == len(OFFSETS) else parameters[:, :1]
-    return np.repeat(offsets, STEPS // offsets.shape[1], axis=1)[..., None] + rng.normal(0, 3, (len(offsets), STEPS, 1))
+    return np.repeat(offsets, STEPS // offsets.shape[1], axis=1)[..., None] + rng.normal(
+        0, 3, (len(offsets), STEPS, 1)
+    )
 
 
 def check(asked: str, seed: int) -> dict[str, object]:
@@ -49,7 +67,9 @@ def check(asked: str, seed: int) -> dict[str, object]:
     )  # fmt: skip
     effort = Effort(points=0) if default else replace(EFFORT, points=0) if failed else EFFORT
     found = result.check(effort=effort, seed=seed)
-    pinned = (None, None) if failed or default else tuple(each.pinned_down for each in found.parameters)
+    pinned = (
+        (None, None) if failed or default else tuple(each.pinned_down for each in found.parameters)
+    )
     judgment = found.judgment
     said = judgment.fits, judgment.fault, judgment.search_succeeds, f"{found.test.accuracy:.4f}"
     return dict(zip(FIELDS, (asked, seed, *said, *pinned), strict=True))

@@ -17,7 +17,19 @@ import turing_learning as tl
 from turing_learning.swarm import SCENARIOS
 
 HERE = Path(__file__).parent
-HEADER = ("trials", "seed", "mae", "largest_ae", "verdict", "held_90", "cpu_s", "estimate", "low", "high", "truth")
+HEADER = (
+    "trials",
+    "seed",
+    "mae",
+    "largest_ae",
+    "verdict",
+    "held_90",
+    "cpu_s",
+    "estimate",
+    "low",
+    "high",
+    "truth",
+)
 
 
 def system(case: str):
@@ -52,11 +64,18 @@ def run(case: str, trials: int, seed: int) -> dict:
         "mae": f"{error.mean():.5f}",
         "largest_ae": f"{error.max():.4f}",
         "verdict": result.verdict,
-        "held_90": "nan" if np.isnan(low).any() else f"{((low <= truth) & (truth <= high)).mean():.3f}",
+        "held_90": "nan"
+        if np.isnan(low).any()
+        else f"{((low <= truth) & (truth <= high)).mean():.3f}",
         "cpu_s": f"{time.process_time() - begun:.1f}",
         **{
             name: " ".join(f"{value:.4f}" for value in values)
-            for name, values in (("estimate", estimate), ("low", low), ("high", high), ("truth", truth))
+            for name, values in (
+                ("estimate", estimate),
+                ("low", low),
+                ("high", high),
+                ("truth", truth),
+            )
         },
     }
 
@@ -66,13 +85,17 @@ def summary() -> None:
     for name in ("aggregation", "object-clustering", "two-state", "three-state"):
         path = HERE / f"{name}.csv"
         if path.exists():
-            rows = pd.read_csv(path).assign(given=lambda one: one.held_90.notna(), below=lambda one: one.mae < 0.05)
+            rows = pd.read_csv(path).assign(
+                given=lambda one: one.held_90.notna(), below=lambda one: one.mae < 0.05
+            )
             good = rows[rows.mae < 2 * rows.groupby("trials").mae.transform("median")]
             table = rows.groupby("trials").agg(
                 runs=("mae", "size"), median=("mae", "median"), worst=("mae", "max"), below_005=("below", "mean"),
                 given=("given", "mean"), held=("held_90", "mean"), cpu_s=("cpu_s", "median"),
             )  # fmt: skip
-            table["good_called_converged"] = (good.verdict == "converged").groupby(good.trials).mean()
+            table["good_called_converged"] = (
+                (good.verdict == "converged").groupby(good.trials).mean()
+            )
             sys.stdout.write(f"{name}\n{table.to_string(float_format='{:.4f}'.format)}\n")
 
 

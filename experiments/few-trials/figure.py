@@ -30,23 +30,40 @@ METHODS = {
 def recordings_figure():
     """Draw the walker's errors, and the share of intervals that hold the truth with its 95 % interval, over recordings."""
     rows = pd.read_csv(HERE / "intervals.csv")
-    rows = rows[(rows.trials == 3000) & rows.parameter.isin([*KNOWN, "gain x noise"]) & rows.low.notna()]
+    rows = rows[
+        (rows.trials == 3000) & rows.parameter.isin([*KNOWN, "gain x noise"]) & rows.low.notna()
+    ]
     rows = rows.assign(K=rows.case.str.extract(r"walker-(\d+)")[0].astype(int))
     figure = new_figure(8.2, 3.4)
     left, right = figure.subplots(1, 2)
     ways = {"3,000 trials": rows.estimate, "maximum likelihood": rows.likelihood}
     for place, (name, found) in enumerate(ways.items()):
         share = ((found - rows.truth) / rows.truth).abs().groupby(rows.K).median()
-        left.plot(share.index, share, marker="os"[place], markersize=5, linewidth=1.3, label=name, **series(place))
+        left.plot(
+            share.index,
+            share,
+            marker="os"[place],
+            markersize=5,
+            linewidth=1.3,
+            label=name,
+            **series(place),
+        )
     left.legend(frameon=False, fontsize=9)
-    held = ((rows.low <= rows.truth) & (rows.truth <= rows.high)).groupby(rows.K).agg(["sum", "size"])
+    held = (
+        ((rows.low <= rows.truth) & (rows.truth <= rows.high)).groupby(rows.K).agg(["sum", "size"])
+    )
     tests = [binomtest(int(a), int(b)).proportion_ci(method="wilson") for a, b in held.to_numpy()]
     shares = (held["sum"] / held["size"]).to_numpy()
     ends = np.abs(np.array([[one.low, one.high] for one in tests]).T - shares)
-    right.errorbar(held.index, shares, yerr=ends, fmt="o", markersize=5, capsize=3, color=series(0)["color"])
+    right.errorbar(
+        held.index, shares, yerr=ends, fmt="o", markersize=5, capsize=3, color=series(0)["color"]
+    )
     right.axhline(0.9, color="0.5", linewidth=1, linestyle="--")
     right.set_ylim(0.75, 1.01)
-    for axes, text in ((left, "Median error, share of the truth"), (right, "Share of intervals that hold")):
+    for axes, text in (
+        (left, "Median error, share of the truth"),
+        (right, "Share of intervals that hold"),
+    ):
         prepare_axes(axes)
         axes.set_xscale("log")
         label(axes, text, "Recordings")
@@ -64,7 +81,10 @@ def main() -> None:
         runs = pd.concat([ours, others])
         panels[title] = {}
         for method, name in METHODS.items():
-            groups = {int(trials): each["MAE"] for trials, each in runs[runs["method"] == method].groupby("trials")}
+            groups = {
+                int(trials): each["MAE"]
+                for trials, each in runs[runs["method"] == method].groupby("trials")
+            }
             panels[title][name] = {trials: errors.to_numpy() for trials, errors in groups.items()}
             rows += [
                 {

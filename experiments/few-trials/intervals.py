@@ -30,7 +30,12 @@ FIELDS = (
     "error",
     "seconds",
 )
-KNOWN = ("v0", "tau_v", "sig_v", "tau_w")  # of the walker; gain and noise are known by their product, r_att is not
+KNOWN = (
+    "v0",
+    "tau_v",
+    "sig_v",
+    "tau_w",
+)  # of the walker; gain and noise are known by their product, r_att is not
 
 
 def run(case: str, trials: int, seed: int) -> list[dict[str, object]]:
@@ -38,10 +43,20 @@ def run(case: str, trials: int, seed: int) -> list[dict[str, object]]:
     kind, _, number = case.rpartition("-")
     settings, likelihood, errors = {"run.threads": 1}, {}, {}
     if kind == "walker":
-        genuine = walker.simulate(np.tile(walker.TRUTH, (int(number), 1)), np.random.default_rng([seed, int(number)]))
+        genuine = walker.simulate(
+            np.tile(walker.TRUTH, (int(number), 1)), np.random.default_rng([seed, int(number)])
+        )
         best, deviations = walker.maximum_likelihood(genuine)
-        likelihood, errors = (dict(zip((*KNOWN, "gain x noise"), each, strict=True)) for each in (best, deviations))
-        ranges = dict(zip(walker.NAMES, zip(walker.LOW.tolist(), walker.HIGH.tolist(), strict=True), strict=True))
+        likelihood, errors = (
+            dict(zip((*KNOWN, "gain x noise"), each, strict=True)) for each in (best, deviations)
+        )
+        ranges = dict(
+            zip(
+                walker.NAMES,
+                zip(walker.LOW.tolist(), walker.HIGH.tolist(), strict=True),
+                strict=True,
+            )
+        )
         result = tl.infer(
             genuine=genuine, simulate=walker.simulate, parameters=ranges, vectorized=True, held_out=0.0,
             trials=trials, seed=seed, settings=settings,
@@ -61,9 +76,20 @@ def run(case: str, trials: int, seed: int) -> list[dict[str, object]]:
         draws = columns.get(name, np.full(1, np.nan))
         ends = result.interval.get(name) or np.quantile(draws, (0.05, 0.95))
         stated = result.estimate.get(name, float(np.median(draws)))
-        more = (draws.std(), likelihood.get(name, np.nan), errors.get(name, np.nan), result.seconds_total)
+        more = (
+            draws.std(),
+            likelihood.get(name, np.nan),
+            errors.get(name, np.nan),
+            result.seconds_total,
+        )
         values = (case, trials, seed, name, true, stated, *ends, *more)
-        rows.append(dict(zip(FIELDS, (f"{v:.6g}" if isinstance(v, float) else v for v in values), strict=True)))
+        rows.append(
+            dict(
+                zip(
+                    FIELDS, (f"{v:.6g}" if isinstance(v, float) else v for v in values), strict=True
+                )
+            )
+        )
     return rows
 
 
@@ -78,7 +104,9 @@ def summary(rows: list[dict[str, str]]) -> None:
         given = [row for row in own if row["low"] != "nan"]
         held = sum(float(row["low"]) <= float(row["truth"]) <= float(row["high"]) for row in given)
         runs, settled = (len({row["seed"] for row in some}) for some in (own, given))
-        widths = [float(row["deviation"]) / float(row["error"]) for row in given if row["error"] != "nan"]
+        widths = [
+            float(row["deviation"]) / float(row["error"]) for row in given if row["error"] != "nan"
+        ]
         width = f", median deviation {np.median(widths):.1f} standard errors" if widths else ""
         sys.stdout.write(
             f"{case}, {trials} trials: {settled} of {runs} runs give intervals, {held} of {len(given)} hold{width}\n"

@@ -17,8 +17,21 @@ from turing_learning.robots import load_laboratory, overhead_camera, rehearse
 from turing_learning.runs import start_laboratory
 
 PATH = Path(__file__).with_name("laboratory.csv")
-FIELDS = ("trials", "seed", "parameter", "truth", "estimate", "low", "high", "error", "verdict", "cpu_s")
-ROBOTS = [f'[[robots]]\nname = "agent-{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(1, 9)] + [
+FIELDS = (
+    "trials",
+    "seed",
+    "parameter",
+    "truth",
+    "estimate",
+    "low",
+    "high",
+    "error",
+    "verdict",
+    "cpu_s",
+)
+ROBOTS = [
+    f'[[robots]]\nname = "agent-{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(1, 9)
+] + [
     f'[[robots]]\nname = "replica-{k}"\nrole = "replica"\nmarker = "{marker}"\naddress = "replica-{k}"\n'
     for k, marker in ((1, "orange"), (2, "purple"))
 ]
@@ -30,17 +43,27 @@ def run(trials: int, seed: int) -> list[dict[str, object]]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         overhead_camera().save(folder / "camera.json")
-        file = '[camera]\ncalibration = "camera.json"\n\n[evaluation]\nrepeats = 0\n\n' + "\n".join(ROBOTS)
+        file = '[camera]\ncalibration = "camera.json"\n\n[evaluation]\nrepeats = 0\n\n' + "\n".join(
+            ROBOTS
+        )
         (folder / "lab.toml").write_text(file, encoding="utf-8")
         settings = {"run.trials": trials, "run.seed": seed, "run.threads": 1}
         laboratory = load_laboratory(folder / "lab.toml", settings)
         result = start_laboratory(laboratory, folder / "run", equipment=rehearse(laboratory))
-    truth = dict(zip(result.estimate, (-0.7, -1.0, 1.0, -1.0), strict=True))  # of the emulated agents
+    truth = dict(
+        zip(result.estimate, (-0.7, -1.0, 1.0, -1.0), strict=True)
+    )  # of the emulated agents
     rows = []
     for parameter, value in truth.items():
         low, high = result.interval[parameter]
         error = abs(result.estimate[parameter] - value)
-        numbers = {"truth": value, "estimate": result.estimate[parameter], "low": low, "high": high, "error": error}
+        numbers = {
+            "truth": value,
+            "estimate": result.estimate[parameter],
+            "low": low,
+            "high": high,
+            "error": error,
+        }
         numbers["cpu_s"] = time.process_time() - begun
         words = {"trials": trials, "seed": seed, "parameter": parameter, "verdict": result.verdict}
         rows.append(words | {key: f"{number:.5g}" for key, number in numbers.items()})
@@ -50,7 +73,10 @@ def run(trials: int, seed: int) -> list[dict[str, object]]:
 def summary() -> None:
     """Print mean absolute errors with their standard errors, and how many intervals hold the truth."""
     rows = pd.read_csv(PATH)
-    rows["given"], rows["held"] = rows.low.notna(), (rows.low <= rows.truth) & (rows.truth <= rows.high)
+    rows["given"], rows["held"] = (
+        rows.low.notna(),
+        (rows.low <= rows.truth) & (rows.truth <= rows.high),
+    )
     table = rows.groupby(["trials", "parameter"], sort=False).agg(
         runs=("error", "size"), mean=("error", "mean"), standard_error=("error", "sem"), worst=("error", "max"),
         given=("given", "sum"), held=("held", "sum"),
@@ -60,7 +86,11 @@ def summary() -> None:
 
 def main(trials: int, first: int, last: int) -> None:
     """Run what the table lacks."""
-    done = pd.read_csv(PATH)[["trials", "seed"]].drop_duplicates().to_numpy().tolist() if PATH.exists() else []
+    done = (
+        pd.read_csv(PATH)[["trials", "seed"]].drop_duplicates().to_numpy().tolist()
+        if PATH.exists()
+        else []
+    )
     for seed in np.arange(first, last + 1).tolist():
         if [trials, seed] not in done:
             curves.append(PATH, FIELDS, run(trials, seed))

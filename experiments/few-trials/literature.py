@@ -20,7 +20,10 @@ class System(NamedTuple):
 
     def truth(self, rng: np.random.Generator) -> dict[str, float]:
         """Draw a truth."""
-        return {name: rng.uniform(low, high) for name, (low, high) in zip(self.ranges, self.truths, strict=True)}
+        return {
+            name: rng.uniform(low, high)
+            for name, (low, high) in zip(self.ranges, self.truths, strict=True)
+        }
 
 
 def moving_average(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -34,7 +37,9 @@ def g_and_k(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return independent draws (M, 50, 1) by quantiles of location, scale, skewness g and kurtosis k."""
     location, scale, g, k = parameters.T[..., None]
     normal = rng.standard_normal((len(parameters), 50))
-    return (location + scale * (1 + 0.8 * np.tanh(g * normal / 2)) * (1 + normal**2) ** k * normal)[..., None]
+    return (location + scale * (1 + 0.8 * np.tanh(g * normal / 2)) * (1 + normal**2) ** k * normal)[
+        ..., None
+    ]
 
 
 def coupled(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -55,7 +60,10 @@ def epidemic(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     susceptible, days = 500 - infected, []
     for _ in range(40):
         new = rng.binomial(susceptible, 1 - np.exp(-contact * infected / 500))
-        susceptible, infected = susceptible - new, infected + new - rng.binomial(infected, 1 - np.exp(-recovery))
+        susceptible, infected = (
+            susceptible - new,
+            infected + new - rng.binomial(infected, 1 - np.exp(-recovery)),
+        )
         days.append(np.log1p(rng.poisson(0.5 * new)))
     return np.stack(days, axis=1)[..., None]
 
@@ -67,7 +75,10 @@ def prey(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     for step in range(200):
         rates = birth * there, meal / 100 * there * hunters, death * hunters
         born, eaten, died = (rng.poisson(np.clip(0.1 * each, 0, 1e6)) for each in rates)
-        there, hunters = np.clip(there + born - eaten, 0, 1e5), np.clip(hunters + eaten - died, 0, 1e5)
+        there, hunters = (
+            np.clip(there + born - eaten, 0, 1e5),
+            np.clip(hunters + eaten - died, 0, 1e5),
+        )
         if step % 5 == 4:
             steps.append(np.log1p(np.stack([there, hunters], axis=1)))
     return np.stack(steps, axis=1)
@@ -87,7 +98,9 @@ def queue(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 SYSTEMS = {
-    "moving-average": System(moving_average, {"first": (-2, 2), "second": (-1, 1)}, ((-1.2, 1.2), (-0.7, 0.9))),
+    "moving-average": System(
+        moving_average, {"first": (-2, 2), "second": (-1, 1)}, ((-1.2, 1.2), (-0.7, 0.9))
+    ),
     "g-and-k": System(
         g_and_k,
         {"location": (0, 10), "scale": (0.1, 5), "g": (-3, 3), "k": (0, 1.5)},
@@ -99,10 +112,18 @@ SYSTEMS = {
         ((0.3, 4), (0.3, 2.5), (0.3, 4), (-4, 4)),
     ),
     "epidemic": System(
-        epidemic, {"contact": (0.05, 2), "recovery": (0.02, 1), "start": (1, 50)}, ((0.3, 1.2), (0.05, 0.25), (3, 40))
+        epidemic,
+        {"contact": (0.05, 2), "recovery": (0.02, 1), "start": (1, 50)},
+        ((0.3, 1.2), (0.05, 0.25), (3, 40)),
     ),
     "prey": System(
-        prey, {"birth": (0.05, 2), "meal": (0.1, 2), "death": (0.05, 2)}, ((0.4, 1.2), (0.4, 1.2), (0.3, 1))
+        prey,
+        {"birth": (0.05, 2), "meal": (0.1, 2), "death": (0.05, 2)},
+        ((0.4, 1.2), (0.4, 1.2), (0.3, 1)),
     ),
-    "queue": System(queue, {"least": (0, 5), "more": (0.1, 8), "rate": (0.05, 1)}, ((0.5, 4), (1, 6), (0.08, 0.5))),
+    "queue": System(
+        queue,
+        {"least": (0, 5), "more": (0.1, 8), "rate": (0.05, 1)},
+        ((0.5, 4), (1, 6), (0.08, 0.5)),
+    ),
 }

@@ -52,9 +52,14 @@ def follow(seed: int) -> None:
             nearest = usable[np.argsort(((tried - truth) ** 2).sum(axis=1))]
             for count in (one for one in COUNTS if one <= len(nearest)):
                 field, _ = trials._mapped(nearest[:count], np.random.default_rng(0))
-                print(f"  nearest {count}: rejection of the truth {rejection(field, truth):.1f}", flush=True)
+                print(
+                    f"  nearest {count}: rejection of the truth {rejection(field, truth):.1f}",
+                    flush=True,
+                )
     print(run.result)
-    print(f"rejection of the truth, median of {len(rejections)} batches: {np.median(rejections):.1f}")
+    print(
+        f"rejection of the truth, median of {len(rejections)} batches: {np.median(rejections):.1f}"
+    )
 
 
 if __name__ == "__main__":

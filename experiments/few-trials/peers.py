@@ -30,7 +30,19 @@ from turing_learning.reproduction import _methods as methods
 from turing_learning.swarm import SCENARIOS, MixedSwarm
 
 PATH = Path(__file__).with_name("peers.csv")
-FIELDS = ("case", "method", "trials", "seed", "parameter", "truth", "estimate", "low", "high", "error", "cpu_s")
+FIELDS = (
+    "case",
+    "method",
+    "trials",
+    "seed",
+    "parameter",
+    "truth",
+    "estimate",
+    "low",
+    "high",
+    "error",
+    "cpu_s",
+)
 GROUP, ROUNDS, LAGS = 10, 2, (1, 10)
 
 
@@ -68,7 +80,8 @@ def summaries(samples: np.ndarray) -> np.ndarray:
     mean, spread = samples.mean(axis=-2), samples.std(axis=-2) + 1e-9
     z = (samples - mean[..., None, :]) / spread[..., None, :]
     return np.concatenate(
-        [mean, spread, *((z[..., lag:, :] * z[..., :-lag, :]).mean(axis=-2) for lag in LAGS)], axis=-1
+        [mean, spread, *((z[..., lag:, :] * z[..., :-lag, :]).mean(axis=-2) for lag in LAGS)],
+        axis=-1,
     )
 
 
@@ -86,14 +99,18 @@ def problem(case: str, seed: int) -> Problem:
             lambda motion: methods.summaries(motion, scenario), methods.summaries(genuine, scenario)[None],
         )  # fmt: skip
     if kind == "walker":
-        genuine = walker.simulate(np.tile(walker.TRUTH, (int(number), 1)), np.random.default_rng([seed, int(number)]))
+        genuine = walker.simulate(
+            np.tile(walker.TRUTH, (int(number), 1)), np.random.default_rng([seed, int(number)])
+        )
         return Problem(
             walker.NAMES, walker.TRUTH, walker.LOW, walker.HIGH,
             lambda models, rng: walker.simulate(models, rng)[:, None], genuine,
             lambda motion: summaries(motion).mean(axis=1), summaries(genuine),
         )  # fmt: skip
     known = recovery.CASES[case]
-    genuine = known.family.observe(known.truth, groups=recovery.GROUPS, rng=np.random.default_rng([seed, 100]))
+    genuine = known.family.observe(
+        known.truth, groups=recovery.GROUPS, rng=np.random.default_rng([seed, 100])
+    )
     parameters = known.family.parameters
     low, high = np.array([(each.low, each.high) for each in parameters.values()]).T
     truth = np.array([known.truth[name] for name in parameters])
@@ -149,11 +166,15 @@ def bolfi(given: Problem, trials: int, seed: int, *, width: float = 1.0) -> meth
     while True:
         if len(known) % 50 == 0:  # scales and noise are fitted anew
             kernel = GaussianProcessRegressor(start, normalize_y=True).fit(known, values).kernel_
-        field = GaussianProcessRegressor(kernel, optimizer=None, normalize_y=True).fit(known, values)
+        field = GaussianProcessRegressor(kernel, optimizer=None, normalize_y=True).fit(
+            known, values
+        )
         if len(known) >= count:
             break
         best = known[np.argsort(field.predict(known))[:10]]
-        near = best[rng.integers(10, size=500)] + rng.normal(size=(500, size)) * rng.choice((0.02, 0.1), (500, 1))
+        near = best[rng.integers(10, size=500)] + rng.normal(size=(500, size)) * rng.choice(
+            (0.02, 0.1), (500, 1)
+        )
         tried = np.concatenate([rng.uniform(-0.5, 0.5, (500, size)), near.clip(-0.5, 0.5)])
         mean, spread = field.predict(tried, return_std=True)
         known = np.concatenate([known, tried[[np.argmin(mean - width * spread)]]])
@@ -168,7 +189,9 @@ def bolfi(given: Problem, trials: int, seed: int, *, width: float = 1.0) -> meth
 
     walkers = rng.uniform(-0.5, 0.5, (2000, size))
     level = logarithm(walkers)
-    chosen = rng.choice(2000, 200, p=np.exp(level - level.max()) / np.exp(level - level.max()).sum())
+    chosen = rng.choice(
+        2000, 200, p=np.exp(level - level.max()) / np.exp(level - level.max()).sum()
+    )
     walkers, level, draws = walkers[chosen], level[chosen], []
     for step in range(150):
         first, second = walkers[rng.integers(200, size=200)], walkers[rng.integers(200, size=200)]
@@ -182,7 +205,9 @@ def bolfi(given: Problem, trials: int, seed: int, *, width: float = 1.0) -> meth
     return replace(methods.Inferred.of_posterior(unit(np.concatenate(draws))), estimate=estimate)
 
 
-def avo(given: Problem, trials: int, seed: int, *, batch: int = 25, rate: float = 0.015) -> methods.Inferred:
+def avo(
+    given: Problem, trials: int, seed: int, *, batch: int = 25, rate: float = 0.015
+) -> methods.Inferred:
     """Return what adversarial variational optimization infers (Louppe, Hermans and Cranmer, 2017): no interval.
 
     Models are drawn from a Gaussian within the prior's ranges, whose mean and deviations rise on the output of a critic, by
@@ -195,12 +220,18 @@ def avo(given: Problem, trials: int, seed: int, *, batch: int = 25, rate: float 
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     motion = _Motion(given, seed)
-    critic = torch.nn.Sequential(motion.body(), torch.nn.Linear(32, 32), torch.nn.LeakyReLU(), torch.nn.Linear(32, 1))
+    critic = torch.nn.Sequential(
+        motion.body(), torch.nn.Linear(32, 32), torch.nn.LeakyReLU(), torch.nn.Linear(32, 1)
+    )
     judge = torch.optim.Adam(critic.parameters(), 2e-3, betas=(0.5, 0.99))
     size = len(given.low)
     mean = torch.full((size,), 0.5, requires_grad=True)
     deviation = torch.full((size,), np.log(0.25), requires_grad=True)  # its logarithm
-    mover, genuine, recent = torch.optim.Adam([mean, deviation], rate), motion.tensor(given.recorded), []
+    mover, genuine, recent = (
+        torch.optim.Adam([mean, deviation], rate),
+        motion.tensor(given.recorded),
+        [],
+    )
     softplus = torch.nn.functional.softplus
     for _ in range(trials // batch):
         proposal = torch.distributions.Normal(mean, deviation.exp())
@@ -213,7 +244,11 @@ def avo(given: Problem, trials: int, seed: int, *, batch: int = 25, rate: float 
             real = genuine[torch.randint(len(genuine), (64,))].requires_grad_()
             right, wrong = critic(real), critic(pool[torch.randint(len(pool), (64,))])
             (slope,) = torch.autograd.grad(right.sum(), real, create_graph=True)
-            loss = softplus(-right).mean() + softplus(wrong).mean() + slope.square().sum(dim=(1, 2)).mean()
+            loss = (
+                softplus(-right).mean()
+                + softplus(wrong).mean()
+                + slope.square().sum(dim=(1, 2)).mean()
+            )
             judge.zero_grad()
             loss.backward()
             judge.step()
@@ -226,7 +261,9 @@ def avo(given: Problem, trials: int, seed: int, *, batch: int = 25, rate: float 
         with torch.no_grad():
             mean.clamp_(0, 1)
             deviation.clamp_(np.log(0.01), np.log(0.4))
-    return methods.Inferred(given.low + mean.detach().numpy().astype(float) * (given.high - given.low))
+    return methods.Inferred(
+        given.low + mean.detach().numpy().astype(float) * (given.high - given.low)
+    )
 
 
 class _Motion:
@@ -235,7 +272,10 @@ class _Motion:
     def __init__(self, given: Problem, seed: int) -> None:
         rng = np.random.default_rng(seed + 1)
         self.motion = given.move(given.prior(100, rng), rng)
-        self.mean, self.spread = self.motion.mean(axis=(0, 1, 2)), self.motion.std(axis=(0, 1, 2)) + 1e-6
+        self.mean, self.spread = (
+            self.motion.mean(axis=(0, 1, 2)),
+            self.motion.std(axis=(0, 1, 2)) + 1e-6,
+        )
 
     def tensor(self, motion: np.ndarray):
         """Return standardized motion (..., T, D)."""
@@ -251,7 +291,10 @@ class _Motion:
             def __init__(self, signals: int) -> None:
                 super().__init__()
                 self.layers = nn.Sequential(
-                    nn.Conv1d(signals, 16, 5, stride=2), nn.LeakyReLU(), nn.Conv1d(16, 32, 5, stride=2), nn.LeakyReLU()
+                    nn.Conv1d(signals, 16, 5, stride=2),
+                    nn.LeakyReLU(),
+                    nn.Conv1d(16, 32, 5, stride=2),
+                    nn.LeakyReLU(),
                 )
 
             def forward(self, motion):
@@ -268,7 +311,10 @@ def _embedding(body):
     class Embedding(nn.Module):
         def __init__(self) -> None:
             super().__init__()
-            self.body, self.head = body, nn.Sequential(nn.Linear(32, 32), nn.LeakyReLU(), nn.Linear(32, 12))
+            self.body, self.head = (
+                body,
+                nn.Sequential(nn.Linear(32, 32), nn.LeakyReLU(), nn.Linear(32, 12)),
+            )
 
         def forward(self, motion):
             return motion if motion.ndim == 2 else self.head(self.body(motion).mean(dim=1))
@@ -288,12 +334,16 @@ def npe_raw(given: Problem, trials: int, seed: int) -> methods.Inferred:
     low, high = (torch.as_tensor(end, dtype=torch.float32) for end in (given.low, given.high))
     network, prior = _embedding(motion.body()), utils.BoxUniform(low, high)
     flow = posterior_nn("maf", z_score_x="none", embedding_net=network)
-    trainer = inference.NPE(prior, density_estimator=flow, show_progress_bars=False, tracker=methods.SILENT_TRACKER)
+    trainer = inference.NPE(
+        prior, density_estimator=flow, show_progress_bars=False, tracker=methods.SILENT_TRACKER
+    )
     genuine, proposal = motion.tensor(given.recorded)[None], prior
     for part in np.array_split(np.arange(trials // GROUP), ROUNDS):
         models = proposal.sample((len(part),))
         found = motion.tensor(given.group(models.numpy().astype(float), rng))
-        estimator = trainer.append_simulations(models, found).train(learning_rate=2e-3, force_first_round_loss=True)
+        estimator = trainer.append_simulations(models, found).train(
+            learning_rate=2e-3, force_first_round_loss=True
+        )
         posterior = trainer.build_posterior(copy.deepcopy(estimator))
         trained = posterior.posterior_estimator
         with torch.no_grad():  # groups of another size are given as their features
@@ -327,7 +377,11 @@ def neural(method: str, given: Problem, trials: int, seed: int) -> methods.Infer
     prior = utils.BoxUniform(low, high)
     kinds = {"npe": inference.NPE, "snle": inference.NLE, "snre": inference.NRE}
     trainer = kinds[method](prior, show_progress_bars=False, tracker=methods.SILENT_TRACKER)
-    seen, posterior, proposal = tensor(given.observed.mean(axis=0, keepdims=True) / scale), None, prior
+    seen, posterior, proposal = (
+        tensor(given.observed.mean(axis=0, keepdims=True) / scale),
+        None,
+        prior,
+    )
     for part in np.array_split(np.arange(trials // GROUP), ROUNDS):
         models = proposal.sample((len(part),))
         found = tensor(simulate(models.numpy().astype(float), rng) / scale)
@@ -380,12 +434,29 @@ def ours() -> pd.DataFrame:
     rows = []
     for _, each in robots.iterrows():
         names = ("vl0", "vr0", "vl1", "vr1", "vl2", "vr2")
-        numbers = [np.fromstring(each[name], sep=" ") for name in ("truth", "estimate", "low", "high")]
+        numbers = [
+            np.fromstring(each[name], sep=" ") for name in ("truth", "estimate", "low", "high")
+        ]
         for name, truth, estimate, low, high in zip(names, *numbers, strict=True):
             error = abs(estimate - truth) / (2 * methods.HIGHEST_SPEED)
-            rows.append(("three-state-0", each.trials, each.seed, name, truth, estimate, low, high, error, each.cpu_s))
+            rows.append(
+                (
+                    "three-state-0",
+                    each.trials,
+                    each.seed,
+                    name,
+                    truth,
+                    estimate,
+                    low,
+                    high,
+                    error,
+                    each.cpu_s,
+                )
+            )
     columns = [name for name in FIELDS if name != "method"]
-    known = pd.concat([walks.rename(columns={"seconds": "cpu_s"}), families, pd.DataFrame(rows, columns=columns)])
+    known = pd.concat(
+        [walks.rename(columns={"seconds": "cpu_s"}), families, pd.DataFrame(rows, columns=columns)]
+    )
     return known[columns].assign(method="Turing Learning")
 
 
@@ -413,7 +484,11 @@ def main() -> None:
         return
     warnings.simplefilter("ignore")
     method, (trials, first, last) = sys.argv[1], map(int, sys.argv[2:5])
-    done = pd.read_csv(PATH)[list(FIELDS[:4])].drop_duplicates().values.tolist() if PATH.exists() else []
+    done = (
+        pd.read_csv(PATH)[list(FIELDS[:4])].drop_duplicates().values.tolist()
+        if PATH.exists()
+        else []
+    )
     for seed in range(first, last + 1):
         for case in sys.argv[5:]:
             if [case, method, trials, seed] not in done:

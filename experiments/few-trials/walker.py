@@ -48,7 +48,10 @@ def _fit(series: np.ndarray, mean: float | None) -> tuple[np.ndarray, np.ndarray
     best = minimize(loss, start, method="Nelder-Mead", options=options).x
     steps = np.eye(len(best)) * 1e-3
     curvature = [
-        [loss(best + a + b) - loss(best + a - b) - loss(best - a + b) + loss(best - a - b) for a in steps]
+        [
+            loss(best + a + b) - loss(best + a - b) - loss(best - a + b) + loss(best - a - b)
+            for a in steps
+        ]
         for b in steps
     ]
     errors = np.sqrt(np.diag(np.linalg.inv(np.array(curvature) / 4e-6)))

@@ -38,7 +38,12 @@ from turing_learning.robots.tracking._tracker import Track, impossible, wrap
 
 HERE = Path(__file__).parent
 KINDS = {
-    "2 cm": (2, 0, 1, 4),  # how far (cm), turned (degrees), within how many images, how often the number of trials
+    "2 cm": (
+        2,
+        0,
+        1,
+        4,
+    ),  # how far (cm), turned (degrees), within how many images, how often the number of trials
     "2 cm within 5 images": (2, 0, 5, 1),
     "2 cm within 10 images": (2, 0, 10, 1),
     "7 cm": (7, 0, 1, 1),
@@ -70,7 +75,10 @@ def observe(
 
     open_epuck = lambda name: EPuck(laboratory.link(name))  # noqa: E731
     program = PcProgram(
-        LOADED.setup, SCENARIO, Equipment(laboratory.clock, open_epuck, lambda: camera, laboratory.operator), watch
+        LOADED.setup,
+        SCENARIO,
+        Equipment(laboratory.clock, open_epuck, lambda: camera, laboratory.operator),
+        watch,
     )
     while len(found) < number:
         try:
@@ -78,7 +86,9 @@ def observe(
                 program.connect()
             program.run(rng.uniform(-1, 1, (2, 4)))
         except Disturbance as disturbance:
-            if disturbance.state != "P5":  # batteries, and the remote control; a refused trial is observed, too
+            if (
+                disturbance.state != "P5"
+            ):  # batteries, and the remote control; a refused trial is observed, too
                 program.disconnect()
                 laboratory.operator.ask(disturbance.remedy)
     return found
@@ -88,9 +98,15 @@ def tracker_errors(kind: str, trials: list[np.ndarray]) -> np.ndarray:
     """Return the errors (n, 3) of poses in rendered images of trials."""
     (markers, labels), calibration = MARKERS[kind], overhead_camera()
     camera, errors = EmulatedCamera(calibration, markers, labels), []
-    tracker = Tracker(markers, calibration, labels, maximum_speed_cm_s=60.0, maximum_turn_rad_s=60.0)
+    tracker = Tracker(
+        markers, calibration, labels, maximum_speed_cm_s=60.0, maximum_turn_rad_s=60.0
+    )
     for poses in trials:
-        order = np.r_[np.lexsort((poses[0, :8, 1], poses[0, :8, 0])), 8, 9] if kind == "triangles" else np.arange(10)
+        order = (
+            np.r_[np.lexsort((poses[0, :8, 1], poses[0, :8, 0])), 8, 9]
+            if kind == "triangles"
+            else np.arange(10)
+        )
         track = tracker.track(camera.render(now) for now in poses[:, order])
         errors.append((track.poses - poses[:, order])[track.present])
     errors = np.concatenate(errors)
@@ -101,7 +117,9 @@ def tracker_errors(kind: str, trials: list[np.ndarray]) -> np.ndarray:
 def seen(poses: np.ndarray, errors: np.ndarray, rng: np.random.Generator) -> Track:
     """Return a track of poses, with errors."""
     poses = poses + errors[rng.integers(len(errors), size=poses.shape[:2])]
-    return Track(poses, np.ones(poses.shape[:2], bool), ("blue",) * 10, SCENARIO.trial.control_interval_s)
+    return Track(
+        poses, np.ones(poses.shape[:2], bool), ("blue",) * 10, SCENARIO.trial.control_interval_s
+    )
 
 
 def beyond(trials: list[np.ndarray]) -> dict[str, np.ndarray]:
@@ -113,14 +131,24 @@ def beyond(trials: list[np.ndarray]) -> dict[str, np.ndarray]:
     )
     way, turn = robot.maximum_speed_cm_s * 0.1, fastest_turn(robot) * 0.1
     steps, places = np.diff(poses, axis=1), poses[..., :2]
-    apart = np.linalg.norm(places[:, :, :, None] - places[:, :, None], axis=-1) + np.diag([np.inf] * 10)
-    room = np.minimum(apart.min(-1) - 2 * robot.radius_cm, np.minimum(places, arena - places).min(-1) - robot.radius_cm)
+    apart = np.linalg.norm(places[:, :, :, None] - places[:, :, None], axis=-1) + np.diag(
+        [np.inf] * 10
+    )
+    room = np.minimum(
+        apart.min(-1) - 2 * robot.radius_cm,
+        np.minimum(places, arena - places).min(-1) - robot.radius_cm,
+    )
     turned = wrap(steps[..., 2])
     middle = poses[:, :-1, :, 2] + turned / 2
     aside = np.abs(steps[..., 1] * np.cos(middle) - steps[..., 0] * np.sin(middle))
-    along = np.abs(steps[..., 0] * np.cos(middle) + steps[..., 1] * np.sin(middle)) / np.sinc(turned / (2 * np.pi))
+    along = np.abs(steps[..., 0] * np.cos(middle) + steps[..., 1] * np.sin(middle)) / np.sinc(
+        turned / (2 * np.pi)
+    )
     wheels = along + np.abs(turned) * robot.wheel_distance_cm / 2
-    step, near = np.hypot(steps[..., 0], steps[..., 1]), np.minimum(room[:, 1:], room[:, :-1]) <= way
+    step, near = (
+        np.hypot(steps[..., 0], steps[..., 1]),
+        np.minimum(room[:, 1:], room[:, :-1]) <= way,
+    )
     return {
         "step": step,
         "turn": np.degrees(np.abs(turned)),
@@ -140,14 +168,22 @@ def clean(trials: list[np.ndarray], rng: np.random.Generator) -> list[dict[str, 
         found = beyond([track.poses for track in tracks])
         for where, those in (("free", ~found["near"]), ("near another or a wall", found["near"])):
             row = {"tracker's errors": kind, "robots": where, "steps": int(those.sum())}
-            for name, unit in (("step", "cm"), ("turn", "degrees"), ("sideways", "cm beyond"), ("wheel", "cm beyond")):
+            for name, unit in (
+                ("step", "cm"),
+                ("turn", "degrees"),
+                ("sideways", "cm beyond"),
+                ("wheel", "cm beyond"),
+            ):
                 middle, high, top = np.quantile(found[name][those], [0.5, 0.9999, 1])
                 row |= {
                     f"{name}, {unit}: median": round(middle, 3),
                     "99.99 %": round(high, 3),
                     "largest": round(top, 3),
                 }
-                row = {(f"{name} {key}" if key in ("99.99 %", "largest") else key): value for key, value in row.items()}
+                row = {
+                    (f"{name} {key}" if key in ("99.99 %", "largest") else key): value
+                    for key, value in row.items()
+                }
             rows.append(row | {"trials": len(trials), "refused": refused})
     return rows
 
@@ -155,15 +191,24 @@ def clean(trials: list[np.ndarray], rng: np.random.Generator) -> list[dict[str, 
 class Carry:
     """Carry a robot, or turn it, at a random moment of each trial's images; remember whom, where to, and in which images."""
 
-    def __init__(self, away_cm: float, degrees: float, images: int, rng: np.random.Generator) -> None:
-        self.away_cm, self.turned, self.images, self.rng = away_cm, math.radians(degrees), images, rng
+    def __init__(
+        self, away_cm: float, degrees: float, images: int, rng: np.random.Generator
+    ) -> None:
+        self.away_cm, self.turned, self.images, self.rng = (
+            away_cm,
+            math.radians(degrees),
+            images,
+            rng,
+        )
         self.moved: list[tuple[int, np.ndarray, float]] = []
 
     def __call__(self, laboratory: EmulatedLaboratory) -> None:
         """Choose a robot and a moment."""
         self.first = laboratory.clock.now() + 2.0  # of the images, to 0.2 s
         moment = self.first + self.rng.uniform(0.3, 4.8 - 0.1 * self.images)
-        laboratory.clock.call_at(moment, lambda: self.carry(laboratory, int(self.rng.integers(10)), moment))
+        laboratory.clock.call_at(
+            moment, lambda: self.carry(laboratory, int(self.rng.integers(10)), moment)
+        )
 
     def carry(self, laboratory: EmulatedLaboratory, who: int, moment: float) -> None:
         """Carry the robot to a free place, step by step."""
@@ -172,7 +217,9 @@ class Carry:
             angle = self.rng.uniform(-math.pi, math.pi)
             way = self.away_cm * np.array([math.cos(angle), math.sin(angle)])
             to, others = poses[who, :2] + way, np.delete(poses, who, axis=0)[:, :2]
-            inside = (to >= room + 2).all() and (to <= np.array(laboratory.arena_cm) - room - 2).all()
+            inside = (to >= room + 2).all() and (
+                to <= np.array(laboratory.arena_cm) - room - 2
+            ).all()
             if not self.away_cm or (inside and np.hypot(*(others - to).T).min() > 2 * room):
                 break
         else:
@@ -184,7 +231,9 @@ class Carry:
             x, y, heading = laboratory.poses()[who]
             low, high = room, np.array(laboratory.arena_cm) - room
             x, y = np.clip(np.array([x, y]) + way / self.images, low, high)
-            laboratory.put(laboratory.names[who], (float(x), float(y), heading + self.turned / self.images))
+            laboratory.put(
+                laboratory.names[who], (float(x), float(y), heading + self.turned / self.images)
+            )
 
         for step in range(self.images):
             laboratory.clock.call_at(moment + 0.1 * step, move)
@@ -199,7 +248,8 @@ def carried(kind: str, number: int, errors: np.ndarray, seed: int) -> dict[str, 
     for poses, (who, way, after_s) in zip(trials, carry.moved, strict=False):
         track = seen(poses, errors, rng)
         if any(
-            fault.text.startswith(f"individual {who} ") for fault in impossible(track, SCENARIO.robot, SCENARIO.arena)
+            fault.text.startswith(f"individual {who} ")
+            for fault in impossible(track, SCENARIO.robot, SCENARIO.arena)
         ):
             noticed += 1
             continue
@@ -208,7 +258,10 @@ def carried(kind: str, number: int, errors: np.ndarray, seed: int) -> dict[str, 
             own[int(after_s / 0.1 + step) + 1 :, who, :2] -= way / images
         apart = np.abs(signed_speeds(track.poses, 0.1) - signed_speeds(own, 0.1))[who, :, 0]
         off.append((apart.max(), apart.mean()))
-    largest, mean = np.array(off).max(axis=0) if off else (0.0, 0.0), np.array(off).mean(axis=0) if off else (0.0, 0.0)
+    largest, mean = (
+        np.array(off).max(axis=0) if off else (0.0, 0.0),
+        np.array(off).mean(axis=0) if off else (0.0, 0.0),
+    )
     return {
         "carried": kind,
         "trials": len(trials),
@@ -245,7 +298,10 @@ def main() -> None:
         trials += list(np.load(kept))
     write("carried-clean.csv", clean(trials, np.random.default_rng(1)))
     errors = tracker_errors("triangles", trials[:20])
-    write("carried.csv", [carried(kind, given.carried, errors, seed) for seed, kind in enumerate(KINDS, 11)])
+    write(
+        "carried.csv",
+        [carried(kind, given.carried, errors, seed) for seed, kind in enumerate(KINDS, 11)],
+    )
 
 
 if __name__ == "__main__":

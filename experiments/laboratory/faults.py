@@ -51,7 +51,9 @@ def carried(laboratory, away_cm: float, turned: float = 0.0, robot: str = ROBOT)
 def link_lost(laboratory, robot: str = ROBOT) -> None:
     """Lose the link for ten seconds."""
     laboratory.faults.lose_link(robot)
-    laboratory.clock.call_at(laboratory.clock.now() + 10, lambda: laboratory.operator.reset_link(robot))
+    laboratory.clock.call_at(
+        laboratory.clock.now() + 10, lambda: laboratory.operator.reset_link(robot)
+    )
 
 
 FAULTS = {
@@ -74,7 +76,12 @@ class Watched:
     """The laboratory's camera, which loses a share of its images; keeps where everybody was in each."""
 
     def __init__(self, laboratory, share: float) -> None:
-        self._laboratory, self._share, self._rng, self.truth = laboratory, share, np.random.default_rng(1), []
+        self._laboratory, self._share, self._rng, self.truth = (
+            laboratory,
+            share,
+            np.random.default_rng(1),
+            [],
+        )
 
     @property
     def taken_s(self) -> float:
@@ -93,7 +100,9 @@ class Watched:
         """Do nothing."""
 
 
-def worst(poses: np.ndarray, started_s: float, truth: list[tuple[float, np.ndarray]]) -> tuple[float, float]:
+def worst(
+    poses: np.ndarray, started_s: float, truth: list[tuple[float, np.ndarray]]
+) -> tuple[float, float]:
     """Return the largest error (cm, degrees) of a track: that of the images from the middle of the trial."""
     times, there = np.array([time for time, _ in truth]), np.array([at for _, at in truth])
     best = (np.inf, np.inf)
@@ -101,7 +110,9 @@ def worst(poses: np.ndarray, started_s: float, truth: list[tuple[float, np.ndarr
         at = there[first : first + len(poses)]
         if len(at) < len(poses):
             continue
-        agents = np.hypot(*(poses[0, :8, None, :2] - at[0, None, :8, :2]).transpose(2, 0, 1)).argmin(axis=1)
+        agents = np.hypot(
+            *(poses[0, :8, None, :2] - at[0, None, :8, :2]).transpose(2, 0, 1)
+        ).argmin(axis=1)
         apart = poses - at[:, np.r_[agents, 8, 9]]
         turned = np.degrees(np.abs((apart[..., 2] + np.pi) % (2 * np.pi) - np.pi))
         best = min(best, (float(np.hypot(apart[..., 0], apart[..., 1]).max()), float(turned.max())))
@@ -118,7 +129,9 @@ def die(name: str, file: Path) -> None:
             os.kill(os.getpid(), signal.SIGKILL)
 
     loaded = load_laboratory(file, {"run.seed": 3, "run.threads": 1})
-    start_laboratory(loaded, file.parent / name.replace(" ", "-"), equipment=rehearse(loaded), on_event=follow)
+    start_laboratory(
+        loaded, file.parent / name.replace(" ", "-"), equipment=rehearse(loaded), on_event=follow
+    )
 
 
 def row(name: str, file: Path) -> dict[str, object]:
@@ -157,7 +170,8 @@ def row(name: str, file: Path) -> dict[str, object]:
         "fault": name,
         "trials used": len(used),
         "rejected": len(rejected),
-        "operator asked": len(laboratory.operator.asked) - 1,  # the first time, the robots have not begun
+        "operator asked": len(laboratory.operator.asked)
+        - 1,  # the first time, the robots have not begun
         "worst cm": round(float(errors[:, 0].max()), 2),
         "worst degrees": round(float(errors[:, 1].max()), 1),
         "minutes": round(laboratory.clock.now() / 60, 1),

@@ -33,7 +33,10 @@ from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
 from turing_learning.robots.emulation._lines import TerminalServer
 
 HERE = Path(__file__).parent
-KINDS = {"e-puck": ("Asercom.c", "run_asercom", ""), "e-puck2": ("Asercom2.c", "run_asercom2", "-funsigned-char")}
+KINDS = {
+    "e-puck": ("Asercom.c", "run_asercom", ""),
+    "e-puck2": ("Asercom2.c", "run_asercom2", "-funsigned-char"),
+}
 READINGS = (10, 200, -3, 4, 5, 6, 7, 3000)
 HARDWARE = """
 #include <poll.h>
@@ -196,7 +199,11 @@ def compile_parser(source: Path, kind: str, folder: Path) -> Path:
     includes = folder / "a" / "b"
     includes.mkdir(parents=True)
     text = (source / name).read_text(encoding="latin-1")
-    for header in set(re.findall(r'#include\s+[<"]([^>"]+)[>"]', text)) - {"string.h", "ctype.h", "stdio.h"}:
+    for header in set(re.findall(r'#include\s+[<"]([^>"]+)[>"]', text)) - {
+        "string.h",
+        "ctype.h",
+        "stdio.h",
+    }:
         path = includes / header
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("")
@@ -205,7 +212,17 @@ def compile_parser(source: Path, kind: str, folder: Path) -> Path:
     (folder / "body.c").write_text(BODY)
     gcc = ["gcc", "-std=gnu99", "-w", option or "-fsigned-char", f"-DRUN={run}"]
     subprocess.run(
-        [*gcc, "-c", "-I", includes, "-include", folder / "hardware.h", folder / name, "-o", folder / "parser.o"],
+        [
+            *gcc,
+            "-c",
+            "-I",
+            includes,
+            "-include",
+            folder / "hardware.h",
+            folder / name,
+            "-o",
+            folder / "parser.o",
+        ],
         check=True,
     )
     subprocess.run([*gcc, "-c", folder / "body.c", "-o", folder / "body.o"], check=True)
@@ -213,7 +230,9 @@ def compile_parser(source: Path, kind: str, folder: Path) -> Path:
         [*gcc, folder / "parser.o", folder / "body.o"], capture_output=True, text=True, check=False
     )
     missing = sorted(set(re.findall(r"undefined reference to `(\w+)'", linking.stderr)))
-    (folder / "rest.c").write_text("".join(f"int {function}() {{ return 0; }}\n" for function in missing))
+    (folder / "rest.c").write_text(
+        "".join(f"int {function}() {{ return 0; }}\n" for function in missing)
+    )
     objects = [folder / "parser.o", folder / "body.o", folder / "rest.c"]
     subprocess.run([*gcc, *objects, "-o", folder / "parser"], check=True)
     return folder / "parser"
@@ -268,7 +287,11 @@ def shape(command: str, answer: bytes) -> str:
         return f"{len(answer)} bytes"
     lines = answer.decode("latin-1").strip("\n").splitlines()
     if command in "VHK":  # words
-        return f"{answer[:3]!r}" if command == "H" else " / ".join(re.split(r"[,:]", line)[0] for line in lines)
+        return (
+            f"{answer[:3]!r}"
+            if command == "H"
+            else " / ".join(re.split(r"[,:]", line)[0] for line in lines)
+        )
     return re.sub(r"-?\b\d+", "#", " / ".join(lines))
 
 
@@ -310,15 +333,22 @@ def drive(programs: dict[str, Path]) -> Iterator[dict[str, str]]:
                 try:
                     found.setdefault(name, {})[kind] = f"works: {call(robot)}"
                 except LinkError as error:
-                    found.setdefault(name, {})[kind] = "refused: " + str(error).split("got ")[1][:75]
+                    found.setdefault(name, {})[kind] = (
+                        "refused: " + str(error).split("got ")[1][:75]
+                    )
             robot.close()
     for name, kinds in found.items():
         yield {"who": "driver EPuck", "what": name, **kinds}
 
 
-def ask_by_clients(programs: dict[str, Path], source: Path, python2: str) -> Iterator[dict[str, str]]:
+def ask_by_clients(
+    programs: dict[str, Path], source: Path, python2: str
+) -> Iterator[dict[str, str]]:
     """Yield a row for each call of each client: whether it reads from the emulated robot what it reads from the parser."""
-    clients = {"ePuck.py": ([python2, "-c", ORTIZ], source), "epuck.py": ([sys.executable, "-c", GHASSEMI], source)}
+    clients = {
+        "ePuck.py": ([python2, "-c", ORTIZ], source),
+        "epuck.py": ([sys.executable, "-c", GHASSEMI], source),
+    }
     for client, (command, folder) in clients.items():
         found: dict[str, list[dict[str, str]]] = {}
         for kind, program in programs.items():
@@ -326,7 +356,11 @@ def ask_by_clients(programs: dict[str, Path], source: Path, python2: str) -> Ite
                 with robot as where:
                     time.sleep(0.3)
                     run = subprocess.run(
-                        [*command, folder, where], capture_output=True, text=True, timeout=120, check=False
+                        [*command, folder, where],
+                        capture_output=True,
+                        text=True,
+                        timeout=120,
+                        check=False,
                     )
                     found.setdefault(kind, []).append(
                         json.loads(run.stdout.splitlines()[-1]) if run.stdout else {"": run.stderr}
@@ -335,11 +369,16 @@ def ask_by_clients(programs: dict[str, Path], source: Path, python2: str) -> Ite
             row = {"who": client, "what": name}
             for kind, (real, ours) in found.items():
                 theirs, own = real.get(name, "not called"), ours.get(name, "not called")
-                if re.sub(r"-?\d+", "#", theirs) != re.sub(r"-?\d+", "#", own) and theirs[:10] != own[:10]:
+                if (
+                    re.sub(r"-?\d+", "#", theirs) != re.sub(r"-?\d+", "#", own)
+                    and theirs[:10] != own[:10]
+                ):
                     row[kind] = f"firmware: {theirs}; here: {own}"
                 else:
                     row[kind] = (
-                        f"fails with the firmware, too: {own[7:]}" if own.startswith("error") else f"works: {own}"
+                        f"fails with the firmware, too: {own[7:]}"
+                        if own.startswith("error")
+                        else f"works: {own}"
                     )
             yield row
 

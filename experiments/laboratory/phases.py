@@ -55,12 +55,16 @@ class PhasedLaboratory(SimulatedLaboratory):
             return rng.integers(0, PARTS, shape)
         phases = np.tile(self._phases, (trials, 1))
         if self._kind == "replicas":
-            phases[:, self._scenario.agents :] = rng.integers(0, PARTS, (trials, self._scenario.replicas))
+            phases[:, self._scenario.agents :] = rng.integers(
+                0, PARTS, (trials, self._scenario.replicas)
+            )
         if self._kind == "moment":
             phases += rng.integers(0, PARTS, (trials, 1))
         return phases
 
-    def observe(self, speeds: np.ndarray, stage: str = "", rng: np.random.Generator | None = None) -> Samples:
+    def observe(
+        self, speeds: np.ndarray, stage: str = "", rng: np.random.Generator | None = None
+    ) -> Samples:
         """Return samples of models (M, P) in wheel speeds."""
         rng = rng or np.random.default_rng([self._seed, *stage.encode()])
         scenario, trials = self._scenario, len(speeds) // self._scenario.replicas
@@ -76,7 +80,9 @@ class PhasedLaboratory(SimulatedLaboratory):
             if part >= PARTS and part % PARTS == 0:
                 images.append(poses)
             acting = (part + phases) % PARTS == 0
-            wanted = np.take_along_axis(states, sights[:, :, None, None].repeat(2, axis=3), axis=2)[:, :, 0]
+            wanted = np.take_along_axis(states, sights[:, :, None, None].repeat(2, axis=3), axis=2)[
+                :, :, 0
+            ]
             noise = scenario.robot.wheel_noise * rng.uniform(-1, 1, wheels.shape)
             wheels = np.where(acting[..., None], wanted * (1 + noise), wheels)
             held = np.tile(wheels, (1, 1, self._exact.sensor.states))
@@ -104,10 +110,15 @@ def main(kind: str, first: int, count: int) -> None:
                 source = PhasedLaboratory(configuration.swarm, seed, kind)
                 result = conduct(Run.begin(configuration, source=source), None, None)
                 intervals = [] if result.interval is None else list(result.interval.values())
-                holding = [low <= value <= high for (low, high), value in zip(intervals, controller, strict=False)]
+                holding = [
+                    low <= value <= high
+                    for (low, high), value in zip(intervals, controller, strict=False)
+                ]
                 widths = [round(high - low, 4) for low, high in intervals]
                 error = np.abs(np.array(list(result.estimate.values())) - controller).mean()
-                writer.writerow([kind, *controller, seed, len(holding), sum(holding), *widths, round(error, 4)])
+                writer.writerow(
+                    [kind, *controller, seed, len(holding), sum(holding), *widths, round(error, 4)]
+                )
                 file.flush()
 
 

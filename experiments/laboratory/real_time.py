@@ -35,26 +35,41 @@ with ArenaService(seed=1, lines="tcp") as service:
     truth[:, 0] = truth[:, 1] + (truth[:, 0] - truth[:, 1]).min()  # when the arena's time was due
     np.save(folder / "truth.npy", np.delete(truth, 1, axis=1))
 """
-LATE_S = np.arange(-0.2, 0.4, 0.005)  # of the images after the middle of the trial began: the camera is not synchronous
+LATE_S = np.arange(
+    -0.2, 0.4, 0.005
+)  # of the images after the middle of the trial began: the camera is not synchronous
 
 
 def errors(trial: Path, truth: np.ndarray, wait_s: float, execute_s: float) -> tuple[float, float]:
     """Return the largest error (cm, degrees) of a trial's poses, the camera's delay being that with the least mean distance."""
     with np.load(trial) as stored:
-        poses, started_s, interval_s = stored["poses"], float(stored["started_s"]), float(stored["interval_s"])
+        poses, started_s, interval_s = (
+            stored["poses"],
+            float(stored["started_s"]),
+            float(stored["interval_s"]),
+        )
     begin_s = started_s + wait_s + (execute_s - interval_s * (len(poses) - 1)) / 2
     around = truth[np.abs(truth[:, 0] - started_s) < 30]
     there = around[:, 1:].reshape(len(around), -1, 3)
     there[..., 2] = np.unwrap(there[..., 2], axis=0)
     best = (np.inf, np.inf, np.inf)
-    start = np.array([np.interp(begin_s, around[:, 0], there[:, k, 0]) for k in range(there.shape[1])])
+    start = np.array(
+        [np.interp(begin_s, around[:, 0], there[:, k, 0]) for k in range(there.shape[1])]
+    )
     order = slice(0, poses.shape[1])
     for late_s in LATE_S:
         times = begin_s + late_s + interval_s * np.arange(len(poses))
-        at = np.array([[np.interp(times, around[:, 0], there[:, k, d]) for d in range(3)] for k in range(len(start))])
+        at = np.array(
+            [
+                [np.interp(times, around[:, 0], there[:, k, d]) for d in range(3)]
+                for k in range(len(start))
+            ]
+        )
         at = at.transpose(2, 0, 1)
         agents = at.shape[1] - 2
-        distances = np.hypot(*(poses[0, :agents, None, :2] - at[0, None, :agents, :2]).transpose(2, 0, 1))
+        distances = np.hypot(
+            *(poses[0, :agents, None, :2] - at[0, None, :agents, :2]).transpose(2, 0, 1)
+        )
         who = np.r_[
             distances.argmin(axis=1), agents, agents + 1
         ]  # agents wear the same marker: numbered anew in each trial
@@ -99,7 +114,9 @@ def main() -> None:
     ]
     command += ["--generations", str(given.generations), "--out", str(folder / "run")]
     with (folder / "run.log").open("w") as log:
-        program = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT)
+        program = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT
+        )
         averages = []
         while (ended := program.poll()) is None:
             time.sleep(10)

@@ -15,7 +15,15 @@ from pathlib import Path
 import numpy as np
 from faults import carried, link_lost, write_laboratory
 
-from turing_learning.robots import EmulatedLaboratory, EPuck, Equipment, Event, Fault, Track, load_laboratory
+from turing_learning.robots import (
+    EmulatedLaboratory,
+    EPuck,
+    Equipment,
+    Event,
+    Fault,
+    Track,
+    load_laboratory,
+)
 from turing_learning.robots.program._equipment import PunctualImages
 from turing_learning.runs import load_run, read_events, start_laboratory
 
@@ -26,7 +34,9 @@ LOST, DISTURBED = 0.01, 0.1  # shares of the images, and of the trials
 class Poses:
     """A camera whose images are the poses, and lose a share; what follows all robots in them."""
 
-    def __init__(self, laboratory: EmulatedLaboratory, share: float, rng: np.random.Generator) -> None:
+    def __init__(
+        self, laboratory: EmulatedLaboratory, share: float, rng: np.random.Generator
+    ) -> None:
         self._laboratory, self._share, self._rng = laboratory, share, rng
         laboratory.camera._render = laboratory.poses
 
@@ -46,7 +56,10 @@ class Poses:
         """See `PoseSource`."""
         laboratory = self._laboratory
         punctual = PunctualImages(self, laboratory.clock, begin_s, images, laboratory.interval_s)
-        poses, present = np.zeros((images, len(laboratory.names), 3)), np.ones((images, len(laboratory.names)), bool)
+        poses, present = (
+            np.zeros((images, len(laboratory.names), 3)),
+            np.ones((images, len(laboratory.names)), bool),
+        )
         for frame, image in enumerate(punctual):
             present[frame] = image is not None
             poses[frame] = poses[frame - 1] if image is None else image
@@ -59,7 +72,10 @@ class Poses:
 
 def disturb(laboratory: EmulatedLaboratory, rng: np.random.Generator) -> None:
     """Let something happen to a robot."""
-    away_cm, turned = float(np.exp(rng.uniform(math.log(2), math.log(70)))), rng.uniform(math.pi / 2, math.pi)
+    away_cm, turned = (
+        float(np.exp(rng.uniform(math.log(2), math.log(70)))),
+        rng.uniform(math.pi / 2, math.pi),
+    )
     replica, anybody = rng.choice(laboratory.names[-2:]), rng.choice(laboratory.names)
     what = rng.integers(4)
     if what == 0:
@@ -75,25 +91,42 @@ def conduct(number: int, faulty: bool, generations: int, folder: Path) -> dict[s
     out = folder / f"{'faults' if faulty else 'none'}-{number}"
     done = out.with_suffix(".hours")
     file = write_laboratory(folder, population=20, generations=generations)
-    loaded, rng = load_laboratory(file, {"run.seed": number, "run.threads": 1}), np.random.default_rng([number, 23])
+    loaded, rng = (
+        load_laboratory(file, {"run.seed": number, "run.threads": 1}),
+        np.random.default_rng([number, 23]),
+    )
     if not done.exists():
         shutil.rmtree(out, ignore_errors=True)
         laboratory = EmulatedLaboratory(loaded.configuration.swarm, seed=number)
         poses = Poses(laboratory, LOST if faulty else 0.0, rng)
         equipment = Equipment(
-            laboratory.clock, lambda name: EPuck(laboratory.link(name)), lambda: poses, laboratory.operator
+            laboratory.clock,
+            lambda name: EPuck(laboratory.link(name)),
+            lambda: poses,
+            laboratory.operator,
         )
 
         def follow(event: Event) -> None:
-            if faulty and event.state == "P4" and event.kind == "state" and rng.random() < DISTURBED:
-                laboratory.clock.call_at(laboratory.clock.now() + rng.uniform(0, 7), lambda: disturb(laboratory, rng))
+            if (
+                faulty
+                and event.state == "P4"
+                and event.kind == "state"
+                and rng.random() < DISTURBED
+            ):
+                laboratory.clock.call_at(
+                    laboratory.clock.now() + rng.uniform(0, 7), lambda: disturb(laboratory, rng)
+                )
 
         start_laboratory(loaded, out, equipment=equipment, on_event=follow)
         done.write_text(f"{laboratory.clock.now() / 3600:.2f}")
     result, events = load_run(out), read_events(out)
     error = np.mean([abs(result.estimate[name] - value) for name, value in result.truth.items()])
     trials = list((out / "trials").rglob("*.npz"))
-    lost = sum(int((~np.load(path)["present"]).all(axis=1).sum()) for path in trials if path.name.startswith("trial"))
+    lost = sum(
+        int((~np.load(path)["present"]).all(axis=1).sum())
+        for path in trials
+        if path.name.startswith("trial")
+    )
     return {
         "run": number,
         "faults": "yes" if faulty else "no",
@@ -103,7 +136,10 @@ def conduct(number: int, faulty: bool, generations: int, folder: Path) -> dict[s
         "images bridged": lost,
         "disturbed": sum(event["kind"] == "disturbed" for event in events)
         - 1,  # the first time, the robots have not begun
-        "operator asked": sum(bool(event["asked"]) and event["kind"] == "disturbed" for event in events) - 1,
+        "operator asked": sum(
+            bool(event["asked"]) and event["kind"] == "disturbed" for event in events
+        )
+        - 1,
         "hours": float(done.read_text()),
     }
 
@@ -118,13 +154,21 @@ def main() -> None:
     given.folder.mkdir(parents=True, exist_ok=True)
     rows = []
     for number in range(1, given.runs + 1):
-        rows += [conduct(number, faulty, given.generations, given.folder) for faulty in (False, True)]
+        rows += [
+            conduct(number, faulty, given.generations, given.folder) for faulty in (False, True)
+        ]
         with (HERE / "runs-with-faults.csv").open("w", newline="") as table:
             writer = csv.DictWriter(table, rows[0])
             writer.writeheader()
             writer.writerows(rows)
-        mean = {kind: np.mean([row["error"] for row in rows if row["faults"] == kind]) for kind in ("no", "yes")}
-        print(f"{number} pairs: mean error without faults {mean['no']:.3f}, with faults {mean['yes']:.3f}", flush=True)
+        mean = {
+            kind: np.mean([row["error"] for row in rows if row["faults"] == kind])
+            for kind in ("no", "yes")
+        }
+        print(
+            f"{number} pairs: mean error without faults {mean['no']:.3f}, with faults {mean['yes']:.3f}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

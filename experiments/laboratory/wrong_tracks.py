@@ -32,7 +32,13 @@ def rows_of(which: str, laboratories: int) -> Iterator[list[object]]:
             outcomes = [found_at(seed, wrong) for seed in seeds]
             numbers = [number for number, _ in outcomes if number]
             named = sum(name in fault for _, fault in outcomes)
-            yield [wrong.__name__.strip("_"), laboratories, len(numbers), named, max(numbers, default="")]
+            yield [
+                wrong.__name__.strip("_"),
+                laboratories,
+                len(numbers),
+                named,
+                max(numbers, default=""),
+            ]
     else:
         for name, options in RIGHT.items():
             outcomes = [found_at(seed, **options) for seed in seeds]
@@ -44,7 +50,9 @@ def main(which: str, laboratories: int) -> None:
     """Look at laboratories of each kind, and write the table."""
     with (HERE / f"{which}-tracks.csv").open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["laboratory", "laboratories", "something found", "named rightly", "latest at trial"])
+        writer.writerow(
+            ["laboratory", "laboratories", "something found", "named rightly", "latest at trial"]
+        )
         for row in rows_of(which, laboratories):
             writer.writerow(row)
             file.flush()

@@ -38,15 +38,21 @@ FIELDS = (
 
 def recordings() -> dict[str, Trajectories]:
     """Return both recordings at about ten frames a second; rate and scale of the fish are assumptions."""
-    fish = tl.load_trajectories(TRACKTOR / "zebrafish_video_idtracked.txt", fps=30, pixels_per_cm=20)
-    termites = tl.load_trajectories(TRACKTOR / "termite_video_idtracked.txt", fps=25, pixels_per_cm=20)
+    fish = tl.load_trajectories(
+        TRACKTOR / "zebrafish_video_idtracked.txt", fps=30, pixels_per_cm=20
+    )
+    termites = tl.load_trajectories(
+        TRACKTOR / "termite_video_idtracked.txt", fps=25, pixels_per_cm=20
+    )
     return {
         "zebrafish": fish.bridged(max_gap=5).thinned(3),
         "termites": termites.bridged(max_gap=5).thinned(2),
     }
 
 
-def tested(network: Network, gains: dict[str, float], windows: Windows, against: str, seed: int) -> TuringTest:
+def tested(
+    network: Network, gains: dict[str, float], windows: Windows, against: str, seed: int
+) -> TuringTest:
     """Put free-running groups with these gains to the test."""
     rng = np.random.default_rng([seed, 7])
     values = np.tile([gains[name] for name in network.parameters], (SIMULATED, 1))
@@ -75,7 +81,9 @@ def rows(name: str, recording: Trajectories, seed: int) -> list[dict[str, object
     network = Network.learned(recording, cut[5], seed=seed)
     seconds = time.perf_counter() - begun
     as_recorded = dict.fromkeys(network.parameters, 1.0)
-    result = tl.infer(genuine=cut[5], simulate=network, parameters=network.parameters, seed=seed, trials=TRIALS)
+    result = tl.infer(
+        genuine=cut[5], simulate=network, parameters=network.parameters, seed=seed, trials=TRIALS
+    )
     models = {"as learned": as_recorded, "gains": dict(result.estimate)}
     table = []
     for model, gains in models.items():

@@ -56,19 +56,30 @@ def system(case: str, seed: int) -> tuple[dict[str, Any], np.ndarray]:
     rng = np.random.default_rng([33, seed])
     if case == "random":
         controller = rng.uniform(-1, 1, 4)
-        return {"scenario": replace(SCENARIOS["aggregation"], controller=tuple(controller.tolist()))}, controller
+        return {
+            "scenario": replace(SCENARIOS["aggregation"], controller=tuple(controller.tolist()))
+        }, controller
     if case in FAMILY:
         family, truth = FAMILY[case]
         genuine = family.observe(truth, groups=GROUPS, rng=rng)
-        return {"genuine": genuine, "simulate": family, "parameters": family.parameters}, np.array(list(truth.values()))
+        return {"genuine": genuine, "simulate": family, "parameters": family.parameters}, np.array(
+            list(truth.values())
+        )
     import sys
 
     sys.path.insert(0, str(HERE.parent / "few-trials"))
     import walker
 
     genuine = walker.simulate(np.tile(walker.TRUTH, (int(case.partition("-")[2]), 1)), rng)
-    ranges = dict(zip(walker.NAMES, zip(walker.LOW.tolist(), walker.HIGH.tolist(), strict=True), strict=True))
-    return {"genuine": genuine, "simulate": walker.simulate, "parameters": ranges, "vectorized": True}, walker.TRUTH
+    ranges = dict(
+        zip(walker.NAMES, zip(walker.LOW.tolist(), walker.HIGH.tolist(), strict=True), strict=True)
+    )
+    return {
+        "genuine": genuine,
+        "simulate": walker.simulate,
+        "parameters": ranges,
+        "vectorized": True,
+    }, walker.TRUTH
 
 
 def planned(first: int, last: int) -> Iterator[tuple[str, str, int, int]]:
@@ -76,9 +87,13 @@ def planned(first: int, last: int) -> Iterator[tuple[str, str, int, int]]:
     for seed in range(first, last + 1):
         for case in NAMES:
             lengths = LENGTHS if seed <= LONG else LENGTHS[:5]
-            yield from ((case, "generations", length, 100 * seed + k) for k, length in enumerate(lengths))
+            yield from (
+                (case, "generations", length, 100 * seed + k) for k, length in enumerate(lengths)
+            )
         for case in FEW if seed <= LONG else ():
-            yield from ((case, "trials", length, 100 * seed + 50 + k) for k, length in enumerate(TRIALS))
+            yield from (
+                (case, "trials", length, 100 * seed + 50 + k) for k, length in enumerate(TRIALS)
+            )
 
 
 def collect(work: Path, first: int, last: int, least: int, most: int, cases: str) -> None:
@@ -105,8 +120,12 @@ def collect(work: Path, first: int, last: int, least: int, most: int, cases: str
             kept |= {
                 "step": np.median(history["model_step_size"].to_numpy(), axis=1),
                 "spread": history["model"].to_numpy().std(axis=1),
-                "model_fitness": np.quantile(history["model_fitness"].to_numpy(), QUARTILES, axis=1).T,
-                "classifier_fitness": np.quantile(history["classifier_fitness"].to_numpy(), QUARTILES, axis=1).T,
+                "model_fitness": np.quantile(
+                    history["model_fitness"].to_numpy(), QUARTILES, axis=1
+                ).T,
+                "classifier_fitness": np.quantile(
+                    history["classifier_fitness"].to_numpy(), QUARTILES, axis=1
+                ).T,
             }
         partial = path.with_suffix(".part")
         with partial.open("wb") as file:
@@ -115,7 +134,9 @@ def collect(work: Path, first: int, last: int, least: int, most: int, cases: str
         print(path.name, f"{result.seconds_total:.1f} s", flush=True)
 
 
-def judged(kept: dict[str, np.ndarray], unit: str, length: int) -> tuple[str, np.ndarray, np.ndarray]:
+def judged(
+    kept: dict[str, np.ndarray], unit: str, length: int
+) -> tuple[str, np.ndarray, np.ndarray]:
     """Return verdict, estimate (P,) and what the models wandered over (P, 2), or matching left open, of the first generations."""
     if unit == "trials":
         known = not np.isnan(kept["interval"]).any()
@@ -138,36 +159,73 @@ def table(work: Path) -> None:
     for path in sorted(work.glob("*.npz")):
         case, unit, length, seed = path.stem.split(".")
         kept = dict(np.load(path))
-        for end in (int(length),) if unit == "trials" else [each for each in LENGTHS if each <= int(length)]:
+        for end in (
+            (int(length),)
+            if unit == "trials"
+            else [each for each in LENGTHS if each <= int(length)]
+        ):
             verdict, inferred, ends = judged(kept, unit, end)
             truth = kept["truth"]
             held = int(((ends[:, 0] <= truth) & (truth <= ends[:, 1])).sum())
             kind = "whole" if end == int(length) else "stopped"
             mae = float(np.abs(inferred - truth).mean())
             rows.append([case, unit, end, seed, kind, f"{mae:.4g}", verdict, held, len(truth)])
-    write(HERE / "runs.csv", ("case", "unit", "length", "seed", "kind", "mae", "verdict", "held", "parameters"), rows)
-    print(len(rows), "cases of", len({(row[0], row[1], row[3]) for row in rows}), "independent runs")
+    write(
+        HERE / "runs.csv",
+        ("case", "unit", "length", "seed", "kind", "mae", "verdict", "held", "parameters"),
+        rows,
+    )
+    print(
+        len(rows), "cases of", len({(row[0], row[1], row[3]) for row in rows}), "independent runs"
+    )
     found = []
-    for part, seeds in (("tuning", range(300)), ("fresh", range(300, 10**6)), ("all", range(10**6))):
+    for part, seeds in (
+        ("tuning", range(300)),
+        ("fresh", range(300, 10**6)),
+        ("all", range(10**6)),
+    ):
         for unit in ("generations", "trials"):
             for verdict in dict.fromkeys(row[6] for row in rows if row[1] == unit):
-                own = [row for row in rows if row[1] == unit and row[6] == verdict and int(row[3]) in seeds]
+                own = [
+                    row
+                    for row in rows
+                    if row[1] == unit and row[6] == verdict and int(row[3]) in seeds
+                ]
                 if own:
                     held, of = (sum(row[k] for row in own) for k in (7, 8))
                     runs = len({(row[0], row[3]) for row in own})
-                    found.append([part, unit, verdict, len(own), runs, held, of, f"{held / of:.2f}"])
+                    found.append(
+                        [part, unit, verdict, len(own), runs, held, of, f"{held / of:.2f}"]
+                    )
     header = ("seeds", "unit", "verdict", "cases", "runs", "held", "parameters", "share")
     write(HERE / "summary.csv", header, found)
     called = []
     for case in dict.fromkeys(row[0] for row in rows):
         for length in LENGTHS:
-            own = [row for row in rows if row[:3] == [case, "generations", length] and row[4] == "whole"]
+            own = [
+                row
+                for row in rows
+                if row[:3] == [case, "generations", length] and row[4] == "whole"
+            ]
             if own:
                 errors = np.array([float(row[5]) for row in own])
-                good = [row for row, error in zip(own, errors, strict=True) if error < 2 * np.median(errors)]
+                good = [
+                    row
+                    for row, error in zip(own, errors, strict=True)
+                    if error < 2 * np.median(errors)
+                ]
                 converged = sum(row[6] == "converged" for row in good)
-                called.append([case, length, len(own), f"{np.median(errors):.4g}", len(good), converged])
-    header = ("case", "generations", "runs", "median_mae", "below_twice_the_median", "of_these_converged")
+                called.append(
+                    [case, length, len(own), f"{np.median(errors):.4g}", len(good), converged]
+                )
+    header = (
+        "case",
+        "generations",
+        "runs",
+        "median_mae",
+        "below_twice_the_median",
+        "of_these_converged",
+    )
     write(HERE / "called.csv", header, called)
 
 

@@ -36,7 +36,10 @@ CELLS = (
 KEYS = ("scenario", "preset", "world", "seed")
 PRINTED = {
     "aggregation": ((0.01, 0.01, 0.07, 0.06), (0.01, 0.01, 0.07, 0.04)),
-    "object-clustering": ((0.03, 0.04, 0.02, 0.03, 0.08, 0.08), (0.03, 0.03, 0.02, 0.03, 0.13, 0.09)),
+    "object-clustering": (
+        (0.03, 0.04, 0.02, 0.03, 0.08, 0.08),
+        (0.03, 0.03, 0.02, 0.03, 0.13, 0.09),
+    ),
 }  # mean and standard deviation of the absolute errors, paper, section 4.3
 
 
@@ -71,10 +74,20 @@ def write_summary() -> None:
     """Write mean and standard deviation of the errors of each kind of run."""
     kinds = defaultdict(list)
     for row in finished():
-        kinds[row["scenario"], row["preset"], row["world"]].append([float(row[name]) for name in NAMES if row[name]])
+        kinds[row["scenario"], row["preset"], row["world"]].append(
+            [float(row[name]) for name in NAMES if row[name]]
+        )
     with (HERE / "runs-summary.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        names = ["parameter", "runs", "mean", "standard_deviation", "median", "paper_mean", "paper_standard_deviation"]
+        names = [
+            "parameter",
+            "runs",
+            "mean",
+            "standard_deviation",
+            "median",
+            "paper_mean",
+            "paper_standard_deviation",
+        ]
         writer.writerow([*KEYS[:3], *names, "mae_below_0.1"])
         for kind, found in sorted(kinds.items()):
             errors = np.array(found)
@@ -83,7 +96,16 @@ def write_summary() -> None:
                 values = errors[:, k]
                 numbers = values.mean(), values.std(ddof=min(1, len(values) - 1)), np.median(values)
                 printed = [of[k] for of in PRINTED[kind[0]]]
-                writer.writerow([*kind, name, len(values), *(f"{number:.4f}" for number in numbers), *printed, good])
+                writer.writerow(
+                    [
+                        *kind,
+                        name,
+                        len(values),
+                        *(f"{number:.4f}" for number in numbers),
+                        *printed,
+                        good,
+                    ]
+                )
 
 
 if __name__ == "__main__":

@@ -30,7 +30,9 @@ def rows_of(name: str) -> list[dict[str, str]]:
 
 def fit(row: dict[str, str]) -> tuple[float, float]:
     """Return the largest distance of shares from the printed ones, in itself and in standard errors of both."""
-    shares, errors = (np.array([float(row[f"{of}_{k}"]) for k in range(3)]) for of in ("share", "standard_error"))
+    shares, errors = (
+        np.array([float(row[f"{of}_{k}"]) for k in range(3)]) for of in ("share", "standard_error")
+    )
     distance = np.abs(shares - PRINTED[row["scenario"]])
     both = np.maximum(errors * np.sqrt(1 + float(row["trials"]) / TRIALS), 1e-4)
     return float(distance.max()), float((np.maximum(distance - ROUNDING, 0) / both).max())
@@ -51,10 +53,18 @@ if __name__ == "__main__":
             for lag in LAGS[:3]:
                 chosen = [row for row in shares if int(row["lag_cycles"]) == lag]
                 gathering = [row for row in chosen if row["scenario"] == "aggregation"]
-                clustering = [row for row in chosen if float(row["gravity_cm_s2"]) == gravity and row not in gathering]
+                clustering = [
+                    row
+                    for row in chosen
+                    if float(row["gravity_cm_s2"]) == gravity and row not in gathering
+                ]
                 (ten,) = [float(row["share_1"]) for row in gathering if row["duration_s"] == "10"]
                 world = ("object-clustering", str(gravity), str(lag))
                 pictures = [row for row in snapshots if tuple(row.values())[:3] == world]
-                counts = [(row["all_in_one_cluster"], row["trials"]) for row in pictures] or [("", "")]
+                counts = [(row["all_in_one_cluster"], row["trials"]) for row in pictures] or [
+                    ("", "")
+                ]
                 fits = [f"{value:.4g}" for value in (*best(gathering), *best(clustering))]
-                writer.writerow([gravity, lag, *fits, f"{LEFT * ten:.3f}", PRINTED_LEFT_ERROR, *counts[0]])
+                writer.writerow(
+                    [gravity, lag, *fits, f"{LEFT * ten:.3f}", PRINTED_LEFT_ERROR, *counts[0]]
+                )

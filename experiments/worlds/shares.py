@@ -25,20 +25,34 @@ LAGS = (0, 1, 2, 3)  # control cycles
 CASES = [(AGGREGATION, 9.81, lag) for lag in LAGS]
 CASES += [(OBJECT_CLUSTERING, gravity, lag) for gravity in GRAVITIES for lag in LAGS[:3]]
 WORLD = ("scenario", "gravity_cm_s2", "lag_cycles")
-FIELDS = (*WORLD, "duration_s", "trials", "share_0", "share_1", "share_2", "variance_0", "variance_1", "variance_2")
+FIELDS = (
+    *WORLD,
+    "duration_s",
+    "trials",
+    "share_0",
+    "share_1",
+    "share_2",
+    "variance_0",
+    "variance_1",
+    "variance_2",
+)
 
 
 def changed(scenario: Scenario, gravity: float, lag: int) -> Scenario:
     """Return a scenario with another gravity and lag."""
     objects = replace(scenario.objects, gravity_cm_s2=gravity)
-    return replace(scenario, objects=objects, robot=replace(scenario.robot, actuation_lag_cycles=lag))
+    return replace(
+        scenario, objects=objects, robot=replace(scenario.robot, actuation_lag_cycles=lag)
+    )
 
 
 def shares_of(scenario: Scenario, seed: int) -> np.ndarray:
     """Return the share of each of three readings (trials, durations, 3) up to each duration; all robots are agents."""
     steps = [round(duration / scenario.trial.control_interval_s) for duration in DURATIONS_S]
     poses = initial_poses(scenario, TRIALS, np.random.default_rng(seed))
-    controllers = np.broadcast_to(scenario.controller, (TRIALS, scenario.individuals, len(scenario.controller)))
+    controllers = np.broadcast_to(
+        scenario.controller, (TRIALS, scenario.individuals, len(scenario.controller))
+    )
     moved = simulate(scenario, controllers, poses, control_steps=max(steps), seed=seed, threads=1)
     happened = (moved.sensors[:, :-1, :, None] == np.arange(3)).mean(axis=2)
     mean = np.cumsum(happened, axis=1) / np.arange(1, max(steps) + 1)[:, None]
@@ -59,7 +73,13 @@ def measure(blocks: int) -> None:
                 continue
             shares = shares_of(changed(scenario, gravity, lag), seed=1 + block)
             rows = [
-                [*world, duration, TRIALS, *shares[:, k].mean(axis=0), *shares[:, k].var(axis=0, ddof=1)]
+                [
+                    *world,
+                    duration,
+                    TRIALS,
+                    *shares[:, k].mean(axis=0),
+                    *shares[:, k].var(axis=0, ddof=1),
+                ]
                 for k, duration in enumerate(DURATIONS_S)
             ]
             with BLOCKS.open("a", newline="") as file:
@@ -67,7 +87,8 @@ def measure(blocks: int) -> None:
                 if file.tell() == 0:
                     writer.writerow(FIELDS)
                 writer.writerows(
-                    [f"{value:.6g}" if isinstance(value, float) else value for value in row] for row in rows
+                    [f"{value:.6g}" if isinstance(value, float) else value for value in row]
+                    for row in rows
                 )
 
 
@@ -76,7 +97,12 @@ def write_table() -> None:
     blocks = defaultdict(list)
     with BLOCKS.open(newline="") as file:
         for row in csv.DictReader(file):
-            key = (row["scenario"], float(row["gravity_cm_s2"]), int(row["lag_cycles"]), int(row["duration_s"]))
+            key = (
+                row["scenario"],
+                float(row["gravity_cm_s2"]),
+                int(row["lag_cycles"]),
+                int(row["duration_s"]),
+            )
             blocks[key].append([float(row[name]) for name in FIELDS[4:]])
     with (HERE / "shares.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -85,9 +111,14 @@ def write_table() -> None:
         for key, found in sorted(blocks.items()):
             numbers = np.array(found)
             trials = numbers[:, 0].sum()
-            mean, error = numbers[:, 1:4].mean(axis=0), np.sqrt(numbers[:, 4:7].mean(axis=0) / trials)
+            mean, error = (
+                numbers[:, 1:4].mean(axis=0),
+                np.sqrt(numbers[:, 4:7].mean(axis=0) / trials),
+            )
             distance = np.abs(mean - PRINTED[key[0]]).max()
-            writer.writerow([*key, int(trials), *(f"{value:.4f}" for value in (*mean, *error, distance))])
+            writer.writerow(
+                [*key, int(trials), *(f"{value:.4f}" for value in (*mean, *error, distance))]
+            )
 
 
 if __name__ == "__main__":

@@ -15,9 +15,19 @@ from turing_learning.swarm import initial_poses, simulate
 
 HERE = Path(__file__).parent
 TABLE = HERE / "snapshots.csv"
-SIZES = {"aggregation": (50, 300, 30), "object-clustering": (5, 60, 100)}  # robots, duration (s), trials
+SIZES = {
+    "aggregation": (50, 300, 30),
+    "object-clustering": (5, 60, 100),
+}  # robots, duration (s), trials
 NAMES = ("scenario", "gravity_cm_s2", "lag_cycles")
-FIELDS = (*NAMES, "time_s", "trials", "all_in_one_cluster", "nine_tenths_in_one_cluster", "median_dispersion")
+FIELDS = (
+    *NAMES,
+    "time_s",
+    "trials",
+    "all_in_one_cluster",
+    "nine_tenths_in_one_cluster",
+    "median_dispersion",
+)
 
 
 def gathered(name: str, gravity: float, lag: int) -> list[float]:
@@ -26,13 +36,21 @@ def gathered(name: str, gravity: float, lag: int) -> list[float]:
     robots, duration, trials = SIZES[name]
     poses = initial_poses(scenario, trials, np.random.default_rng(1), robots=robots)
     controllers = np.broadcast_to(scenario.controller, (trials, robots, len(scenario.controller)))
-    end = simulate(scenario, controllers, poses, control_steps=10 * duration, seed=1, threads=1).poses[:, -1]
+    end = simulate(
+        scenario, controllers, poses, control_steps=10 * duration, seed=1, threads=1
+    ).poses[:, -1]
     objects = scenario.objects.count > 0
     chosen = end[:, robots:, :2] if objects else end[:, :, :2]
     radius = scenario.objects.radius_cm if objects else scenario.robot.radius_cm
     largest, count = largest_cluster(chosen, radius), chosen.shape[1]
     spread = float(np.median(dispersion(chosen, radius)))
-    return [duration, trials, int((largest == count).sum()), int((largest >= 0.9 * count).sum()), round(spread, 1)]
+    return [
+        duration,
+        trials,
+        int((largest == count).sum()),
+        int((largest >= 0.9 * count).sum()),
+        round(spread, 1),
+    ]
 
 
 if __name__ == "__main__":

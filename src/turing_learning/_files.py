@@ -59,7 +59,9 @@ def whole(path: Path) -> Iterator[Path]:
             os.fsync(file.fileno())
         temporary.replace(path)
     finally:
-        with contextlib.suppress(OSError):  # a disk that cannot be written has nothing to remove either
+        with contextlib.suppress(
+            OSError
+        ):  # a disk that cannot be written has nothing to remove either
             temporary.unlink(missing_ok=True)
     if os.name == "posix":  # the folder's list of names, too
         descriptor = os.open(path.parent, os.O_RDONLY)

@@ -40,7 +40,9 @@ def array(
         refuse(name, rule, got, remedy, place=place, error=error)
 
     if np.ma.isMaskedArray(value) and np.ma.getmaskarray(value).any():
-        rejected("have no masked values", "a masked array", remedy or "Fill them, or leave them out.")
+        rejected(
+            "have no masked values", "a masked array", remedy or "Fill them, or leave them out."
+        )
     try:
         numbers = np.asarray(value)
     except Exception:  # rows of different lengths, or objects that fail

@@ -188,7 +188,9 @@ def refusing_as(error: type[RefusedError], *, name: str = "", place: str = "") -
         if isinstance(refused, error) and not (place or name):
             raise
         places = filter(None, (refusal.place, place))
-        raise error(replace(refusal, name=name or refusal.name, place=", ".join(places))) from refused
+        raise error(
+            replace(refusal, name=name or refusal.name, place=", ".join(places))
+        ) from refused
     except ValueError as refused:
         raise error(str(refused)) from refused
 
@@ -206,7 +208,9 @@ def optional(module: str, name: str, extra: str) -> ModuleType:
         return import_module(module)
     except ImportError as error:
         command = f"pip install 'turing-learning[{extra}]'"
-        raise MissingExtraError(f"{name} must be installed; got no such module. Run: {command}") from error
+        raise MissingExtraError(
+            f"{name} must be installed; got no such module. Run: {command}"
+        ) from error
 
 
 def require_extras(*libraries: tuple[str, str, str]) -> None:
@@ -224,7 +228,9 @@ def require_extras(*libraries: tuple[str, str, str]) -> None:
     if names:
         modules = "module" if len(names) == 1 else "modules"
         command = f"pip install 'turing-learning[{','.join(extras)}]'"
-        raise MissingExtraError(f"{' and '.join(names)} must be installed; got no such {modules}. Run: {command}")
+        raise MissingExtraError(
+            f"{' and '.join(names)} must be installed; got no such {modules}. Run: {command}"
+        )
 
 
 def brief(value: object, most: int = 200) -> str:

@@ -20,7 +20,17 @@ from typing import Any
 
 import numpy as np
 
-from ._files import PARTIAL, SEALS, Seals, digest_of, file_digest, in_home, json_bytes, unused, write_atomically
+from ._files import (
+    PARTIAL,
+    SEALS,
+    Seals,
+    digest_of,
+    file_digest,
+    in_home,
+    json_bytes,
+    unused,
+    write_atomically,
+)
 from .errors import RefusedError, brief, refuse, require
 
 LOCK = "lock"
@@ -53,7 +63,10 @@ class RunFolderError(RefusedError):
     """A folder is rejected before anything runs; nothing has been changed."""
 
 
-check_folder, reject_folder = partial(require, error=RunFolderError), partial(refuse, error=RunFolderError)
+check_folder, reject_folder = (
+    partial(require, error=RunFolderError),
+    partial(refuse, error=RunFolderError),
+)
 """Reject a folder, as `require` and `refuse` do."""
 
 
@@ -78,7 +91,9 @@ def writable(name: str, path: Path) -> AbstractContextManager[None]:
     remedy = "Use a copy elsewhere, or make room."
     if name == "out":
         remedy = "Choose another folder, or make room."
-    return os_errors_as(RunFolderError, f"`{name}` must be a folder that can be written; got {path}", remedy)
+    return os_errors_as(
+        RunFolderError, f"`{name}` must be a folder that can be written; got {path}", remedy
+    )
 
 
 def storage(path: Path, ahead: str, name: str = "out") -> AbstractContextManager[None]:
@@ -105,8 +120,14 @@ class FolderKind:
 def refuse_format(version: Any, newest: int, path: Path, noun: str) -> None:
     """Raise RunFolderError unless a version of the package that we know has written the file at `path`."""
     later = f"Use the version of turing-learning that wrote this {noun}, or a later one."
-    check = partial(require, name="format_version", got=version, place=str(path), error=RunFolderError)
-    check(type(version) is int and version >= 1, rule="be an integer of at least 1", remedy="Restore the file.")
+    check = partial(
+        require, name="format_version", got=version, place=str(path), error=RunFolderError
+    )
+    check(
+        type(version) is int and version >= 1,
+        rule="be an integer of at least 1",
+        remedy="Restore the file.",
+    )
     check(version <= newest, rule=f"be at most {newest}", remedy=later)
 
 
@@ -153,7 +174,9 @@ class Store:
         noun = self.kind.noun
         if content is None:
             got = f"{self.path} without a readable {self.kind.head}"
-            reject_folder(noun, f"be a {noun} folder", got, f"Give the folder that `{noun}` has made.")
+            reject_folder(
+                noun, f"be a {noun} folder", got, f"Give the folder that `{noun}` has made."
+            )
         refuse_format(content["format_version"], self.kind.newest, self.head_path, noun)
         self.read(self.kind.head)
         return content
@@ -379,7 +402,9 @@ class Store:
     def damaged(self, name: str, reason: str) -> DamagedError:
         """Return the error that says what is wrong with a file."""
         got = f"{self.path / name} ({reason})"
-        error = DamagedError(f"`{self.kind.noun}` must hold {name} as it was written; got {got}. Restore the file.")
+        error = DamagedError(
+            f"`{self.kind.noun}` must hold {name} as it was written; got {got}. Restore the file."
+        )
         error.reason = reason
         return error
 

@@ -22,7 +22,12 @@ from multiprocessing import spawn
 from multiprocessing.reduction import ForkingPickler
 from typing import Any, BinaryIO, cast
 
-ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+ONE_THREAD = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+)
 """Environment variables by which libraries of linear algebra learn their number of threads."""
 
 # What a worker executes, what it prints when it begins, and the message that asks it to end its
@@ -88,7 +93,9 @@ class Workers:
     ) -> None:
         if _loading:
             remedy = 'A script that is run with workers keeps its calls under `if __name__ == "__main__":`'
-            raise RuntimeError(f"workers must not be started while a worker imports the script. {remedy}")
+            raise RuntimeError(
+                f"workers must not be started while a worker imports the script. {remedy}"
+            )
         content = function if isinstance(function, bytes) else packed(function)
         preparation = {}
         if script:
@@ -103,7 +110,9 @@ class Workers:
         self._attempts = attempts
         self._warm_up = warm_up
         self._warm = threading.Event()
-        self._calls: queue.SimpleQueue[tuple[tuple[Any, ...], Future[Any]] | None] = queue.SimpleQueue()
+        self._calls: queue.SimpleQueue[tuple[tuple[Any, ...], Future[Any]] | None] = (
+            queue.SimpleQueue()
+        )
         self._threads: list[threading.Thread] = []
         self._finish = weakref.finalize(self, _abandon, self._slots, self._calls)
 
@@ -194,7 +203,9 @@ def _serve_slot(
         slot.end()
 
 
-def _execute(slot: "_Slot", arguments: tuple[Any, ...], future: "Future[Any]", attempts: int) -> None:
+def _execute(
+    slot: "_Slot", arguments: tuple[Any, ...], future: "Future[Any]", attempts: int
+) -> None:
     """Give a future its result or error; several processes may die of the call."""
     for attempt in range(attempts):
         try:
@@ -215,7 +226,10 @@ class _Slot:
     """A place for one worker process after the other."""
 
     def __init__(
-        self, first_messages: tuple[bytes, bytes], environment: dict[str, str], timeout_s: float | None
+        self,
+        first_messages: tuple[bytes, bytes],
+        environment: dict[str, str],
+        timeout_s: float | None,
     ) -> None:
         self._first_messages = first_messages
         self._environment = environment
@@ -251,7 +265,9 @@ class _Slot:
                 break
         raise _DiedError(status)
 
-    def _exchange(self, process: "subprocess.Popen[bytes]", content: bytes) -> tuple[bytes | None, bool, bool]:
+    def _exchange(
+        self, process: "subprocess.Popen[bytes]", content: bytes
+    ) -> tuple[bytes | None, bool, bool]:
         """Return the answer to a call, None without one; whether the call was sent.
 
         Whether time ran out.
@@ -432,5 +448,10 @@ def _received(stream: BinaryIO) -> bytes | None:
     """Return what was sent at once, None at the end of the stream."""
     try:
         return cast(bytes, pickle.load(stream))  # noqa: S301 - from a process of our own
-    except (EOFError, pickle.UnpicklingError, OSError, ValueError):  # it ended in between, or was closed meanwhile
+    except (
+        EOFError,
+        pickle.UnpicklingError,
+        OSError,
+        ValueError,
+    ):  # it ended in between, or was closed meanwhile
         return None

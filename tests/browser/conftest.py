@@ -75,7 +75,9 @@ class Browser:
     def _receive(self) -> dict[str, Any]:
         deadline = time.monotonic() + PATIENCE_S
         while b"\0" not in self._buffer:
-            ready, _, _ = select.select([self._answers], [], [], max(0.0, deadline - time.monotonic()))
+            ready, _, _ = select.select(
+                [self._answers], [], [], max(0.0, deadline - time.monotonic())
+            )
             part = os.read(self._answers, 1 << 16) if ready else b""
             assert part, "Chromium did not answer"
             self._buffer += part
@@ -101,7 +103,9 @@ class Page:
         self._browser = browser
         browser.events.clear()
         self._target = browser.call("Target.createTarget", url="about:blank")["targetId"]
-        self._session = browser.call("Target.attachToTarget", targetId=self._target, flatten=True)["sessionId"]
+        self._session = browser.call("Target.attachToTarget", targetId=self._target, flatten=True)[
+            "sessionId"
+        ]
         for domain in ("Page", "Network", "Runtime", "Log"):
             self.call(f"{domain}.enable")
 
@@ -110,10 +114,14 @@ class Page:
 
     def open(self, path: Path) -> None:
         self.call("Page.navigate", url=path.as_uri())
-        self.wait_until(f"location.href === {json.dumps(path.as_uri())} && document.readyState === 'complete'")
+        self.wait_until(
+            f"location.href === {json.dumps(path.as_uri())} && document.readyState === 'complete'"
+        )
 
     def evaluate(self, expression: str) -> Any:
-        answer = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        answer = self.call(
+            "Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True
+        )
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 
@@ -152,7 +160,11 @@ class Page:
 
     def complaints(self) -> list[Any]:
         """Return errors and warnings from the console, and uncaught exceptions."""
-        written = [e for e in self.happened("Runtime.consoleAPICalled") if e["type"] in ("error", "warning", "assert")]
+        written = [
+            e
+            for e in self.happened("Runtime.consoleAPICalled")
+            if e["type"] in ("error", "warning", "assert")
+        ]
         return written + self.happened("Runtime.exceptionThrown") + self.happened("Log.entryAdded")
 
     def close(self) -> None:

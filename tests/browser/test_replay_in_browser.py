@@ -42,7 +42,11 @@ def make_report() -> Report:
     return Report(
         title="<script>console.error('title')</script>",
         summary="<img src='https://example.org/verdict.png'>",
-        listings=[Listing("result", "Inferred parameters", ("Parameter", "Inferred"), [("<b>vl0</b>", -0.7)])],
+        listings=[
+            Listing(
+                "result", "Inferred parameters", ("Parameter", "Inferred"), [("<b>vl0</b>", -0.7)]
+            )
+        ],
         figures=(Picture("error", "Error", "", drawing),),
         configuration="</code></pre><script src='https://example.org/a.js'></script>",
         manifest=(("<i>seed</i>", "</table><iframe src='https://example.org'></iframe>"),),
@@ -52,15 +56,22 @@ def make_report() -> Report:
 
 @pytest.fixture(scope="session")
 def report_file(tmp_path_factory) -> Path:
-    return report.write_page(report_page(make_report()), tmp_path_factory.mktemp("page") / "report.html")
+    return report.write_page(
+        report_page(make_report()), tmp_path_factory.mktemp("page") / "report.html"
+    )
 
 
 @pytest.fixture
 def opened(page, report_file):
     """Return the page as those see it who ask for reduced motion, with all of the plane in view, at the pace of the robots."""
-    page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-reduced-motion", "value": "reduce"}])
+    page.call(
+        "Emulation.setEmulatedMedia",
+        features=[{"name": "prefers-reduced-motion", "value": "reduce"}],
+    )
     page.open(report_file)
-    page.evaluate("document.querySelector('.speed').value = '1'; document.querySelector('.follow').click()")
+    page.evaluate(
+        "document.querySelector('.speed').value = '1'; document.querySelector('.follow').click()"
+    )
     return page
 
 
@@ -81,10 +92,9 @@ def color_at(page, canvas: int, time_s: float, robot: int) -> list[int]:
 def test_the_replay_opens_playing_fast_and_zoomed_to_the_swarm(page, report_file):
     page.open(report_file)
     page.wait_until(f"{PLAYING} && {TIME} > 0.5")
-    assert page.evaluate("[document.querySelector('.follow').checked, document.querySelector('.speed').value]") == [
-        True,
-        "10",
-    ]
+    assert page.evaluate(
+        "[document.querySelector('.follow').checked, document.querySelector('.speed').value]"
+    ) == [True, "10"]
 
 
 def test_the_replay_waits_at_the_start_where_reduced_motion_is_asked_for(opened):
@@ -103,7 +113,9 @@ def test_the_replay_stands_still_after_pause(opened):
     opened.wait_until(f"{TIME} > 0.1")
     opened.click(".play")
     assert opened.evaluate(PLAYING) is False
-    pause = f"new Promise((done) => {{ const t = {TIME}; setTimeout(() => done({TIME} - t), 200); }})"
+    pause = (
+        f"new Promise((done) => {{ const t = {TIME}; setTimeout(() => done({TIME} - t), 200); }})"
+    )
     assert opened.evaluate(pause) == 0
 
 
@@ -183,19 +195,35 @@ def test_an_option_changes_the_picture(opened, option):
 
 
 def test_canvases_have_the_resolution_of_the_screen(opened):
-    opened.call("Emulation.setDeviceMetricsOverride", width=800, height=900, deviceScaleFactor=3, mobile=False)
-    opened.wait_until("(() => { const c = document.querySelector('canvas'); return c.width === 3 * c.clientWidth; })()")
+    opened.call(
+        "Emulation.setDeviceMetricsOverride",
+        width=800,
+        height=900,
+        deviceScaleFactor=3,
+        mobile=False,
+    )
+    opened.wait_until(
+        "(() => { const c = document.querySelector('canvas'); return c.width === 3 * c.clientWidth; })()"
+    )
 
 
 def test_the_page_fits_a_phone(opened):
-    opened.call("Emulation.setDeviceMetricsOverride", width=375, height=800, deviceScaleFactor=2, mobile=True)
+    opened.call(
+        "Emulation.setDeviceMetricsOverride",
+        width=375,
+        height=800,
+        deviceScaleFactor=2,
+        mobile=True,
+    )
     assert opened.evaluate("document.documentElement.scrollWidth") == 375
 
 
 def test_nothing_leaves_the_page(opened, report_file):
     opened.click(".play")
     opened.wait_until(f"{TIME} > 0.2")
-    assert [url for url in opened.requests() if not url.startswith("data:")] == [report_file.as_uri()]
+    assert [url for url in opened.requests() if not url.startswith("data:")] == [
+        report_file.as_uri()
+    ]
 
 
 def test_a_page_that_asks_for_something_would_be_noticed(page, tmp_path):
@@ -219,7 +247,9 @@ def test_the_policy_refuses_other_scripts(opened):
 
 def test_texts_of_the_user_stay_texts(opened):
     assert opened.evaluate("document.querySelector('h1').textContent") == make_report().title
-    assert opened.evaluate("document.querySelector('pre').textContent") == make_report().configuration
+    assert (
+        opened.evaluate("document.querySelector('pre').textContent") == make_report().configuration
+    )
     assert opened.evaluate("document.querySelectorAll('iframe, img, main script').length") == 0
 
 
@@ -242,14 +272,18 @@ def test_every_control_has_a_name(opened):
 
 
 def test_a_page_with_one_frame_offers_nothing_to_play(page, tmp_path):
-    still = report.Replay("Still", 3.5, 5.0, 0.1, (report.Swarm("Agents", circling(1.0)[:1], ROBOTS),))
+    still = report.Replay(
+        "Still", 3.5, 5.0, 0.1, (report.Swarm("Agents", circling(1.0)[:1], ROBOTS),)
+    )
     page.open(report.write_page(report.replay_page(still), tmp_path / "still.html"))
     assert page.evaluate("document.querySelector('.play').disabled") is True
     assert page.complaints() == []
 
 
 def test_a_report_without_replay_runs_nothing(page, tmp_path):
-    bare = Report("Run", "Done.", [Listing("result", "Inferred", ("Parameter", "Inferred"), [("a", 1.0)])])
+    bare = Report(
+        "Run", "Done.", [Listing("result", "Inferred", ("Parameter", "Inferred"), [("a", 1.0)])]
+    )
     page.open(report.write_page(report_page(bare), tmp_path / "bare.html"))
     assert page.complaints() == []
     assert page.evaluate("document.querySelectorAll('canvas').length") == 0

@@ -21,7 +21,9 @@ SIZE = 12
 
 
 def evolution_strategy(**settings) -> Optimizer:
-    return EvolutionStrategy(**{"dimension": DIMENSION, "parents": SIZE // 2, "offspring": SIZE // 2, **settings})
+    return EvolutionStrategy(
+        **{"dimension": DIMENSION, "parents": SIZE // 2, "offspring": SIZE // 2, **settings}
+    )
 
 
 def cma_evolution_strategy(**settings) -> Optimizer:
@@ -29,7 +31,9 @@ def cma_evolution_strategy(**settings) -> Optimizer:
 
 
 def renewed(*, seed=0, **settings) -> Optimizer:
-    return RenewedOptimizer(lambda k: evolution_strategy(seed=seed if k == 0 else [77, k], **settings), 3, last=3)
+    return RenewedOptimizer(
+        lambda k: evolution_strategy(seed=seed if k == 0 else [77, k], **settings), 3, last=3
+    )
 
 
 def in_two_phases(*, initial_low=-1.0, initial_high=1.0, **settings) -> Optimizer:
@@ -42,8 +46,14 @@ def in_two_phases(*, initial_low=-1.0, initial_high=1.0, **settings) -> Optimize
         dependent=[2],
         refinement=30,
     )
-    parts = {"mating": PhasedMating(0.5, True, 30), "jumper": jumper, "memory": FitnessMemory(SIZE, 0.1, 30)}
-    return evolution_strategy(initial_low=initial_low, initial_high=initial_high, **parts, **settings)
+    parts = {
+        "mating": PhasedMating(0.5, True, 30),
+        "jumper": jumper,
+        "memory": FitnessMemory(SIZE, 0.1, 30),
+    }
+    return evolution_strategy(
+        initial_low=initial_low, initial_high=initial_high, **parts, **settings
+    )
 
 
 OPTIMIZERS: dict[str, Callable[..., Optimizer]] = {
@@ -63,7 +73,9 @@ def sphere(population: np.ndarray) -> np.ndarray:
     return -np.sum((population - 0.3) ** 2, axis=1)
 
 
-def run(optimizer: Optimizer, generations: int, score: Callable[[np.ndarray], np.ndarray] = sphere) -> list[np.ndarray]:
+def run(
+    optimizer: Optimizer, generations: int, score: Callable[[np.ndarray], np.ndarray] = sphere
+) -> list[np.ndarray]:
     populations = []
     for _ in range(generations):
         populations.append(optimizer.ask())
@@ -336,18 +348,24 @@ def test_nothing_is_printed_and_no_file_written(new, capfd, tmp_path, monkeypatc
 
 @pytest.mark.parametrize("dimension", [0, -1, 2.0, True])
 def test_a_dimension_that_is_no_count_is_refused(new, dimension):
-    with pytest.raises(ValueError, match=rf"`dimension` must be an integer of at least \d; got {dimension}"):
+    with pytest.raises(
+        ValueError, match=rf"`dimension` must be an integer of at least \d; got {dimension}"
+    ):
         new(dimension=dimension)
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5, [1, -2], [], "1", None])
 def test_a_seed_that_is_no_natural_number_is_refused(new, seed):
-    with pytest.raises(ValueError, match="`seed` must be a non-negative integer or a sequence of them; got"):
+    with pytest.raises(
+        ValueError, match="`seed` must be a non-negative integer or a sequence of them; got"
+    ):
         new(seed=seed)
 
 
 def test_an_initial_range_of_another_shape_is_refused(new):
-    with pytest.raises(ValueError, match=r"`initial_low` must be a number or of shape \(dimension,\) = \(3,\); got"):
+    with pytest.raises(
+        ValueError, match=r"`initial_low` must be a number or of shape \(dimension,\) = \(3,\); got"
+    ):
         new(initial_low=[-1.0, -1.0])
 
 

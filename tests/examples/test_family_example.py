@@ -66,7 +66,12 @@ def test_the_page_names_each_parameter_with_its_unit_and_range(make):
     for name, parameter in make().parameters.items():
         if name != "vr1":
             assert f"`{name}`" in part
-        assert f"| {parameter.unit} | {parameter.low:.4g} to {parameter.high:.4g}".replace("|  |", "| |") in part
+        assert (
+            f"| {parameter.unit} | {parameter.low:.4g} to {parameter.high:.4g}".replace(
+                "|  |", "| |"
+            )
+            in part
+        )
 
 
 @pytest.mark.parametrize("make", FAMILIES.values(), ids=FAMILIES)

@@ -29,7 +29,15 @@ def test_the_commands_of_the_tutorial_run_in_their_order(tmp_path, monkeypatch, 
     (file,) = blocks(PAGE, "toml")
     (tmp_path / "five.toml").write_text(file, encoding="utf-8")
     commands = re.findall(r"^    turing-learning (.+)$", PAGE, re.MULTILINE)
-    assert [line.split()[0] for line in commands] == ["infer", "check", "infer", "infer", "infer", "pool", "infer"]
+    assert [line.split()[0] for line in commands] == [
+        "infer",
+        "check",
+        "infer",
+        "infer",
+        "infer",
+        "pool",
+        "infer",
+    ]
     for line in commands:
         verb, *rest = line.split()
         with pytest.raises(SystemExit) as ended:
@@ -51,7 +59,8 @@ def test_the_python_of_the_tutorial_runs(tmp_path, monkeypatch, short):
     (tmp_path / "five.toml").write_text(blocks(PAGE, "toml")[0], encoding="utf-8")
     (block,) = blocks(PAGE, "python")
     small = block.replace(
-        "check()", "check(effort=Effort(samples=12, generations=2, population=4, points=0), recoveries=0)"
+        "check()",
+        "check(effort=Effort(samples=12, generations=2, population=4, points=0), recoveries=0)",
     )
     names = {"Effort": Effort}
     exec(small, names)  # noqa: S102 - our own page

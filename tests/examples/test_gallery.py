@@ -23,10 +23,18 @@ pytestmark = pytest.mark.skipif(find_spec("ipykernel") is None, reason="needs th
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
 def test_a_notebook_is_committed_as_it_ran_from_its_beginning(name):
-    cells = [cell for cell in nbformat.read(GALLERY / f"{name}.ipynb", 4).cells if cell.cell_type == "code"]
+    cells = [
+        cell
+        for cell in nbformat.read(GALLERY / f"{name}.ipynb", 4).cells
+        if cell.cell_type == "code"
+    ]
     assert [cell.execution_count for cell in cells] == list(range(1, len(cells) + 1))
     outputs = [output for cell in cells for output in cell.outputs]
-    assert not [output for output in outputs if output.output_type == "error" or output.get("name") == "stderr"]
+    assert not [
+        output
+        for output in outputs
+        if output.output_type == "error" or output.get("name") == "stderr"
+    ]
     assert "Verdict: " in str(outputs)
     assert sum("image/png" in output.get("data", {}) for output in outputs) >= 3
 
@@ -38,14 +46,26 @@ def test_a_notebook_runs(name, tmp_path):
     for cell in (cell for cell in notebook.cells if cell.cell_type == "code"):
         cell.source, runs = re.subn(r"generations=\d+", "generations=2, settings=FEW", cell.source)
         cell.source, budgets = re.subn(r"trials=\d+", "trials=60", cell.source)
-        cell.source, checks = re.subn(r"(runs\[0\]|result|wrong)\.check\(.*?\)", r"\1.check(**LEAST)", cell.source)
+        cell.source, checks = re.subn(
+            r"(runs\[0\]|result|wrong)\.check\(.*?\)", r"\1.check(**LEAST)", cell.source
+        )
         shortened += runs + budgets + checks
     assert shortened >= 2
     notebook.cells.insert(0, nbformat.v4.new_code_cell(FAST))
     nbformat.write(notebook, tmp_path / "fast.ipynb")
     paths = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
-    execute = [sys.executable, "-c", "from nbclient.cli import main; main()", "--inplace", tmp_path / "fast.ipynb"]
-    done = subprocess.run(execute, cwd=tmp_path, env=os.environ | {"PATH": paths}, capture_output=True, text=True)
+    execute = [
+        sys.executable,
+        "-c",
+        "from nbclient.cli import main; main()",
+        "--inplace",
+        tmp_path / "fast.ipynb",
+    ]
+    done = subprocess.run(
+        execute, cwd=tmp_path, env=os.environ | {"PATH": paths}, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr[-3000:]
-    cells = [cell for cell in nbformat.read(tmp_path / "fast.ipynb", 4).cells if cell.cell_type == "code"]
+    cells = [
+        cell for cell in nbformat.read(tmp_path / "fast.ipynb", 4).cells if cell.cell_type == "code"
+    ]
     assert [cell.execution_count for cell in cells] == list(range(1, len(cells) + 1))

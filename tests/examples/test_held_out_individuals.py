@@ -10,7 +10,9 @@ from turing_learning.families import BurstAndCoast
 from turing_learning.identifiability import Effort
 
 PAGE = (Path(__file__).parents[2] / "docs" / "identifiability.md").read_text(encoding="utf-8")
-BLOCKS = [block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "fish 10" in block]
+BLOCKS = [
+    block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "fish 10" in block
+]
 FAST = {
     "tl.infer(": 'tl.infer(generations=2, settings={"models.population": 8, "classifiers.population": 8, "run.threads": 1}, ',
     "result.check(": "result.check(effort=QUICK, recoveries=0, ",
@@ -23,8 +25,16 @@ def test_individuals_are_kept_for_testing_alone(capsys):
     positions = BurstAndCoast(individuals=10, steps=1500, interval_s=0.1).simulate(
         np.array([[12.0, 0.5, 0.8, 0.3]]), np.random.default_rng(1)
     )[0]
-    recording = tl.Trajectories(positions, np.ones(positions.shape[:2], dtype=bool), fps=10.0, individuals=fish)
-    names = {"tl": tl, "np": np, "BurstAndCoast": BurstAndCoast, "QUICK": quick, "recording": recording}
+    recording = tl.Trajectories(
+        positions, np.ones(positions.shape[:2], dtype=bool), fps=10.0, individuals=fish
+    )
+    names = {
+        "tl": tl,
+        "np": np,
+        "BurstAndCoast": BurstAndCoast,
+        "QUICK": quick,
+        "recording": recording,
+    }
     all_times = recording.windows(length_s=4.0, hold_out=0.0)
     names |= {"samples": all_times.learning, "fish": np.array(fish)[all_times.learning_index[:, 0]]}
     assert len(BLOCKS) == 2

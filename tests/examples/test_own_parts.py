@@ -22,7 +22,9 @@ SMALL = {
     "run.checkpoint_every": 2,
     "run.threads": 1,
 }
-QUICK = Effort(samples=20, generations=2, population=4, points=0, profile_generations=1, profile_population=4)
+QUICK = Effort(
+    samples=20, generations=2, population=4, points=0, profile_generations=1, profile_population=4
+)
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +32,8 @@ def parts():
     """The module of the page."""
     module = types.ModuleType("parts")
     module.__dict__["__name__"] = "parts"
-    exec(re.search(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)[1], module.__dict__)  # noqa: S102
+    found = re.search(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)[1]
+    exec(found, module.__dict__)  # noqa: S102
     sys.modules["parts"] = module
     yield module
     del sys.modules["parts"]
@@ -42,7 +45,11 @@ def infer(out=None, **options):
 
 @pytest.fixture(scope="module")
 def whole(parts, tmp_path_factory):
-    return infer(tmp_path_factory.mktemp("parts") / "run", models=parts.RandomSearch, classifier=parts.Perceptron)
+    return infer(
+        tmp_path_factory.mktemp("parts") / "run",
+        models=parts.RandomSearch,
+        classifier=parts.Perceptron,
+    )
 
 
 def stopped():
@@ -73,7 +80,12 @@ def test_a_file_names_them(whole, parts, tmp_path):
 
 
 def test_a_stopped_run_imports_them_and_ends_as_one_that_never_stopped(whole, parts, tmp_path):
-    infer(tmp_path / "run", models="parts:RandomSearch", classifier="parts:Perceptron", should_stop=stopped())
+    infer(
+        tmp_path / "run",
+        models="parts:RandomSearch",
+        classifier="parts:Perceptron",
+        should_stop=stopped(),
+    )
     assert tl.resume(tmp_path / "run").estimate == whole.estimate
 
 
@@ -86,7 +98,9 @@ def test_objects_are_given_again(whole, parts, tmp_path, monkeypatch):
     never = infer(**made())
     infer(tmp_path / "run", **made(), should_stop=stopped())
     monkeypatch.setattr("turing_learning.config.parts._objects", {})  # as in another process
-    with pytest.raises(RunFolderError, match=r"must be given again, as no folder holds an object") as refused:
+    with pytest.raises(
+        RunFolderError, match=r"must be given again, as no folder holds an object"
+    ) as refused:
         tl.resume(tmp_path / "run")
     assert str(tmp_path / "run") in str(refused.value)
     result = tl.resume(tmp_path / "run", **made())
@@ -94,12 +108,17 @@ def test_objects_are_given_again(whole, parts, tmp_path, monkeypatch):
     monkeypatch.setattr("turing_learning.config.parts._objects", {})
     with pytest.raises(ConfigurationError, match="`classifier` must be given again"):
         run_classifiers(tl.load_run(tmp_path / "run"))
-    assert run_classifiers(tl.load_run(tmp_path / "run", classifier=made()["classifier"])).last.shape == (8, 5)
+    assert run_classifiers(
+        tl.load_run(tmp_path / "run", classifier=made()["classifier"])
+    ).last.shape == (8, 5)
 
 
 def test_two_objects_of_one_name_stay_apart(parts):
     one, other = (parts.Perceptron(inputs=2, scale=(1.0, scale)) for scale in (1.0, 2.0))
-    results = [infer(classifier=each) for each in (one, other, parts.Perceptron(inputs=2, scale=(1.0, 1.0)))]
+    results = [
+        infer(classifier=each)
+        for each in (one, other, parts.Perceptron(inputs=2, scale=(1.0, 1.0)))
+    ]
     names = [run.configuration.classifiers.network for run in results]
     assert all(name.startswith("given:Perceptron") for name in names)
     assert names[0] == names[2] != names[1]
@@ -115,21 +134,33 @@ def test_cma_is_built_in(tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"models": "cmaes"}, "`models.optimizer` must be evolution-strategy, cma, or module:function; got 'cmaes'"),
+        (
+            {"models": "cmaes"},
+            "`models.optimizer` must be evolution-strategy, cma, or module:function; got 'cmaes'",
+        ),
         ({"models": "parts:Nothing"}, '`models` must be "module:function"'),
-        ({"models": 5}, "`models` must have the methods and properties of an `Optimizer`|not callable"),
+        (
+            {"models": 5},
+            "`models` must have the methods and properties of an `Optimizer`|not callable",
+        ),
         ({"classifier": 5}, "`classifier` must have `parameters` and `judge`"),
         (
             {"models": print},
             "`models` must be a function that takes a dimension, size, seed, initial_low, initial_high",
         ),
         ({"models": int}, "`models` must be a function that takes a dimension"),
-        ({"classifier": print}, "`classifier` must be a function that takes inputs, scale; got <built-in function"),
+        (
+            {"classifier": print},
+            "`classifier` must be a function that takes inputs, scale; got <built-in function",
+        ),
         (
             {"models": lambda dimension, **given: None},
             "`models` must have the methods and properties of an `Optimizer`",
         ),
-        ({"classifier": "elmann"}, "`classifiers.network` must be elman, or module:function; got 'elmann'"),
+        (
+            {"classifier": "elmann"},
+            "`classifiers.network` must be elman, or module:function; got 'elmann'",
+        ),
     ],
 )
 def test_what_is_no_part_is_rejected_before_anything_is_written(parts, tmp_path, options, message):
@@ -140,16 +171,26 @@ def test_what_is_no_part_is_rejected_before_anything_is_written(parts, tmp_path,
 
 def test_an_optimizer_of_another_size_is_rejected(parts):
     optimizer = parts.RandomSearch(4, size=6, seed=1, initial_low=-1, initial_high=1)
-    with pytest.raises(ConfigurationError, match="`models` must have 8 candidates of 4 parameters; got 6 of 4"):
+    with pytest.raises(
+        ConfigurationError, match="`models` must have 8 candidates of 4 parameters; got 6 of 4"
+    ):
         infer(models=optimizer)
 
 
 @pytest.mark.parametrize(
     ("method", "returned", "message"),
     [
-        ("tell", None, r"`models.tell\(\)` must be an array of numbers|`models.tell\(\)` must be of shape"),
+        (
+            "tell",
+            None,
+            r"`models.tell\(\)` must be an array of numbers|`models.tell\(\)` must be of shape",
+        ),
         ("tell", [1.0], r"`models.tell\(\)` must be of shape \(M,\) = \(8,\); got \(1,\)"),
-        ("ask", [[0.0] * 3] * 8, r"`models.ask\(\)` must be of shape \(M, P\) = \(8, 4\); got \(8, 3\)"),
+        (
+            "ask",
+            [[0.0] * 3] * 8,
+            r"`models.ask\(\)` must be of shape \(M, P\) = \(8, 4\); got \(8, 3\)",
+        ),
         ("ask", [[float("nan")] * 4] * 8, r"`models.ask\(\)` must be finite"),
     ],
 )
@@ -162,7 +203,11 @@ def test_an_optimizer_that_returns_something_else_is_named(parts, method, return
 def test_a_study_takes_names_alone(parts):
     from turing_learning.config.settings import load_variants
 
-    named = load_configuration(scenario="aggregation", overrides={"models.optimizer": "parts:RandomSearch"})
+    named = load_configuration(
+        scenario="aggregation", overrides={"models.optimizer": "parts:RandomSearch"}
+    )
     assert named.given == ()
-    with pytest.raises(ConfigurationError, match="`classifier` must be a name that a worker can import"):
+    with pytest.raises(
+        ConfigurationError, match="`classifier` must be a name that a worker can import"
+    ):
         load_variants(overrides={"classifiers.network": "given:Perceptron"}, scenario="aggregation")

@@ -40,5 +40,7 @@ def test_the_example_writes_its_report(namespace, tmp_path):
 def test_the_page_names_every_option():
     from turing_learning.systems import CustomOptions
 
-    text = PAGE.read_text(encoding="utf-8") + PAGE.with_name("interaction.md").read_text(encoding="utf-8")
+    text = PAGE.read_text(encoding="utf-8") + PAGE.with_name("interaction.md").read_text(
+        encoding="utf-8"
+    )
     assert [name for name in CustomOptions.__annotations__ if f"`{name}" not in text] == []

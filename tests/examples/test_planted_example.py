@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 PAGE = (Path(__file__).parents[2] / "docs" / "detection.md").read_text(encoding="utf-8")
-BLOCK = next(block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "def record" in block)
+BLOCK = next(
+    block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "def record" in block
+)
 FAST = {
     "frames=3000": "frames=1500",
     'out="runs/fish")': 'out="runs/fish", trials=300, settings={"run.threads": 1})',
@@ -26,7 +28,10 @@ def found(tmp_path_factory):
 
 
 def test_the_planted_fish_come_first_and_are_called_abnormal(found):
-    assert {each.individual for each in found.individuals if each.rank <= 2} == {"fish 9", "fish 10"}
+    assert {each.individual for each in found.individuals if each.rank <= 2} == {
+        "fish 9",
+        "fish 10",
+    }
     assert all(each.abnormal for each in found.individuals[-2:])
 
 

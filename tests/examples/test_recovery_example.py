@@ -33,7 +33,15 @@ def run(recovery, monkeypatch, folder, recordings):
         (folder / part).mkdir(exist_ok=True)
     monkeypatch.setattr(
         "sys.argv",
-        ["recovery.py", "--recordings", str(recordings), "--docs", str(folder), "--work", str(folder / "work")],
+        [
+            "recovery.py",
+            "--recordings",
+            str(recordings),
+            "--docs",
+            str(folder),
+            "--work",
+            str(folder / "work"),
+        ],
     )
     recovery.main()
     assert (folder / "images" / "recovery-pools.png").exists()
@@ -57,7 +65,9 @@ def test_what_was_stopped_goes_on_with_the_run_that_is_missing(recovery, monkeyp
     shutil.rmtree(tmp_path / "burst-and-coast-1-seed102")
     done = []
     infer = recovery.tl.infer
-    monkeypatch.setattr(recovery.tl, "infer", lambda **given: done.append(given["seed"]) or infer(**given))
+    monkeypatch.setattr(
+        recovery.tl, "infer", lambda **given: done.append(given["seed"]) or infer(**given)
+    )
     again = recovery.recover("burst-and-coast", 1, case, tmp_path)
     assert done == [102]
     assert [replace(row, seconds=0) for row in again] == [replace(row, seconds=0) for row in whole]
@@ -69,8 +79,12 @@ def test_a_row_is_the_pool_of_the_runs_on_one_recording(recovery, tmp_path):
     pooled = recovery.tl.pool(runs)
     for row in rows:
         assert (row.low, row.high) == pytest.approx(pooled.interval[row.parameter], rel=1e-4)
-        assert list(map(float, row.estimates.split())) == pytest.approx(pooled.estimates[row.parameter], rel=1e-4)
-        held = [low <= row.truth <= high for low, high in (run.wandering[row.parameter] for run in runs)]
+        assert list(map(float, row.estimates.split())) == pytest.approx(
+            pooled.estimates[row.parameter], rel=1e-4
+        )
+        held = [
+            low <= row.truth <= high for low, high in (run.wandering[row.parameter] for run in runs)
+        ]
         assert (row.runs, row.held_alone) == (2, sum(held))
 
 
@@ -84,7 +98,9 @@ def test_the_summary_counts_the_intervals_that_hold_the_truth(recovery, monkeypa
 
 def test_intervals_that_are_not_known_hold_nothing_and_are_counted(recovery, tmp_path):
     nan = float("nan")
-    known = recovery.Row("burst-and-coast", 1, "speed", "cm/s", 12.0, 12.5, 11.0, 14.0, 1.5, "12 13", 1, 1.0)
+    known = recovery.Row(
+        "burst-and-coast", 1, "speed", "cm/s", 12.0, 12.5, 11.0, 14.0, 1.5, "12 13", 1, 1.0
+    )
     lost = replace(known, recording=2, low=nan, high=nan, r_hat=nan, held_alone=0, unknown_alone=2)
     assert (known.held, known.unknown, lost.held, lost.unknown) == (True, False, False, True)
     recovery.write(tmp_path / "rows.csv", [known, lost])
@@ -92,9 +108,18 @@ def test_intervals_that_are_not_known_hold_nothing_and_are_counted(recovery, tmp
     read = recovery.read(tmp_path / "rows.csv")
     assert read[0] == known
     assert (read[1].unknown, read[1].unknown_alone, np.isnan(read[1].r_hat)) == (True, 2, True)
-    all_parameters = [replace(row, parameter=key) for row in read for key in recovery.CASES["burst-and-coast"].truth]
+    all_parameters = [
+        replace(row, parameter=key)
+        for row in read
+        for key in recovery.CASES["burst-and-coast"].truth
+    ]
     summary = next(recovery.summarize(all_parameters))
-    assert (summary.held, summary.unknown, summary.held_alone, summary.unknown_alone) == (1, 1, 1, 2)
+    assert (summary.held, summary.unknown, summary.held_alone, summary.unknown_alone) == (
+        1,
+        1,
+        1,
+        2,
+    )
     assert (summary.median_r_hat, summary.runs, summary.recordings) == (1.5, 4, 2)
     assert summary.median_half_width == 1.5 / 40  # of the known one
 
@@ -109,7 +134,9 @@ def test_a_parameter_without_a_trace_is_not_identifiable(recovery):
     walk = BurstAndCoast(individuals=1, steps=30)
     truth = {"speed": 12, "kick_interval": 1, "glide_time": 0.4, "turn": 0.5}
     errors = sys.modules["identifiability"].least_errors(walk, truth, 100)
-    blind = sys.modules["identifiability"].least_errors(replace(walk, signals=("speed",)), truth, 100)
+    blind = sys.modules["identifiability"].least_errors(
+        replace(walk, signals=("speed",)), truth, 100
+    )
     assert errors["turn"] < 0.02
     assert blind["turn"] == pytest.approx(
         np.sqrt(1 / 12), rel=0.1
@@ -118,10 +145,16 @@ def test_a_parameter_without_a_trace_is_not_identifiable(recovery):
 
 def test_the_table_on_the_page_is_a_part_of_the_summary(recovery):
     summary, page = (
-        list(csv.DictReader((TABLES / f"recovery-pools-{name}.csv").read_text(encoding="utf-8").splitlines()))
+        list(
+            csv.DictReader(
+                (TABLES / f"recovery-pools-{name}.csv").read_text(encoding="utf-8").splitlines()
+            )
+        )
         for name in ("summary", "page")
     )
-    assert page == [{heading: row[name] for heading, name in recovery.SHOWN.items()} for row in summary]
+    assert page == [
+        {heading: row[name] for heading, name in recovery.SHOWN.items()} for row in summary
+    ]
 
 
 @pytest.mark.parametrize(
@@ -130,11 +163,19 @@ def test_the_table_on_the_page_is_a_part_of_the_summary(recovery):
 )
 def test_the_committed_summaries_are_those_of_the_committed_tables(table, told, count):
     rows, summaries = (
-        list(csv.DictReader((TABLES / f"recovery-{name}.csv").read_text(encoding="utf-8").splitlines()))
+        list(
+            csv.DictReader(
+                (TABLES / f"recovery-{name}.csv").read_text(encoding="utf-8").splitlines()
+            )
+        )
         for name in (table, told)
     )
     for summary in summaries:
-        own = [row for row in rows if (row["family"], row["parameter"]) == (summary["family"], summary["parameter"])]
+        own = [
+            row
+            for row in rows
+            if (row["family"], row["parameter"]) == (summary["family"], summary["parameter"])
+        ]
         held = sum(float(row["low"]) <= float(row["truth"]) <= float(row["high"]) for row in own)
         assert (len(own), held) == (int(summary[count]), int(summary["held"]))
     assert {row["family"] for row in rows} == {summary["family"] for summary in summaries}
@@ -143,6 +184,8 @@ def test_the_committed_summaries_are_those_of_the_committed_tables(table, told, 
 def test_what_limits_says_of_a_walk_before_any_run_is_printed(recovery, capsys):
     page = (TABLES.parent / "limits.md").read_text(encoding="utf-8")
     ((block, shown),) = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", page, re.DOTALL)
-    sys.modules["identifiability"].GROUPS = 400  # as it is in the file; the fixture has set it lower
+    sys.modules[
+        "identifiability"
+    ].GROUPS = 400  # as it is in the file; the fixture has set it lower
     exec(block, {})  # noqa: S102 - our own page
     assert capsys.readouterr().out == shown

@@ -73,9 +73,7 @@ def laboratory(tmp_path, monkeypatch):
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     ports = [free_port() for _ in NAMES]
     commands = [[sys.executable, "-c", WORLD, *NAMES]]
-    text = (
-        'tracker = "ros2_robot:PoseTopics"\n[camera]\nfps = 10.0\n[evaluation]\nrepeats = 0\n[models]\npopulation = 4\n'
-    )
+    text = 'tracker = "ros2_robot:PoseTopics"\n[camera]\nfps = 10.0\n[evaluation]\nrepeats = 0\n[models]\npopulation = 4\n'
     text += "[classifiers]\npopulation = 8\n[run]\ngenerations = 1\nthreads = 1\n"
     text += "[scenario.arena]\nwidth_cm = 1000.0\nheight_cm = 1000.0\n"
     for number, (name, port) in enumerate(zip(NAMES, ports, strict=True)):
@@ -105,14 +103,32 @@ def laboratory(tmp_path, monkeypatch):
 def test_robots_of_ros_2_are_started_observed_and_halted_like_epucks(laboratory):
     out = laboratory.parent / "run"
     for command in (["check"], ["run", "--out", str(out)]):
-        asked = [sys.executable, "-m", "turing_learning", "robots", *command, "--config", str(laboratory), "--trust"]
-        done = subprocess.run(asked, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=240, check=False)
+        asked = [
+            sys.executable,
+            "-m",
+            "turing_learning",
+            "robots",
+            *command,
+            "--config",
+            str(laboratory),
+            "--trust",
+        ]
+        done = subprocess.run(
+            asked,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=240,
+            check=False,
+        )
         assert done.returncode == 0, done.stdout + done.stderr
     assert not [event for event in read_events(out) if event["asked"]]
     trials = read_trials(out, "generation-0000")
     speeds = trials.speeds()  # (trials, robots, 50, 2)
     assert speeds.shape == (2, 4, 50, 2)
-    np.testing.assert_allclose(np.median(speeds[:, :2], axis=(0, 1, 2)), (-0.85 * 12.8, -0.3 * 12.8 / 5.1), atol=0.3)
+    np.testing.assert_allclose(
+        np.median(speeds[:, :2], axis=(0, 1, 2)), (-0.85 * 12.8, -0.3 * 12.8 / 5.1), atol=0.3
+    )
     expected = 12.8 * trials.models[..., :2].mean(axis=-1)
     np.testing.assert_allclose(np.median(speeds[:, 2:, :, 0], axis=2), expected, atol=0.5)
 
@@ -142,9 +158,13 @@ def test_rigid_bodies_and_transforms_become_poses(example):
     stamp = SimpleNamespace(sec=5, nanosec=250_000_000)
     place, turn = SimpleNamespace(x=1.0, y=2.0, z=0.0), SimpleNamespace(x=0.0, y=0.0, z=0.0, w=1.0)
     header = SimpleNamespace(stamp=stamp)
-    body = SimpleNamespace(rigid_body_name="a", pose=SimpleNamespace(position=place, orientation=turn))
+    body = SimpleNamespace(
+        rigid_body_name="a", pose=SimpleNamespace(position=place, orientation=turn)
+    )
     frame = SimpleNamespace(
-        header=header, child_frame_id="a", transform=SimpleNamespace(translation=place, rotation=turn)
+        header=header,
+        child_frame_id="a",
+        transform=SimpleNamespace(translation=place, rotation=turn),
     )
     for kind, take, message in (
         (example.RigidBodies, "take_bodies", SimpleNamespace(header=header, rigidbodies=[body])),

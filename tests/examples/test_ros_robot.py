@@ -87,16 +87,12 @@ def laboratory(tmp_path, monkeypatch):
                 *(("-0.7", "-1.0", "1.0", "-1.0") if k < 2 else ()),
             ]
         )
-    text = (
-        'tracker = "ros_robot:PoseTopics"\n[camera]\nfps = 10.0\n[evaluation]\nrepeats = 0\n[models]\npopulation = 4\n'
-    )
+    text = 'tracker = "ros_robot:PoseTopics"\n[camera]\nfps = 10.0\n[evaluation]\nrepeats = 0\n[models]\npopulation = 4\n'
     text += "[classifiers]\npopulation = 8\n[run]\ngenerations = 1\nthreads = 1\n"
     text += "[scenario.arena]\nwidth_cm = 1000.0\nheight_cm = 1000.0\n"
     for k, (name, port) in enumerate(zip(NAMES, ports, strict=True)):
         role = "agent" if k < 2 else "replica"
-        text += (
-            f'[[robots]]\nname = "{name}"\nrole = "{role}"\nmarker = "{name}"\naddress = "socket://127.0.0.1:{port}"\n'
-        )
+        text += f'[[robots]]\nname = "{name}"\nrole = "{role}"\nmarker = "{name}"\naddress = "socket://127.0.0.1:{port}"\n'
     (tmp_path / "lab.toml").write_text(text)
     with (tmp_path / "said.txt").open("w") as said, ExitStack() as running:
         for command in commands:
@@ -118,8 +114,24 @@ def laboratory(tmp_path, monkeypatch):
 def test_robots_of_ros_are_started_observed_and_halted_like_epucks(laboratory):
     out = laboratory.parent / "run"
     for command in (["check"], ["run", "--out", str(out)]):
-        asked = [sys.executable, "-m", "turing_learning", "robots", *command, "--config", str(laboratory), "--trust"]
-        done = subprocess.run(asked, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=240, check=False)
+        asked = [
+            sys.executable,
+            "-m",
+            "turing_learning",
+            "robots",
+            *command,
+            "--config",
+            str(laboratory),
+            "--trust",
+        ]
+        done = subprocess.run(
+            asked,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=240,
+            check=False,
+        )
         assert done.returncode == 0, done.stdout + done.stderr
     assert not [event for event in read_events(out) if event["asked"]]
     trials = read_trials(out, "generation-0000")

@@ -21,7 +21,10 @@ def script():
 
 def ranked(name):
     with (FOLDER / name / "controllers.csv").open(newline="") as file:
-        return [tuple(float(row[key]) for key in ("vl0", "vr0", "vl1", "vr1")) for row in csv.DictReader(file)]
+        return [
+            tuple(float(row[key]) for key in ("vl0", "vr0", "vl1", "vr1"))
+            for row in csv.DictReader(file)
+        ]
 
 
 def test_the_controller_of_the_wide_view_is_the_best_that_was_found():
@@ -57,6 +60,8 @@ def test_the_controller_of_the_paper_gathers_and_its_opposite_does_not(script):
 
 
 def test_finalists_are_sorted_by_their_cost(script):
-    table = script["ranked"](script["Search"](AGGREGATION, steps=2, finalists=3, final_trials=4, duration_s=2))
+    table = script["ranked"](
+        script["Search"](AGGREGATION, steps=2, finalists=3, final_trials=4, duration_s=2)
+    )
     assert len(table) == 3
     assert table["cost"].is_monotonic_increasing

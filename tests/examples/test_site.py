@@ -11,7 +11,10 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-ROOMS = sorted({path.parent.name for path in (ROOT / "src" / "turing_learning").glob("*/__init__.py")} - {"cli"})
+ROOMS = sorted(
+    {path.parent.name for path in (ROOT / "src" / "turing_learning").glob("*/__init__.py")}
+    - {"cli"}
+)
 
 needs_sphinx = pytest.mark.skipif(find_spec("sphinx") is None, reason="needs the extra docs")
 
@@ -19,8 +22,20 @@ needs_sphinx = pytest.mark.skipif(find_spec("sphinx") is None, reason="needs the
 @pytest.fixture(scope="session")
 def site(once):
     def build(folder):
-        command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-d", folder / "doctrees", DOCS]
-        done = subprocess.run([*command, folder / "html"], capture_output=True, text=True, check=False)
+        command = [
+            sys.executable,
+            "-m",
+            "sphinx",
+            "-W",
+            "--keep-going",
+            "-q",
+            "-d",
+            folder / "doctrees",
+            DOCS,
+        ]
+        done = subprocess.run(
+            [*command, folder / "html"], capture_output=True, text=True, check=False
+        )
         assert done.returncode == 0, done.stderr
 
     return once("site", build) / "html"
@@ -58,7 +73,11 @@ def test_the_site_loads_nothing_from_elsewhere(site):
     loaded = re.compile(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?:https?:)?//[^"]+"')
     pages = sorted(site.rglob("*.html"))
     assert len(pages) > 30
-    assert [(page.name, found[0]) for page in pages if (found := loaded.search(page.read_text(encoding="utf-8")))] == []
+    assert [
+        (page.name, found[0])
+        for page in pages
+        if (found := loaded.search(page.read_text(encoding="utf-8")))
+    ] == []
 
 
 @needs_sphinx

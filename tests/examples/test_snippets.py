@@ -33,7 +33,9 @@ def short(tmp_path, monkeypatch):
 
     monkeypatch.setattr(tl, "infer", lambda *given, **options: infer(*given, **shortened(options)))
     few = {"runs": 2, "workers": 1}
-    monkeypatch.setattr(tl, "study", lambda *given, **options: study(*given, **shortened(options) | few))
+    monkeypatch.setattr(
+        tl, "study", lambda *given, **options: study(*given, **shortened(options) | few)
+    )
     monkeypatch.setattr(Result, "check", lambda self, **options: check(self, **options | quick))
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
@@ -97,8 +99,12 @@ def test_recordings(tmp_path):
     tank = Couzin(individuals=5, steps=1500, interval_s=0.04, tank_cm=(40, 30))
     middle = {name: (each.low + each.high) / 2 for name, each in tank.parameters.items()}
     for day in (".", "monday", "tuesday", "friday"):
-        positions = tank.simulate(np.array([list(middle.values())]), np.random.default_rng(len(day)))[0]
-        rows = np.insert(12.3 * positions.reshape(len(positions), 10) + 4000, [2, 4, 6, 8, 10], 1.0, axis=1)
+        positions = tank.simulate(
+            np.array([list(middle.values())]), np.random.default_rng(len(day))
+        )[0]
+        rows = np.insert(
+            12.3 * positions.reshape(len(positions), 10) + 4000, [2, 4, 6, 8, 10], 1.0, axis=1
+        )
         header = "\t".join(f"X{k}\tY{k}\tProbId{k}" for k in range(1, 6))
         (tmp_path / day).mkdir(exist_ok=True)
         np.savetxt(f"{day}/fish.txt", rows, fmt="%.3f", delimiter="\t", header=header, comments="")

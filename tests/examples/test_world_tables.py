@@ -37,12 +37,18 @@ def test_a_few_trials_give_the_shares_of_the_table(script, monkeypatch, world):
     }
     error = found.std(axis=0, ddof=1) / np.sqrt(40)
     for place, duration in enumerate((10, 20)):
-        assert (np.abs(found[:, place].mean(axis=0) - known[duration]) <= 5 * error[place] + 1e-3).all()
+        assert (
+            np.abs(found[:, place].mean(axis=0) - known[duration]) <= 5 * error[place] + 1e-3
+        ).all()
 
 
 def test_the_score_reads_the_tables_that_are_there(script):
     score = script("score")
-    shares = [row for row in rows("shares.csv") if row["scenario"] == "aggregation" and row["lag_cycles"] == "0"]
+    shares = [
+        row
+        for row in rows("shares.csv")
+        if row["scenario"] == "aggregation" and row["lag_cycles"] == "0"
+    ]
     length, distance, errors = score.best(shares)
     assert length in range(60, 101)
     assert distance < 0.01

@@ -31,10 +31,16 @@ def test_both_families_try_to_pass_for_the_fish(zebrafish, tmp_path, monkeypatch
     monkeypatch.setattr(zebrafish, "EFFORT", least)
     small = ["--generations", "4", "--population", "8"]
     zebrafish.main(["--out", str(tmp_path / "runs"), "--docs", str(tmp_path), *small])
-    rows = list(csv.DictReader((tmp_path / "results" / "zebrafish.csv").read_text(encoding="utf-8").splitlines()))
+    rows = list(
+        csv.DictReader(
+            (tmp_path / "results" / "zebrafish.csv").read_text(encoding="utf-8").splitlines()
+        )
+    )
     assert {row["family"] for row in rows} == {"burst-and-coast", "couzin"}
     assert all(
-        0 <= float(row[name]) <= 1 for row in rows for name in ("area", "control", "told", "accuracy", "p_value")
+        0 <= float(row[name]) <= 1
+        for row in rows
+        for name in ("area", "control", "told", "accuracy", "p_value")
     )
     assert len(list((tmp_path / "images").glob("*.png"))) == 2
 
@@ -49,7 +55,10 @@ def test_a_stretch_with_everybody_is_found_or_its_lack_is_told(zebrafish):
 
 
 def test_the_tutorial_prints_what_it_shows(tmp_path, monkeypatch):
-    shutil.copy(ROOT / "tests" / "reference" / "data" / "tracktor" / "zebrafish_video_idtracked.txt", tmp_path)
+    shutil.copy(
+        ROOT / "tests" / "reference" / "data" / "tracktor" / "zebrafish_video_idtracked.txt",
+        tmp_path,
+    )
     monkeypatch.chdir(tmp_path)
     parts = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", TUTORIAL, re.DOTALL)
     assert len(parts) == 6

@@ -46,7 +46,11 @@ POPULATION = {
     "minimum_step_size": 0.01,
 }
 METHOD: dict[str, Any] = {
-    **{f"{of}.{key}": value for of in ("models", "classifiers") for key, value in POPULATION.items()},
+    **{
+        f"{of}.{key}": value
+        for of in ("models", "classifiers")
+        for key, value in POPULATION.items()
+    },
     "models.hidden": 0,
     "models.recombination": 0.5,
     "models.redraw": 0.2,
@@ -162,7 +166,12 @@ WINDOWS: dict[str, Any] = {
     "smooth_frames": 1,
     "jump_factor": 20.0,
 }
-BURST_AND_COAST = {"speed": (0.0, 40.0), "kick_interval": (0.1, 2.0), "glide_time": (0.1, 2.0), "turn": (0.0, 1.5)}
+BURST_AND_COAST = {
+    "speed": (0.0, 40.0),
+    "kick_interval": (0.1, 2.0),
+    "glide_time": (0.1, 2.0),
+    "turn": (0.0, 1.5),
+}
 COUZIN = {
     "speed": (0.0, 20.0),
     "turning_rate": (0.0, 6.0),
@@ -196,7 +205,9 @@ LABORATORY = {
 # --- the doors --------------------------------------------------------------------------------------------------------------
 
 
-def infer(scenario: str | None = None, settings: dict[str, Any] | None = None, **options: Any) -> Any:
+def infer(
+    scenario: str | None = None, settings: dict[str, Any] | None = None, **options: Any
+) -> Any:
     """Execute a run."""
     import turing_learning as tl
 
@@ -206,10 +217,15 @@ def infer(scenario: str | None = None, settings: dict[str, Any] | None = None, *
 def command(*arguments: object) -> str:
     """Call the command line in another process, and return what it prints."""
     done = subprocess.run(
-        [sys.executable, "-m", "turing_learning", *map(str, arguments)], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "turing_learning", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     if done.returncode:
-        raise SystemExit(f"turing-learning {' '.join(map(str, arguments))}\n{done.stdout}\n{done.stderr}")
+        raise SystemExit(
+            f"turing-learning {' '.join(map(str, arguments))}\n{done.stdout}\n{done.stderr}"
+        )
     return done.stdout
 
 
@@ -223,7 +239,10 @@ def outcome(result: Any) -> dict[str, Any]:
     """Return all numbers of a run: those of result.json, and its history."""
     content = {key: value for key, value in result.to_json().items() if key not in TIMES}
     history = result.history
-    arrays = {str(name): history[name].to_numpy() for name in sorted([*history.data_vars, *history.coords], key=str)}
+    arrays = {
+        str(name): history[name].to_numpy()
+        for name in sorted([*history.data_vars, *history.coords], key=str)
+    }
     return {"result": content, "history": {name: digest(array) for name, array in arrays.items()}}
 
 
@@ -374,7 +393,14 @@ def thin(folder: Path) -> Any:
     import turing_learning as tl
 
     settings = METHOD | AGGREGATION | SMALL | {"run.history": "thin"}
-    command("infer", "aggregation", "--config", toml(settings, folder / "a.toml"), "--out", folder / "run")
+    command(
+        "infer",
+        "aggregation",
+        "--config",
+        toml(settings, folder / "a.toml"),
+        "--out",
+        folder / "run",
+    )
     return outcome(tl.load_run(folder / "run"))
 
 
@@ -382,7 +408,9 @@ def walk(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Speed and turn of walkers in 30 steps."""
     speed, noise = parameters.T[:, :, None]
     shape = (len(parameters), 30)
-    return np.stack([speed + rng.standard_normal(shape), noise * rng.standard_normal(shape)], axis=-1)
+    return np.stack(
+        [speed + rng.standard_normal(shape), noise * rng.standard_normal(shape)], axis=-1
+    )
 
 
 def falling_walk(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -413,7 +441,10 @@ def walk_ranges() -> dict[str, Any]:
 
 
 def infer_walk(
-    simulate: Any = walk, settings: dict[str, Any] | None = None, genuine: Any = None, **options: Any
+    simulate: Any = walk,
+    settings: dict[str, Any] | None = None,
+    genuine: Any = None,
+    **options: Any,
 ) -> Any:
     """Execute a run with the walk."""
     return infer(
@@ -437,7 +468,13 @@ def custom_on_workers(folder: Path) -> Any:
     """A simulator of one model at a time in two processes; recorded samples of different lengths; another scale."""
     samples = [each[: 25 + k % 6] for k, each in enumerate(walks())]
     scales = {"classifiers.input_scale": [3.0, 1.5]}
-    options = {"vectorized": False, "batches": LEFT_OUT, "workers": 2, "length": "shortest", "held_out": [1, 5, 9]}
+    options = {
+        "vectorized": False,
+        "batches": LEFT_OUT,
+        "workers": 2,
+        "length": "shortest",
+        "held_out": [1, 5, 9],
+    }
     return outcome(infer_walk(one_walk_of_25, scales, samples, **options))
 
 
@@ -489,7 +526,9 @@ def fish(individuals: int, frames: int, seed: int, turn: float = 0.3) -> Any:
     )
     positions = tank.simulate(np.array([[12.0, 0.5, 0.8, turn]]), np.random.default_rng(seed))[0]
     names = tuple(f"fish {k + 1}" for k in range(individuals))
-    return tl.Trajectories(positions, np.ones(positions.shape[:2], dtype=bool), fps=10.0, individuals=names)
+    return tl.Trajectories(
+        positions, np.ones(positions.shape[:2], dtype=bool), fps=10.0, individuals=names
+    )
 
 
 @case
@@ -499,7 +538,9 @@ def recording(folder: Path) -> Any:
     from turing_learning.families import BurstAndCoast
 
     windows = fish(4, 900, seed=1).windows(steps=30, **WINDOWS)
-    swim = BurstAndCoast(individuals=1, steps=30, interval_s=0.1, signals=("speed", "turn"), variation=0.5, **FAMILY)
+    swim = BurstAndCoast(
+        individuals=1, steps=30, interval_s=0.1, signals=("speed", "turn"), variation=0.5, **FAMILY
+    )
     result = infer(
         genuine=windows,
         simulate=swim,
@@ -509,7 +550,11 @@ def recording(folder: Path) -> Any:
         out=folder / "run",
         **SPLIT,
     )
-    found = {"windows": digest(windows.learning), "held out": digest(windows.held_out), "run": outcome(result)}
+    found = {
+        "windows": digest(windows.learning),
+        "held out": digest(windows.held_out),
+        "run": outcome(result),
+    }
     motion = recorded_motion(fish(3, 600, seed=2, turn=0.9), run_classifiers(result))
     detector = Detector.from_run(result, rule="discriminant", false_alarms=0.05, seed=0, threads=1)
     return found | {"timeline": [plain(each) for each in detector.timeline(motion)]}
@@ -524,7 +569,9 @@ def couzin(folder: Path) -> Any:
     path = HERE.parent / "reference" / "data" / "tracktor" / "zebrafish_video_idtracked.txt"
     tracked = tl.load_trajectories(path, fps=30.0, pixels_per_cm=20.0, y_axis="down")
     signals = ("speed", "turn", "neighbor_distance")
-    windows = tracked.windows(steps=40, **WINDOWS | {"signals": signals, "smooth_frames": 3, "gap": 5})
+    windows = tracked.windows(
+        steps=40, **WINDOWS | {"signals": signals, "smooth_frames": 3, "gap": 5}
+    )
     swim = Couzin(
         individuals=5,
         steps=40,
@@ -535,7 +582,11 @@ def couzin(folder: Path) -> Any:
     )
     settings = SMALL | {"run.generations": 10}
     result = infer(
-        genuine=windows, simulate=swim, parameters=COUZIN, settings=settings, **SPLIT | {"title": "Zebrafish"}
+        genuine=windows,
+        simulate=swim,
+        parameters=COUZIN,
+        settings=settings,
+        **SPLIT | {"title": "Zebrafish"},
     )
     return {"windows": digest(windows.learning), "run": outcome(result)}
 
@@ -547,9 +598,32 @@ def recording_by_command(folder: Path) -> Any:
 
     path = HERE.parent / "reference" / "data" / "tracktor" / "termite_video_idtracked.txt"
     settings = toml(METHOD | SMALL | {"run.generations": 6}, folder / "settings.toml")
-    options = ("--fps", 25, "--scale", 30, "--y-axis", "down", "--window", 2, "--every", 2, "--model", "vicsek")
+    options = (
+        "--fps",
+        25,
+        "--scale",
+        30,
+        "--y-axis",
+        "down",
+        "--window",
+        2,
+        "--every",
+        2,
+        "--model",
+        "vicsek",
+    )
     signals = ("--signals", "speed,turn")
-    command("infer", "--trajectories", path, *options, *signals, "--config", settings, "--out", folder / "run")
+    command(
+        "infer",
+        "--trajectories",
+        path,
+        *options,
+        *signals,
+        "--config",
+        settings,
+        "--out",
+        folder / "run",
+    )
     return outcome(tl.load_run(folder / "run"))
 
 
@@ -573,10 +647,18 @@ def motion(folder: Path) -> Any:
     import turing_learning as tl
 
     found = {}
-    for name, agents in (("aggregation", 60), ("object-clustering", 12), ("aggregation-field-of-view-60", 30)):
+    for name, agents in (
+        ("aggregation", 60),
+        ("object-clustering", 12),
+        ("aggregation-field-of-view-60", 30),
+    ):
         scenario = replace(tl.swarm.SCENARIOS[name], agents=agents)
-        poses = tl.swarm.initial_poses(scenario, trials=2, rng=np.random.default_rng(4), side_cm=60.0)
-        controllers = np.broadcast_to(scenario.controller, (*poses.shape[:2], len(scenario.controller)))
+        poses = tl.swarm.initial_poses(
+            scenario, trials=2, rng=np.random.default_rng(4), side_cm=60.0
+        )
+        controllers = np.broadcast_to(
+            scenario.controller, (*poses.shape[:2], len(scenario.controller))
+        )
         moved = tl.swarm.simulate(scenario, controllers, poses, control_steps=50, seed=9, threads=2)
         found[name] = digest(moved.speeds)
     return found
@@ -591,7 +673,11 @@ def study_on_two_workers(folder: Path) -> Any:
         "aggregation",
         runs=2,
         first_seed=5,
-        settings={key: value for key, value in (METHOD | AGGREGATION | SMALL).items() if key not in OF_STUDY}
+        settings={
+            key: value
+            for key, value in (METHOD | AGGREGATION | SMALL).items()
+            if key not in OF_STUDY
+        }
         | {"run.history": "thin"},
         grid={"classifiers.hidden": [3, 5]},
         workers=2,
@@ -635,15 +721,31 @@ def detection(folder: Path) -> Any:
     import turing_learning as tl
     from turing_learning.detection import Detector, plant_abnormal, run_classifiers
 
-    run = infer("aggregation", AGGREGATION | SMALL | {"scenario.trial.duration_s": 3.0}, out=folder / "run")
+    run = infer(
+        "aggregation", AGGREGATION | SMALL | {"scenario.trial.duration_s": 3.0}, out=folder / "run"
+    )
     told = command(
-        "detect", folder / "run", "--simulate", 2, "--samples", 3, "--seed", 4, "--rule", "discriminant", "--json"
+        "detect",
+        folder / "run",
+        "--simulate",
+        2,
+        "--samples",
+        3,
+        "--seed",
+        4,
+        "--rule",
+        "discriminant",
+        "--json",
     )
     stored = tl.load_run(folder / "run")
-    motion = plant_abnormal(run_classifiers(stored).simulated_scenario(), 3, samples=2, seed=6, threads=1)
+    motion = plant_abnormal(
+        run_classifiers(stored).simulated_scenario(), 3, samples=2, seed=6, threads=1
+    )
     found = {"command": json.loads(told), "motion": digest(motion.samples)}
     for rule in ("fittest", "unanimous", "discriminant"):
-        detector = Detector.from_run(run, rule=rule, false_alarms=0.05, behaviors=20, trials=4, seed=1, threads=1)
+        detector = Detector.from_run(
+            run, rule=rule, false_alarms=0.05, behaviors=20, trials=4, seed=1, threads=1
+        )
         found[rule] = [plain(each) for each in detector.verdicts(motion)]
     return found
 
@@ -659,9 +761,16 @@ def laboratory_file(folder: Path, *, repeats: int, generations: int) -> Path:
         "interventions = { batteries_every = 2, stuck_cm = 0.2 }\n"
         f"evaluation = {{ repeats = {repeats} }}\n"
     )
-    drawn_from_robots = ("scenario.agents", "scenario.replicas", "scenario.trial.control_interval_s")
+    drawn_from_robots = (
+        "scenario.agents",
+        "scenario.replicas",
+        "scenario.trial.control_interval_s",
+    )
     settings = METHOD | AGGREGATION | LABORATORY | {"run.generations": generations}
-    file = toml({key: value for key, value in settings.items() if key not in drawn_from_robots}, folder / "lab.toml")
+    file = toml(
+        {key: value for key, value in settings.items() if key not in drawn_from_robots},
+        folder / "lab.toml",
+    )
     file.write_text(head + file.read_text() + "".join(f"[[robots]]\n{robot}" for robot in robots))
     return file
 
@@ -677,7 +786,9 @@ def rehearsal(folder: Path) -> Any:
     assert post is not None
     with np.load(folder / "run" / "calibration.npz") as kept:
         calibration = {name: digest(kept[name]) for name in kept.files}
-    events = [json.loads(line) for line in (folder / "run" / "events.jsonl").read_text().splitlines()]
+    events = [
+        json.loads(line) for line in (folder / "run" / "events.jsonl").read_text().splitlines()
+    ]
     return {
         "run": outcome(load_run(folder / "run")),
         "post-evaluation": [digest(post.fitness), plain(post.best_model)],
@@ -699,11 +810,15 @@ def machine() -> dict[str, str]:
     features = llvmlite.binding.get_host_cpu_features()
     kind = "avx512" if features.get("avx512f") else "avx2" if features.get("avx2") else "plain"
     versions = {module.__name__: module.__version__ for module in (np, numba, scipy)}
-    blas = sorted({each.get("architecture", "") for each in threadpool_info() if each["user_api"] == "blas"})
+    blas = sorted(
+        {each.get("architecture", "") for each in threadpool_info() if each["user_api"] == "blas"}
+    )
     return {"processor": os.environ.get("NUMBA_CPU_NAME", kind), "blas": " ".join(blas), **versions}
 
 
-def differences(found: Any, expected: Any, same: Callable[[Any, Any], bool], place: str = "") -> list[str]:
+def differences(
+    found: Any, expected: Any, same: Callable[[Any, Any], bool], place: str = ""
+) -> list[str]:
     """Return the places at which two outcomes differ."""
     if (
         isinstance(found, dict) and isinstance(expected, dict) and found.keys() >= expected.keys()
@@ -712,7 +827,11 @@ def differences(found: Any, expected: Any, same: Callable[[Any, Any], bool], pla
     elif isinstance(found, list) and isinstance(expected, list) and len(found) == len(expected):
         pairs = zip(range(len(found)), found, expected, strict=True)
     else:
-        return [] if same(found, expected) else [f"{place}: {str(found)[:160]} is not {str(expected)[:160]}"]
+        return (
+            []
+            if same(found, expected)
+            else [f"{place}: {str(found)[:160]} is not {str(expected)[:160]}"]
+        )
     return [line for key, *pair in pairs for line in differences(*pair, same, f"{place}/{key}")]
 
 
@@ -734,7 +853,11 @@ def nearly_same(found: Any, expected: Any) -> bool:
 def parts(text: str) -> tuple[str, float, str]:
     """Return what an array is, its mean and its digest; any other text is what it is."""
     found = re.fullmatch(r"(.*) mean (\S+) bits (\S+)", text)
-    return (found[1], 0.0 if found[2] == "nan" else float(found[2]), found[3]) if found else (text, 0.0, "")
+    return (
+        (found[1], 0.0 if found[2] == "nan" else float(found[2]), found[3])
+        if found
+        else (text, 0.0, "")
+    )
 
 
 def execute(names: list[str], report: Callable[[str], None]) -> dict[str, Any]:
@@ -752,7 +875,9 @@ def main() -> int:
     """Compare, or write the reference."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="only the cases of a few seconds")
-    parser.add_argument("--only", action="append", choices=sorted(CASES), help="this case alone; repeatable")
+    parser.add_argument(
+        "--only", action="append", choices=sorted(CASES), help="this case alone; repeatable"
+    )
     parser.add_argument("--list", action="store_true", help="name the cases, and execute none")
     parser.add_argument("--write", action="store_true", help="write the reference instead")
     parser.add_argument("--strict", action="store_true", help="bit by bit on any machine")
@@ -761,10 +886,16 @@ def main() -> int:
         for name, (function, quick) in CASES.items():
             print(f"{name}{' (quick)' if quick else ''}: {function.__doc__}")
         return 0
-    names = options.only or [name for name, (_, quick) in CASES.items() if quick or not options.quick]
+    names = options.only or [
+        name for name, (_, quick) in CASES.items() if quick or not options.quick
+    ]
     found = execute(names, lambda line: print(line, flush=True))
     if options.write:
-        kept = json.loads(REFERENCE.read_text())["cases"] if options.only and REFERENCE.exists() else {}
+        kept = (
+            json.loads(REFERENCE.read_text())["cases"]
+            if options.only and REFERENCE.exists()
+            else {}
+        )
         document = {"machine": machine(), "cases": kept | found}
         REFERENCE.write_text(json.dumps(document, indent=1, sort_keys=True) + "\n")
         return 0
@@ -772,11 +903,17 @@ def main() -> int:
     here, there = machine(), reference["machine"]
     exact = options.strict or here == there
     same = same_bits if exact else nearly_same
-    wrong = [line for name in names for line in differences(found[name], reference["cases"][name], same, name)]
+    wrong = [
+        line
+        for name in names
+        for line in differences(found[name], reference["cases"][name], same, name)
+    ]
     print(*wrong[:200], sep="\n")
     print(f"frozen: {len(names)} cases, {len(wrong)} differences")
     if not exact:
-        print(f"but for the last digits of numbers: the reference is of {there}, and this is {here}")
+        print(
+            f"but for the last digits of numbers: the reference is of {there}, and this is {here}"
+        )
     return 1 if wrong else 0
 
 

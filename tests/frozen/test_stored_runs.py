@@ -63,8 +63,16 @@ def runs_of(study):
 
 def test_every_kind_of_folder_is_stored():
     assert {"aggregation", "custom", "laboratory", "study"} <= set(KINDS)
-    assert {f"{kind}-stopped" for kind in ("custom", "laboratory", "study")} | {"stopped"} <= set(KINDS)
-    assert {"trials", "trials-stopped", "custom-trials", "custom-trials-stopped", "recorded-trials"} <= set(KINDS)
+    assert {f"{kind}-stopped" for kind in ("custom", "laboratory", "study")} | {"stopped"} <= set(
+        KINDS
+    )
+    assert {
+        "trials",
+        "trials-stopped",
+        "custom-trials",
+        "custom-trials-stopped",
+        "recorded-trials",
+    } <= set(KINDS)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -81,14 +89,19 @@ OPENED = ["aggregation", "custom", "laboratory", *(kind for kind in KINDS if "tr
 def test_a_stored_run_opens_with_all_of_its_numbers(kind, stored):
     result = tl.load_run(stored(kind))
     assert result.complete == (not kind.endswith("stopped"))
-    assert differences(json.loads(json.dumps(plain(outcome(result)))), EXPECTED[kind], same_bits) == []
+    assert (
+        differences(json.loads(json.dumps(plain(outcome(result)))), EXPECTED[kind], same_bits) == []
+    )
 
 
 def test_a_stored_study_opens_with_all_of_its_runs(stored):
     path = stored("study")
     study = tl.load_study(path)
     assert (len(study.runs), study.complete) == (2, True)
-    assert differences(json.loads(json.dumps(plain(runs_of(path)))), EXPECTED["study"], same_bits) == []
+    assert (
+        differences(json.loads(json.dumps(plain(runs_of(path)))), EXPECTED["study"], same_bits)
+        == []
+    )
 
 
 def test_a_finished_run_stays_as_it_is_when_it_is_resumed(stored, call):
@@ -107,7 +120,9 @@ def test_a_stopped_run_is_resumed_by_command_to_the_bits_of_one_that_never_was(s
 def test_a_stopped_run_with_a_custom_system_is_resumed_to_the_bits_of_one_that_never_was(stored):
     path = stored("custom-stopped")
     assert tl.load_run(path).generations == 6
-    require_same(outcome(tl.resume(path, genuine=short_walks(), simulate=short_walk)), EXPECTED["custom"])
+    require_same(
+        outcome(tl.resume(path, genuine=short_walks(), simulate=short_walk)), EXPECTED["custom"]
+    )
 
 
 def test_a_stopped_run_by_trials_is_resumed_to_its_end(stored, call):
@@ -125,7 +140,9 @@ def test_a_stopped_run_by_trials_with_a_custom_system_is_resumed_to_its_end(stor
     assert (result.complete, result.trials) == (True, 40)
 
 
-def test_a_run_on_a_recording_gets_more_trials_where_its_recording_is_by_now(stored, tmp_path, call):
+def test_a_run_on_a_recording_gets_more_trials_where_its_recording_is_by_now(
+    stored, tmp_path, call
+):
     path = stored("recorded-trials")
     call("resume", path, "--trials", 50, "--trajectories", recording(tmp_path))
     result = tl.load_run(path)
@@ -147,7 +164,9 @@ def test_a_stopped_study_is_resumed_to_the_bits_of_one_that_never_was(stored, ca
 def test_a_stopped_rehearsal_is_resumed_as_by_the_version_that_stopped_it(stored, call):
     path = stored("laboratory-stopped")
     assert tl.load_run(path).generations == 1
-    with pytest.raises(ValueError, match=r"laboratory\.json \(seals\.txt does not know it\).* --trust"):
+    with pytest.raises(
+        ValueError, match=r"laboratory\.json \(seals\.txt does not know it\).* --trust"
+    ):
         tl.runs.resume_laboratory(path)
     call("resume", path, "--trust")
     require_same(outcome(tl.load_run(path)), EXPECTED["laboratory-stopped"])
@@ -159,7 +178,9 @@ def test_a_stored_check_is_found_again_and_not_made_anew(stored):
     content = folder.read("check/check.json")
     content["recoveries"][0]["estimate"]["vl0"] = 0.25
     folder.write("check/check.json", content)
-    found = tl.load_run(path).check(effort=Effort(**EFFORT), recoveries=1, recovery_generations=4, seed=2)
+    found = tl.load_run(path).check(
+        effort=Effort(**EFFORT), recoveries=1, recovery_generations=4, seed=2
+    )
     expected = EXPECTED["check"]
     require_same({"test": found.test, "parameters": found.parameters}, expected)
     assert found.recoveries[0].estimate["vl0"] == 0.25

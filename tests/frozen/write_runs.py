@@ -86,7 +86,9 @@ def main() -> None:
         expected = by_generations(folder) | by_trials(folder) | in_a_laboratory(folder)
         for path in sorted(each for each in folder.iterdir() if each.is_dir()):
             write(path)
-    (RUNS / "expected.json").write_text(json.dumps(plain(expected), indent=1, sort_keys=True) + "\n")
+    (RUNS / "expected.json").write_text(
+        json.dumps(plain(expected), indent=1, sort_keys=True) + "\n"
+    )
 
 
 def by_generations(folder: Path) -> dict[str, Any]:
@@ -100,7 +102,18 @@ def by_generations(folder: Path) -> dict[str, Any]:
     expected["aggregation"] = outcome(whole)
     found = whole.check(effort=Effort(**EFFORT), recoveries=1, recovery_generations=4, seed=2)
     expected["check"] = {"test": plain(found.test), "parameters": plain(found.parameters)}
-    detect = ("detect", folder / "aggregation", "--simulate", 2, "--samples", 3, "--seed", 4, "--rule", "discriminant")
+    detect = (
+        "detect",
+        folder / "aggregation",
+        "--simulate",
+        2,
+        "--samples",
+        3,
+        "--seed",
+        4,
+        "--rule",
+        "discriminant",
+    )
     expected["detect"] = json.loads(command(*detect, "--json"))
 
     infer("aggregation", settings, out=folder / "stopped", should_stop=stop_after(7))
@@ -109,9 +122,13 @@ def by_generations(folder: Path) -> dict[str, Any]:
     stopped = {"out": folder / "custom-stopped", "settings": FEW, "should_stop": stop_after(6)}
     infer_walk(short_walk, genuine=short_walks(), **stopped)
 
-    of_runs = {key: value for key, value in (METHOD | STORED_STUDY).items() if key not in OF_STUDY[:2]}
+    of_runs = {
+        key: value for key, value in (METHOD | STORED_STUDY).items() if key not in OF_STUDY[:2]
+    }
     tl.study("aggregation", runs=2, first_seed=5, settings=of_runs, workers=1, out=folder / "study")
-    expected["study"] = [outcome(tl.load_run(path)) for path in sorted((folder / "study" / "runs").iterdir())]
+    expected["study"] = [
+        outcome(tl.load_run(path)) for path in sorted((folder / "study" / "runs").iterdir())
+    ]
     shutil.copytree(folder / "study", folder / "study-stopped")
     shutil.rmtree(folder / "study-stopped" / "runs" / "0002")
     return expected
@@ -125,12 +142,42 @@ def by_trials(folder: Path) -> dict[str, Any]:
     infer("aggregation", SWARM_TRIALS, out=folder / "trials-stopped", should_stop=stop_after(5))
     custom = {"genuine": short_walks(), "settings": TRIALS}
     infer_walk(short_walk, out=folder / "custom-trials", **custom)
-    infer_walk(short_walk, out=folder / "custom-trials-stopped", should_stop=stop_after(5), **custom)
-    options = ("--fps", 25, "--scale", 30, "--y-axis", "down", "--window", 1, "--every", 2, "--signals", "speed,turn")
+    infer_walk(
+        short_walk, out=folder / "custom-trials-stopped", should_stop=stop_after(5), **custom
+    )
+    options = (
+        "--fps",
+        25,
+        "--scale",
+        30,
+        "--y-axis",
+        "down",
+        "--window",
+        1,
+        "--every",
+        2,
+        "--signals",
+        "speed,turn",
+    )
     settings = toml(METHOD | TRIALS, folder / "settings.toml")
-    recorded = ("infer", "--trajectories", recording(folder), *options, "--model", "vicsek", "--config", settings)
+    recorded = (
+        "infer",
+        "--trajectories",
+        recording(folder),
+        *options,
+        "--model",
+        "vicsek",
+        "--config",
+        settings,
+    )
     command(*recorded, "--out", folder / "recorded-trials")
-    names = ("trials", "trials-stopped", "custom-trials", "custom-trials-stopped", "recorded-trials")
+    names = (
+        "trials",
+        "trials-stopped",
+        "custom-trials",
+        "custom-trials-stopped",
+        "recorded-trials",
+    )
     return {name: outcome(tl.load_run(folder / name)) for name in names}
 
 
@@ -146,7 +193,9 @@ def in_a_laboratory(folder: Path) -> dict[str, Any]:
     expected["laboratory"] = outcome(tl.load_run(folder / "laboratory"))
     with as_emulated(load_laboratory(file)) as laboratory:
         equipment = rehearse(laboratory)
-        start_laboratory(laboratory, folder / "laboratory-stopped", equipment=equipment, should_stop=lambda: True)
+        start_laboratory(
+            laboratory, folder / "laboratory-stopped", equipment=equipment, should_stop=lambda: True
+        )
     shutil.copytree(folder / "laboratory-stopped", folder / "resumed")
     command("resume", folder / "resumed")
     expected["laboratory-stopped"] = outcome(tl.load_run(folder / "resumed"))
@@ -181,7 +230,9 @@ def make_anonymous(path: Path) -> None:
     changes: dict[str, Any] = {"process": {"pid": 1, "host": "host"}, "machine": machine}
     recorded = folder.manifest().get("recording")
     if recorded:
-        changes["recording"] = recorded | {"options": recorded["options"] | {"trajectories": ["/termites.txt"]}}
+        changes["recording"] = recorded | {
+            "options": recorded["options"] | {"trajectories": ["/termites.txt"]}
+        }
     folder.update_manifest(**changes)
 
 

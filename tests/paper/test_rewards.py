@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from turing_learning.coevolution import Judgments, classifier_reward, model_reward, sensitivity, specificity
+from turing_learning.coevolution import (
+    Judgments,
+    classifier_reward,
+    model_reward,
+    sensitivity,
+    specificity,
+)
 
 # N = 2 classifiers, K = 4 genuine samples, M = 3 models with one sample each; 1: judged genuine
 JUDGMENTS = Judgments(

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from turing_learning.reproduction._methods import check_statements, expected_squared_error, least_squares_optimum
+from turing_learning.reproduction._methods import (
+    check_statements,
+    expected_squared_error,
+    least_squares_optimum,
+)
 from turing_learning.swarm import AGGREGATION
 
 

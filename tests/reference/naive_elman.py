@@ -24,7 +24,8 @@ def unpack(genome, inputs, hidden):
     ends = np.cumsum([hidden * inputs, hidden * hidden, hidden, hidden])
     w, u, b, v, c = np.split(np.asarray(genome, dtype=np.float64), ends)
     rows = [
-        shorten([*w[i * inputs : (i + 1) * inputs], *u[i * hidden : (i + 1) * hidden], b[i]]) for i in range(hidden)
+        shorten([*w[i * inputs : (i + 1) * inputs], *u[i * hidden : (i + 1) * hidden], b[i]])
+        for i in range(hidden)
     ]
     rows, output = np.array(rows), shorten([*v, *c])
     return rows[:, :inputs], rows[:, inputs:-1], rows[:, -1], output[:-1], output[-1]
@@ -35,7 +36,10 @@ def judge_one(genome, sample, inputs, hidden, scale=None):
     w, u, b, v, c = unpack(genome, inputs, hidden)
     h = np.zeros(hidden)
     for signals in sample:
-        x = shorten(signals * SMALL / (1.0 if scale is None else np.asarray(scale)), LIMIT * SMALL) / SMALL
+        x = (
+            shorten(signals * SMALL / (1.0 if scale is None else np.asarray(scale)), LIMIT * SMALL)
+            / SMALL
+        )
         h = sigmoid(w @ x + u @ h + b)
     return sigmoid(v @ h + c)
 

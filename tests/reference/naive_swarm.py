@@ -19,7 +19,12 @@ def uniform(key, counter):
 
 class NaiveSwarm:
     def __init__(self, scenario, controllers, poses, key, noise):
-        self.scenario, self.controllers, self.key, self.noise = scenario, controllers, int(key), noise
+        self.scenario, self.controllers, self.key, self.noise = (
+            scenario,
+            controllers,
+            int(key),
+            noise,
+        )
         self.robots, self.count = len(controllers), len(poses)
         self.x, self.y, self.heading = (list(map(float, poses[:, k])) for k in range(3))
         self.vx, self.vy, self.turn = [0.0] * self.count, [0.0] * self.count, [0.0] * self.count
@@ -68,12 +73,18 @@ class NaiveSwarm:
                 draw = uniform(self.key, 2 * (cycle * self.robots + i) + side)
                 speed = self.controllers[i][2 * readings[i] + side] * robot.maximum_speed_cm_s
                 speed *= 1 + self.noise * (2 * draw - 1)
-                speed *= 1 + robot.wheel_scale_spread * (2 * uniform(self.key ^ SCALES, 2 * i + side) - 1)
+                speed *= 1 + robot.wheel_scale_spread * (
+                    2 * uniform(self.key ^ SCALES, 2 * i + side) - 1
+                )
                 if robot.clamp_wheel_speeds:
                     speed = max(-robot.maximum_speed_cm_s, min(robot.maximum_speed_cm_s, speed))
-                speed *= 1 - robot.slip * uniform(self.key ^ SLIPS, 2 * (cycle * self.robots + i) + side)
+                speed *= 1 - robot.slip * uniform(
+                    self.key ^ SLIPS, 2 * (cycle * self.robots + i) + side
+                )
                 wheels.append(speed)
-            commands.append(((wheels[0] + wheels[1]) / 2, (wheels[1] - wheels[0]) / robot.wheel_distance_cm))
+            commands.append(
+                ((wheels[0] + wheels[1]) / 2, (wheels[1] - wheels[0]) / robot.wheel_distance_cm)
+            )
         return commands
 
     def slow_down(self, speed, dt):
@@ -88,7 +99,10 @@ class NaiveSwarm:
             if i < self.robots:
                 forward, turn = commands[i]
                 direction = self.heading[i] + self.turn[i] * dt / 2
-                self.vx[i], self.vy[i] = forward * math.cos(direction), forward * math.sin(direction)
+                self.vx[i], self.vy[i] = (
+                    forward * math.cos(direction),
+                    forward * math.sin(direction),
+                )
                 self.turn[i] = turn
             else:
                 self.vx[i], self.vy[i] = self.slow_down([self.vx[i], self.vy[i]], dt)
@@ -121,7 +135,9 @@ class NaiveSwarm:
         vy = self.vy[i] + self.turn[i] * ax - self.vy[j] - self.turn[j] * bx
         ca, cb = ax * ny - ay * nx, bx * ny - by * nx
         impulse = -(1 + 0.9 * 0.9) * (vx * nx + vy * ny)
-        impulse /= 1 / self.mass[i] + 1 / self.mass[j] + ca**2 / self.inertia[i] + cb**2 / self.inertia[j]
+        impulse /= (
+            1 / self.mass[i] + 1 / self.mass[j] + ca**2 / self.inertia[i] + cb**2 / self.inertia[j]
+        )
         self.vx[i] += impulse * nx / self.mass[i]
         self.vy[i] += impulse * ny / self.mass[i]
         self.turn[i] += impulse * ca / self.inertia[i]
@@ -133,7 +149,10 @@ class NaiveSwarm:
         arena = self.scenario.arena
         if arena.width_cm is None:
             return
-        for position, speed, size in ((self.x, self.vx, arena.width_cm), (self.y, self.vy, arena.height_cm)):
+        for position, speed, size in (
+            (self.x, self.vx, arena.width_cm),
+            (self.y, self.vy, arena.height_cm),
+        ):
             low, high = self.radius[i], size - self.radius[i]
             if position[i] < low:
                 position[i], speed[i] = low, -0.9 * speed[i] if speed[i] < 0 else speed[i]
@@ -156,7 +175,11 @@ class NaiveSwarm:
             sensors.append(readings)
             moved = poses[-1] - poses[-2]
             ahead = moved[:, 0] * np.cos(poses[-2][:, 2]) + moved[:, 1] * np.sin(poses[-2][:, 2])
-            speed = np.where(ahead < 0, -1, 1) * np.hypot(moved[:, 0], moved[:, 1]) / trial.control_interval_s
+            speed = (
+                np.where(ahead < 0, -1, 1)
+                * np.hypot(moved[:, 0], moved[:, 1])
+                / trial.control_interval_s
+            )
             speeds.append([(speed[i], commands[i][1]) for i in range(self.robots)])
         sensors.append(self.mistaken([self.sense(i) for i in range(self.robots)], cycles))
         return np.array(poses), np.array(sensors), np.array(speeds).transpose(1, 0, 2)

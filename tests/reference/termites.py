@@ -47,7 +47,11 @@ def load(tracker: str) -> Trajectories:
 def seen(tracker: str, recording: Trajectories, frame: int) -> tuple[np.ndarray, np.ndarray]:
     """Return who is present in a frame of the video, and where."""
     row = frame + FRAME_OF_VIDEO_0[tracker] - recording.first_frame
-    who = np.flatnonzero(recording.present[row]) if 0 <= row < len(recording.present) else np.empty(0, dtype=int)
+    who = (
+        np.flatnonzero(recording.present[row])
+        if 0 <= row < len(recording.present)
+        else np.empty(0, dtype=int)
+    )
     return who, recording.positions[row, who] + CORNER[tracker] if len(who) else np.empty((0, 2))
 
 
@@ -57,10 +61,14 @@ def match(one: str, other: str) -> Matches:
         who, here = seen(one, first, frame)
         whom, there = seen(other, second, frame)
         offset = here[:, None] - there[None]
-        for i, j in zip(*linear_sum_assignment(np.hypot(offset[..., 0], offset[..., 1])), strict=True):
+        for i, j in zip(
+            *linear_sum_assignment(np.hypot(offset[..., 0], offset[..., 1])), strict=True
+        ):
             found.append((frame, who[i], whom[j], *offset[i, j]))
     table = np.array(found)
-    return Matches(table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2].astype(int), table[:, 3:])
+    return Matches(
+        table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2].astype(int), table[:, 3:]
+    )
 
 
 def along_motion(matches: Matches, tracker: str, least_speed: float = 5.0) -> np.ndarray:
@@ -68,18 +76,27 @@ def along_motion(matches: Matches, tracker: str, least_speed: float = 5.0) -> np
     recording, ahead = load(tracker), []
     rows = matches.frame + FRAME_OF_VIDEO_0[tracker] - recording.first_frame
     for row, who, offset in zip(rows, matches.other, matches.offset, strict=True):
-        if 2 <= row < len(recording.present) - 2 and recording.present[row - 2 : row + 3, who].all():
+        if (
+            2 <= row < len(recording.present) - 2
+            and recording.present[row - 2 : row + 3, who].all()
+        ):
             moved = (recording.positions[row + 2, who] - recording.positions[row - 2, who]) / 4
             speed = np.hypot(*moved)
             if speed > least_speed:
-                ahead.append((offset @ moved / speed, (moved[0] * offset[1] - moved[1] * offset[0]) / speed))
+                ahead.append(
+                    (offset @ moved / speed, (moved[0] * offset[1] - moved[1] * offset[0]) / speed)
+                )
     return np.array(ahead)
 
 
 def listing() -> str:
     """Return the disagreements as docs/results/termites.txt has them."""
     lines = []
-    for one, other, limit in (("tracktor", "toxtrac", 10), ("idtracker", "tracktor", 20), ("idtracker", "toxtrac", 15)):
+    for one, other, limit in (
+        ("tracktor", "toxtrac", 10),
+        ("idtracker", "tracktor", 20),
+        ("idtracker", "toxtrac", 15),
+    ):
         matches = match(one, other)
         far = int((matches.distance > limit).sum())
         frames = matches.frames_above(limit)

@@ -29,8 +29,12 @@ def test_motion_agrees_with_every_recorded_trial(name):
     scenario = scenario.in_world("enki")
     with np.load(DATA / f"{name}.npz") as file:
         reference, sensors = file["pose"], file["sensor"]
-    controllers = np.broadcast_to(scenario.controller, (len(reference), robots, len(scenario.controller)))
-    result = tl.swarm.simulate(scenario, controllers, reference[:, 0], control_steps=100, wheel_noise=0.0)
+    controllers = np.broadcast_to(
+        scenario.controller, (len(reference), robots, len(scenario.controller))
+    )
+    result = tl.swarm.simulate(
+        scenario, controllers, reference[:, 0], control_steps=100, wheel_noise=0.0
+    )
     error = difference(result.poses, reference)
     assert error[:, :21].max() < 1e-8
     assert error.max() < 1e-6
@@ -41,22 +45,56 @@ WORLDS = {
     "sparse": (tl.swarm.AGGREGATION, 11, 331.66),
     "crowded": (tl.swarm.AGGREGATION, 11, 40.0),
     "objects": (tl.swarm.OBJECT_CLUSTERING, 5, 70.0),
-    "clamped": (replace(tl.swarm.AGGREGATION, robot=tl.swarm.Robot(clamp_wheel_speeds=True)), 6, 50.0),
+    "clamped": (
+        replace(tl.swarm.AGGREGATION, robot=tl.swarm.Robot(clamp_wheel_speeds=True)),
+        6,
+        50.0,
+    ),
     "walled": (replace(tl.swarm.OBJECT_CLUSTERING, arena=tl.swarm.Arena(90.0, 110.0)), 5, None),
-    "two physics steps": (replace(tl.swarm.AGGREGATION, trial=tl.swarm.Trial(physics_steps=2)), 6, 60.0),
-    "one physics step": (replace(tl.swarm.AGGREGATION, trial=tl.swarm.Trial(physics_steps=1)), 6, 60.0),
-    "gravity of the earth": (replace(tl.swarm.OBJECT_CLUSTERING, objects=tl.swarm.Objects(gravity_cm_s2=981)), 5, 50.0),
-    "a lag": (replace(tl.swarm.AGGREGATION, robot=tl.swarm.Robot(actuation_lag_cycles=1)), 11, 60.0),
-    "a long lag": (replace(tl.swarm.OBJECT_CLUSTERING, robot=tl.swarm.Robot(actuation_lag_cycles=3)), 5, 50.0),
-    "wheels of many scales": (replace(tl.swarm.AGGREGATION, robot=tl.swarm.Robot(wheel_scale_spread=0.3)), 11, 60.0),
+    "two physics steps": (
+        replace(tl.swarm.AGGREGATION, trial=tl.swarm.Trial(physics_steps=2)),
+        6,
+        60.0,
+    ),
+    "one physics step": (
+        replace(tl.swarm.AGGREGATION, trial=tl.swarm.Trial(physics_steps=1)),
+        6,
+        60.0,
+    ),
+    "gravity of the earth": (
+        replace(tl.swarm.OBJECT_CLUSTERING, objects=tl.swarm.Objects(gravity_cm_s2=981)),
+        5,
+        50.0,
+    ),
+    "a lag": (
+        replace(tl.swarm.AGGREGATION, robot=tl.swarm.Robot(actuation_lag_cycles=1)),
+        11,
+        60.0,
+    ),
+    "a long lag": (
+        replace(tl.swarm.OBJECT_CLUSTERING, robot=tl.swarm.Robot(actuation_lag_cycles=3)),
+        5,
+        50.0,
+    ),
+    "wheels of many scales": (
+        replace(tl.swarm.AGGREGATION, robot=tl.swarm.Robot(wheel_scale_spread=0.3)),
+        11,
+        60.0,
+    ),
     "slip": (replace(tl.swarm.AGGREGATION, robot=tl.swarm.Robot(slip=0.4)), 11, 60.0),
     "scales and slip of clamped wheels": (
-        replace(tl.swarm.AGGREGATION, robot=tl.swarm.Robot(clamp_wheel_speeds=True, wheel_scale_spread=0.2, slip=0.2)),
+        replace(
+            tl.swarm.AGGREGATION,
+            robot=tl.swarm.Robot(clamp_wheel_speeds=True, wheel_scale_spread=0.2, slip=0.2),
+        ),
         6,
         50.0,
     ),
     "mistaken sensors": (
-        replace(tl.swarm.OBJECT_CLUSTERING, sensor=replace(tl.swarm.OBJECT_CLUSTERING.sensor, mistakes=0.3)),
+        replace(
+            tl.swarm.OBJECT_CLUSTERING,
+            sensor=replace(tl.swarm.OBJECT_CLUSTERING.sensor, mistakes=0.3),
+        ),
         5,
         50.0,
     ),
@@ -73,7 +111,9 @@ def test_simulator_equals_its_slow_twin_with_noise_and_fast_replicas(name):
     poses = tl.swarm.initial_poses(scenario, 3, rng, robots=robots, side_cm=side)
     controllers = rng.uniform(-1, 1, (3, robots, len(scenario.controller)))
     controllers[:, -1] *= 5
-    result = tl.swarm.simulate(scenario, controllers, poses, control_steps=30, seed=9, wheel_noise=0.05)
+    result = tl.swarm.simulate(
+        scenario, controllers, poses, control_steps=30, seed=9, wheel_noise=0.05
+    )
     keys = np.random.SeedSequence(9).generate_state(3, np.uint64)
     for trial in range(3):
         twin = NaiveSwarm(scenario, controllers[trial], poses[trial], keys[trial], 0.05)

@@ -34,7 +34,9 @@ FIELDS = (
 
 
 def distance(ahead, off, radius, field_of_view):
-    found = nearest_visible(ahead, off, radius, math.cos(field_of_view / 2), math.sin(field_of_view / 2))
+    found = nearest_visible(
+        ahead, off, radius, math.cos(field_of_view / 2), math.sin(field_of_view / 2)
+    )
     return None if found == math.inf else found
 
 
@@ -72,7 +74,9 @@ def test_readings_of_three_states_are_those_of_the_plain_twin(field_of_view, sid
     bodies = [(3.5, 2)] * count + [(5.0, 1)] * (poses.shape[1] - count)
     for trial in range(2 if robots else len(poses)):
         x, y, heading = poses[trial].T
-        assert readings[trial].tolist() == [read(i, x, y, heading, bodies, field_of_view) for i in range(count)]
+        assert readings[trial].tolist() == [
+            read(i, x, y, heading, bodies, field_of_view) for i in range(count)
+        ]
 
 
 def test_a_disk_is_seen_as_soon_as_its_rim_is_in_view():
@@ -132,9 +136,13 @@ def test_many_robots_move_as_few_do_and_threads_change_nothing(threads, monkeypa
     controllers = rng.uniform(-1, 1, (3, 60, 4))
     fields = rng.uniform(0, 2 * math.pi, (3, 60))
     fields[:, ::3] = 0.0
-    many = simulate(AGGREGATION, controllers, poses, control_steps=20, fields_of_view=fields, threads=threads)
+    many = simulate(
+        AGGREGATION, controllers, poses, control_steps=20, fields_of_view=fields, threads=threads
+    )
     monkeypatch.setattr(trials, "MANY", 1000)
-    side_by_side = simulate(AGGREGATION, controllers, poses, control_steps=20, fields_of_view=fields, threads=1)
+    side_by_side = simulate(
+        AGGREGATION, controllers, poses, control_steps=20, fields_of_view=fields, threads=1
+    )
     np.testing.assert_array_equal(many.poses, side_by_side.poses)
     np.testing.assert_array_equal(many.sensors, side_by_side.sensors)
 
@@ -143,14 +151,21 @@ def test_an_item_that_the_sensor_does_not_know_is_invisible():
     sensor = Sensor(readings=("background", "object"), field_of_view=2 * math.pi)
     scenario = replace(OBJECT_CLUSTERING, sensor=sensor, controller=(0.0,) * 4)
     poses = np.array([[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [30.0, 0.0, 0.0]]] * 2)
-    assert simulate(scenario, np.zeros((2, 2, 4)), poses, control_steps=1).sensors[0, 0].tolist() == [1, 1]
-    assert simulate(scenario, np.zeros((2, 3, 4)), poses, control_steps=1).sensors[0, 0].tolist() == [0, 0, 0]
+    assert simulate(scenario, np.zeros((2, 2, 4)), poses, control_steps=1).sensors[
+        0, 0
+    ].tolist() == [1, 1]
+    assert simulate(scenario, np.zeros((2, 3, 4)), poses, control_steps=1).sensors[
+        0, 0
+    ].tolist() == [0, 0, 0]
 
 
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        (np.zeros((2, 3)), r"`fields_of_view` must have shape \(\), \(A,\) or \(R, A\) = \(1, 3\); got \(2, 3\)"),
+        (
+            np.zeros((2, 3)),
+            r"`fields_of_view` must have shape \(\), \(A,\) or \(R, A\) = \(1, 3\); got \(2, 3\)",
+        ),
         (-0.1, r"`fields_of_view` must be from 0 to 2 pi = 6\.283185 rad; got \[-0\.1\]"),
         (6.3, r"`fields_of_view` must be from 0 to 2 pi = 6\.283185 rad; got \[6\.3\]"),
         (math.nan, r"`fields_of_view` must be from 0 to 2 pi = 6\.283185 rad; got \[nan\]"),
@@ -158,4 +173,10 @@ def test_an_item_that_the_sensor_does_not_know_is_invisible():
 )
 def test_what_is_no_field_of_view_is_refused(fields, message):
     with pytest.raises(ValueError, match=message):
-        simulate(AGGREGATION, np.zeros((1, 3, 4)), np.zeros((1, 3, 3)), control_steps=1, fields_of_view=fields)
+        simulate(
+            AGGREGATION,
+            np.zeros((1, 3, 4)),
+            np.zeros((1, 3, 3)),
+            control_steps=1,
+            fields_of_view=fields,
+        )

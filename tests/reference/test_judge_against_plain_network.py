@@ -38,7 +38,10 @@ def test_every_sample_is_judged_whatever_their_number(count):
 def test_a_single_step_equals_the_plain_network():
     classifier, genomes, samples = random_case(3, 2, 5, shape=(4, 6, 1), spread=3.0)
     np.testing.assert_allclose(
-        classifier.judge(genomes, samples), naive_elman.judge(genomes, samples, 2, 5), atol=1e-5, rtol=0
+        classifier.judge(genomes, samples),
+        naive_elman.judge(genomes, samples, 2, 5),
+        atol=1e-5,
+        rtol=0,
     )
 
 
@@ -77,7 +80,9 @@ def test_samples_of_any_magnitude_are_judged_right(magnitude, scale):
     weight_exponent=st.floats(0, 308),
     exponents=st.tuples(st.floats(-5, 308), st.floats(-5, 308)),
 )
-def test_finite_numbers_never_give_nan_and_decide_like_the_plain_network(seed, weight_exponent, exponents):
+def test_finite_numbers_never_give_nan_and_decide_like_the_plain_network(
+    seed, weight_exponent, exponents
+):
     # A single step: over many, weights this large amplify the rounding of either precision to anything.
     rng = np.random.default_rng(seed)
     genomes = rng.uniform(-1, 1, (4, 46)) * 10.0**weight_exponent
@@ -93,11 +98,15 @@ def test_every_thread_count_gives_the_same_bits():
     _, genomes, samples = random_case(7, 2, 5, shape=(7, 200, 30))
     reference = ElmanClassifier(threads=1).judge(genomes, samples)
     for threads in (2, 3, 8, None):
-        np.testing.assert_array_equal(ElmanClassifier(threads=threads).judge(genomes, samples), reference)
+        np.testing.assert_array_equal(
+            ElmanClassifier(threads=threads).judge(genomes, samples), reference
+        )
 
 
 def test_a_sample_is_judged_the_same_alone_and_among_others():
     classifier, genomes, samples = random_case(8, 2, 5, shape=(3, 100, 30))
     together = classifier.judge(genomes, samples)
     for s in (0, 63, 64, 99):
-        np.testing.assert_array_equal(classifier.judge(genomes, samples[s : s + 1])[:, 0], together[:, s])
+        np.testing.assert_array_equal(
+            classifier.judge(genomes, samples[s : s + 1])[:, 0], together[:, s]
+        )

@@ -9,7 +9,13 @@ import turing_learning as tl
 from turing_learning.kernels import trials
 from turing_learning.kernels.sensing import sense
 from turing_learning.kernels.stepping import find_near_pairs
-from turing_learning.kernels.tiles import find_pairs_in_tiles, new_tiles, read_sensors, renew_boxes, renew_order
+from turing_learning.kernels.tiles import (
+    find_pairs_in_tiles,
+    new_tiles,
+    read_sensors,
+    renew_boxes,
+    renew_order,
+)
 from turing_learning.kernels.world import new_state
 from turing_learning.swarm._trials import build_world
 
@@ -32,7 +38,9 @@ def lattice(rng, bodies):
 
 def far_flung(rng, bodies):
     """Place clusters up to 1e12 cm apart."""
-    return rng.uniform(-1e12, 1e12, (10, 2))[rng.integers(0, 10, bodies)] + rng.uniform(0, 50, (bodies, 2))
+    return rng.uniform(-1e12, 1e12, (10, 2))[rng.integers(0, 10, bodies)] + rng.uniform(
+        0, 50, (bodies, 2)
+    )
 
 
 def every_magnitude(rng, bodies):
@@ -58,13 +66,18 @@ def make(name, seed):
     robots, objects, place = WORLDS[name]
     rng = np.random.default_rng(seed)
     bodies = robots + objects
-    world = build_world(tl.swarm.OBJECT_CLUSTERING, robots, objects, 0.0)._replace(reading=1 + np.arange(bodies))
+    world = build_world(tl.swarm.OBJECT_CLUSTERING, robots, objects, 0.0)._replace(
+        reading=1 + np.arange(bodies)
+    )
     state, tiles = new_state(1, bodies), new_tiles(bodies, bodies**2)
     state.x[:, 0], state.y[:, 0] = place(rng, bodies).T
     headings = rng.uniform(-np.pi, np.pi, bodies)
     along = rng.random(bodies) < 0.3
     headings[along] = rng.choice([0.0, np.pi / 2, np.pi, -np.pi / 2], along.sum())
-    state.cosine[:, 0], state.sine[:, 0] = np.round(np.cos(headings), 15), np.round(np.sin(headings), 15)
+    state.cosine[:, 0], state.sine[:, 0] = (
+        np.round(np.cos(headings), 15),
+        np.round(np.sin(headings), 15),
+    )
     state.reach[:, 0] = world.radius + rng.choice([0.5, 1.8, 10.0], bodies)
     state.reach[rng.integers(bodies), 0] = 1e3
     return world, state, tiles
@@ -149,7 +162,9 @@ def test_a_crowd_that_pushes_bodies_beyond_their_reach_equals_the_slow_twin(side
     controllers = rng.uniform(-1, 1, (1, robots, 4))
     result = tl.swarm.simulate(scenario, controllers, poses, control_steps=cycles, seed=9)
     key = np.random.SeedSequence(9).generate_state(1, np.uint64)[0]
-    twin_poses, twin_sensors, _ = NaiveSwarm(scenario, controllers[0], poses[0], key, 0.05).run(cycles)
+    twin_poses, twin_sensors, _ = NaiveSwarm(scenario, controllers[0], poses[0], key, 0.05).run(
+        cycles
+    )
     moved = np.hypot(*(twin_poses[1, :, :2] - twin_poses[0, :, :2]).T).max()
     assert moved > farthest
     # Contacts amplify rounding: a factor of 1000 over what the sums of 40 steps leave.
@@ -161,9 +176,16 @@ def test_many_trials_of_many_bodies_do_not_depend_on_threads_or_on_each_other():
     scenario = tl.swarm.OBJECT_CLUSTERING
     poses = tl.swarm.initial_poses(scenario, 7, np.random.default_rng(1), robots=20, side_cm=150)
     controllers = np.broadcast_to(scenario.controller, (7, 20, 6))
-    many = tl.swarm.simulate(scenario, controllers, poses, control_steps=30, wheel_noise=0, threads=3)
+    many = tl.swarm.simulate(
+        scenario, controllers, poses, control_steps=30, wheel_noise=0, threads=3
+    )
     for k in range(7):
         one = tl.swarm.simulate(
-            scenario, controllers[k : k + 1], poses[k : k + 1], control_steps=30, wheel_noise=0, threads=1
+            scenario,
+            controllers[k : k + 1],
+            poses[k : k + 1],
+            control_steps=30,
+            wheel_noise=0,
+            threads=1,
         )
         np.testing.assert_array_equal(many.poses[k], one.poses[0])

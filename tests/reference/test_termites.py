@@ -31,7 +31,8 @@ def test_idtracker_sees_a_point_of_the_body_some_pixels_further_back(other):
 def test_no_tracker_exchanges_identities_that_another_keeps(one, other):
     matches = matched(one, other)
     partners = {
-        (int(a), int(b)) for a, b in zip(matches.one[close(matches)], matches.other[close(matches)], strict=True)
+        (int(a), int(b))
+        for a, b in zip(matches.one[close(matches)], matches.other[close(matches)], strict=True)
     }
     assert len(partners) == 8
 
@@ -42,9 +43,14 @@ def close(matches):
 
 def test_the_files_have_the_sizes_that_their_description_states():
     found = {
-        name: (termites.load(name).present.shape, int((~termites.load(name).present).sum())) for name in termites.FILES
+        name: (termites.load(name).present.shape, int((~termites.load(name).present).sum()))
+        for name in termites.FILES
     }
-    assert found == {"idtracker": ((2800, 8), 74), "tracktor": ((2799, 8), 0), "toxtrac": ((2760, 8), 520)}
+    assert found == {
+        "idtracker": ((2800, 8), 74),
+        "tracktor": ((2799, 8), 0),
+        "toxtrac": ((2760, 8), 520),
+    }
 
 
 def test_the_zebrafish_recording_has_two_jumps_and_is_missing_a_twelfth():
@@ -52,10 +58,9 @@ def test_the_zebrafish_recording_has_two_jumps_and_is_missing_a_twelfth():
     recording = load_trajectories(path, fps=25, pixels_per_cm="unknown")
     assert recording.present.shape == (14999, 5)
     assert 1 - recording.present.mean() == pytest.approx(0.086, abs=5e-4)
-    assert [(jump.individual, jump.frame, int(jump.distance)) for jump in recording.problems.jumps] == [
-        ("1", 9754, 236),
-        ("2", 14150, 319),
-    ]
+    assert [
+        (jump.individual, jump.frame, int(jump.distance)) for jump in recording.problems.jumps
+    ] == [("1", 9754, 236), ("2", 14150, 319)]
 
 
 def test_the_disagreements_are_those_that_the_documentation_lists():

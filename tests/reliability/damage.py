@@ -56,7 +56,9 @@ SILENT = ("same", "refused", "said")
 
 def flip(content, place):
     """Return bytes with one bit of one of them flipped."""
-    return content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :] if content else b"\1"
+    return (
+        content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :] if content else b"\1"
+    )
 
 
 def digit(content, rng):
@@ -65,7 +67,11 @@ def digit(content, rng):
     if not places:
         return content + b"1"
     place = rng.choice(places)
-    return content[:place] + b"%d" % ((content[place] - 48 + rng.randrange(1, 10)) % 10) + content[place + 1 :]
+    return (
+        content[:place]
+        + b"%d" % ((content[place] - 48 + rng.randrange(1, 10)) % 10)
+        + content[place + 1 :]
+    )
 
 
 CONTENTS = {
@@ -114,7 +120,9 @@ def damage(path, how, files, other, rng):
         PLACES[how](path)
         return True
     own = path.read_bytes()
-    beside = [file for file in files if file != path and file.suffix == path.suffix] or [f for f in files if f != path]
+    beside = [file for file in files if file != path and file.suffix == path.suffix] or [
+        f for f in files if f != path
+    ]
     near = sorted(beside, key=lambda file: (file.parent != path.parent, file.name))[0].read_bytes()
     content = CONTENTS[how](own, near, other.read_bytes() if other.is_file() else b"", rng)
     path.write_bytes(content)
@@ -131,11 +139,29 @@ def make(place, seed, folders):
     np.save(place.parent / "motion.npy", motion((3, 4, 10, 2)))
     small = [part for key, value in SMALL.items() for part in ("--set", f"{key}={value}")]
     if "swarm" in folders:
-        tl.infer("aggregation", generations=5, seed=seed, settings=SMALL | SWARM, threads=1, out=place / "swarm")
+        tl.infer(
+            "aggregation",
+            generations=5,
+            seed=seed,
+            settings=SMALL | SWARM,
+            threads=1,
+            out=place / "swarm",
+        )
     if "trials" in folders:
-        tl.infer("aggregation", trials=30, seed=seed, settings=SWARM, threads=1, out=place / "trials")
+        tl.infer(
+            "aggregation", trials=30, seed=seed, settings=SWARM, threads=1, out=place / "trials"
+        )
     if "recording" in folders:
-        more = ["--generations", "4", "--seed", str(seed), "--threads", "1", "--out", str(place / "recording")]
+        more = [
+            "--generations",
+            "4",
+            "--seed",
+            str(seed),
+            "--threads",
+            "1",
+            "--out",
+            str(place / "recording"),
+        ]
         succeed(["infer", *RECORDED, *small, *more])
     if "study" in folders:
         with ThreadPoolExecutor(1) as executor:
@@ -143,7 +169,9 @@ def make(place, seed, folders):
                   out=place / "study")  # fmt: skip
     for each in ("swarm", "recording"):
         if "check" in folders.get(each, ()):
-            succeed(["check", str(place / each), *CHECK, *(RECORDED if each == "recording" else [])])
+            succeed(
+                ["check", str(place / each), *CHECK, *(RECORDED if each == "recording" else [])]
+            )
 
 
 def motion(shape):
@@ -154,7 +182,11 @@ def motion(shape):
 def write_track(path):
     """Write a table of two animals that walk about."""
     steps = np.cumsum(motion((2, 200, 2)) - [1, 0.9], axis=1)
-    rows = [f"{frame},{who},{x:.3f},{y:.3f}" for who in (0, 1) for frame, (x, y) in enumerate(steps[who])]
+    rows = [
+        f"{frame},{who},{x:.3f},{y:.3f}"
+        for who in (0, 1)
+        for frame, (x, y) in enumerate(steps[who])
+    ]
     path.write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
 
 
@@ -198,7 +230,9 @@ def loaded(path):
     try:
         result = tl.load_run(path)
         history = result.history.load()
-        arrays = {name: np.asarray(history[name]).tobytes().hex() for name in sorted(history.variables)}
+        arrays = {
+            name: np.asarray(history[name]).tobytes().hex() for name in sorted(history.variables)
+        }
         return Said(0, json.dumps(result.to_json()) + json.dumps(arrays), messages.getvalue())
     except RefusedError as error:
         return Said(2, "", f"{error}\n")
@@ -209,7 +243,9 @@ def loaded(path):
 DOORS = {
     "show": lambda path, more: run(["show", path]),
     "load_run": lambda path, more: loaded(path),
-    "detect": lambda path, more: run(["detect", path, "motion.npy", "--json", "--rule", "unanimous"]),
+    "detect": lambda path, more: run(
+        ["detect", path, "motion.npy", "--json", "--rule", "unanimous"]
+    ),
     "check": lambda path, more: run(["check", path, *CHECK, *more]),
     "resume": lambda path, more: run(["resume", path, *more]),
 }
@@ -236,7 +272,9 @@ def outcome(door, folder):
     numbers = re.sub(r"\d+(\.\d+)? (s|ms)\b|\d\d:\d\d:\d\d", "", said.out)
     if said.code == 0:
         return ("said" if said.err else ""), numbers
-    return ("refused" if said.code in (1, 2) and said.err else f"TRACEBACK {said.code} {said.err}"[:160]), None
+    return (
+        "refused" if said.code in (1, 2) and said.err else f"TRACEBACK {said.code} {said.err}"[:160]
+    ), None
 
 
 def judge(found, reference):
@@ -293,7 +331,9 @@ def all_cases(place, seed=1, ways=20):
     for folder, doors in OF.items():
         for name in files_of(place, folder):
             for door in doors:
-                for how in random.Random(str((seed, *stable((folder, name, "", door))))).sample(DAMAGES, ways):
+                for how in random.Random(str((seed, *stable((folder, name, "", door))))).sample(
+                    DAMAGES, ways
+                ):
                     yield folder, name, how, door
 
 
@@ -304,7 +344,9 @@ def main_by_hand(table, seed=1, ways=20):
         with table.open(newline="") as file:
             done = {tuple(row[:4]) for row in csv.reader(file)}
     table = table.absolute()
-    with tempfile.TemporaryDirectory(dir="/dev/shm" if Path("/dev/shm").is_dir() else None) as folder:
+    with tempfile.TemporaryDirectory(
+        dir="/dev/shm" if Path("/dev/shm").is_dir() else None
+    ) as folder:
         place = Path(folder)
         os.chdir(place)
         os.environ["COLUMNS"] = "200"
@@ -312,14 +354,18 @@ def main_by_hand(table, seed=1, ways=20):
         references = prepare(place, OF, seed)
         with table.open("a", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
-            for each in sorted(all_cases(place, seed, ways), key=lambda one: one[3] == "check"):  # takes longest
+            for each in sorted(
+                all_cases(place, seed, ways), key=lambda one: one[3] == "check"
+            ):  # takes longest
                 if stable(each) not in done:
                     writer.writerow([*stable(each), case(place, references, *each, seed)])
                     file.flush()
         os.chdir("/")
     with table.open(newline="") as file:
         rows = list(csv.reader(file))
-    for (folder, door, kind), count in sorted(Counter((row[0], row[3], row[4].split()[0]) for row in rows).items()):
+    for (folder, door, kind), count in sorted(
+        Counter((row[0], row[3], row[4].split()[0]) for row in rows).items()
+    ):
         sys.stdout.write(f"{folder:10} {door:9} {kind:10} {count}\n")
 
 

@@ -30,7 +30,9 @@ CONFIGURATION = load_configuration(
 
 
 save = Figure.savefig
-Figure.savefig = lambda _, *given, **options: save(Figure((1, 1)), *given, **options)  # nobody looks at the pictures
+Figure.savefig = lambda _, *given, **options: save(
+    Figure((1, 1)), *given, **options
+)  # nobody looks at the pictures
 
 
 def serve() -> None:

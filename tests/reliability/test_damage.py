@@ -7,7 +7,11 @@ from damage import DAMAGES, OF, SILENT, blank_pictures, case, files_of, prepare,
 from matplotlib.figure import Figure
 
 SEED, CASES = 5, 60
-FOLDERS = {"swarm": ("show", "load_run", "resume"), "trials": ("show", "load_run"), "study": ("show",)}
+FOLDERS = {
+    "swarm": ("show", "load_run", "resume"),
+    "trials": ("show", "load_run"),
+    "study": ("show",),
+}
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +38,11 @@ def test_no_damage_gives_wrong_numbers_in_silence_or_a_traceback(damaged):
         for door in doors
     ]
     assert set(FOLDERS) < set(OF)
-    found = {stable(each): case(place, references, *each) for each in random.Random(SEED).sample(cases, CASES)}
+    found = {
+        stable(each): case(place, references, *each)
+        for each in random.Random(SEED).sample(cases, CASES)
+    }
     assert {each: kind for each, kind in found.items() if kind not in SILENT} == {}
-    assert set(found.values()) == set(SILENT)  # each outcome has occurred: the damage does something
+    assert set(found.values()) == set(
+        SILENT
+    )  # each outcome has occurred: the damage does something

@@ -32,8 +32,20 @@ from turing_learning.studies import plan_study
 from turing_learning.swarm import AGGREGATION, simulate
 
 CASES = int(os.environ.get("TURING_LEARNING_FUZZ", "12"))
-DECLARED = (RefusedError, RunStorageError, MissingExtraError, MemoryError, TypeError, AttributeError)
-SMALL = {"models.population": 8, "classifiers.population": 8, "scenario.agents": 2, "scenario.trial.duration_s": 1.0}
+DECLARED = (
+    RefusedError,
+    RunStorageError,
+    MissingExtraError,
+    MemoryError,
+    TypeError,
+    AttributeError,
+)
+SMALL = {
+    "models.population": 8,
+    "classifiers.population": 8,
+    "scenario.agents": 2,
+    "scenario.trial.duration_s": 1.0,
+}
 SMALL |= {"run.history": "thin"}
 KEYS = sorted(flat_settings(plan_study("aggregation", runs=1).base))
 fuzzed = settings(
@@ -41,9 +53,24 @@ fuzzed = settings(
     suppress_health_check=list(HealthCheck), phases=[Phase.explicit, Phase.generate],
 )  # fmt: skip
 
-integers = st.sampled_from([0, -1, 1, 2, 3, 2**31, 2**63 - 1, 2**63, 2**64, -(2**63), 10**18, 10**400])
+integers = st.sampled_from(
+    [0, -1, 1, 2, 3, 2**31, 2**63 - 1, 2**63, 2**64, -(2**63), 10**18, 10**400]
+)
 floats = st.sampled_from(
-    [0.0, -0.0, 0.5, 1.5, -1.0, 1e308, 1e-308, -1e308, 5e-324, float("nan"), float("inf"), -float("inf")]
+    [
+        0.0,
+        -0.0,
+        0.5,
+        1.5,
+        -1.0,
+        1e308,
+        1e-308,
+        -1e308,
+        5e-324,
+        float("nan"),
+        float("inf"),
+        -float("inf"),
+    ]
 )
 texts = st.sampled_from(
     ["", " ", "1", "-1", "1.5", "nan", "inf", "1e308", "1e-308", "true", "none", "thin", "full", "paper", "aggregation",
@@ -55,7 +82,9 @@ arrays = st.sampled_from(
      np.array([[None]]), np.full((1, 3, 3), np.nan), np.ma.masked_all((1, 3, 4)), np.full((1, 3, 3), 1e308), np.zeros((2, 2)),
      np.zeros((1, 3, 4), np.float16), np.zeros((1, 3, 4), bool), np.array([1], "M8[s]"), np.zeros((3, 5, 2))[::-1]]
 )  # fmt: skip
-scalars = st.one_of(st.none(), st.booleans(), integers, floats, texts, st.binary(max_size=3), st.builds(object))
+scalars = st.one_of(
+    st.none(), st.booleans(), integers, floats, texts, st.binary(max_size=3), st.builds(object)
+)
 odd = st.one_of(scalars, scalars, arrays, st.lists(scalars, max_size=3), st.dictionaries(texts, scalars, max_size=2),
                 st.just(print), st.just(Path("nowhere")), st.just({1, 2}), st.just(1 + 2j))  # fmt: skip
 
@@ -81,8 +110,14 @@ def accepted(call, *arguments, **options):
 
 def options_of(door, *but):
     """Strategy: one option of a door, and any value."""
-    known = [name for name, each in inspect.signature(door).parameters.items() if each.kind != each.VAR_KEYWORD]
-    return st.dictionaries(st.sampled_from([name for name in known if name not in but]), odd, min_size=1, max_size=2)
+    known = [
+        name
+        for name, each in inspect.signature(door).parameters.items()
+        if each.kind != each.VAR_KEYWORD
+    ]
+    return st.dictionaries(
+        st.sampled_from([name for name in known if name not in but]), odd, min_size=1, max_size=2
+    )
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -97,7 +132,12 @@ def place(tmp_path_factory):
 @pytest.fixture(scope="module")
 def finished(place):
     tl.infer(
-        "aggregation", generations=2, seed=1, settings=SMALL | {"run.history": "full"}, threads=1, out=place / "run"
+        "aggregation",
+        generations=2,
+        seed=1,
+        settings=SMALL | {"run.history": "full"},
+        threads=1,
+        out=place / "run",
     )
     return tl.load_run(place / "run")
 
@@ -108,7 +148,13 @@ def finished(place):
 @example(options={"out": 5})
 @example(options={"models": print})
 def test_infer(options):
-    base = {"scenario": "aggregation", "settings": SMALL, "threads": 1, "force": True, "should_stop": lambda: True}
+    base = {
+        "scenario": "aggregation",
+        "settings": SMALL,
+        "threads": 1,
+        "force": True,
+        "should_stop": lambda: True,
+    }
     accepted(tl.infer, **(base | options))
 
 
@@ -121,7 +167,16 @@ def test_settings(key, value):
 
 @fuzzed
 @given(
-    options=options_of(tl.study, "executor", "observer", "should_stop", "cluster", "genuine", "simulate", "parameters")
+    options=options_of(
+        tl.study,
+        "executor",
+        "observer",
+        "should_stop",
+        "cluster",
+        "genuine",
+        "simulate",
+        "parameters",
+    )
 )
 def test_study(options):
     with ThreadPoolExecutor(1) as executor:
@@ -150,7 +205,9 @@ def test_simulate(options):
         "initial_poses": np.zeros((1, 3, 3)),
         "control_steps": 2,
     }
-    accepted(simulate, **(base | {name: value for name, value in options.items() if name != "scenario"}))
+    accepted(
+        simulate, **(base | {name: value for name, value in options.items() if name != "scenario"})
+    )
 
 
 @fuzzed
@@ -179,7 +236,9 @@ CHECKED = (
 @given(options=st.dictionaries(st.sampled_from(CHECKED), odd, min_size=1, max_size=2))
 def test_check(options, finished):
     accepted(finished.check, **({"stage": enough} | options))
-    accepted(Effort, **{name: options["seed"] for name in ("samples", "points") if "seed" in options})
+    accepted(
+        Effort, **{name: options["seed"] for name in ("samples", "points") if "seed" in options}
+    )
 
 
 @fuzzed
@@ -224,7 +283,10 @@ COMMANDS = {
 def options_in_help(command):
     """Return the options of a command, without those that wait for others or print help."""
     found = set(re.findall(r"--[a-z][a-z-]*", run([command, "--help"]).out))
-    return sorted(found - {"--help", "--version", "--cluster", "--generations", "--trials", "--robots", "--runs"})
+    return sorted(
+        found
+        - {"--help", "--version", "--cluster", "--generations", "--trials", "--robots", "--runs"}
+    )
 
 
 @fuzzed
@@ -235,7 +297,14 @@ def test_commands(data):
     value = data.draw(texts)
     if option == "--set":
         value = f"{data.draw(st.sampled_from([*KEYS, 'nonsense', '']))}={value}"
-    if (option, command) == ("--duration", "simulate") and value not in ("", "nan", "inf", "-1", "1e308", "1e-308"):
+    if (option, command) == ("--duration", "simulate") and value not in (
+        "",
+        "nan",
+        "inf",
+        "-1",
+        "1e308",
+        "1e-308",
+    ):
         return
     said = run([*COMMANDS[command], *([option] if option else []), value])
     assert said.code in (0, 2), (option, value, said.err)

@@ -36,7 +36,11 @@ class KillingGround:
         self._process.stdin.write(f"{verb} {folder}\n")
         self._process.stdin.flush()
         child, begun = int(self._answer()), time.monotonic()
-        killer = threading.Timer(kill_after, os.kill, (child, signal.SIGKILL)) if kill_after is not None else None
+        killer = (
+            threading.Timer(kill_after, os.kill, (child, signal.SIGKILL))
+            if kill_after is not None
+            else None
+        )
         if killer:
             killer.start()
         status = int(self._answer())
@@ -63,7 +67,9 @@ def untimed(folder):
     return {name: value for name, value in content.items() if name not in TIMINGS}
 
 
-def test_a_run_that_is_killed_at_random_moments_ends_with_the_bits_of_one_that_never_was(ground, tmp_path):
+def test_a_run_that_is_killed_at_random_moments_ends_with_the_bits_of_one_that_never_was(
+    ground, tmp_path
+):
     finished, duration = ground.call("start", tmp_path / "whole")
     assert finished
     expected = xr.open_zarr(tmp_path / "whole" / "history.zarr").load()

@@ -36,11 +36,15 @@ def alive(pid):
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks at /proc")
-def test_a_killed_run_leaves_no_worker_behind_and_ends_with_the_bits_of_one_that_never_was(tmp_path):
+def test_a_killed_run_leaves_no_worker_behind_and_ends_with_the_bits_of_one_that_never_was(
+    tmp_path,
+):
     run, pids = tmp_path / "run", tmp_path / "pids"
     pids.mkdir()
     script = Path(__file__).with_name("own_run.py")
-    process = subprocess.Popen([sys.executable, str(script), str(run), str(pids)], stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        [sys.executable, str(script), str(run), str(pids)], stderr=subprocess.DEVNULL
+    )
     try:
         until(lambda: stored_generations(run / "checkpoints") >= 5)
     finally:

@@ -110,7 +110,9 @@ def test_a_link_that_stays_away_is_told(served):
         driver = EPuck(link, timeout_s=1.0, retries=2)
         driver.version()
         served.drop()
-        with pytest.raises(LinkError, match=r"the robot at .* must answer 'N'; got .* in 3 attempts"):
+        with pytest.raises(
+            LinkError, match=r"the robot at .* must answer 'N'; got .* in 3 attempts"
+        ):
             driver.proximity()
 
 
@@ -124,12 +126,17 @@ def test_a_robot_that_never_answers_is_told(served):
     served.spoil = lambda data: []
     with (
         open_link(served.port) as link,
-        pytest.raises(LinkError, match=r"must answer 'V'; got no answer that makes sense in 2 attempts"),
+        pytest.raises(
+            LinkError, match=r"must answer 'V'; got no answer that makes sense in 2 attempts"
+        ),
     ):
         EPuck(link, timeout_s=0.1, retries=1).version()
 
 
 def test_a_babbling_robot_is_told(served):
     served.spoil = lambda data: [b"babble\r\n" * 50]
-    with open_link(served.port) as link, pytest.raises(LinkError, match="got no answer that makes sense"):
+    with (
+        open_link(served.port) as link,
+        pytest.raises(LinkError, match="got no answer that makes sense"),
+    ):
         EPuck(link, timeout_s=0.1, retries=1).version()

@@ -20,7 +20,9 @@ SMALL = [*study_tools.SMALL, "--set", "run.threads=1"]
 
 
 def begin(folder, generations):
-    return study_tools.begin("infer", "aggregation", *SMALL, "--generations", generations, "--out", folder)
+    return study_tools.begin(
+        "infer", "aggregation", *SMALL, "--generations", generations, "--out", folder
+    )
 
 
 def wait_for_checkpoint(folder, process):
@@ -40,7 +42,10 @@ def test_a_signal_stops_after_the_present_generation_and_says_how_to_go_on(numbe
     _, err = process.communicate(timeout=30)
     assert process.returncode == 130
     result = json.loads((folder / "result.json").read_text())
-    assert err == f"stopped after {result['generations']} generations; resume with: turing-learning resume {folder}\n"
+    assert (
+        err
+        == f"stopped after {result['generations']} generations; resume with: turing-learning resume {folder}\n"
+    )
     assert not result["complete"]
     assert json.loads((folder / "manifest.json").read_text())["state"] == "stopped"
 
@@ -61,19 +66,26 @@ def test_a_second_process_is_refused_and_the_lock_dies_with_the_first(tmp_path):
     process.kill()
     process.communicate()
     thin = ("--set", "run.history=thin")
-    done = call("infer", "aggregation", *SMALL, *thin, "--generations", 5, "--out", folder, "--force")
+    done = call(
+        "infer", "aggregation", *SMALL, *thin, "--generations", 5, "--out", folder, "--force"
+    )
     assert done.returncode == 0, done.stderr
     assert json.loads((folder / "result.json").read_text())["generations"] == 5
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash for its ulimit")
 def test_a_disk_that_is_full_ends_with_code_1_and_a_run_that_can_be_resumed(tmp_path):
-    folder, whole = tmp_path / "run", tl.infer("aggregation", generations=45, settings=SETTINGS).to_json()
+    folder, whole = (
+        tmp_path / "run",
+        tl.infer("aggregation", generations=45, settings=SETTINGS).to_json(),
+    )
     arguments = ["infer", "aggregation", *SMALL, "--generations", "45", "--out", str(folder)]
     limited = ["bash", "-c", 'ulimit -f 12; exec "$@"', "bash", *COMMAND, *arguments]
     done = subprocess.run(limited, capture_output=True, text=True, check=False)
     assert done.returncode == 1
-    assert done.stderr.startswith(f"error: `out` must be a folder with space left; could not write to {folder} (")
+    assert done.stderr.startswith(
+        f"error: `out` must be a folder with space left; could not write to {folder} ("
+    )
     assert done.stderr.endswith(f"Make room, then resume with `turing-learning resume {folder}`.\n")
     assert done.stderr.count("\n") == 1
     done = call("resume", folder)

@@ -29,7 +29,9 @@ with store.locked():
 def test_a_store_whose_writer_is_killed_at_any_moment_is_sound(tmp_path):
     rng = random.Random(1)
     for kill in range(12):
-        process = subprocess.Popen([sys.executable, "-c", WRITER, tmp_path / "s"], stdout=subprocess.PIPE)
+        process = subprocess.Popen(
+            [sys.executable, "-c", WRITER, tmp_path / "s"], stdout=subprocess.PIPE
+        )
         if kill % 3:
             process.stdout.readline()
             time.sleep(rng.random() * 0.05)

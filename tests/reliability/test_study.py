@@ -7,7 +7,17 @@ import subprocess
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from study_tools import SETTINGS, SMALL, begin, call, executed_by, going, kill_in_mid_run, tables, wait_until
+from study_tools import (
+    SETTINGS,
+    SMALL,
+    begin,
+    call,
+    executed_by,
+    going,
+    kill_in_mid_run,
+    tables,
+    wait_until,
+)
 
 import turing_learning as tl
 
@@ -36,14 +46,18 @@ def undisturbed(tmp_path_factory):
     """A study of three runs that nobody disturbed, executed in this process."""
     folder = tmp_path_factory.mktemp("studies") / "undisturbed"
     with ThreadPoolExecutor(1) as executor:
-        tl.study("aggregation", runs=3, generations=400, settings=SETTINGS, executor=executor, out=folder)
+        tl.study(
+            "aggregation", runs=3, generations=400, settings=SETTINGS, executor=executor, out=folder
+        )
     return folder
 
 
 def test_a_killed_worker_loses_nothing_but_its_present_run(undisturbed, tmp_path):
     folder = tmp_path / "study"
     process = begin(*study("--runs", 3, "--generations", 400, "--workers", 2, "--out", folder))
-    run, victim = wait_until(lambda: kill_in_mid_run(folder, lambda pid: True), "a worker in mid-run", process)
+    run, victim = wait_until(
+        lambda: kill_in_mid_run(folder, lambda pid: True), "a worker in mid-run", process
+    )
     _, err = process.communicate(timeout=60)
     assert process.returncode == 0, err
     assert executed_by(folder, run) != victim
@@ -51,7 +65,9 @@ def test_a_killed_worker_loses_nothing_but_its_present_run(undisturbed, tmp_path
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_stops_all_runs_and_resume_goes_on_to_the_same_table(number, undisturbed, tmp_path):
+def test_a_signal_stops_all_runs_and_resume_goes_on_to_the_same_table(
+    number, undisturbed, tmp_path
+):
     folder = tmp_path / "study"
     process = begin(*study("--runs", 3, "--generations", 400, "--workers", 2, "--out", folder))
     pids = wait_until(lambda: busy(folder), "a busy worker", process)
@@ -101,7 +117,9 @@ def test_the_same_study_again_changes_nothing(undisturbed):
     done = call(*study("--runs", 3, "--generations", 400, "--out", undisturbed))
     assert done.returncode == 0, done.stderr
     assert tables(undisturbed) == before
-    assert {path: path.stat().st_mtime_ns for path in undisturbed.glob("runs/*/result.json")} == stamps
+    assert {
+        path: path.stat().st_mtime_ns for path in undisturbed.glob("runs/*/result.json")
+    } == stamps
 
 
 def test_the_job_script_for_slurm_executes_every_run_and_collects(undisturbed, tmp_path):
@@ -122,7 +140,9 @@ def test_the_job_script_for_slurm_executes_every_run_and_collects(undisturbed, t
     )
     (fake / "sbatch").chmod(0o755)
     environment = os.environ | {"PATH": f"{fake}:{os.environ['PATH']}"}
-    ran = subprocess.run(["bash", "-c", submit], env=environment, capture_output=True, text=True, check=False)
+    ran = subprocess.run(
+        ["bash", "-c", submit], env=environment, capture_output=True, text=True, check=False
+    )
     assert ran.returncode == 0, ran.stderr
     assert (tmp_path / "submitted").read_text().splitlines() == [
         f"--parsable --array=1-3 {script}",
@@ -132,9 +152,22 @@ def test_the_job_script_for_slurm_executes_every_run_and_collects(undisturbed, t
     assert tables(folder) == tables(undisturbed)
 
 
-def test_a_job_of_the_array_that_is_told_to_end_saves_and_goes_on_when_it_comes_again(undisturbed, tmp_path):
+def test_a_job_of_the_array_that_is_told_to_end_saves_and_goes_on_when_it_comes_again(
+    undisturbed, tmp_path
+):
     folder = tmp_path / "study"
-    call(*study("--runs", 1, "--generations", 100_000, "--out", folder, "--write-slurm", tmp_path / "job.sh"))
+    call(
+        *study(
+            "--runs",
+            1,
+            "--generations",
+            100_000,
+            "--out",
+            folder,
+            "--write-slurm",
+            tmp_path / "job.sh",
+        )
+    )
     process = begin("study-run", folder, 1)
     wait_until(lambda: busy(folder), "a checkpoint", process)
     process.send_signal(signal.SIGTERM)
@@ -146,13 +179,19 @@ def test_a_job_of_the_array_that_is_told_to_end_saves_and_goes_on_when_it_comes_
 
 def test_a_run_that_fails_is_named_and_the_study_goes_on(undisturbed, tmp_path):
     folder = tmp_path / "study"
-    call(*study("--runs", 3, "--generations", 400, "--out", folder, "--write-slurm", tmp_path / "job.sh"))
+    call(
+        *study(
+            "--runs", 3, "--generations", 400, "--out", folder, "--write-slurm", tmp_path / "job.sh"
+        )
+    )
     (folder / "runs" / "0003").mkdir(parents=True)
     (folder / "runs" / "0003" / "precious.txt").write_text("not a run")
     done = call("resume", folder, "--workers", 2)
     assert done.returncode == 1
     assert done.stderr == f"1 run failed; try again with: turing-learning resume {folder}\n"
-    assert "run 3  seed 3  failed: RunFolderError: `out` must be a new or empty folder" in done.stdout
+    assert (
+        "run 3  seed 3  failed: RunFolderError: `out` must be a new or empty folder" in done.stdout
+    )
     assert "2 of 3 runs complete, 1 failed" in done.stdout
     (folder / "runs" / "0003" / "precious.txt").unlink()
     assert call("resume", folder).returncode == 0

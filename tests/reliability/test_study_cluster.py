@@ -24,7 +24,9 @@ def processes():
 
     def start(program, *arguments):
         command = [sys.executable, "-m", f"distributed.cli.dask_{program}", *map(str, arguments)]
-        started.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+        started.append(
+            subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        )
         return started[-1]
 
     yield start
@@ -44,17 +46,28 @@ def address_in(file):
 def scheduler(processes, tmp_path):
     """Start a scheduler; return its address."""
     file = tmp_path / "scheduler.json"
-    processes("scheduler", "--host", "127.0.0.1", "--port", 0, "--no-dashboard", "--scheduler-file", file)
+    processes(
+        "scheduler", "--host", "127.0.0.1", "--port", 0, "--no-dashboard", "--scheduler-file", file
+    )
     return address_in(file)
 
 
 def test_a_killed_worker_changes_nothing_in_the_table(processes, scheduler, tmp_path):
-    options = ["--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", tmp_path / "scratch"]
+    options = [
+        "--nthreads",
+        1,
+        "--no-nanny",
+        "--no-dashboard",
+        "--local-directory",
+        tmp_path / "scratch",
+    ]
     workers = [processes("worker", scheduler, *options) for _ in range(3)]
     folder, local = tmp_path / "cluster", tmp_path / "local"
     program = begin(*STUDY, "--cluster", scheduler, "--out", folder)
     theirs = {worker.pid for worker in workers}
-    run, victim = wait_until(lambda: kill_in_mid_run(folder, theirs.__contains__), "a worker in mid-run", program)
+    run, victim = wait_until(
+        lambda: kill_in_mid_run(folder, theirs.__contains__), "a worker in mid-run", program
+    )
     out, err = program.communicate(timeout=120)
     assert program.returncode == 0, err
     assert "6 of 6 runs complete" in out
@@ -64,14 +77,21 @@ def test_a_killed_worker_changes_nothing_in_the_table(processes, scheduler, tmp_
     assert tables(folder) == tables(local)
 
 
-def test_a_cluster_without_workers_is_refused_before_anything_runs(scheduler, tmp_path, monkeypatch):
+def test_a_cluster_without_workers_is_refused_before_anything_runs(
+    scheduler, tmp_path, monkeypatch
+):
     monkeypatch.setattr("turing_learning.studies._backends.WORKER_S", 0.5)
-    with pytest.raises(ConfigurationError, match=r"^`cluster` must have at least one worker; got 'tcp://.*' with none"):
+    with pytest.raises(
+        ConfigurationError,
+        match=r"^`cluster` must have at least one worker; got 'tcp://.*' with none",
+    ):
         study("aggregation", runs=6, cluster=scheduler, out=tmp_path / "study")
     assert not (tmp_path / "study").exists()
 
 
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "here", "ucx://127.0.0.1:9", "tls://127.0.0.1:9"])
+@pytest.mark.parametrize(
+    "address", ["tcp://127.0.0.1:9", "here", "ucx://127.0.0.1:9", "tls://127.0.0.1:9"]
+)
 def test_a_cluster_that_is_not_there_is_named_before_anything_runs(address, tmp_path):
     done = call(*STUDY, "--cluster", address, "--out", tmp_path / "study")
     assert done.returncode == 2
@@ -88,11 +108,20 @@ def test_a_scheduler_that_dies_ends_the_study_with_one_line(processes, tmp_path)
     scheduler = processes("scheduler", "--host", "127.0.0.1", "--port", 0, *options)
     address = address_in(file)
     processes(
-        "worker", address, "--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", tmp_path / "scratch"
+        "worker",
+        address,
+        "--nthreads",
+        1,
+        "--no-nanny",
+        "--no-dashboard",
+        "--local-directory",
+        tmp_path / "scratch",
     )
     endless = [str(part) for part in STUDY[:-1]] + ["1000000"]
     program = begin(*endless, "--cluster", address, "--out", folder)
-    wait_until(lambda: list(folder.glob("runs/*/checkpoints/*.npz")), "a run that has begun", program)
+    wait_until(
+        lambda: list(folder.glob("runs/*/checkpoints/*.npz")), "a run that has begun", program
+    )
     scheduler.kill()
     _, err = program.communicate(timeout=120)
     assert program.returncode == 1

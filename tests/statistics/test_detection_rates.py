@@ -30,7 +30,9 @@ def called_abnormal(known, windows, share, scores, lower=None):
     found, thresholds = [], {}
     for _ in range(DETECTORS):
         scan = Scan(scores(rng, known))
-        equal = tuple(np.unique(scan.genuine_scores, return_counts=True)[1])  # all that a threshold depends on
+        equal = tuple(
+            np.unique(scan.genuine_scores, return_counts=True)[1]
+        )  # all that a threshold depends on
         if equal not in thresholds:
             thresholds[equal] = scan.threshold(windows, share, DRAWS)
         drawn = scores(rng, (INDIVIDUALS, windows))
@@ -55,7 +57,9 @@ def test_the_rate_of_false_alarms_is_the_stated_one(known, windows, share):
 @pytest.mark.parametrize("scores", [close_with_outliers, one_or_zero])
 def test_awkward_scores_raise_no_false_alarms(known, windows, share, scores):
     found = called_abnormal(known, windows, share, scores)
-    assert found.mean() <= share + 3.5 * np.hypot(found.std() / np.sqrt(DETECTORS), np.sqrt(share / DRAWS))
+    assert found.mean() <= share + 3.5 * np.hypot(
+        found.std() / np.sqrt(DETECTORS), np.sqrt(share / DRAWS)
+    )
 
 
 def test_an_outlier_among_the_genuine_scores_does_not_cost_the_power():
@@ -67,7 +71,9 @@ def p_values_of_genuine(scores, known, samples):
     """Return p-values (detectors, individuals): of more individuals before fewer detectors, each of which costs time."""
     rng = np.random.default_rng((known, samples))
     shape = (2 * INDIVIDUALS, samples)
-    return np.array([p_values(scores(rng, known), scores(rng, shape)) for _ in range(DETECTORS // 4)])
+    return np.array(
+        [p_values(scores(rng, known), scores(rng, shape)) for _ in range(DETECTORS // 4)]
+    )
 
 
 @pytest.mark.parametrize(("known", "samples"), [(100, 1), (20, 10), (50, 10), (20, 50)])
@@ -76,13 +82,16 @@ def test_no_more_genuine_individuals_have_a_small_p_value_than_stated(known, sam
     of_genuine = p_values_of_genuine(scores, known, samples)
     for share in (0.01, 0.05):
         found = (of_genuine <= share).mean(axis=1)
-        assert found.mean() <= share + 3.5 * np.hypot(found.std() / np.sqrt(len(found)), np.sqrt(share / DRAWS))
+        assert found.mean() <= share + 3.5 * np.hypot(
+            found.std() / np.sqrt(len(found)), np.sqrt(share / DRAWS)
+        )
 
 
 def test_an_individual_that_is_lower_throughout_has_a_small_p_value():
     rng = np.random.default_rng(4)
     found = [
-        np.mean(p_values(rng.beta(16, 4, 50), rng.beta(16, 4, (INDIVIDUALS, 10)) - 0.1) <= 0.01) for _ in range(200)
+        np.mean(p_values(rng.beta(16, 4, 50), rng.beta(16, 4, (INDIVIDUALS, 10)) - 0.1) <= 0.01)
+        for _ in range(200)
     ]
     assert np.mean(found) > 0.7
 
@@ -97,7 +106,9 @@ def test_judged_alike_keeps_its_rate_where_individuals_differ_lastingly(share):
     for _ in range(12):
         normal = [group() for _ in range(12)]
         for _ in range(3):
-            found = judge_alike([WINDOW_STATISTICS], group(), normal, names="abcdef", false_alarms=share)
+            found = judge_alike(
+                [WINDOW_STATISTICS], group(), normal, names="abcdef", false_alarms=share
+            )
             called.append([each.abnormal for each in found.individuals])
     # 216 individuals by 12 calibrations with 72 normal ones each: a standard error of sqrt(s (1 - s) (1 / 216 + 1 / 864)),
     # 0.017 and 0.030; three of them

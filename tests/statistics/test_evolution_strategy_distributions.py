@@ -11,7 +11,9 @@ DIMENSION = 4
 def children_of(parents: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the parameters and step sizes of many children of the given parents."""
     mu, dimension = parents.shape
-    strategy = EvolutionStrategy(dimension, parents=mu, offspring=CHILDREN, seed=11, minimum_step_size=0.0)
+    strategy = EvolutionStrategy(
+        dimension, parents=mu, offspring=CHILDREN, seed=11, minimum_step_size=0.0
+    )
     state = strategy.state()
     state["population"][:mu] = parents
     state["step_sizes"][:mu] = steps
@@ -22,7 +24,9 @@ def children_of(parents: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def test_the_first_population_is_uniform():
-    population = EvolutionStrategy(3, parents=10_000, offspring=10_000, seed=2, initial_low=1, initial_high=4).ask()
+    population = EvolutionStrategy(
+        3, parents=10_000, offspring=10_000, seed=2, initial_low=1, initial_high=4
+    ).ask()
     uniform = np.sort((population - 1) / 3, axis=0)
     distance = np.abs(uniform - np.linspace(0, 1, len(uniform))[:, None]).max()
     # Kolmogorov: P(sqrt(n) D > 2.23) = 2 exp(-2 * 2.23^2) = 1e-4
@@ -74,7 +78,9 @@ def test_every_parent_passes_on_equally_many_parameters():
 
 
 def test_the_two_parents_are_drawn_with_replacement():
-    parents = np.tile(np.arange(4.0)[:, None], (1, 40))  # two different parents: chance 2^-39 to look like one
+    parents = np.tile(
+        np.arange(4.0)[:, None], (1, 40)
+    )  # two different parents: chance 2^-39 to look like one
     children, _ = children_of(parents, np.zeros((4, 40)))
     share = (children == children[:, :1]).all(axis=1).mean()
     np.testing.assert_allclose(share, 1 / 4, atol=5 * np.sqrt(0.25 * 0.75 / CHILDREN))
@@ -89,7 +95,9 @@ def test_parameters_are_chosen_independently_and_evenly_from_the_two_parents():
 
 
 def test_step_sizes_are_the_means_of_the_parents():
-    _, steps = children_of(np.zeros((2, DIMENSION)), np.array([[1.0] * DIMENSION, [3.0] * DIMENSION]))
+    _, steps = children_of(
+        np.zeros((2, DIMENSION)), np.array([[1.0] * DIMENSION, [3.0] * DIMENSION])
+    )
     logs = np.log(steps).mean(axis=0)
     # pairs (1, 1), (1, 3), (3, 1), (3, 3) are equally probable, with means 1, 2, 2, 3
     centers = np.log([1, 2, 2, 3])

@@ -11,7 +11,9 @@ EFFORT = Effort(samples=30, generations=20, population=10)
 
 def walk(values, rng):
     shape = (len(values), 20)
-    return np.stack([values[:, :1] + rng.normal(size=shape), values[:, 1:] * rng.normal(size=shape)], axis=-1)[:, None]
+    return np.stack(
+        [values[:, :1] + rng.normal(size=shape), values[:, 1:] * rng.normal(size=shape)], axis=-1
+    )[:, None]
 
 
 def p_value(seed, values, individuals=None):

@@ -16,7 +16,11 @@ def test_intervals_hold_the_truth_and_inert_parameters_keep_their_range():
 
         def outputs(parameters, rng=rng):
             samples = parameters[:, :2] + rng.normal(size=(len(parameters), 2))
-            return 0.5 + np.tanh(mixing @ samples.T) / 2 + 0.002 * rng.normal(size=(10, len(parameters)))
+            return (
+                0.5
+                + np.tanh(mixing @ samples.T) / 2
+                + 0.002 * rng.normal(size=(10, len(parameters)))
+            )
 
         truth = np.array([*rng.uniform(-1, 1, 2), 0.0])
         parameters = rng.uniform(LOW, HIGH, (400, 3))

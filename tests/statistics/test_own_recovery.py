@@ -14,7 +14,10 @@ def walk(parameters, rng):
     """A persistent random walk of 50 steps: speed with a noise of 10 %, and turns."""
     speed, noise = parameters.T[:, :, None]
     shape = (len(parameters), 50)
-    return np.stack([speed * (1 + 0.1 * rng.standard_normal(shape)), noise * rng.standard_normal(shape)], axis=-1)
+    return np.stack(
+        [speed * (1 + 0.1 * rng.standard_normal(shape)), noise * rng.standard_normal(shape)],
+        axis=-1,
+    )
 
 
 @pytest.mark.parametrize("truth", [(5.0, 0.5), (19.0, 2.85)], ids=["low", "at 0.95 of the range"])
@@ -25,7 +28,12 @@ def test_speed_and_turn_noise_of_a_walk_are_recovered(truth):
         parameters={"speed": (0, 20), "turn_noise": (0, 3)},
         generations=400,
         seed=2,
-        settings={"models.population": 80, "classifiers.population": 80, "run.threads": 1, "run.estimate_window": 200},
+        settings={
+            "models.population": 80,
+            "classifiers.population": 80,
+            "run.threads": 1,
+            "run.estimate_window": 200,
+        },
     )
     error = np.abs(np.array(list(result.estimate.values())) - truth)
     assert (error <= TOLERANCE).all(), error

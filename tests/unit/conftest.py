@@ -42,7 +42,9 @@ def _blank_pictures(request, monkeypatch):
     file = Path(request.fspath)
     if {file.parent.name, file.name} & {*BLANK} and file.name not in LOOKED_AT:
         save = Figure.savefig
-        monkeypatch.setattr(Figure, "savefig", lambda _, *given, **options: save(Figure((1, 1)), *given, **options))
+        monkeypatch.setattr(
+            Figure, "savefig", lambda _, *given, **options: save(Figure((1, 1)), *given, **options)
+        )
 
 
 @pytest.fixture
@@ -82,7 +84,9 @@ def small():
     """A configuration whose generations take about a millisecond."""
 
     def configure(**changes):
-        return load_configuration(overrides=SMALL | {f"run.{name}": value for name, value in changes.items()})
+        return load_configuration(
+            overrides=SMALL | {f"run.{name}": value for name, value in changes.items()}
+        )
 
     return configure
 

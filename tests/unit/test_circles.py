@@ -49,7 +49,9 @@ def test_a_circle_of_imports_is_found_also_where_it_is_for_types_only(tmp_path):
     package = tmp_path / "p"
     package.mkdir()
     (package / "__init__.py").write_text("")
-    (package / "a.py").write_text("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from .b import B\n")
+    (package / "a.py").write_text(
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from .b import B\n"
+    )
     (package / "b.py").write_text("def f():\n    from p import c\n")
     (package / "c.py").write_text("import p.a\n")
     with pytest.raises(CycleError):

@@ -34,7 +34,13 @@ class FolderError(RefusedError):
 
 
 def test_a_refusal_says_what_where_the_value_and_the_remedy_in_the_words_of_each_door():
-    remedy = ("Replace it with ", Setting("force", True), ", or call ", Call("resume", "runs/mine"), ".")
+    remedy = (
+        "Replace it with ",
+        Setting("force", True),
+        ", or call ",
+        Call("resume", "runs/mine"),
+        ".",
+    )
     refusal = Refusal("out", "be a new folder", "runs/mine", "a disk", remedy)
     assert str(refusal) == (
         "`out` must be a new folder; got runs/mine [a disk]. Replace it with force=True, or call "
@@ -48,13 +54,19 @@ def test_a_refusal_says_what_where_the_value_and_the_remedy_in_the_words_of_each
 def test_errors_carry_their_refusal_also_to_another_process():
     with pytest.raises(FolderError, match=r"^`out` must be new; got 'x'\. Choose\.$") as caught:
         refuse("out", "be new", repr("x"), "Choose.", error=FolderError)
-    assert copy.copy(caught.value).refusal == caught.value.refusal == Refusal("out", "be new", "'x'", "", "Choose.")
+    assert (
+        copy.copy(caught.value).refusal
+        == caught.value.refusal
+        == Refusal("out", "be new", "'x'", "", "Choose.")
+    )
     assert copy.copy(FolderError("alone")).args == ("alone",)
 
 
 def test_what_a_block_rejects_becomes_another_error_that_knows_the_place():
     with (
-        pytest.raises(FolderError, match=r"^`noise` must be 0 or more; got -1 \[robots\.toml:3\]\.$"),
+        pytest.raises(
+            FolderError, match=r"^`noise` must be 0 or more; got -1 \[robots\.toml:3\]\.$"
+        ),
         refusing_as(FolderError, place="robots.toml:3"),
     ):
         require(False, "noise", "be 0 or more", -1)
@@ -94,15 +106,35 @@ def test_what_fits_is_returned_as_plain_numbers():
     ("value", "shape", "options", "message"),
     [
         (np.zeros((2, 3)), "K T D", {}, r"`x` must be of shape \(K, T, D\); got \(2, 3\)\."),
-        (np.zeros((2, 3)), "M P", {"P": 4}, r"`x` must be of shape \(M, P\) = \(any, 4\); got \(2, 3\)\."),
-        (np.zeros((0, 3)), "M P", {}, r"`x` must be of shape \(M, P\) and not empty; got \(0, 3\)\."),
+        (
+            np.zeros((2, 3)),
+            "M P",
+            {"P": 4},
+            r"`x` must be of shape \(M, P\) = \(any, 4\); got \(2, 3\)\.",
+        ),
+        (
+            np.zeros((0, 3)),
+            "M P",
+            {},
+            r"`x` must be of shape \(M, P\) and not empty; got \(0, 3\)\.",
+        ),
         (np.zeros((2, 3)), "P P", {}, r"`x` must be of shape \(P, P\); got \(2, 3\)\."),
         ([[1.0], [1.0, 2.0]], "M P", {}, r"`x` must be an array of shape \(M, P\); got a list\."),
         (["a"], "P", {}, r"`x` must be an array of numbers; got an array of <U1\."),
         ([1j], "P", {}, r"`x` must be an array of numbers; got an array of complex128\."),
         ([0.0, np.nan], "P", {}, r"`x` must be finite; got nan at \(1,\) of \(P,\)\."),
-        ([0.7], "P", {"dtype": np.int64}, r"`x` must be an array of integers; got an array of float64\."),
-        ([2], "P", {"dtype": bool}, r"`x` must be an array of truth values; got an array of int64\."),
+        (
+            [0.7],
+            "P",
+            {"dtype": np.int64},
+            r"`x` must be an array of integers; got an array of float64\.",
+        ),
+        (
+            [2],
+            "P",
+            {"dtype": bool},
+            r"`x` must be an array of truth values; got an array of int64\.",
+        ),
         (
             np.ma.masked_array([1.0, 2.0], [0, 1]),
             "P",

@@ -48,16 +48,16 @@ def until(holds, seconds=20):
 @pytest.mark.parametrize("count", [1, 3])
 def test_answers_come_in_the_order_of_the_calls_whatever_workers_print(count, capfd):
     with workers(functions.double, count) as made:
-        assert [future.result() for future in made.in_order([(k,) for k in range(7)])] == [2 * k for k in range(7)]
+        assert [future.result() for future in made.in_order([(k,) for k in range(7)])] == [
+            2 * k for k in range(7)
+        ]
     out, err = capfd.readouterr()
     assert out == ""
     assert err.count("noise") == 3 * 7
 
 
 def test_a_program_that_ends_waits_for_no_call():
-    program = (
-        "from turing_learning.workers import Workers; import time; Workers(time.sleep, 1, script=False).submit(600)"
-    )
+    program = "from turing_learning.workers import Workers; import time; Workers(time.sleep, 1, script=False).submit(600)"
     subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
 
 
@@ -80,7 +80,9 @@ def test_a_call_that_takes_too_long_is_given_up_and_the_next_is_executed():
 def test_a_call_that_kills_its_worker_is_given_up_and_the_next_is_executed():
     with workers(functions.die_if) as made:
         bad, good = made.submit(True), made.submit(False)
-        with pytest.raises(WorkerDied, match=r"^the worker died while executing it \(exit status 9\)$"):
+        with pytest.raises(
+            WorkerDied, match=r"^the worker died while executing it \(exit status 9\)$"
+        ):
             bad.result()
         assert good.result() is False
 
@@ -137,7 +139,10 @@ def test_a_process_that_cannot_be_started_is_said_by_every_call(monkeypatch):
         raise OSError("no more processes")
 
     monkeypatch.setattr(module.subprocess, "Popen", fail)
-    with workers(functions.double, warm_up=(1,)) as made, pytest.raises(OSError, match="no more processes"):
+    with (
+        workers(functions.double, warm_up=(1,)) as made,
+        pytest.raises(OSError, match="no more processes"),
+    ):
         made.submit(1).result()
 
 
@@ -151,7 +156,9 @@ def test_a_program_that_ends_before_its_first_call_is_said(monkeypatch):
 
 
 def test_what_is_printed_when_python_starts_does_no_harm(monkeypatch, capsys):
-    monkeypatch.setattr(module, "_PROGRAM", "print('Welcome to node 7', end='', flush=True);" + module._PROGRAM)
+    monkeypatch.setattr(
+        module, "_PROGRAM", "print('Welcome to node 7', end='', flush=True);" + module._PROGRAM
+    )
     with workers(functions.double) as made:
         assert made.submit(4).result() == 8
 
@@ -234,7 +241,9 @@ def test_functions_of_a_guarded_script_are_called(tmp_path):
 def test_a_script_without_a_guard_is_told_so_and_starts_no_further_processes(tmp_path):
     path = tmp_path / "script.py"
     path.write_text(SCRIPT.format(guard="if True:"))
-    done = subprocess.run([sys.executable, path], capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(
+        [sys.executable, path], capture_output=True, text=True, check=False, timeout=60
+    )
     assert done.returncode == 1
     assert 'keeps its calls under `if __name__ == "__main__":`' in done.stderr
 
@@ -256,9 +265,14 @@ def test_a_worker_ends_with_its_parent(patient, tmp_path):
     begun, path = tmp_path / "begun", tmp_path / "script.py"
     function = "until_asked" if patient else "log_and_sleep"
     program = ORPHAN.format(
-        folder=str(Path(__file__).parent), function=function, patient=patient, argument=repr(str(begun))
+        folder=str(Path(__file__).parent),
+        function=function,
+        patient=patient,
+        argument=repr(str(begun)),
     )
-    path.write_text('if __name__ == "__main__":\n' + "".join(f"    {line}\n" for line in program.splitlines()))
+    path.write_text(
+        'if __name__ == "__main__":\n' + "".join(f"    {line}\n" for line in program.splitlines())
+    )
     parent = subprocess.Popen([sys.executable, path])
     until(lambda: begun.exists() and begun.read_text())
     pid = int(begun.read_text())

@@ -12,10 +12,22 @@ import numpy as np
 import pytest
 
 from turing_learning import store as module
-from turing_learning.store import DamagedError, FolderKind, RunFolderError, RunStorageError, Store, digest_of, storage
+from turing_learning.store import (
+    DamagedError,
+    FolderKind,
+    RunFolderError,
+    RunStorageError,
+    Store,
+    digest_of,
+    storage,
+)
 
 KIND = FolderKind("search", "search.json", identity=("settings",), newest=2)
-CONTENTS = {"rounds/one.json": {"a": [1, 2.5]}, "two.npy": np.arange(6.0).reshape(2, 3), "three.txt": b"three"}
+CONTENTS = {
+    "rounds/one.json": {"a": [1, 2.5]},
+    "two.npy": np.arange(6.0).reshape(2, 3),
+    "three.txt": b"three",
+}
 
 
 @pytest.fixture
@@ -52,7 +64,9 @@ def test_what_is_written_is_read(store, caplog):
     assert again.head() == {"format_version": 2, "settings": {"seed": 1}, "state": "running"}
     assert again.read("rounds/one.json") == {"a": [1, 2.5]}
     np.testing.assert_array_equal(again.read("two.npy"), CONTENTS["two.npy"], strict=True)
-    np.testing.assert_array_equal(again.read("arrays.npz")["x"], np.eye(2, dtype=np.float32), strict=True)
+    np.testing.assert_array_equal(
+        again.read("arrays.npz")["x"], np.eye(2, dtype=np.float32), strict=True
+    )
     assert again.read("three.txt") == b"three"
     assert damaged(again, [*CONTENTS, "search.json"]) == set()
     assert warnings(caplog) == []
@@ -99,7 +113,8 @@ def test_every_damage_is_named_and_nothing_wrong_is_returned(name, damage, store
     monkeypatch.setattr(module, "_ATTEMPTS", 1)
     DAMAGES[damage](store.path / name)
     with pytest.raises(
-        DamagedError, match=rf"^`search` must hold {name} as it was written; got .*{name} \(.+\)\. Restore"
+        DamagedError,
+        match=rf"^`search` must hold {name} as it was written; got .*{name} \(.+\)\. Restore",
     ):
         fresh(store).read(name)
     if name == "search.json":
@@ -207,7 +222,9 @@ def test_an_index_that_was_cut_goes_on(store):
 
 
 @pytest.mark.parametrize("fails", ["seal", "file"])
-def test_a_write_that_is_cut_short_again_and_again_leaves_the_earlier_file_sound(fails, store, monkeypatch):
+def test_a_write_that_is_cut_short_again_and_again_leaves_the_earlier_file_sound(
+    fails, store, monkeypatch
+):
     class Killed(Exception):
         pass
 
@@ -216,7 +233,9 @@ def test_a_write_that_is_cut_short_again_and_again_leaves_the_earlier_file_sound
 
     for number in range(4):
         with monkeypatch.context() as patch:
-            patch.setattr(module, "write_atomically", killed) if fails == "file" else patch.setattr(os, "fsync", killed)
+            patch.setattr(module, "write_atomically", killed) if fails == "file" else patch.setattr(
+                os, "fsync", killed
+            )
             again = fresh(store)
             with pytest.raises(Killed):
                 again.write("rounds/one.json", {"number": number})
@@ -264,12 +283,14 @@ def test_formats_that_are_not_known_are_refused(version, message, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "[]", "{}", '{"format_version": "1"}', '{"format_version": true}', "\x00", "[" * 200_000]
+    "text",
+    ["", "[]", "{}", '{"format_version": "1"}', '{"format_version": true}', "\x00", "[" * 200_000],
 )
 def test_a_folder_that_is_something_else_is_refused(text, tmp_path):
     (tmp_path / "search.json").write_text(text)
     with pytest.raises(
-        RunFolderError, match=r"^`search` must be a search folder; got .* without a readable search\.json\."
+        RunFolderError,
+        match=r"^`search` must be a search folder; got .* without a readable search\.json\.",
     ):
         Store(tmp_path, KIND).head()
     assert not Store(tmp_path, KIND).exists()
@@ -286,9 +307,18 @@ except RunFolderError as error:
     print(error)
 """
     with store.locked():
-        said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-        assert said.startswith(f"`search` must not be in use; got {store.path}, to which another process is writing.")
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "held\n"
+        said = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout
+        assert said.startswith(
+            f"`search` must not be in use; got {store.path}, to which another process is writing."
+        )
+    assert (
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout
+        == "held\n"
+    )
 
 
 def test_the_process_that_holds_a_folder_is_named_where_its_head_says_it(store):
@@ -320,7 +350,9 @@ def test_a_folder_that_moves_while_it_is_written_is_noticed(move, store):
             lambda: store.once("after.json", lambda: {"a": 1}),
             lambda: store.remove("before.json"),
         ):
-            with pytest.raises(RunStorageError, match=r"^`search` must stay where it is while it is written; got "):
+            with pytest.raises(
+                RunStorageError, match=r"^`search` must stay where it is while it is written; got "
+            ):
                 write()
     assert not (store.path / "after.json").exists()
 

@@ -33,7 +33,9 @@ def climbed_walls(root: Path) -> set[tuple[str, str]]:
         module = path.relative_to(root)
         for name in imported_modules(root, path):
             elsewhere = len(name) > 1 and name[0] != module.parts[0]
-            private = [part for part in name[1:] if part.startswith("_") and not part.startswith("__")]
+            private = [
+                part for part in name[1:] if part.startswith("_") and not part.startswith("__")
+            ]
             if elsewhere and private and not name[0].startswith("_"):
                 climbed.add((module.as_posix(), ".".join(name)))
     return climbed
@@ -60,7 +62,9 @@ def test_a_private_import_is_seen_in_every_form(tmp_path, statement):
     assert len(climbed_walls(tmp_path / "p")) == 1
 
 
-@pytest.mark.parametrize("statement", ["from ._module import _hidden", "from p.a import name", "from .. import _files"])
+@pytest.mark.parametrize(
+    "statement", ["from ._module import _hidden", "from p.a import name", "from .. import _files"]
+)
 def test_what_a_room_may_import_is_no_fault(tmp_path, statement):
     room = tmp_path / "p" / "b"
     room.mkdir(parents=True)

@@ -26,7 +26,9 @@ def test_a_file_is_flushed_to_the_disk_before_it_has_its_name(tmp_path, monkeypa
     monkeypatch.setattr(os, "fsync", lambda descriptor: flushed.append((tmp_path / "a").exists()))
     with whole(tmp_path / "a") as temporary:
         temporary.write_text("new")
-    assert flushed == ([False, True] if os.name == "posix" else [False])  # the folder, too, after it
+    assert flushed == (
+        [False, True] if os.name == "posix" else [False]
+    )  # the folder, too, after it
 
 
 @pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
@@ -53,7 +55,8 @@ def test_processes_that_write_the_same_file_do_not_meet(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("given", "meant"), [("~/a", "/home/her/a"), ("a/~", "a/~"), ("~nobody-known/a", "~nobody-known/a")]
+    ("given", "meant"),
+    [("~/a", "/home/her/a"), ("a/~", "a/~"), ("~nobody-known/a", "~nobody-known/a")],
 )
 def test_a_leading_tilde_is_the_home_folder_of_somebody_known(monkeypatch, given, meant):
     monkeypatch.setenv("HOME", "/home/her")

@@ -13,7 +13,13 @@ import numpy as np
 import pandas as pd
 
 from turing_learning.analysis import dispersion
-from turing_learning.swarm import AGGREGATION_VIEW_0, AGGREGATION_VIEW_60, Scenario, initial_poses, simulate
+from turing_learning.swarm import (
+    AGGREGATION_VIEW_0,
+    AGGREGATION_VIEW_60,
+    Scenario,
+    initial_poses,
+    simulate,
+)
 
 HERE = Path(__file__).parent
 SEED = 1
@@ -52,10 +58,16 @@ def costs_of(search: Search, controllers: np.ndarray, starts: np.ndarray, seed: 
 
     The cost is sum t u(t) / sum t over the seconds t = 1, 2, ..., where u is the dispersion of the robots.
     """
-    executed = np.repeat(controllers, len(starts), axis=0)[:, None].repeat(search.scenario.individuals, axis=1)
+    executed = np.repeat(controllers, len(starts), axis=0)[:, None].repeat(
+        search.scenario.individuals, axis=1
+    )
     poses = np.tile(starts, (len(controllers), 1, 1))
-    motion = simulate(search.scenario, executed, poses, control_steps=CYCLES_PER_S * search.duration_s, seed=seed)
-    spread = dispersion(motion.poses[:, CYCLES_PER_S::CYCLES_PER_S, :, :2], search.scenario.robot.radius_cm)
+    motion = simulate(
+        search.scenario, executed, poses, control_steps=CYCLES_PER_S * search.duration_s, seed=seed
+    )
+    spread = dispersion(
+        motion.poses[:, CYCLES_PER_S::CYCLES_PER_S, :, :2], search.scenario.robot.radius_cm
+    )
     seconds = np.arange(1, spread.shape[1] + 1)
     costs = spread @ seconds / seconds.sum()
     return np.stack((costs, spread[:, -1]), axis=-1).reshape(len(controllers), len(starts), 2)
@@ -72,10 +84,14 @@ def ranked(search: Search) -> pd.DataFrame:
     )
     for number, (count, trials) in enumerate(rounds, start=1):
         controllers = controllers[np.argsort(costs[..., 0].mean(axis=1), kind="stable")[:count]]
-        starts = initial_poses(search.scenario, trials, np.random.default_rng((STARTS, SEED, number)))
+        starts = initial_poses(
+            search.scenario, trials, np.random.default_rng((STARTS, SEED, number))
+        )
         results = []
         for block in range(0, len(controllers), BLOCK):
-            for first in range(block, min(block + BLOCK, len(controllers)), max(1, BATCH // trials)):
+            for first in range(
+                block, min(block + BLOCK, len(controllers)), max(1, BATCH // trials)
+            ):
                 last = min(first + max(1, BATCH // trials), block + BLOCK)
                 entropy = np.random.SeedSequence((NOISE, SEED, number, first))
                 noise = int(entropy.generate_state(1, np.uint64)[0])
@@ -94,4 +110,6 @@ def ranked(search: Search) -> pd.DataFrame:
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or SEARCHES:
-        ranked(SEARCHES[name]).to_csv(HERE / name / "controllers.csv", float_format="%.6g", lineterminator="\n")
+        ranked(SEARCHES[name]).to_csv(
+            HERE / name / "controllers.csv", float_format="%.6g", lineterminator="\n"
+        )

@@ -58,7 +58,15 @@ from ._estimate import (
 )
 from ._judgment import LEVEL, OF_CHECKS, Examination, Judgment, Verdict
 from ._predictive import PredictiveCheck, predictive_check, resemblance
-from ._tests import Comparison, Jury, area_under_curve, compare, competence, decision_accuracy, polarization
+from ._tests import (
+    Comparison,
+    Jury,
+    area_under_curve,
+    compare,
+    competence,
+    decision_accuracy,
+    polarization,
+)
 
 __all__ = [
     "DYNAMIC_READINGS", "LEVEL", "OF_CHECKS", "UNKNOWN", "WHY_UNKNOWN", "Comparison", "Examination", "Judgment",

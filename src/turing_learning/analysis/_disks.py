@@ -43,7 +43,9 @@ def least_dispersion(disks: int) -> float:
         Number of disks S, >= 1.
     """
     integer("disks", disks, 1)
-    reach = int(np.ceil(np.sqrt(disks))) + 2  # of lattice points around one cell: any compact set of disks fits in
+    reach = (
+        int(np.ceil(np.sqrt(disks))) + 2
+    )  # of lattice points around one cell: any compact set of disks fits in
     points = _lattice(np.arange(-reach, reach + 1))
 
     def second_moment(center: np.ndarray) -> float:
@@ -79,5 +81,7 @@ def largest_cluster(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndar
     sizes = []
     for disks in centers.reshape(-1, *centers.shape[-2:]):
         distances = np.hypot(*(disks[:, None] - disks[None]).transpose(2, 0, 1))
-        sizes.append(np.bincount(connected_components(distances < 4 * radius_cm, directed=False)[1]).max())
+        sizes.append(
+            np.bincount(connected_components(distances < 4 * radius_cm, directed=False)[1]).max()
+        )
     return np.array(sizes, dtype=np.int64).reshape(centers.shape[:-2])

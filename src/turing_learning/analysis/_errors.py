@@ -83,7 +83,10 @@ def _name_assignment(estimate: np.ndarray, truth: np.ndarray) -> str:
     """Compare the wheel speeds (n, 2) of the states with those of other states."""
     distance = np.abs(estimate[:, None] - truth[None]).max(axis=2)
     orders = [order for order in permutations(range(len(truth))) if list(order) != sorted(order)]
-    if any(all(distance[state, other] < _CLOSE for state, other in enumerate(order)) for order in orders):
+    if any(
+        all(distance[state, other] < _CLOSE for state, other in enumerate(order))
+        for order in orders
+    ):
         return "states exchanged"
     for state, other in np.argwhere(distance < _CLOSE):
         if state != other and distance[state, state] >= _CLOSE:
@@ -99,7 +102,9 @@ def dynamic_outputs(model: "ElmanModel", networks: np.ndarray) -> np.ndarray:
     return model.respond(networks, DYNAMIC_READINGS)
 
 
-def response_error(model: "ElmanModel", networks: np.ndarray, truth: np.typing.ArrayLike) -> np.ndarray:
+def response_error(
+    model: "ElmanModel", networks: np.ndarray, truth: np.typing.ArrayLike
+) -> np.ndarray:
     """Compute how far the outputs of networks are from the agents' parameters over 20 steps of each constant reading (...).
 
     It is the sum of the squared differences over all parameters and steps.

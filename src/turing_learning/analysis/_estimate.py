@@ -13,9 +13,7 @@ from ..errors import integer, require
 UNKNOWN = math.nan
 """Stands for a number that is not known."""
 
-WHY_UNKNOWN = (
-    "the typical model has not moved, or hardly, in the generations that make the estimate: run more generations"
-)
+WHY_UNKNOWN = "the typical model has not moved, or hardly, in the generations that make the estimate: run more generations"
 """Why an interval is not known, see `interval`."""
 
 CENTRAL = (5.0, 95.0)
@@ -39,12 +37,16 @@ def is_known(*values: float | None) -> bool:
     return not any(value is None or math.isnan(value) for value in values)
 
 
-def replace_unknown(instead: float | None, interval: Mapping[str, Sequence[float | None]]) -> dict[str, list[Any]]:
+def replace_unknown(
+    instead: float | None, interval: Mapping[str, Sequence[float | None]]
+) -> dict[str, list[Any]]:
     """Return an interval, name -> two ends, with something instead of each end that is not known.
 
     That is None for a file, and `UNKNOWN` in Python: as one and the same object, so that lists of it are equal.
     """
-    return {name: [end if is_known(end) else instead for end in ends] for name, ends in interval.items()}
+    return {
+        name: [end if is_known(end) else instead for end in ends] for name, ends in interval.items()
+    }
 
 
 def estimate(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
@@ -96,7 +98,9 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     last = _last(typical_models, window)
     middle, ends = np.median(last, axis=0), np.percentile(last, CENTRAL, axis=0)
     known = zip(last.T, _moves(last), strict=True)
-    growth = np.array([_growth(_independent(series)) if moves else UNKNOWN for series, moves in known])
+    growth = np.array(
+        [_growth(_independent(series)) if moves else UNKNOWN for series, moves in known]
+    )
     return (middle + growth * (ends - middle)).T
 
 
@@ -167,7 +171,11 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     """
     typical = _checked_runs(typical_models)
     estimates, count = np.median(typical, axis=1), len(typical)
-    scatter = stdtrit(count - 1, CENTRAL[1] / 100) * np.sqrt(1 + 1 / count) * estimates.std(axis=0, ddof=1)
+    scatter = (
+        stdtrit(count - 1, CENTRAL[1] / 100)
+        * np.sqrt(1 + 1 / count)
+        * estimates.std(axis=0, ddof=1)
+    )
     wandering = np.stack([_wandering(runs) for runs in np.moveaxis(typical, 2, 0)], axis=1)
     low, high = np.hypot(wandering, scatter)
     known = wandering.any(axis=0) | (np.ptp(estimates, axis=0) > 0)
@@ -226,10 +234,16 @@ def mixed_interval(
     stated = np.array(intervals)
     own = np.stack([np.quantile(each, (0.05, 0.95), axis=0).T for each in draws])
     widened = (np.ptp(stated, axis=2) > 1.001 * np.ptp(own, axis=2)).any(axis=0)
-    ends[widened] = np.stack((stated[..., 0].min(axis=0), stated[..., 1].max(axis=0)), axis=1)[widened]
+    ends[widened] = np.stack((stated[..., 0].min(axis=0), stated[..., 1].max(axis=0)), axis=1)[
+        widened
+    ]
     middles = np.array([np.median(each, axis=0) for each in draws])
-    squares = ((middles - middles.mean(axis=0)) ** 2 / np.array([each.var(axis=0) for each in draws])).sum(axis=0)
-    return ends, np.sqrt(squares / (len(draws) - 1)) if len(draws) > 1 else np.full(parameters, UNKNOWN)
+    squares = (
+        (middles - middles.mean(axis=0)) ** 2 / np.array([each.var(axis=0) for each in draws])
+    ).sum(axis=0)
+    return ends, np.sqrt(squares / (len(draws) - 1)) if len(draws) > 1 else np.full(
+        parameters, UNKNOWN
+    )
 
 
 def _wandering(runs: np.ndarray) -> np.ndarray:
@@ -243,11 +257,18 @@ def _wandering(runs: np.ndarray) -> np.ndarray:
 
 def _checked_runs(typical_models: np.ndarray) -> np.ndarray:
     typical = array("typical_models", typical_models, "runs W P")
-    require(len(typical) >= 2, "typical_models", "be of shape (runs, W, P) with at least 2 runs", typical.shape)
+    require(
+        len(typical) >= 2,
+        "typical_models",
+        "be of shape (runs, W, P) with at least 2 runs",
+        typical.shape,
+    )
     return typical
 
 
-def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None = None) -> np.ndarray:
+def settled(
+    typical_models: np.ndarray, window: int, spreads: np.ndarray | None = None
+) -> np.ndarray:
     """Say whether the models of a run have settled, parameter by parameter (P,) bool.
 
     A parameter has settled if the halves of the generations that make the estimate agree within its interval,
@@ -271,7 +292,10 @@ def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None 
     still = ~(np.abs(middles[-1] - middles[0]) > half)
     if spreads is None:
         return still & ~np.isnan(half)
-    now, first = spreads[-window:].mean(axis=0), np.where(spreads[0] > 0, spreads[0], spreads.max(axis=0))
+    now, first = (
+        spreads[-window:].mean(axis=0),
+        np.where(spreads[0] > 0, spreads[0], spreads.max(axis=0)),
+    )
     quiet: np.ndarray = still & ((now < CONTRACTED * first) | (half >= now))
     return quiet
 

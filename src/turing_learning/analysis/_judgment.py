@@ -56,9 +56,15 @@ _MEANINGS = {
     ),
     Verdict.DIFFERENT: "New samples of the estimate differ from the genuine ones: run longer, or try another model.",
     Verdict.DISAGREE: "Runs with other seeds settle elsewhere: believe no single one; run longer.",
-    Verdict.MOVING: ("The models had not settled when the run ended: run longer. Such a run states no interval."),
-    Verdict.UNRELIABLE: ("Searches for a known truth miss it, so this estimate may be off, too: give more trials."),
-    Verdict.BOUND: ("An estimate sits at an end of its range: the truth may lie beyond; widen the range."),
+    Verdict.MOVING: (
+        "The models had not settled when the run ended: run longer. Such a run states no interval."
+    ),
+    Verdict.UNRELIABLE: (
+        "Searches for a known truth miss it, so this estimate may be off, too: give more trials."
+    ),
+    Verdict.BOUND: (
+        "An estimate sits at an end of its range: the truth may lie beyond; widen the range."
+    ),
     Verdict.SEVERAL: "Separate regions of the parameters explain the motion equally well: `result.modes` states each.",
     Verdict.UNTESTED: (
         "Fresh classifiers would often miss a clearly wrong model here: record more samples, or hold out more."
@@ -66,7 +72,9 @@ _MEANINGS = {
     Verdict.LOOSE: (
         "The estimate passes, but other values of its parameters may pass as well: record more, or other signals."
     ),
-    Verdict.CONVERGED: ("Nothing speaks against the estimate so far; `check` and further seeds can."),
+    Verdict.CONVERGED: (
+        "Nothing speaks against the estimate so far; `check` and further seeds can."
+    ),
 }
 _CHECKED = "Neither the run nor its check speaks against the estimate; further seeds can."
 _MOST = "Most runs have converged, and they agree; what the others say stands above."

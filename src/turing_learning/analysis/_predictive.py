@@ -148,7 +148,9 @@ def predictive_check(
     return PredictiveCheck(p_value, labels[worst], float((means[0] / fit.deviation)[worst]))
 
 
-def resemblance(first: np.ndarray, second: np.ndarray, names: tuple[str, ...], rng: np.random.Generator) -> float:
+def resemblance(
+    first: np.ndarray, second: np.ndarray, names: tuple[str, ...], rng: np.random.Generator
+) -> float:
     """Return how often samples (N, T, D) and (M, T, D) of one system would differ as much by chance: a p-value by permutation."""
     _, table = window_statistics(np.concatenate((first, second)), names)
     scores = _normal_scores(table)
@@ -159,7 +161,9 @@ def resemblance(first: np.ndarray, second: np.ndarray, names: tuple[str, ...], r
     )
     deviation, whitening = _whitened(centered.T @ centered / len(centered))
     total = scores.sum(axis=0)
-    rows = np.stack([np.arange(count), *(rng.permutation(len(scores))[:count] for _ in range(PERMUTATIONS))])
+    rows = np.stack(
+        [np.arange(count), *(rng.permutation(len(scores))[:count] for _ in range(PERMUTATIONS))]
+    )
     of_first = _row_means(scores, rows)
     of_second = (total - count * of_first) / others
     return _surprise(of_first - of_second, deviation, whitening)
@@ -183,7 +187,9 @@ class _Regression:
         return mean - terms @ self.coefficients, ((terms @ self.inverse) * terms).sum(axis=1)
 
 
-def _regression(places: np.ndarray, scores: np.ndarray, center: np.ndarray, share: float) -> _Regression:
+def _regression(
+    places: np.ndarray, scores: np.ndarray, center: np.ndarray, share: float
+) -> _Regression:
     """Fit scores (S, F) of samples at places (S, P), by that share of them that is nearest to a center (P,)."""
     terms = _terms(places - center)
     remoteness = ((places - center) ** 2).sum(axis=1)
@@ -249,21 +255,31 @@ def window_statistics(samples: np.ndarray, names: tuple[str, ...]) -> tuple[list
         add(f"change of {name} per step", np.abs(np.diff(series, axis=1)).mean(axis=1))
         half = steps // 2
         add(f"trend of {name}", series[:, half:].mean(axis=1) - series[:, :half].mean(axis=1))
-        add(f"drift of spread of {name}", series[:, half:].std(axis=1) - series[:, :half].std(axis=1))
+        add(
+            f"drift of spread of {name}",
+            series[:, half:].std(axis=1) - series[:, :half].std(axis=1),
+        )
         if steps >= 2 * SHORT:
-            for level, quantile in zip(QUANTILES, np.quantile(series, QUANTILES, axis=1), strict=True):
+            for level, quantile in zip(
+                QUANTILES, np.quantile(series, QUANTILES, axis=1), strict=True
+            ):
                 add(f"{level:g} quantile of {name}", quantile)
             rounded = np.isclose(series[:, 1:], series[:, :-1], rtol=0, atol=1e-12)
             add(f"share of steps without a change of {name}", rounded.mean(axis=1))
         for lag in LAGS:
             if 2 * lag < steps:
-                add(f"correlation of {name} over {lag} steps", _correlation(series[:, :-lag], series[:, lag:]))
+                add(
+                    f"correlation of {name} over {lag} steps",
+                    _correlation(series[:, :-lag], series[:, lag:]),
+                )
     if signals > 1:
         center = np.arcsinh((samples - middle) / scale).reshape(-1, signals)
         center_mean = center.mean(axis=0)
         spreads, directions = np.linalg.eigh(np.atleast_2d(np.cov(center.T)))
         for place in range(signals):
-            projected = (values - center_mean) @ directions[:, place] / np.sqrt(max(spreads[place], 1e-12))
+            projected = (
+                (values - center_mean) @ directions[:, place] / np.sqrt(max(spreads[place], 1e-12))
+            )
             add(f"mean along direction {place + 1}", projected.mean(axis=1))
             add(f"spread along direction {place + 1}", (projected**2).mean(axis=1))
     if 1 < signals <= PAIRS and steps > SHORT:

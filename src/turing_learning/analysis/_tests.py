@@ -32,7 +32,10 @@ class Comparison:
 
 
 def compare(
-    reference: np.typing.ArrayLike, samples: Sequence[np.typing.ArrayLike] | np.ndarray, *, level: float = LEVEL
+    reference: np.typing.ArrayLike,
+    samples: Sequence[np.typing.ArrayLike] | np.ndarray,
+    *,
+    level: float = LEVEL,
 ) -> Comparison:
     """Test samples against a reference, each with a two-sided Mann-Whitney test, and Bonferroni's correction.
 
@@ -100,7 +103,9 @@ def polarization(directions: np.ndarray, present: np.ndarray | None = None) -> n
     """
     length = np.hypot(directions[..., 0], directions[..., 1])
     counted = (length > 0) if present is None else present & (length > 0)
-    unit = np.where(counted[..., None], directions / np.where(length > 0, length, 1.0)[..., None], 0.0)
+    unit = np.where(
+        counted[..., None], directions / np.where(length > 0, length, 1.0)[..., None], 0.0
+    )
     count, total = counted.sum(axis=-1), unit.sum(axis=-2)
     aligned = np.asarray(np.hypot(total[..., 0], total[..., 1]) / np.maximum(count, 1))
     return aligned[count >= 2]
@@ -112,7 +117,9 @@ class Jury:
 
     classifier: Classifier  #: Judges
     genomes: np.ndarray  #: (N, Q), those that vote
-    weights: np.ndarray  #: (N,), of the votes, summing to 1; none where no classifier can tell samples apart
+    weights: (
+        np.ndarray
+    )  #: (N,), of the votes, summing to 1; none where no classifier can tell samples apart
 
     def votes(self, samples: np.ndarray) -> np.ndarray:
         """Return whether each classifier judges each of samples (..., T, D) genuine (N, ...)."""

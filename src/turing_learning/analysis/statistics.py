@@ -31,12 +31,20 @@ def signal_statistics(windows: np.ndarray) -> np.ndarray:
     """
     steps = np.diff(windows, axis=1)
     around = windows - windows.mean(axis=1, keepdims=True)
-    correlation = (around[:, 1:] * around[:, :-1]).mean(axis=1) / np.maximum((around**2).mean(axis=1), 1e-12)
+    correlation = (around[:, 1:] * around[:, :-1]).mean(axis=1) / np.maximum(
+        (around**2).mean(axis=1), 1e-12
+    )
     ordered = np.sort(windows, axis=1)  # much faster than percentiles
     at = np.array(QUANTILES) * (windows.shape[1] - 1)
     low, part = at.astype(int), (at % 1)[:, None]
     quantiles = (1 - part) * ordered[:, low] + part * ordered[:, np.ceil(at).astype(int)]
-    parts = (windows.mean(axis=1), windows.std(axis=1), *quantiles.swapaxes(0, 1), steps.std(axis=1), correlation)
+    parts = (
+        windows.mean(axis=1),
+        windows.std(axis=1),
+        *quantiles.swapaxes(0, 1),
+        steps.std(axis=1),
+        correlation,
+    )
     return np.concatenate(parts, axis=1)
 
 
@@ -78,7 +86,9 @@ def rhythm_statistics(windows: np.ndarray) -> np.ndarray:
     around = windows - windows.mean(axis=1, keepdims=True)
     power = np.abs(np.fft.rfft(around * np.hanning(length)[:, None], axis=1))[:, 1:] ** 2
     power /= np.maximum(power.mean(axis=1, keepdims=True), 1e-12)
-    parts = [np.log(power[:, low:high].mean(axis=1) + 1e-3) for low, high in pairwise(_edges(length))]
+    parts = [
+        np.log(power[:, low:high].mean(axis=1) + 1e-3) for low, high in pairwise(_edges(length))
+    ]
     for values in (windows, np.diff(windows, axis=1)):
         unit = standardized(values)
         squares = unit * unit  # much faster than powers

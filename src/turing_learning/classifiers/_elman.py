@@ -73,7 +73,12 @@ class ElmanClassifier:
         if self.scale is not None:
             scale = array("scale", self.scale, "D", finite=False, D=self.inputs)
             rule = f"be numbers between {_SMALLEST_SCALE:g} and {_LARGEST_SCALE:g}, one per input"
-            require(((scale >= _SMALLEST_SCALE) & (scale <= _LARGEST_SCALE)).all(), "scale", rule, f"{self.scale}")
+            require(
+                ((scale >= _SMALLEST_SCALE) & (scale <= _LARGEST_SCALE)).all(),
+                "scale",
+                rule,
+                f"{self.scale}",
+            )
             object.__setattr__(self, "scale", tuple(scale.tolist()))
 
     @property
@@ -104,7 +109,14 @@ class ElmanClassifier:
         if outputs.size:
             kernels = load_elman(int(self.inputs), int(self.hidden))
             blocks = self._pack(kernels, samples)
-            run_range(kernels.judge, len(blocks) * len(chosen), self.threads, blocks, weights[chosen], outputs)
+            run_range(
+                kernels.judge,
+                len(blocks) * len(chosen),
+                self.threads,
+                blocks,
+                weights[chosen],
+                outputs,
+            )
         return outputs if len(chosen) == len(weights) else outputs[np.searchsorted(chosen, same)]
 
     def _pack(self, kernels: ModuleType, samples: np.ndarray) -> np.ndarray:
@@ -116,7 +128,9 @@ class ElmanClassifier:
         if faults.max() >= 0:
             s, t, d = (int(k) for k in np.unravel_index(int(faults[faults >= 0][0]), samples.shape))
             place = f"sample {s}, step {t}, signal {d}"
-            refuse("samples", "be finite", f"{samples[s, t, d]}", "Remove or repair it.", place=place)
+            refuse(
+                "samples", "be finite", f"{samples[s, t, d]}", "Remove or repair it.", place=place
+            )
         return blocks
 
     def _weights(self, genomes: np.ndarray) -> np.ndarray:
@@ -128,10 +142,16 @@ class ElmanClassifier:
             refuse("genomes", "be finite", f"{genomes[n, q]}", place=f"genome {n}, parameter {q}")
         count, (d, h) = len(genomes), (self.inputs, self.hidden)
         weights, recurrent, biases, output = np.split(genomes, np.cumsum([h * d, h * h, h]), axis=1)
-        parts = (weights.reshape(count, h, d), recurrent.reshape(count, h, h), biases.reshape(count, h, 1))
+        parts = (
+            weights.reshape(count, h, d),
+            recurrent.reshape(count, h, h),
+            biases.reshape(count, h, 1),
+        )
         hidden = _limited(np.concatenate(parts, axis=2))
         blocks = (hidden[..., :d], hidden[..., d : d + h], hidden[..., -1], _limited(output))
-        return np.concatenate([block.reshape(count, -1) for block in blocks], axis=1).astype(np.float32)
+        return np.concatenate([block.reshape(count, -1) for block in blocks], axis=1).astype(
+            np.float32
+        )
 
 
 def _limited(vectors: np.ndarray) -> np.ndarray:
@@ -151,5 +171,7 @@ def _as_float64(name: str, values: np.ndarray, shape: str, last: int) -> np.ndar
     """Return contiguous numbers of a shape whose last axis is of the length `last`; whether they are finite is seen later."""
     remedy = "Set `inputs` to the number of signals per time step." if name == "samples" else ""
     with np.errstate(over="ignore"):  # extended precision beyond float64 becomes infinite
-        given = array(name, values, shape, finite=False, empty=True, remedy=remedy, **{shape[-1]: last})  # type: ignore[arg-type]
+        given = array(
+            name, values, shape, finite=False, empty=True, remedy=remedy, **{shape[-1]: last}
+        )  # type: ignore[arg-type]
     return np.require(given, np.float64, ["C_CONTIGUOUS", "ALIGNED"])

@@ -87,12 +87,7 @@ def _repeated(
     try:
         with stopping(ahead) as should_stop:
             return tl.reproduction.reproduce(
-                experiment,
-                fast=fast,
-                out=out,
-                workers=workers,
-                should_stop=should_stop,
-                say=print,
+                experiment, fast=fast, out=out, workers=workers, should_stop=should_stop, say=print
             )
     except tl.reproduction.Stopped as error:
         raise Interrupted(f"stopped at {error}; {ahead}") from error

@@ -22,13 +22,19 @@ from ._tables import named_numbers, plain_console, print_result
 LABORATORY_FILE = Path("lab.toml")
 
 robots = App(
-    name="robots", help="Infer the behavior of real robots: check a laboratory, run it, track videos.", sort_key=20
+    name="robots",
+    help="Infer the behavior of real robots: check a laboratory, run it, track videos.",
+    sort_key=20,
 )
 
 
 @robots.command(sort_key=0)
 def check(
-    *, config: Path = LABORATORY_FILE, emulated: bool = False, picture: Path | None = None, trust: bool = False
+    *,
+    config: Path = LABORATORY_FILE,
+    emulated: bool = False,
+    picture: Path | None = None,
+    trust: bool = False,
 ) -> int | None:
     """Look at links, batteries, camera, calibration and markers; nothing moves.
 
@@ -40,9 +46,15 @@ def check(
     :param trust: Execute the functions, module:function, that the file names. Read them first.
     """
     if picture is not None:
-        fits = picture.suffix.lower() in (".png", ".jpg", ".jpeg") and picture.absolute().parent.is_dir()
+        fits = (
+            picture.suffix.lower() in (".png", ".jpg", ".jpeg")
+            and picture.absolute().parent.is_dir()
+        )
         require(fits, "picture", "be a .png or .jpg file in a folder that exists", str(picture))
-    with _opened(tl.robots.load_laboratory(config), emulated, trust, config) as (laboratory, equipment):
+    with _opened(tl.robots.load_laboratory(config), emulated, trust, config) as (
+        laboratory,
+        equipment,
+    ):
         return None if _inspected(laboratory, equipment, picture) else REFUSED
 
 
@@ -86,7 +98,12 @@ def run(
     lengths = {"run.generations": generations, "run.trials": trials}
     overrides, labels = settings_of(settings, {**lengths, "run.seed": seed})
     if resume is not None:
-        others = {"a file": config is not None, "settings": overrides, "a folder": out is not None, "--force": force}
+        others = {
+            "a file": config is not None,
+            "settings": overrides,
+            "a folder": out is not None,
+            "--force": force,
+        }
         if got := [name for name, given in others.items() if given]:
             rule = "be given without a file, settings or a folder, which the run has, and without --force"
             edited = tl.runs.RunFolder(resume).laboratory_path
@@ -95,9 +112,13 @@ def run(
         return resume_run(resume, emulated=emulated, trust=trust)
     file = config or LABORATORY_FILE
     loaded = tl.robots.load_laboratory(file, overrides, labels)
-    path = out or tl.runs.new_run_path(loaded.configuration.scenario.name, loaded.configuration.run.seed)
+    path = out or tl.runs.new_run_path(
+        loaded.configuration.scenario.name, loaded.configuration.run.seed
+    )
     with _opened(loaded, emulated, trust, file) as (laboratory, equipment):
-        begin = partial(tl.runs.start_laboratory, laboratory, path, equipment=equipment, force=force)
+        begin = partial(
+            tl.runs.start_laboratory, laboratory, path, equipment=equipment, force=force
+        )
         return _execute(laboratory, equipment, path, begin)
 
 
@@ -119,14 +140,18 @@ def resume_run(
         refuse("--emulated", rule, "it", remedy, place=str(path))
     file = tl.runs.RunFolder(path).laboratory_path
     with _opened(stored, emulated, trust, file) as (laboratory, equipment):
-        ahead = partial(tl.runs.resume_laboratory, path, equipment=equipment, trials=trials, tolerance=tolerance)
+        ahead = partial(
+            tl.runs.resume_laboratory, path, equipment=equipment, trials=trials, tolerance=tolerance
+        )
         needed = trials is not None or tl.runs.awaits_robots(path)
         addresses = file if real else None
         return _execute(laboratory, equipment, path, ahead, needed=needed, stored=addresses)
 
 
 @robots.command(sort_key=2)
-def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = None, force: bool = False) -> None:
+def track(
+    video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = None, force: bool = False
+) -> None:
     """Track all robots in a video, write a table that --trajectories reads, and list what went wrong.
 
     Example: turing-learning robots track trial.avi --config lab.toml --out trial.csv
@@ -158,7 +183,9 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
     for fault in observed.faults:
         print(f"image {fault.frame}: {fault.kind}: {fault.text}")
     seen = observed.present.mean()
-    print(f"{len(observed.poses)} images, {len(observed.labels)} robots, seen in {100 * seen:.2f} %: {path}")
+    print(
+        f"{len(observed.poses)} images, {len(observed.labels)} robots, seen in {100 * seen:.2f} %: {path}"
+    )
 
 
 def arena(
@@ -202,12 +229,23 @@ def arena(
         scenario = replace(tl.robots.LABORATORY, agents=agents, replicas=replicas)
         service = tl.robots.ArenaService(scenario, seed=seed, lines=lines, speed=speed)
     what = f"`out` must be a folder that can be written; got {out}"
-    with service, suppress(KeyboardInterrupt), handling((signal.SIGINT, signal.SIGTERM), signal.default_int_handler):
+    with (
+        service,
+        suppress(KeyboardInterrupt),
+        handling((signal.SIGINT, signal.SIGTERM), signal.default_int_handler),
+    ):
         with os_errors_as(RefusedError, what, "Choose another, or make room."):
             path = service.write(out, force=force)
-        for name, address in (*service.addresses.items(), ("camera", service.camera_url), ("laboratory", str(path))):
+        for name, address in (
+            *service.addresses.items(),
+            ("camera", service.camera_url),
+            ("laboratory", str(path)),
+        ):
             print(f"{name:12} {address}")
-        print("type `remote` to let the robots begin, `help` for everything else; Ctrl-C ends", flush=True)
+        print(
+            "type `remote` to let the robots begin, `help` for everything else; Ctrl-C ends",
+            flush=True,
+        )
         for line in sys.stdin:
             if line.strip() == "help":
                 for command, meaning in usage(service.laboratory):
@@ -234,7 +272,14 @@ def _opened(
     if not rehearsed:
         for name, function in _named_functions(setup).items():
             remedy = f"Read {function.partition(':')[0]}; then add --trust. Packages may register a name instead."
-            require(trust, name, "be trusted before it is executed", repr(function), remedy, place=str(file))
+            require(
+                trust,
+                name,
+                "be trusted before it is executed",
+                repr(function),
+                remedy,
+                place=str(file),
+            )
     tl.robots.require_libraries(setup, emulated=rehearsed)
     if not rehearsed:
         yield laboratory, tl.robots.real_equipment(laboratory)
@@ -242,7 +287,10 @@ def _opened(
     with tl.robots.as_emulated(laboratory) as rehearsal:
         asked = setup.camera.calibration
         if rehearsal.setup.camera.calibration != asked:
-            print(f"rehearsal with a calibration of its own, as there is none yet: {asked}", file=sys.stderr)
+            print(
+                f"rehearsal with a calibration of its own, as there is none yet: {asked}",
+                file=sys.stderr,
+            )
         yield rehearsal, tl.robots.rehearse(rehearsal)
 
 
@@ -293,11 +341,15 @@ class _Pace:
 
 
 def _inspected(
-    laboratory: "tl.robots.Laboratory", equipment: "tl.robots.Equipment", picture: Path | None = None
+    laboratory: "tl.robots.Laboratory",
+    equipment: "tl.robots.Equipment",
+    picture: Path | None = None,
 ) -> bool:
     """Print what a look at the laboratory shows; return whether a run can begin."""
     fine = True
-    for finding in tl.robots.inspect(laboratory.setup, laboratory.configuration.swarm, equipment, picture):
+    for finding in tl.robots.inspect(
+        laboratory.setup, laboratory.configuration.swarm, equipment, picture
+    ):
         print(f"{'good' if finding.fine else 'BAD '}  {finding.what}: {finding.text}", flush=True)
         fine &= finding.fine
     return fine
@@ -318,9 +370,7 @@ def _execute(
     """
     if needed and not _inspected(laboratory, equipment):
         if stored is not None:
-            text = (
-                f"The addresses of replicas and camera are those in {stored}. Edit them there, and resume with --trust."
-            )
+            text = f"The addresses of replicas and camera are those in {stored}. Edit them there, and resume with --trust."
             print(text, file=sys.stderr)
         return REFUSED
     trusted = " --trust" if _named_functions(laboratory.setup) else ""
@@ -332,7 +382,9 @@ def _execute(
     def progressed(progress: "tl.runs.Progress") -> None:
         shown = progress.estimate if of_trials else progress.scored.best_model
         models = named_numbers(zip(progress.parameter_names, shown, strict=True))
-        each = f"{progress.seconds_per_generation:.0f} s each {'batch' if of_trials else 'generation'}"
+        each = (
+            f"{progress.seconds_per_generation:.0f} s each {'batch' if of_trials else 'generation'}"
+        )
         line(f"{progress.place}  {each}  {models}")
 
     pace = _Pace(laboratory)
@@ -341,7 +393,9 @@ def _execute(
         pace.note(event)
         stage, _, number = event.stage.rpartition("-")
         if event.kind in ("disturbed", "batteries"):
-            line(f"{event.stage}, attempt {event.attempt}, {event.state}: {event.fault or event.asked}")
+            line(
+                f"{event.stage}, attempt {event.attempt}, {event.state}: {event.fault or event.asked}"
+            )
         elif event.kind in ("halted", "moving") and not laboratory.setup.emulated:
             line(f"{event.fault}. {event.asked}".strip())
         elif event.kind == "complete" and stage == "post-evaluation":

@@ -64,8 +64,15 @@ class ClassifierArchive:
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state."""
-        genomes, shares, seen = state_arrays(state, {"genomes": "B Q", "specificity": "B", "seen": ""}).values()
+        genomes, shares, seen = state_arrays(
+            state, {"genomes": "B Q", "specificity": "B", "seen": ""}
+        ).values()
         rule = f"be at most {self.capacity} classifiers (B, Q)"
         require(len(genomes) <= self.capacity, "state['genomes']", rule, f"shape {genomes.shape}")
-        require(((shares >= 0) & (shares <= 1)).all(), "state['specificity']", "be shares from 0 to 1", shares.tolist())
+        require(
+            ((shares >= 0) & (shares <= 1)).all(),
+            "state['specificity']",
+            "be shares from 0 to 1",
+            shares.tolist(),
+        )
         self.genomes, self.specificity, self._seen = genomes, shares, int(seen)

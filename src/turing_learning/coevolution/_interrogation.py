@@ -34,7 +34,12 @@ class PassiveInterrogation:
         """
         samples = self.source.collect(models, rng)
         rule = f"yield counterfeit samples of each of the M = {len(models)} models"
-        require(len(samples.counterfeit) == len(models), "source", rule, f"samples of {len(samples.counterfeit)}")
+        require(
+            len(samples.counterfeit) == len(models),
+            "source",
+            rule,
+            f"samples of {len(samples.counterfeit)}",
+        )
         genuine = self._outputs(classifiers, samples.genuine)
         jury = classifiers if referees is None else np.concatenate((classifiers, referees))
         flat = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
@@ -45,7 +50,12 @@ class PassiveInterrogation:
     def _outputs(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
         outputs = self.classifier.judge(genomes, samples)
         rule = f"return outputs of shape (N, S) = ({len(genomes)}, {len(samples)})"
-        require(outputs.shape == (len(genomes), len(samples)), "classifier.judge", rule, str(outputs.shape))
+        require(
+            outputs.shape == (len(genomes), len(samples)),
+            "classifier.judge",
+            rule,
+            str(outputs.shape),
+        )
         return outputs
 
 
@@ -94,15 +104,28 @@ class InteractiveInterrogation:
         return rng.permutation(models)[places][rng.permutation(classifiers)]
 
     def _confronted(
-        self, models: np.ndarray, genomes: np.ndarray, met: np.ndarray, genuine: int, rng: np.random.Generator
+        self,
+        models: np.ndarray,
+        genomes: np.ndarray,
+        met: np.ndarray,
+        genuine: int,
+        rng: np.random.Generator,
     ) -> tuple[np.ndarray, np.ndarray]:
-        outputs, wanted = self.source.confront(models, genomes, met, genuine, rng), ((len(genomes), genuine), met.shape)
-        shapes, rule = tuple(each.shape for each in outputs), f"return outputs of shapes {wanted[0]} and {wanted[1]}"
+        outputs, wanted = (
+            self.source.confront(models, genomes, met, genuine, rng),
+            ((len(genomes), genuine), met.shape),
+        )
+        shapes, rule = (
+            tuple(each.shape for each in outputs),
+            f"return outputs of shapes {wanted[0]} and {wanted[1]}",
+        )
         require(shapes == wanted, "source.confront", rule, " and ".join(map(str, shapes)))
         return outputs
 
 
-def _spread(outputs: np.ndarray, met: np.ndarray, models: int) -> tuple[np.ndarray, np.ndarray | None]:
+def _spread(
+    outputs: np.ndarray, met: np.ndarray, models: int
+) -> tuple[np.ndarray, np.ndarray | None]:
     """Return outputs (N, k) for the models that were met as (N, M, 1), 0 elsewhere, and which were; None for all."""
     spread, places = np.zeros((len(met), models), outputs.dtype), np.zeros((len(met), models), bool)
     np.put_along_axis(spread, met, outputs, axis=1)

@@ -40,7 +40,9 @@ class Generation:
     selection: str
     #: (B, Q), archived classifiers that judged the models beside them; (0, Q) where there were none
     referees: np.ndarray
-    estimate: np.ndarray | None = None  #: (P,), what is inferred after it, where that is no matter of its models alone
+    estimate: np.ndarray | None = (
+        None  #: (P,), what is inferred after it, where that is no matter of its models alone
+    )
 
     @property
     def best_model(self) -> np.ndarray:
@@ -120,7 +122,9 @@ class Coevolution:
         rule = f"return judgments of N = {wanted[0]} classifiers on M = {wanted[1]} models"
         require(received == wanted, "interrogation", rule, f"{received[0]} and {received[1]}")
         model_rewards = _reward("reward_models", self._reward_models, judgments, len(models))
-        classifier_rewards = _reward("reward_classifiers", self._reward_classifiers, judgments, len(classifiers))
+        classifier_rewards = _reward(
+            "reward_classifiers", self._reward_classifiers, judgments, len(classifiers)
+        )
         steps = self._models.step_sizes, self._classifiers.step_sizes
         model_scores = self._models.tell(model_rewards)
         self._classifiers.tell(classifier_rewards)
@@ -167,7 +171,9 @@ class Coevolution:
 
 def _reward(name: str, reward: Reward, judgments: Judgments, size: int) -> np.ndarray:
     rewards = np.asarray(reward(judgments), dtype=np.float64)
-    require(rewards.shape == (size,), name, f"return an array of shape ({size},)", str(rewards.shape))
+    require(
+        rewards.shape == (size,), name, f"return an array of shape ({size},)", str(rewards.shape)
+    )
     k = int(np.argmin(np.isfinite(rewards)))
     require(np.isfinite(rewards[k]), name, "return finite numbers", f"{rewards[k]} at {k}")
     return rewards

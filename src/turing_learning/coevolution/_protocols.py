@@ -29,7 +29,9 @@ class Samples:
         for name, shape in (("genuine", "K T D"), ("counterfeit", "M C T D")):
             samples = getattr(self, name)
             if not isinstance(samples, np.ndarray) or not np.issubdtype(samples.dtype, np.floating):
-                received = samples.dtype if isinstance(samples, np.ndarray) else type(samples).__name__
+                received = (
+                    samples.dtype if isinstance(samples, np.ndarray) else type(samples).__name__
+                )
                 raise TypeError(f"`{name}` must be an array of floats; got {received}.")
             array(name, samples, shape, dtype=samples.dtype, **sizes)
             sizes = {"T": samples.shape[-2], "D": samples.shape[-1]}
@@ -55,7 +57,12 @@ class InteractiveSource(Protocol):
     """A system and models of it that classifiers influence, for example by choosing stimuli while they observe."""
 
     def confront(
-        self, models: np.ndarray, classifiers: np.ndarray, met: np.ndarray, genuine: int, rng: np.random.Generator
+        self,
+        models: np.ndarray,
+        classifiers: np.ndarray,
+        met: np.ndarray,
+        genuine: int,
+        rng: np.random.Generator,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Let each classifier observe the system and models, each time alone, and judge what it has seen.
 

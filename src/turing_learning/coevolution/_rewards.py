@@ -18,7 +18,9 @@ THRESHOLD = 0.5
 class Judgments:
     """The outputs of N classifiers for all samples of a generation."""
 
-    genuine_outputs: np.ndarray  #: (N, K), outputs for the K genuine samples, from 0 (counterfeit) to 1 (genuine)
+    genuine_outputs: (
+        np.ndarray
+    )  #: (N, K), outputs for the K genuine samples, from 0 (counterfeit) to 1 (genuine)
     counterfeit_outputs: np.ndarray  #: (N, M, C), outputs for C samples of each of the M models
     #: (B, M, C), outputs of B archived classifiers for samples of the models; None: no referees
     referee_outputs: np.ndarray | None = None
@@ -40,9 +42,15 @@ class Judgments:
             truth = name in ("met", "referees_met")
             array(name, given, shape, dtype=bool if truth else given.dtype, finite=False, **sizes)
             sizes |= dict(zip(shape.split(), given.shape, strict=True))
-            if not truth and not (given.min() >= 0 and given.max() <= 1):  # so that NaN, too, is rejected
+            if not truth and not (
+                given.min() >= 0 and given.max() <= 1
+            ):  # so that NaN, too, is rejected
                 place = tuple(int(k) for k in np.argwhere(~((given >= 0) & (given <= 1)))[0])
-                refuse(name, "be from 0 to 1", f"{given[place]} at {place} of ({', '.join(shape.split())})")
+                refuse(
+                    name,
+                    "be from 0 to 1",
+                    f"{given[place]} at {place} of ({', '.join(shape.split())})",
+                )
         met_by_some = self.met is None or bool(self.met.any(axis=0).all())
         require(met_by_some, "met", "hold a classifier for each model", "a model that none has met")
 
@@ -102,14 +110,18 @@ def jury_reward(judgments: Judgments) -> np.ndarray:
     if judgments.refereed is not None and judgments.referee_specificity is not None:
         referees = _shares(judgments.refereed)
         accepted = np.concatenate((accepted, referees))
-        competence = np.append(competence, judgments.referee_specificity - _means(referees, judgments.referees_met))
+        competence = np.append(
+            competence, judgments.referee_specificity - _means(referees, judgments.referees_met)
+        )
         if met is not None and judgments.referees_met is not None:
             met = np.concatenate((met, judgments.referees_met))
     weights = np.maximum(competence, 0)
     if met is None:
         return weights @ accepted / weights.sum() if weights.any() else model_reward(judgments)
     votes = weights @ met
-    return np.where(votes > 0, weights @ accepted / np.where(votes > 0, votes, 1), model_reward(judgments))
+    return np.where(
+        votes > 0, weights @ accepted / np.where(votes > 0, votes, 1), model_reward(judgments)
+    )
 
 
 def _means(accepted: np.ndarray, met: np.ndarray | None) -> np.ndarray:
@@ -119,7 +131,11 @@ def _means(accepted: np.ndarray, met: np.ndarray | None) -> np.ndarray:
 
 def _shares(misled: np.ndarray) -> np.ndarray:
     """Return the share (N, M) of each model's C samples, of (N, M, C), that mislead a classifier."""
-    return np.count_nonzero(misled, axis=2) / misled.shape[2] if misled.shape[2] > 1 else misled[:, :, 0].astype(float)
+    return (
+        np.count_nonzero(misled, axis=2) / misled.shape[2]
+        if misled.shape[2] > 1
+        else misled[:, :, 0].astype(float)
+    )
 
 
 def classifier_reward(judgments: Judgments) -> np.ndarray:

@@ -16,7 +16,15 @@ The module knows no robots, no models and no classifiers; it imports nothing but
 ===========================  ===============================================================================
 """
 
-from ._checks import Seed, check_generation, check_seed, generation_rng, join_states, state_arrays, state_part
+from ._checks import (
+    Seed,
+    check_generation,
+    check_seed,
+    generation_rng,
+    join_states,
+    state_arrays,
+    state_part,
+)
 from ._cma import CMAEvolutionStrategy
 from ._evolution_strategy import EvolutionStrategy
 from ._optimizer import Optimizer, RenewedOptimizer

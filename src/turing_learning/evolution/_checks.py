@@ -64,32 +64,52 @@ def check_vector(name: str, value: np.typing.ArrayLike, dimension: int) -> np.nd
     return np.broadcast_to(vector, dimension).copy()
 
 
-def check_range(low: np.typing.ArrayLike, high: np.typing.ArrayLike, dimension: int) -> tuple[np.ndarray, np.ndarray]:
+def check_range(
+    low: np.typing.ArrayLike, high: np.typing.ArrayLike, dimension: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the initial range of every parameter, two (dimension,) arrays, if its bounds are in order."""
-    low, high = check_vector("initial_low", low, dimension), check_vector("initial_high", high, dimension)
+    low, high = (
+        check_vector("initial_low", low, dimension),
+        check_vector("initial_high", high, dimension),
+    )
     k = int(np.argmin(low < high))
-    require((low < high).all(), "initial_low", "be below `initial_high`", f"{low[k]} and {high[k]} for parameter {k}")
+    require(
+        (low < high).all(),
+        "initial_low",
+        "be below `initial_high`",
+        f"{low[k]} and {high[k]} for parameter {k}",
+    )
     return low, high
 
 
-def state_arrays(state: Mapping[str, np.ndarray], shapes: Mapping[str, str], **sizes: int) -> dict[str, np.ndarray]:
+def state_arrays(
+    state: Mapping[str, np.ndarray], shapes: Mapping[str, str], **sizes: int
+) -> dict[str, np.ndarray]:
     """Return copies of arrays of a state if they are there, finite, and of shapes as for `array`, whose letters they share."""
     found = {}
     for name, shape in shapes.items():
         require(name in state, "state", f"hold an array {name!r}", str(sorted(state)))
         found[name] = array(f"state[{name!r}]", state[name], shape, empty=True, **sizes).copy()  # type: ignore[arg-type]
-        sizes |= {axis: n for axis, n in zip(shape.split(), found[name].shape, strict=True) if not axis.isdigit()}
+        sizes |= {
+            axis: n
+            for axis, n in zip(shape.split(), found[name].shape, strict=True)
+            if not axis.isdigit()
+        }
     return found
 
 
 def join_states(parts: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Return the states of parts as one, each array by the names of its part and its own."""
-    return {f"{part}/{name}": value for part, state in parts.items() for name, value in state.items()}
+    return {
+        f"{part}/{name}": value for part, state in parts.items() for name, value in state.items()
+    }
 
 
 def state_part(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
     """Return the arrays of a state whose names begin with a prefix, without it."""
-    return {name.removeprefix(prefix): value for name, value in state.items() if name.startswith(prefix)}
+    return {
+        name.removeprefix(prefix): value for name, value in state.items() if name.startswith(prefix)
+    }
 
 
 def check_generation(state: Mapping[str, np.ndarray], name: str = "generation") -> int:

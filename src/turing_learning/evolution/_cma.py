@@ -66,7 +66,9 @@ class CMAEvolutionStrategy(Turns):
         minimum = check_vector("minimum_step_size", minimum_step_size, dimension)
         require((minimum >= 0).all(), "minimum_step_size", "not be negative", minimum.min())
         self._center = low / 2 + high / 2
-        self._scale = high / np.sqrt(12) - low / np.sqrt(12)  # standard deviation of a uniform distribution
+        self._scale = high / np.sqrt(12) - low / np.sqrt(
+            12
+        )  # standard deviation of a uniform distribution
         self._minimum = minimum / self._scale
         self._distribution = self._new_distribution()
         self._asked_steps = self._next_steps()
@@ -143,8 +145,14 @@ class _Distribution:
         self.solutions: list[np.ndarray] = self._strategy.ask()
 
     def _inside(self) -> list[tuple[str, Any, str]]:
-        parts = [(name, getattr(self._strategy, name) if name else self._strategy) for name in _INSIDE]
-        return [(f"{name}.{field}".lstrip("."), part, field) for name, part in parts for field in _INSIDE[name]]
+        parts = [
+            (name, getattr(self._strategy, name) if name else self._strategy) for name in _INSIDE
+        ]
+        return [
+            (f"{name}.{field}".lstrip("."), part, field)
+            for name, part in parts
+            for field in _INSIDE[name]
+        ]
 
     def restore(self, state: Mapping[str, np.ndarray], generation: int) -> None:
         self.generation = generation
@@ -159,10 +167,14 @@ class _Distribution:
         return np.array(self._strategy.stds)
 
     def tell(self, fitness: np.ndarray) -> None:
-        with np.errstate(over="ignore"):  # of a record that cma keeps of all past changes of the step size
+        with np.errstate(
+            over="ignore"
+        ):  # of a record that cma keeps of all past changes of the step size
             self._strategy.tell(self.solutions, (-fitness).tolist())  # cma minimizes
         deviations = self.standard_deviations
         widen, narrow = (self._minimum / deviations).min(), SPREAD_LIMIT / deviations.max()
-        self._strategy.sigma *= float(min(max(1.0, widen), narrow))  # the shape stays what `cma` made it
+        self._strategy.sigma *= float(
+            min(max(1.0, widen), narrow)
+        )  # the shape stays what `cma` made it
         self.generation += 1
         self._draw()

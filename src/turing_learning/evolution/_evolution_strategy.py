@@ -76,7 +76,9 @@ class EvolutionStrategy(Turns):
         self._seed = check_seed(seed)
         self._minimum = check_vector("minimum_step_size", minimum_step_size, dimension)
         steps = check_vector("initial_step_size", initial_step_size, dimension)
-        require((self._minimum >= 0).all(), "minimum_step_size", "not be negative", self._minimum.min())
+        require(
+            (self._minimum >= 0).all(), "minimum_step_size", "not be negative", self._minimum.min()
+        )
         fits = ((steps >= self._minimum) & (steps > 0) & (steps <= STEP_SIZE_LIMIT)).all()
         rule = f"be above 0, at least `minimum_step_size`, and at most {STEP_SIZE_LIMIT:g}"
         require(fits, "initial_step_size", rule, f"{steps.min()} to {steps.max()}")
@@ -103,7 +105,9 @@ class EvolutionStrategy(Turns):
         self._turn("tell")
         generation, fitness = self._generation, array("fitness", fitness, "size", size=self.size)
         scores = fitness.copy() if self._memory is None else self._memory.score(generation, fitness)
-        best = np.argsort(-scores, kind="stable")[: self.parents]  # the fittest first; of equals the older
+        best = np.argsort(-scores, kind="stable")[
+            : self.parents
+        ]  # the fittest first; of equals the older
         if self._memory is not None:
             self._memory.keep(best)
         rng = generation_rng(self._seed, generation + 1)
@@ -140,8 +144,15 @@ class EvolutionStrategy(Turns):
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over what `state` returned, from a strategy with the same settings; allowed also between `ask` and `tell`."""
         shapes = {"population": "N P", "step_sizes": "N P", "totals": "N", "weights": "N"}
-        generation, held = check_generation(state), state_arrays(state, shapes, N=self.size, P=self.dimension)
+        generation, held = (
+            check_generation(state),
+            state_arrays(state, shapes, N=self.size, P=self.dimension),
+        )
         if self._memory is not None:
             self._memory.totals, self._memory.weights = held["totals"], held["weights"]
-        self._generation, self._population, self._steps = generation, held["population"], held["step_sizes"]
+        self._generation, self._population, self._steps = (
+            generation,
+            held["population"],
+            held["step_sizes"],
+        )
         self._awaits_fitness, self._asked_steps = False, self._steps

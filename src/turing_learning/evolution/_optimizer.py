@@ -102,7 +102,9 @@ class RenewedOptimizer:
         No replacement after this many generations; None: without end.
     """
 
-    def __init__(self, make: Callable[[int], Optimizer], interval: int, *, last: int | None = None) -> None:
+    def __init__(
+        self, make: Callable[[int], Optimizer], interval: int, *, last: int | None = None
+    ) -> None:
         self._make = make
         self._interval = integer("interval", interval, 1)
         self._last = last

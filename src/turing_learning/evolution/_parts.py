@@ -43,7 +43,9 @@ class PhasedMating:
         number("recombination", self.recombination, least=0, most=1)
         integer("refinement", self.refinement)
 
-    def pair(self, generation: int, parents: int, children: int, rng: np.random.Generator) -> np.ndarray:
+    def pair(
+        self, generation: int, parents: int, children: int, rng: np.random.Generator
+    ) -> np.ndarray:
         """Return the indices (2, children) of the parents of each child."""
         pairs = rng.integers(parents, size=(2, children))
         if generation < self.refinement and self.recombination < 1:
@@ -51,7 +53,9 @@ class PhasedMating:
             pairs[1, alone] = pairs[0, alone]
         return pairs
 
-    def mix(self, generation: int, parents: np.ndarray, pairs: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    def mix(
+        self, generation: int, parents: np.ndarray, pairs: np.ndarray, rng: np.random.Generator
+    ) -> np.ndarray:
         """Return the parameters (children, n) that children of pairs (2, children) of the parents (mu, n) inherit."""
         first, second = parents[pairs[0]], parents[pairs[1]]
         if self.intermediate and generation >= self.refinement:
@@ -99,15 +103,31 @@ class Jumper:
         self._redraw = number("redraw", redraw, least=0, most=1)
         self._exchange = number("exchange", exchange, least=0, most=1)
         self._refinement = integer("refinement", refinement)
-        self._settled = integer("settled", refinement if settled is None else settled, self._refinement)
+        self._settled = integer(
+            "settled", refinement if settled is None else settled, self._refinement
+        )
         indices = [int(index) for group in groups for index in group]
-        if len({len(group) for group in groups}) > 1 or len(set(indices)) < len(indices) or len(groups) == 1:
-            refuse("groups", "be two or more of one length and have no index in common", str(groups))
-        for name, given in (("groups", indices), ("dependent", [int(index) for index in dependent])):
+        if (
+            len({len(group) for group in groups}) > 1
+            or len(set(indices)) < len(indices)
+            or len(groups) == 1
+        ):
+            refuse(
+                "groups", "be two or more of one length and have no index in common", str(groups)
+            )
+        for name, given in (
+            ("groups", indices),
+            ("dependent", [int(index) for index in dependent]),
+        ):
             fits = all(0 <= index < self._dimension for index in given)
             got = str(groups if name == "groups" else dependent)
             require(fits, name, f"hold indices from 0 to {self._dimension - 1}", got)
-        require(not {*map(int, dependent)} & {*indices}, "dependent", "hold no index of a group", str(dependent))
+        require(
+            not {*map(int, dependent)} & {*indices},
+            "dependent",
+            "hold no index of a group",
+            str(dependent),
+        )
         self._groups = np.array(indices, dtype=np.int64).reshape(len(groups), -1 if indices else 0)
         self._dependent = np.array([int(index) for index in dependent], dtype=np.int64)
 

@@ -62,7 +62,9 @@ def convolution_features(windows: np.ndarray, rng: np.random.Generator) -> np.nd
             kernel = kernels[number % len(kernels)]
             dilation = dilations[number // len(kernels)]
             response = _response(_mixture(one, rng), kernel, dilation)
-            levels = np.quantile(response[rng.integers(len(response))], rng.uniform(0.05, 0.95, LEVELS))
+            levels = np.quantile(
+                response[rng.integers(len(response))], rng.uniform(0.05, 0.95, LEVELS)
+            )
             columns += [(response > level).mean(axis=1) for level in levels.astype(np.float32)]
     return np.stack(columns, axis=1).astype(np.float64)
 

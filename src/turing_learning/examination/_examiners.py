@@ -93,7 +93,9 @@ class Ridge:
         kernel -= kernel.mean(axis=1, keepdims=True)
         penalty = PENALTIES[chosen[0]] * smoother.unit
         # the same regression in terms of products with the samples that were seen
-        self._weights = solve(kernel + penalty * np.eye(len(kernel)), labels - labels.mean(), assume_a="pos")
+        self._weights = solve(
+            kernel + penalty * np.eye(len(kernel)), labels - labels.mean(), assume_a="pos"
+        )
         self._weights -= self._weights.mean()
         self._seen = samples
         raw = products @ self._weights
@@ -106,7 +108,9 @@ class Ridge:
         assert self._weights is not None
         return np.asarray(self._products(samples, self._seen) @ self._weights - self._middle)
 
-    def cross_fitted(self, samples: np.ndarray, labels: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    def cross_fitted(
+        self, samples: np.ndarray, labels: np.ndarray, groups: np.ndarray
+    ) -> np.ndarray:
         """Score each sample by what is learned without its group, for many labellings.
 
         Parameters
@@ -172,7 +176,9 @@ class Smoother:
         separation = np.full(labels.shape[1], -np.inf)
         chosen = np.zeros(labels.shape[1], dtype=int)
         single = len(np.unique(groups)) == count
-        members = [] if single else [np.flatnonzero(groups == group) for group in range(groups.max() + 1)]
+        members = (
+            [] if single else [np.flatnonzero(groups == group) for group in range(groups.max() + 1)]
+        )
         for place, penalty in enumerate(PENALTIES):
             roots = self.vectors * np.sqrt(self.values / (self.values + penalty))
             rest = labels - roots @ (roots.T @ labels) - total / count

@@ -59,7 +59,9 @@ class Examined:
     samples: tuple[int, int]  #: Genuine and other samples
     groups: tuple[int, int]  #: Genuine and other groups
     grouping: str  #: What a group is
-    scores: tuple[float, ...] = ()  #: Of all samples by the examiner who judges best, the genuine ones first
+    scores: tuple[
+        float, ...
+    ] = ()  #: Of all samples by the examiner who judges best, the genuine ones first
 
     @property
     def told_apart(self) -> bool:
@@ -85,11 +87,18 @@ class Views:
     windows: np.ndarray  #: (K, T, D)
     names: tuple[str, ...]  #: Of the statistics (F,)
     statistics: np.ndarray  #: (K, F), as they are
-    standardized: dict[str, np.ndarray]  #: What examiners see (K, ...), by the word that they ask for it
+    standardized: dict[
+        str, np.ndarray
+    ]  #: What examiners see (K, ...), by the word that they ask for it
 
     @classmethod
     def of(
-        cls, windows: np.ndarray, names: Sequence[str], interval_s: float, examiners: Sequence[Examiner], seed: int
+        cls,
+        windows: np.ndarray,
+        names: Sequence[str],
+        interval_s: float,
+        examiners: Sequence[Examiner],
+        seed: int,
     ) -> "Views":
         """Describe windows (K, T, D) of signals with names (D,) for some examiners."""
         labels, statistics = named_statistics(windows, names, interval_s)
@@ -98,7 +107,9 @@ class Views:
             ranks = rankdata(seen["statistics"], method="min", axis=0) - 1
             seen["ranks"] = np.floor(ranks * LEVELS / len(windows))
         if any(examiner.sees == "convolutions" for examiner in examiners):
-            seen["convolutions"] = _standardized(convolution_features(windows, np.random.default_rng(seed)))
+            seen["convolutions"] = _standardized(
+                convolution_features(windows, np.random.default_rng(seed))
+            )
         return cls(windows, tuple(labels), statistics, seen)
 
 
@@ -153,10 +164,17 @@ def group_numbers(
     numbers = []
     begin = 0
     for name, side, count in zip(("real", "simulated"), sides, counts, strict=True):
-        require(len(side) == count, "groups", f"be one label for each of the {count} {name} samples", len(side))
+        require(
+            len(side) == count,
+            "groups",
+            f"be one label for each of the {count} {name} samples",
+            len(side),
+        )
         labels, members = np.unique(np.asarray(side), return_inverse=True)
         rule = f"tell at least 2 groups of {name} samples apart"
-        require(len(labels) >= 2, "groups", rule, len(labels), "Record more, or name smaller groups.")
+        require(
+            len(labels) >= 2, "groups", rule, len(labels), "Record more, or name smaller groups."
+        )
         numbers.append(members.ravel() + begin)
         begin += len(labels)
     return numbers[0], numbers[1]
@@ -172,10 +190,15 @@ def examine_views(
     rng = np.random.default_rng((seed, 1))
     labellings = group_labellings(counts, permutations, rng)  # (G, B), the true one first
     labels = labellings[groups]
-    scores = [_cross_fitted(each, views.standardized[each.sees], labels, groups) for each in examiners]
+    scores = [
+        _cross_fitted(each, views.standardized[each.sees], labels, groups) for each in examiners
+    ]
     right = np.stack([right_answers(each, labels, groups) for each in scores])
     # both kinds weigh the same
-    sides_right = right.mean(axis=1, where=labels[None] > 0.5), right.mean(axis=1, where=labels[None] < 0.5)
+    sides_right = (
+        right.mean(axis=1, where=labels[None] > 0.5),
+        right.mean(axis=1, where=labels[None] < 0.5),
+    )
     single = (sides_right[0] + sides_right[1]) / 2  # (examiners, B)
     own = single.max(axis=0)
     best = int(single[:, 0].argmax())
@@ -187,7 +210,10 @@ def examine_views(
     needed = critical + ndtri(SURE) * spread
     of_best, first = scores[best][:, 0], labels[:, 0] > 0.5
     placement = _placements(of_best, first)
-    members = [Member(each.name, float(single[k, 0]), _p_value(single[k])) for k, each in enumerate(examiners)]
+    members = [
+        Member(each.name, float(single[k, 0]), _p_value(single[k]))
+        for k, each in enumerate(examiners)
+    ]
     return Examined(
         accuracy=float(own[0]),
         interval=_interval(right[best, :, 0].astype(float), first, groups),
@@ -205,11 +231,15 @@ def examine_views(
     )
 
 
-def group_labellings(sides: tuple[int, int], permutations: int, rng: np.random.Generator) -> np.ndarray:
+def group_labellings(
+    sides: tuple[int, int], permutations: int, rng: np.random.Generator
+) -> np.ndarray:
     """Return labels (G, B) of groups, 1 for genuine: the true ones first, then exchanged ones."""
     count = sum(sides)
     if comb(count, sides[0]) <= permutations + 1:
-        chosen = np.array(list(combinations(range(count), sides[0])))  # the first of them is the true one
+        chosen = np.array(
+            list(combinations(range(count), sides[0]))
+        )  # the first of them is the true one
     else:
         drawn = [rng.permutation(count)[: sides[0]] for _ in range(permutations)]
         chosen = np.array([np.arange(sides[0]), *drawn])
@@ -228,7 +258,9 @@ def _standardized(values: np.ndarray) -> np.ndarray:
     return np.asarray((values[:, varies] - values[:, varies].mean(axis=0)) / spread[varies])
 
 
-def _cross_fitted(examiner: Examiner, samples: np.ndarray, labels: np.ndarray, groups: np.ndarray) -> np.ndarray:
+def _cross_fitted(
+    examiner: Examiner, samples: np.ndarray, labels: np.ndarray, groups: np.ndarray
+) -> np.ndarray:
     """Return scores (K, B) of samples by an examiner that has not seen their groups, for each labelling (K, B)."""
     if isinstance(examiner, Ridge):
         return examiner.cross_fitted(samples, labels, groups)
@@ -262,7 +294,9 @@ def right_answers(scores: np.ndarray, labels: np.ndarray, groups: np.ndarray) ->
     middle = np.zeros_like(scores)
     for kind in (labels, 1 - labels):
         sums, counts = _per_group(kind * scores, groups), _per_group(kind, groups)
-        middle += ((sums.sum(axis=0) - sums) / np.maximum(counts.sum(axis=0) - counts, 1))[groups] / 2
+        middle += ((sums.sum(axis=0) - sums) / np.maximum(counts.sum(axis=0) - counts, 1))[
+            groups
+        ] / 2
     return np.asarray((scores > middle) == (labels > 0.5))
 
 
@@ -309,6 +343,10 @@ def _interval(values: np.ndarray, genuine: np.ndarray, groups: np.ndarray) -> tu
     half = stdtrit(max(freedom, 1.0), 0.975) * np.sqrt(variance) if variance > 0 else 0.0
     z, count = ndtri(0.975), len(values)
     center = (middle + z**2 / (2 * count)) / (1 + z**2 / count)
-    reach = z / (1 + z**2 / count) * np.sqrt(max(middle * (1 - middle), 0) / count + z**2 / (4 * count**2))
+    reach = (
+        z
+        / (1 + z**2 / count)
+        * np.sqrt(max(middle * (1 - middle), 0) / count + z**2 / (4 * count**2))
+    )
     low, high = min(middle - half, center - reach), max(middle + half, center + reach)
     return float(max(low, 0.0)), float(min(high, 1.0))

@@ -116,8 +116,12 @@ def pair_of(
             parts = [_cut(each, k, names, steps, smooth_frames) for k, each in enumerate(side)]
         cut.append(_limited(_joined(parts), rng))
     of_length = {"cm": units[0]}
-    known = {name: unit.replace("cm", of_length["cm"]) for name, unit in (SIGNALS | OF_GROUPS).items()}
-    return Pair(cut[0], cut[1], names, {name: known[name] for name in names}, 1 / fps, tuple(remarks))
+    known = {
+        name: unit.replace("cm", of_length["cm"]) for name, unit in (SIGNALS | OF_GROUPS).items()
+    }
+    return Pair(
+        cut[0], cut[1], names, {name: known[name] for name in names}, 1 / fps, tuple(remarks)
+    )
 
 
 def pair_of_arrays(
@@ -131,7 +135,11 @@ def pair_of_arrays(
     rng = np.random.default_rng((seed, 2))
     sides, owners = [], []
     for k, samples in enumerate((real, simulated)):
-        labels = np.arange(len(samples)) if groups is None else np.unique(groups[k], return_inverse=True)[1].ravel()
+        labels = (
+            np.arange(len(samples))
+            if groups is None
+            else np.unique(groups[k], return_inverse=True)[1].ravel()
+        )
         where = np.zeros(len(samples), dtype=int)
         side = _limited(Side(samples, labels, where, np.arange(len(samples)), where), rng)
         sides.append(side)
@@ -139,7 +147,9 @@ def pair_of_arrays(
     return Pair(sides[0], sides[1], tuple(names), {}, 0.0), (owners[0], owners[1])
 
 
-def _same_rate(side: list[Trajectories], every: Sequence[Trajectories], remarks: list[str]) -> list[Trajectories]:
+def _same_rate(
+    side: list[Trajectories], every: Sequence[Trajectories], remarks: list[str]
+) -> list[Trajectories]:
     """Return recordings at the lowest rate of all; one that is not a whole multiple of it is rejected."""
     lowest = min(each.fps for each in every)
     found = []
@@ -150,7 +160,9 @@ def _same_rate(side: list[Trajectories], every: Sequence[Trajectories], remarks:
         rule = f"be a whole multiple of the lowest rate, {lowest:g} per second"
         require(whole, "fps", rule, f"{each.fps:g}", remedy, place=each.source)
         if round(times) > 1:
-            remarks.append(f"{each.source or 'A recording'}: one frame in {round(times)} is used, as the others have.")
+            remarks.append(
+                f"{each.source or 'A recording'}: one frame in {round(times)} is used, as the others have."
+            )
             each = replace(each.thinned(round(times)), fps=lowest)
         found.append(replace(each, fps=lowest))
     return found
@@ -163,7 +175,9 @@ def _enough(real: int, simulated: int) -> bool:
     return divisions >= FEWEST_ARRANGEMENTS
 
 
-def _names(names: Sequence[str] | None, every: Sequence[Trajectories], *, of_groups: bool) -> tuple[str, ...]:
+def _names(
+    names: Sequence[str] | None, every: Sequence[Trajectories], *, of_groups: bool
+) -> tuple[str, ...]:
     """Return the signals that are asked for, or all that every recording has.
 
     Signals of the whole group are among the latter only where recordings are groups: all individuals of a recording
@@ -182,7 +196,9 @@ def _names(names: Sequence[str] | None, every: Sequence[Trajectories], *, of_gro
         rule = f"be some of {', '.join(known)}"
         require(name in known, "signals", rule, repr(name), nearest(name, known))
     alone = [name for name in names if name not in ("speed", "turn")]
-    require(fewest >= 2 or not alone, "signals", "be speed and turn of one individual", ", ".join(alone))
+    require(
+        fewest >= 2 or not alone, "signals", "be speed and turn of one individual", ", ".join(alone)
+    )
     return tuple(names)
 
 
@@ -198,10 +214,14 @@ def _steps(every: Sequence[Trajectories], window_s: float | None) -> int:
     return max(FEWEST_STEPS, round(length * fps))
 
 
-def _cut(recording: Trajectories, number: int, names: tuple[str, ...], steps: int, smooth_frames: int) -> Side:
+def _cut(
+    recording: Trajectories, number: int, names: tuple[str, ...], steps: int, smooth_frames: int
+) -> Side:
     """Cut one recording into samples."""
     own = [name for name in names if name in SIGNALS]
-    windows = recording.windows(steps, signals=own or ["speed"], hold_out=0.0, smooth_frames=smooth_frames)
+    windows = recording.windows(
+        steps, signals=own or ["speed"], hold_out=0.0, smooth_frames=smooth_frames
+    )
     who, start = windows.learning_index.T
     rows = start[:, None] + np.arange(steps)
     columns = {name: windows.learning[..., k] for k, name in enumerate(own)}
@@ -210,7 +230,13 @@ def _cut(recording: Trajectories, number: int, names: tuple[str, ...], steps: in
             columns[name] = _of_group(recording, name)[rows]
     samples = np.stack([columns[name] for name in names], axis=-1)
     whole = np.isfinite(samples).all(axis=(1, 2))
-    require(whole.any(), "signals", "be there in at least one window", ", ".join(names), place=recording.source)
+    require(
+        whole.any(),
+        "signals",
+        "be there in at least one window",
+        ", ".join(names),
+        place=recording.source,
+    )
     frames = start[:, None] + np.arange(steps + 1)
     length = max(2 * steps, -(-len(recording.positions) // BLOCKS))
     side = Side(
@@ -269,6 +295,10 @@ def recordings_of(value: object, name: str) -> list[Trajectories]:
     """Return one or several recordings as a list."""
     if isinstance(value, Trajectories):
         return [value]
-    if isinstance(value, Sequence) and value and all(isinstance(each, Trajectories) for each in value):
+    if (
+        isinstance(value, Sequence)
+        and value
+        and all(isinstance(each, Trajectories) for each in value)
+    ):
         return list(value)
     return refuse(name, "be an array (K, T, D), a recording, or several", type(value).__name__)

@@ -27,7 +27,9 @@ NEAR_ZERO = {"speed": "share of steps at rest", "turn": "share of straight steps
 """What it is called where a signal is near 0; of others "share of steps with NAME near 0"."""
 
 
-def named_statistics(windows: np.ndarray, names: Sequence[str], interval_s: float) -> tuple[list[str], np.ndarray]:
+def named_statistics(
+    windows: np.ndarray, names: Sequence[str], interval_s: float
+) -> tuple[list[str], np.ndarray]:
     """Return names (F,) and values (K, F) of statistics of windows (K, T, D) of signals with names (D,).
 
     `interval_s` is the duration of a step (s), which the names of rhythms state.

@@ -73,7 +73,14 @@ class Given:
             rows.append(np.sort(rng.permutation(where)[: MOST // 2]))
         chosen = np.concatenate(rows)
         groups = np.unique(self.groups[chosen], return_inverse=True)[1].ravel()
-        return Given(self.windows[chosen], self.labels[chosen], groups, self.names, self.units, self.interval_s)
+        return Given(
+            self.windows[chosen],
+            self.labels[chosen],
+            groups,
+            self.names,
+            self.units,
+            self.interval_s,
+        )
 
     def accuracy(self, windows: np.ndarray, names: Sequence[str]) -> float:
         """Return how often a regression is right that sees other windows (K, any, any) of the same samples."""
@@ -110,7 +117,9 @@ def statistics_that_tell(given: Given) -> list[Telling]:
         taken.append(int(place))
         unit = _unit(names[place], given.units)
         real, simulated = float(values[own, place].mean()), float(values[~own, place].mean())
-        found.append(Telling("statistic", names[place], float(accuracy[place]), real, simulated, unit))
+        found.append(
+            Telling("statistic", names[place], float(accuracy[place]), real, simulated, unit)
+        )
     return found
 
 
@@ -130,11 +139,15 @@ def _signals(given: Given) -> list[Telling]:
     found = []
     for kind in ("signal", "without"):
         for place, name in enumerate(given.names):
-            columns = [place] if kind == "signal" else [other for other in range(count) if other != place]
+            columns = (
+                [place] if kind == "signal" else [other for other in range(count) if other != place]
+            )
             if columns and count > 1:
                 names = [given.names[column] for column in columns]
                 what = f"{name} alone" if kind == "signal" else f"all but {name}"
-                found.append(Telling(kind, what, given.accuracy(given.windows[..., columns], names)))
+                found.append(
+                    Telling(kind, what, given.accuracy(given.windows[..., columns], names))
+                )
     return found
 
 

@@ -34,8 +34,12 @@ class TuringTest(Tabular):
 
     examined: Examined  #: What the panel found
     signals: tuple[str, ...]  #: That it saw
-    telling: tuple[Telling, ...]  #: What gives the simulated samples away, the most telling statistics first
-    control: Examined | None = None  #: The same test of one half of the real groups against the other
+    telling: tuple[
+        Telling, ...
+    ]  #: What gives the simulated samples away, the most telling statistics first
+    control: Examined | None = (
+        None  #: The same test of one half of the real groups against the other
+    )
     remarks: tuple[str, ...] = ()  #: How samples were made, a sentence each
     given: Given | None = field(default=None, compare=False)  #: The samples
     paths: tuple[np.ndarray | None, ...] = field(
@@ -67,15 +71,28 @@ class TuringTest(Tabular):
         low, high = found.interval
         numbers = f"accuracy {found.accuracy:.3f}, {low:.3f} to {high:.3f}; p = {found.p_value:.3f}"
         power = found.power_accuracy
-        noticed = f"It would have noticed an accuracy of {power:.2f} in 80 % of such tests." if power else ""
+        noticed = (
+            f"It would have noticed an accuracy of {power:.2f} in 80 % of such tests."
+            if power
+            else ""
+        )
         if self.verdict == "told apart":
             said = [f"The simulated motion is told from the real one ({numbers})."]
-            said += [told_by(self.telling) or "No single statistic tells it; the examiners need several together."]
+            said += [
+                told_by(self.telling)
+                or "No single statistic tells it; the examiners need several together."
+            ]
         elif self.verdict == "cannot tell":
-            said = [f"The panel cannot tell the simulated motion from the real one ({numbers}).", noticed]
+            said = [
+                f"The panel cannot tell the simulated motion from the real one ({numbers}).",
+                noticed,
+            ]
         else:
             said = [f"The test cannot say whether the simulated motion passes ({numbers})."]
-            said += [noticed or "So few groups could not have noticed any difference.", "Give more recordings."]
+            said += [
+                noticed or "So few groups could not have noticed any difference.",
+                "Give more recordings.",
+            ]
         if self.control is not None:
             said.append(self._of_control(self.control))
         return tuple(said)
@@ -90,7 +107,8 @@ class TuringTest(Tabular):
         return {
             **self.examined.to_json(),
             "telling": [
-                {name: value for name, value in vars(each).items() if value not in (None, "")} for each in self.telling
+                {name: value for name, value in vars(each).items() if value not in (None, "")}
+                for each in self.telling
             ],
             "verdict": self.verdict,
             "signals": list(self.signals),
@@ -109,15 +127,16 @@ class TuringTest(Tabular):
         found = f"(accuracy {control.accuracy:.3f}, p = {control.p_value:.3f})"
         if control.p_value > LEVEL:
             return f"Control: one half of the real groups is not told from the other {found}."
-        return (
-            f"Control: even one half of the real groups is told from the other {found}; they differ among themselves."
-        )
+        return f"Control: even one half of the real groups is told from the other {found}; they differ among themselves."
 
     def _shown(self) -> "tuple[str, list[str], list[list[str]], list[str | Text]]":
         real, simulated = self.examined.samples
         groups = " and ".join(map(str, self.examined.groups))
         samples = f"{counted(real, 'real sample')}, {simulated} simulated, in {groups} {self.examined.grouping}"
-        rows = [[each.name, f"{each.accuracy:.3f}", f"p = {each.p_value:.3f}"] for each in self.examined.examiners]
+        rows = [
+            [each.name, f"{each.accuracy:.3f}", f"p = {each.p_value:.3f}"]
+            for each in self.examined.examiners
+        ]
         for each in self.telling:
             if each.kind in ("statistic", "signal"):
                 rows.append([each.what, f"{each.accuracy:.3f}", each.words or "-"])
@@ -185,14 +204,18 @@ def test(
     else:
         require(groups is None, "groups", "be left out for recordings", "labels")
         sides = recordings_of(real, "real"), recordings_of(simulated, "simulated")
-        pair = pair_of(*sides, names=names, window_s=window_s, smooth_frames=smooth_frames, seed=seed)
+        pair = pair_of(
+            *sides, names=names, window_s=window_s, smooth_frames=smooth_frames, seed=seed
+        )
         grouping = _grouping(pair, seed)
         owners = pair.real.owners(grouping), pair.simulated.owners(grouping)
     views = _views(pair, examiners, seed)
     numbers = group_numbers((len(owners[0]), len(owners[1])), owners)
     examined = examine_views(views, numbers, grouping, examiners, permutations, seed)
     labels = np.repeat([1.0, 0.0], examined.samples)
-    given = Given(views.windows, labels, np.concatenate(numbers), pair.names, pair.units, pair.interval_s)
+    given = Given(
+        views.windows, labels, np.concatenate(numbers), pair.names, pair.units, pair.interval_s
+    )
     return TuringTest(
         examined=examined,
         signals=pair.names,
@@ -212,16 +235,27 @@ def _arrays(
     sizes = {"T": real.shape[1], "D": real.shape[2]}
     simulated = array("simulated", simulated, "L T D", **sizes)
     names = names or [f"signal {d + 1}" for d in range(sizes["D"])]
-    require(len(names) == sizes["D"], "names", f"be one for each of the {sizes['D']} signals", len(names))
+    require(
+        len(names) == sizes["D"],
+        "names",
+        f"be one for each of the {sizes['D']} signals",
+        len(names),
+    )
     if groups is not None:
         sides = list(groups.values()) if isinstance(groups, Mapping) else list(groups)
         if len(sides) == len(real) + len(simulated) and np.ndim(sides[0]) == 0:
             sides = [sides[: len(real)], sides[len(real) :]]
         rule = "be two sequences of labels, for real and simulated samples"
         require(len(sides) == 2, "groups", rule, counted(len(sides), "sequence"))
-        for name, labels, samples in zip(("real", "simulated"), sides, (real, simulated), strict=True):
+        for name, labels, samples in zip(
+            ("real", "simulated"), sides, (real, simulated), strict=True
+        ):
             if np.shape(labels) != (len(samples),):
-                refuse("groups", f"be one label for each of the {len(samples)} {name} samples", str(np.shape(labels)))
+                refuse(
+                    "groups",
+                    f"be one label for each of the {len(samples)} {name} samples",
+                    str(np.shape(labels)),
+                )
         groups = np.asarray(sides[0]), np.asarray(sides[1])
     return pair_of_arrays(real, simulated, groups, names, seed)
 
@@ -245,11 +279,15 @@ def _grouping(pair: Pair, seed: int) -> str:
     for grouping in choices:
         owners = pair.real.owners(grouping), pair.simulated.owners(grouping)
         numbers = group_numbers((len(owners[0]), len(owners[1])), owners)
-        reached.append(examine_views(views, numbers, grouping, (Ridge(),), PERMUTATIONS, seed).critical)
+        reached.append(
+            examine_views(views, numbers, grouping, (Ridge(),), PERMUTATIONS, seed).critical
+        )
     return choices[int(np.argmax(reached))]
 
 
-def _control(pair: Pair, owners: np.ndarray, grouping: str, permutations: int, seed: int) -> Examined | None:
+def _control(
+    pair: Pair, owners: np.ndarray, grouping: str, permutations: int, seed: int
+) -> Examined | None:
     """Examine one half of the real groups against the other; None if they are too few."""
     labels = np.unique(owners)
     if len(labels) < FEWEST_HALVED and pair.real.paths is not None:

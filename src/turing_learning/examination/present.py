@@ -24,11 +24,7 @@ BINS = 30
 CENTRAL = (0.5, 99.5)
 """Percentiles between which values are drawn; what is beyond them counts in the outermost bins."""
 
-KINDS = {
-    "signal": "Signals alone",
-    "without": "Signals left out",
-    "scale": "Shorter windows",
-}
+KINDS = {"signal": "Signals alone", "without": "Signals left out", "scale": "Shorter windows"}
 
 
 def test_page(found: TuringTest, title: str, command: str = "") -> str:
@@ -54,11 +50,18 @@ def test_page(found: TuringTest, title: str, command: str = "") -> str:
     if command:
         facts.append(("Command", command))
     note = "The best examiner counts; the p-value of the panel allows for that."
-    members: list[list[str | float | None]] = [[each.name, each.accuracy, each.p_value] for each in examined.examiners]
-    listings = [Listing("examiners", "Who tells", ["examiner", "accuracy", "own p-value"], members, note=note)]
+    members: list[list[str | float | None]] = [
+        [each.name, each.accuracy, each.p_value] for each in examined.examiners
+    ]
+    listings = [
+        Listing(
+            "examiners", "Who tells", ["examiner", "accuracy", "own p-value"], members, note=note
+        )
+    ]
     statistics = [each for each in found.telling if each.kind == "statistic"]
     rows: list[list[str | float | None]] = [
-        [each.what, each.accuracy, _valued(each.simulated, each), _valued(each.real, each)] for each in statistics
+        [each.what, each.accuracy, _valued(each.simulated, each), _valued(each.real, each)]
+        for each in statistics
     ]
     columns = ["statistic", "accuracy alone", "simulated", "real"]
     note = "Means over all samples. Statistics that say the same as a better one are left out."
@@ -96,9 +99,7 @@ def _pictures(found: TuringTest, statistics: Sequence[Telling]) -> list[Picture]
     pictures = []
     shown = statistics[:SHOWN]
     if shown:
-        caption = (
-            "Shares of the samples. Filled: real; line: simulated. What is farther out counts in the outermost bins."
-        )
+        caption = "Shares of the samples. Filled: real; line: simulated. What is farther out counts in the outermost bins."
         figure = _distributions(found.given, shown)
         pictures.append(Picture("distributions", "What differs most", caption, figure, wide=True))
     pairs = telltale_windows(np.array(found.examined.scores), found.given)
@@ -162,7 +163,11 @@ def _windows(found: TuringTest, pairs: Sequence[tuple[int, int]]) -> "Figure":
         axes.tick_params(colors=MUTED)
     if paths is not None:
         for axes in panels.axes:
-            axes.set(xlim=(-1.05 * reach, 1.05 * reach), ylim=(-1.05 * reach, 1.05 * reach), aspect="equal")
+            axes.set(
+                xlim=(-1.05 * reach, 1.05 * reach),
+                ylim=(-1.05 * reach, 1.05 * reach),
+                aspect="equal",
+            )
     else:
         panels.label(given.names[0], "step")
     return panels.figure

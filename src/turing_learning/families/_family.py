@@ -49,11 +49,22 @@ class Family(ABC):
     """Whether individuals take notice of each other."""
 
     def __post_init__(self) -> None:
-        for name, least in (("individuals", 1), ("steps", 1), ("observed", 1), ("settling_steps", 0)):
+        for name, least in (
+            ("individuals", 1),
+            ("steps", 1),
+            ("observed", 1),
+            ("settling_steps", 0),
+        ):
             integer(name, getattr(self, name), least)
         rule = f"be at most `individuals`, {self.individuals}"
         require(self.observed <= self.individuals, "observed", rule, self.observed)
-        integer("steps", self.steps + self.settling_steps, 1, LONGEST, remedy="`settling_steps` count, too.")
+        integer(
+            "steps",
+            self.steps + self.settling_steps,
+            1,
+            LONGEST,
+            remedy="`settling_steps` count, too.",
+        )
         integer(
             "individuals",
             self.individuals,
@@ -63,10 +74,22 @@ class Family(ABC):
         )
         self._check_above_zero("interval_s", "start_side_cm")
         names = self.signals
-        if not isinstance(names, tuple) or not names or len(set(names)) < len(names) or not set(names) <= set(SIGNALS):
-            refuse("signals", f"be a tuple of some of {', '.join(SIGNALS)}, each once", brief(names))
+        if (
+            not isinstance(names, tuple)
+            or not names
+            or len(set(names)) < len(names)
+            or not set(names) <= set(SIGNALS)
+        ):
+            refuse(
+                "signals", f"be a tuple of some of {', '.join(SIGNALS)}, each once", brief(names)
+            )
         lonely = self.individuals == 1 and NEIGHBOR & set(names)
-        require(not lonely, "signals", "not speak of neighbors where there is one individual", brief(names))
+        require(
+            not lonely,
+            "signals",
+            "not speak of neighbors where there is one individual",
+            brief(names),
+        )
 
     @property
     @abstractmethod
@@ -116,7 +139,9 @@ class Family(ABC):
             seen = np.concatenate([focal, nearest[..., None, :]], axis=3)
         seen = seen.swapaxes(1, 2)  # (M, C, F, 1 or 2, 2)
         if headings is not None:
-            headings = np.broadcast_to(headings[..., : self.observed].swapaxes(1, 2)[..., None], seen.shape[:-1])
+            headings = np.broadcast_to(
+                headings[..., : self.observed].swapaxes(1, 2)[..., None], seen.shape[:-1]
+            )
         found = compute_signals(seen, fps=self.fps, names=self.signals, headings=headings)
         return found.values[..., 1:, 0, :]
 
@@ -131,7 +156,9 @@ class Family(ABC):
         """
         return self._paths(self._checked(parameters), rng)[0]
 
-    def observe(self, truth: Mapping[str, float], *, groups: int, rng: np.random.Generator) -> np.ndarray:
+    def observe(
+        self, truth: Mapping[str, float], *, groups: int, rng: np.random.Generator
+    ) -> np.ndarray:
         """Return samples of a system that is known, to be taken for genuine ones.
 
         Parameters
@@ -160,13 +187,17 @@ class Family(ABC):
         return self(parameters, rng).reshape(-1, self.steps, len(self.signals))
 
     @abstractmethod
-    def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray | None]:
+    def _paths(
+        self, parameters: np.ndarray, rng: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray | None]:
         """Return positions (M, F, A, 2) of models (M, P), and headings (M, F, A) if individuals have some."""
 
     def _checked(self, parameters: np.ndarray) -> np.ndarray:
         names = list(self.parameters)
         parameters = array("parameters", parameters, "M P", finite=False, P=len(names))
-        for model, column in np.argwhere(~(np.isfinite(parameters) & (parameters >= self.least)))[:1].tolist():
+        for model, column in np.argwhere(~(np.isfinite(parameters) & (parameters >= self.least)))[
+            :1
+        ].tolist():
             rule = "finite" if math.isinf(self.least) else f"finite and {self.least:g} or more"
             value = parameters[model, column]
             refuse("parameters", f"be {rule}", f"{names[column]} = {value}", place=f"model {model}")
@@ -205,13 +236,17 @@ def total(which: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return np.where(which, vectors, 0).sum(axis=-1)
 
 
-def reflected(positions: np.ndarray, vectors: np.ndarray, size: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+def reflected(
+    positions: np.ndarray, vectors: np.ndarray, size: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (M, A) folded back into a tank, and directions or velocities mirrored with them, as light at its walls.
 
     `size` is width and height of the tank (cm), one corner of which is the origin.
     """
 
-    def folded(places: np.ndarray, along: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
+    def folded(
+        places: np.ndarray, along: np.ndarray, length: float
+    ) -> tuple[np.ndarray, np.ndarray]:
         tanks, rest = np.divmod(places, length)
         mirrored = tanks % 2 == 1
         return np.where(mirrored, length - rest, rest), np.where(mirrored, -along, along)
@@ -221,7 +256,9 @@ def reflected(positions: np.ndarray, vectors: np.ndarray, size: tuple[float, flo
     return x + 1j * y, along + 1j * across
 
 
-def draw(rngs: Sequence[np.random.Generator], sample: Callable[[np.random.Generator], np.ndarray]) -> np.ndarray:
+def draw(
+    rngs: Sequence[np.random.Generator], sample: Callable[[np.random.Generator], np.ndarray]
+) -> np.ndarray:
     """Return random numbers (M, ...), those of each model from its own generator."""
     return np.stack([sample(rng) for rng in rngs])
 
@@ -241,13 +278,22 @@ class Particles(Family):
         super().__post_init__()
         pairs = self.individuals**2 * self.moves
         rule = f"make at most {MOST_PAIRS} pairs in all steps"
-        require(pairs <= MOST_PAIRS or not self.social, "individuals", rule, f"{self.individuals}, which make {pairs}")
+        require(
+            pairs <= MOST_PAIRS or not self.social,
+            "individuals",
+            rule,
+            f"{self.individuals}, which make {pairs}",
+        )
         if self.tank_cm is not None:
-            fits = np.shape(self.tank_cm) == (2,) and all(math.isfinite(side) and side > 0 for side in self.tank_cm)
+            fits = np.shape(self.tank_cm) == (2,) and all(
+                math.isfinite(side) and side > 0 for side in self.tank_cm
+            )
             require(fits, "tank_cm", "be two finite numbers above 0, or None", brief(self.tank_cm))
 
     @abstractmethod
-    def _move(self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]) -> Iterator[np.ndarray]:
+    def _move(
+        self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]
+    ) -> Iterator[np.ndarray]:
         """Yield the positions (M, A) before the first of `moves` steps and after each.
 
         `parameters` (P, M, 1) are ready to be multiplied with arrays (M, A); each model has a generator of its
@@ -263,8 +309,14 @@ class Particles(Family):
         """Return positions and directions (M, A) at the start."""
         width, height = self.tank_cm or (self.start_side_cm, self.start_side_cm)
         places = draw(rngs, lambda rng: rng.random((3, self.individuals)))
-        return width * places[:, 0] + 1j * height * places[:, 1], rotation(2 * math.pi * places[:, 2])
+        return width * places[:, 0] + 1j * height * places[:, 1], rotation(
+            2 * math.pi * places[:, 2]
+        )
 
     def _within(self, positions: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and directions or velocities (M, A) after reflection at the walls, if there are some."""
-        return (positions, vectors) if self.tank_cm is None else reflected(positions, vectors, self.tank_cm)
+        return (
+            (positions, vectors)
+            if self.tank_cm is None
+            else reflected(positions, vectors, self.tank_cm)
+        )

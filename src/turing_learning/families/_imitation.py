@@ -67,7 +67,9 @@ class Recorded:
 
 def units_of(paths: Sequence[np.ndarray], interval_s: float) -> Units:
     """Return what perception is measured in, by recordings (F, A, 2) with NaN where one is absent."""
-    lengths = np.concatenate([np.hypot(*np.moveaxis(np.diff(path, axis=0), -1, 0)).ravel() for path in paths])
+    lengths = np.concatenate(
+        [np.hypot(*np.moveaxis(np.diff(path, axis=0), -1, 0)).ravel() for path in paths]
+    )
     lengths = lengths[np.isfinite(lengths)]
     step = max(float(np.median(lengths)), 1e-9)
     nearest = np.concatenate([_nearest(path) for path in paths])
@@ -178,13 +180,15 @@ def learn(
             mirrored = torch.rand(BATCH) < 0.5
             some_own, some_traits, some_there = own[batch], traits[batch], there[batch]
             some_own = torch.where(mirrored[:, None], some_own[:, order_own] * flip_own, some_own)
-            some_traits = torch.where(mirrored[:, None, None], some_traits * flip_traits, some_traits)
+            some_traits = torch.where(
+                mirrored[:, None, None], some_traits * flip_traits, some_traits
+            )
             some_own, some_traits, some_there = _blinded(some_own, some_traits, some_there)
             turned = torch.where(mirrored, mirrored_bins[batch], turn_bins[batch])
             says_length, says_turn = net(some_own, some_traits, some_there, length_bins[batch])
-            loss = functional.cross_entropy(says_length, length_bins[batch]) + functional.cross_entropy(
-                says_turn, turned
-            )
+            loss = functional.cross_entropy(
+                says_length, length_bins[batch]
+            ) + functional.cross_entropy(says_turn, turned)
             optimizer.zero_grad()
             loss.backward()
             nn.utils.clip_grad_norm_(net.parameters(), 1.0)

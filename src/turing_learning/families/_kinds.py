@@ -42,8 +42,14 @@ class Vicsek(Particles):
         super().__post_init__()
         if self.period_cm is not None:
             self._check_above_zero("period_cm")
-            where, remedy, near = "in a periodic square", "Set period_cm=None.", NEIGHBOR & set(self.signals)
-            require(self.tank_cm is None, "tank_cm", f"be None {where}", brief(self.tank_cm), remedy)
+            where, remedy, near = (
+                "in a periodic square",
+                "Set period_cm=None.",
+                NEIGHBOR & set(self.signals),
+            )
+            require(
+                self.tank_cm is None, "tank_cm", f"be None {where}", brief(self.tank_cm), remedy
+            )
             require(not near, "signals", f"be speed and turn {where}", brief(self.signals), remedy)
 
     @property
@@ -55,7 +61,9 @@ class Vicsek(Particles):
             "radius": Parameter(0, 10, unit="cm"),
         }
 
-    def _move(self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]) -> Iterator[np.ndarray]:
+    def _move(
+        self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]
+    ) -> Iterator[np.ndarray]:
         speed, noise, radius = parameters
         positions, directions = self._scattered(rngs)
         shaken = draw(rngs, lambda rng: rng.uniform(-0.5, 0.5, (self.moves, self.individuals)))
@@ -97,7 +105,9 @@ class Couzin(Particles):
     def __post_init__(self) -> None:
         super().__post_init__()
         fits = 0 < self.field_of_view_rad <= 2 * math.pi
-        require(fits, "field_of_view_rad", "be above 0 and at most 2 pi", brief(self.field_of_view_rad))
+        require(
+            fits, "field_of_view_rad", "be above 0 and at most 2 pi", brief(self.field_of_view_rad)
+        )
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -111,7 +121,9 @@ class Couzin(Particles):
             "noise": Parameter(0, 0.5, unit="rad"),
         }
 
-    def _move(self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]) -> Iterator[np.ndarray]:
+    def _move(
+        self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]
+    ) -> Iterator[np.ndarray]:
         speed, turning_rate, *zones, noise = parameters
         borders = np.cumsum(zones, axis=0)
         most = turning_rate * self.interval_s
@@ -119,14 +131,18 @@ class Couzin(Particles):
         shaken = draw(rngs, lambda rng: rng.standard_normal((self.moves, self.individuals)))
         yield positions
         for step in range(self.moves):
-            wish = unit(self._wish(positions, directions, borders), directions) * rotation(noise * shaken[:, step])
+            wish = unit(self._wish(positions, directions, borders), directions) * rotation(
+                noise * shaken[:, step]
+            )
             angle = np.angle(wish * directions.conj())
             directions = directions * rotation(np.clip(angle, -most, most))
             positions = positions + speed * self.interval_s * directions
             positions, directions = self._within(positions, directions)
             yield positions
 
-    def _wish(self, positions: np.ndarray, directions: np.ndarray, borders: np.ndarray) -> np.ndarray:
+    def _wish(
+        self, positions: np.ndarray, directions: np.ndarray, borders: np.ndarray
+    ) -> np.ndarray:
         """Return where individuals want to go (M, A), zero without a wish; borders (3, M, 1) of the zones."""
         repulsion, orientation, attraction = borders[..., None]
         way = offsets(positions)
@@ -167,7 +183,9 @@ class Boids(Particles):
     """
 
     radius_cm: float = 10.0  #: How far a boid perceives others (cm)
-    acceleration_per_s: float = 2.0  #: Largest acceleration as a multiple of the largest speed (1/s)
+    acceleration_per_s: float = (
+        2.0  #: Largest acceleration as a multiple of the largest speed (1/s)
+    )
     slowest: float = 0.5  #: Lowest speed as a share of the largest, in [0, 1]
 
     def __post_init__(self) -> None:
@@ -185,14 +203,18 @@ class Boids(Particles):
             "cohesion": Parameter(0, 5, unit="1/s^2"),
         }
 
-    def _move(self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]) -> Iterator[np.ndarray]:
+    def _move(
+        self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]
+    ) -> Iterator[np.ndarray]:
         speed, *strengths = parameters
         positions, directions = self._scattered(rngs)
         velocities = speed * directions
         yield positions
         for _ in range(self.moves):
             requests = self._requests(positions, velocities, strengths)
-            velocities = velocities + self.interval_s * allocated(requests, self.acceleration_per_s * speed)
+            velocities = velocities + self.interval_s * allocated(
+                requests, self.acceleration_per_s * speed
+            )
             velocities = limited(velocities, self.slowest * speed, speed)
             positions = positions + self.interval_s * velocities
             positions, velocities = self._within(positions, velocities)
@@ -211,8 +233,14 @@ class Boids(Particles):
         away = (weight / np.sqrt(square) * way).sum(axis=-1)
         weights = weight.sum(axis=-1)
         share = weight / np.where(weights > 0, weights, 1.0)[..., None]
-        mean_velocity = np.where(weights > 0, (share * velocities[:, None]).sum(axis=-1), velocities)
-        return -separation * away, alignment * (mean_velocity - velocities), cohesion * (share * way).sum(axis=-1)
+        mean_velocity = np.where(
+            weights > 0, (share * velocities[:, None]).sum(axis=-1), velocities
+        )
+        return (
+            -separation * away,
+            alignment * (mean_velocity - velocities),
+            cohesion * (share * way).sum(axis=-1),
+        )
 
 
 def allocated(requests: Sequence[np.ndarray], most: np.ndarray) -> np.ndarray:
@@ -221,7 +249,9 @@ def allocated(requests: Sequence[np.ndarray], most: np.ndarray) -> np.ndarray:
     for request in requests:
         length = np.abs(request)
         part = np.minimum(length, left)
-        granted = granted + np.divide(part * request, length, out=np.zeros_like(request), where=length > 0)
+        granted = granted + np.divide(
+            part * request, length, out=np.zeros_like(request), where=length > 0
+        )
         left = left - part
     return granted
 
@@ -270,7 +300,9 @@ class BurstAndCoast(Particles):
             "turn": Parameter(0, 1.5, unit="rad"),
         }
 
-    def _move(self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]) -> Iterator[np.ndarray]:
+    def _move(
+        self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]
+    ) -> Iterator[np.ndarray]:
         speed, kick_interval, glide_time, turn = parameters
         glide_time = np.maximum(glide_time, 1e-300)  # no division by zero
         positions, directions = self._scattered(rngs)
@@ -293,7 +325,9 @@ class BurstAndCoast(Particles):
             positions, directions = self._within(positions + way * directions, directions)
             yield positions
 
-    def _drawn(self, rngs: Sequence[np.random.Generator]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _drawn(
+        self, rngs: Sequence[np.random.Generator]
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return durations and initial speeds, with a mean of 1, and angles (M, moves + 1, A), enough for a kick in each step."""
         shape = (self.moves + 1, self.individuals)
         form = self.variation**-2
@@ -301,7 +335,9 @@ class BurstAndCoast(Particles):
         return kicks[:, 0], kicks[:, 1], draw(rngs, lambda rng: rng.standard_normal(shape))
 
 
-def glided(paces: np.ndarray, time: np.ndarray, glide_time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def glided(
+    paces: np.ndarray, time: np.ndarray, glide_time: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the way (cm) of a glide of that duration (s), and the speed at its end, from the speed (cm/s) at its start."""
     moving = np.where(paces < REST_CM_S, 0.0, paces)
     loss = -np.expm1(-time / glide_time)
@@ -330,7 +366,13 @@ class Robots(Family):
         super().__post_init__()
         crowd = self.scenario.start(self.individuals, self._side).crowd
         remedy = "Take fewer, or give them more room: `start_side_cm`, or within the walls of the scenario."
-        require(not crowd, "individuals", "have room where they start", f"{self.individuals}, and {crowd}", remedy)
+        require(
+            not crowd,
+            "individuals",
+            "have room where they start",
+            f"{self.individuals}, and {crowd}",
+            remedy,
+        )
 
     @property
     def _side(self) -> float | None:
@@ -343,17 +385,27 @@ class Robots(Family):
         pairs = zip(self.scenario.parameter_names, self.scenario.model.parameter_units, strict=True)
         return {name: angle if unit else speed for name, unit in pairs}
 
-    def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    def _paths(
+        self, parameters: np.ndarray, rng: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
         from ..swarm import execution_of, initial_poses, simulate  # needs the compiled kernels
 
         seed = int(rng.integers(2**63))
         duration_s = self.moves * self.interval_s
-        trial = replace(self.scenario.trial, control_interval_s=self.interval_s, duration_s=duration_s)
+        trial = replace(
+            self.scenario.trial, control_interval_s=self.interval_s, duration_s=duration_s
+        )
         scenario = replace(self.scenario, trial=trial)
-        starts = initial_poses(scenario, len(parameters), rng, robots=self.individuals, side_cm=self._side)
+        starts = initial_poses(
+            scenario, len(parameters), rng, robots=self.individuals, side_cm=self._side
+        )
         executed = np.repeat(np.arange(len(parameters))[:, None], self.individuals, axis=1)
         robots = execution_of(scenario, scenario.model.behavior(parameters), executed)
-        how: dict[str, Any] = {"control_steps": self.moves, "seed": seed, "fields_of_view": robots.fields_of_view}
+        how: dict[str, Any] = {
+            "control_steps": self.moves,
+            "seed": seed,
+            "fields_of_view": robots.fields_of_view,
+        }
         poses = simulate(scenario, robots.controllers, starts, **how).poses
         seen = poses[:, self.settling_steps :, : self.individuals]
         return seen[..., :2], seen[..., 2]

@@ -96,13 +96,21 @@ class Network(Family):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.tank_cm is not None:
-            fits = np.shape(self.tank_cm) == (2,) and all(math.isfinite(side) and side > 0 for side in self.tank_cm)
+            fits = np.shape(self.tank_cm) == (2,) and all(
+                math.isfinite(side) and side > 0 for side in self.tank_cm
+            )
             require(fits, "tank_cm", "be two finite numbers above 0, or None", brief(self.tank_cm))
             rule = "be None, as the network was learned without walls"
             require(self.brain.tanks.walls.any(), "tank_cm", rule, brief(self.tank_cm))
         ratio = self.interval_s / self.brain.interval_s
         rule = f"be that of what was learned, {self.brain.interval_s:g} s"
-        require(abs(ratio - 1) < 1e-6, "interval_s", rule, f"{self.interval_s:g} s", "Thin the recording alike.")
+        require(
+            abs(ratio - 1) < 1e-6,
+            "interval_s",
+            rule,
+            f"{self.interval_s:g} s",
+            "Thin the recording alike.",
+        )
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -159,7 +167,9 @@ class Network(Family):
         all_rows = [rows_of(path, frames) for path, frames in zip(paths, learned, strict=True)]
         count = sum(map(len, all_rows))
         rule = f"have at least {LEAST_ROWS} steps with {HISTORY} steps before them and no gap"
-        require(count >= LEAST_ROWS, "recordings", rule, count, "Bridge gaps, or record for longer.")
+        require(
+            count >= LEAST_ROWS, "recordings", rule, count, "Bridge gaps, or record for longer."
+        )
         for k, (path, memory, rows) in enumerate(zip(paths, memories, all_rows, strict=True)):
             if not len(rows):
                 continue
@@ -167,7 +177,9 @@ class Network(Family):
             some = np.sort(rng.choice(len(rows), size=math.ceil(share * len(rows)), replace=False))
             part = recorded(path, memory, rows[some], shapes, k, units)
             parts.append(part)
-            starts += _moments(path, memory, rows, k, math.ceil(MOST_STARTS * len(rows) / count), rng)
+            starts += _moments(
+                path, memory, rows, k, math.ceil(MOST_STARTS * len(rows) / count), rng
+            )
         offset = np.cumsum([0, *(len(path) for path in paths)])
         examples = Recorded(
             np.concatenate([part.own for part in parts]),
@@ -177,7 +189,15 @@ class Network(Family):
             np.concatenate([part.stretch + offset[k] for k, part in enumerate(parts)]),
         )
         layers, choices, told = learn(examples, steps=steps, seed=seed, progress=progress)
-        brain = Brain(layers, choices, units, shapes, _joined(starts), windows.interval_s, told["log_likelihood"])
+        brain = Brain(
+            layers,
+            choices,
+            units,
+            shapes,
+            _joined(starts),
+            windows.interval_s,
+            told["log_likelihood"],
+        )
         length = windows.learning.shape[1]
         own = {"steps": length, "interval_s": windows.interval_s, "signals": windows.names}
         usual = {"individuals": brain.starts.paths.shape[2], "settling_steps": length}
@@ -286,15 +306,25 @@ class Network(Family):
         if self.tank_cm is None and self.individuals == recorded:
             order = rng.permutation(recorded)
             order = order[np.argsort(np.isnan(starts.paths[moment, -1, order, 0]), kind="stable")]
-            return starts.paths[moment][:, order], starts.memories[moment, order], int(starts.tank[moment])
+            return (
+                starts.paths[moment][:, order],
+                starts.memories[moment, order],
+                int(starts.tank[moment]),
+            )
         # a group that was never recorded: individuals of different moments, in one tank
         tank = 0 if self.tank_cm is not None else int(starts.tank[moment])
-        alike = np.ones(len(starts.tank), dtype=bool) if self.tank_cm is not None else starts.tank == tank
+        alike = (
+            np.ones(len(starts.tank), dtype=bool)
+            if self.tank_cm is not None
+            else starts.tank == tank
+        )
         moments, individuals = np.nonzero(alike[:, None] & np.isfinite(starts.paths[:, -1, :, 0]))
         chosen = rng.integers(len(moments), size=self.individuals)
         path = starts.paths[moments[chosen], :, individuals[chosen]].swapaxes(0, 1)
         if self.tank_cm is not None:
-            path = path - path[-1] + (rng.random((self.individuals, 2)) - 0.5) * np.array(self.tank_cm)
+            path = (
+                path - path[-1] + (rng.random((self.individuals, 2)) - 0.5) * np.array(self.tank_cm)
+            )
         return path, starts.memories[moments[chosen], individuals[chosen]], tank
 
 
@@ -306,13 +336,32 @@ def _check_recordings(recordings: Sequence[Trajectories], windows: Windows) -> N
     for k, recording in enumerate(recordings):
         place = f"recording {k + 1}"
         rule = "be in cm, as tanks and speeds are"
-        require(recording.unit == "cm", "recordings", rule, "pixels", "Give their scale, pixels_per_cm.", place=place)
+        require(
+            recording.unit == "cm",
+            "recordings",
+            rule,
+            "pixels",
+            "Give their scale, pixels_per_cm.",
+            place=place,
+        )
         ratio = windows.interval_s * recording.fps
         rule = "have the frame rate of the windows"
-        require(abs(ratio - 1) < 1e-6, "recordings", rule, f"{recording.fps:g} frames per second", place=place)
+        require(
+            abs(ratio - 1) < 1e-6,
+            "recordings",
+            rule,
+            f"{recording.fps:g} frames per second",
+            place=place,
+        )
     most = max(recording.at_once for recording in recordings)
     rule = "have two individuals or more at once: a network learns how they respond to each other"
-    require(most > 1, "recordings", rule, f"{most} individual", "Take another family, such as BurstAndCoast.")
+    require(
+        most > 1,
+        "recordings",
+        rule,
+        f"{most} individual",
+        "Take another family, such as BurstAndCoast.",
+    )
 
 
 def _grids(
@@ -350,7 +399,12 @@ def _learned_frames(windows: Windows) -> list[np.ndarray]:
 
 
 def _moments(
-    path: np.ndarray, memory: np.ndarray, rows: np.ndarray, tank: int, count: int, rng: np.random.Generator
+    path: np.ndarray,
+    memory: np.ndarray,
+    rows: np.ndarray,
+    tank: int,
+    count: int,
+    rng: np.random.Generator,
 ) -> list[tuple[np.ndarray, np.ndarray, int]]:
     """Return moments to start from: those with most individuals whose past is there."""
     frames, present = np.unique(rows[:, 0], return_counts=True)

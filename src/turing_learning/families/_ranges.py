@@ -26,7 +26,9 @@ SCALES = {"cm/s": (1, 0), "cm": (0, 1), "cm^3/s^2": (1, 2)}
 DIGITS = 2
 
 
-def recorded_ranges(family: Any, recordings: Trajectories | Sequence[Trajectories]) -> dict[str, Parameter]:
+def recorded_ranges(
+    family: Any, recordings: Trajectories | Sequence[Trajectories]
+) -> dict[str, Parameter]:
     """Return the parameters of a family with ranges that fit recordings: wider or narrower where these are faster or larger.
 
     Parameters
@@ -98,10 +100,14 @@ def _farthest(recording: Trajectories) -> float:
             apart = np.hypot(*np.moveaxis(places[:, None] - places[None], -1, 0))
             np.fill_diagonal(apart, np.inf)
             distances.append(apart.min(axis=1))
-    return float(np.percentile(np.concatenate(distances), FARTHEST_PERCENTILE)) if distances else 0.0
+    return (
+        float(np.percentile(np.concatenate(distances), FARTHEST_PERCENTILE)) if distances else 0.0
+    )
 
 
-def said_ranges(texts: Sequence[str], parameters: Mapping[str, Parameter] | None = None) -> dict[str, Parameter]:
+def said_ranges(
+    texts: Sequence[str], parameters: Mapping[str, Parameter] | None = None
+) -> dict[str, Parameter]:
     """Return parameters with the ranges that texts say, as speed=5:300, weight=0.01:100:log or count=1:20:integer.
 
     Parameters
@@ -121,8 +127,19 @@ def said_ranges(texts: Sequence[str], parameters: Mapping[str, Parameter] | None
         try:
             ends = (float(low), float(high))
         except ValueError:
-            refuse("range", "be NAME=LOW:HIGH, or NAME=LOW:HIGH:log, or NAME=LOW:HIGH:integer", repr(text), remedy)
-        require(kind in ("", "log", "integer"), "range", "end with log or integer, if with a word", repr(text), remedy)
+            refuse(
+                "range",
+                "be NAME=LOW:HIGH, or NAME=LOW:HIGH:log, or NAME=LOW:HIGH:integer",
+                repr(text),
+                remedy,
+            )
+        require(
+            kind in ("", "log", "integer"),
+            "range",
+            "end with log or integer, if with a word",
+            repr(text),
+            remedy,
+        )
         require(name not in said, "range", "be given once for each parameter", repr(text))
         said.add(name)
         if parameters is not None and name not in parameters:

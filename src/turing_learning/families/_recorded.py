@@ -34,7 +34,9 @@ class Replicates:
     groups: tuple[Family, ...]  #: Families that differ in individuals and tank alone
     shares: tuple[float, ...]  #: How often each group is drawn; they sum to 1
 
-    parameters = property(lambda self: self.groups[0].parameters)  #: The P parameters with suggested ranges
+    parameters = property(
+        lambda self: self.groups[0].parameters
+    )  #: The P parameters with suggested ranges
     signals = property(lambda self: self.groups[0].signals)  #: The D signals of a step
     steps = property(lambda self: self.groups[0].steps)  #: Time steps T of a sample
     interval_s = property(lambda self: self.groups[0].interval_s)  #: Duration of a step (s)
@@ -81,7 +83,13 @@ def as_recorded(
     """
     recordings = [recordings] if isinstance(recordings, Trajectories) else recordings
     pixels = any(each.unit != "cm" for each in recordings)
-    require(not pixels, "recordings", "be in cm, as the models are", "pixels", "Give their scale, pixels_per_cm.")
+    require(
+        not pixels,
+        "recordings",
+        "be in cm, as the models are",
+        "pixels",
+        "Give their scale, pixels_per_cm.",
+    )
     given = list(tanks) * (len(recordings) if len(tanks) == 1 else 1)
     fits = len(given) in (0, len(recordings))
     require(fits, "tanks", f"be one, or one for each of {len(recordings)} recordings", len(tanks))
@@ -90,20 +98,37 @@ def as_recorded(
     require(not walls or issubclass(family, Particles), "tanks", rule, family.__name__)
     if hasattr(family, "period_cm") and (walls or NEIGHBOR & set(windows.names)):
         settings = {"period_cm": None} | settings
-    kinds = [(each.at_once, tank) for each, tank in zip(recordings, given or repeat(None), strict=False)]
+    kinds = [
+        (each.at_once, tank) for each, tank in zip(recordings, given or repeat(None), strict=False)
+    ]
     alike = Counter(kinds[k] for k in windows.learning_recording)
-    own = {"steps": windows.learning.shape[1], "interval_s": windows.interval_s, "signals": windows.names}
+    own = {
+        "steps": windows.learning.shape[1],
+        "interval_s": windows.interval_s,
+        "signals": windows.names,
+    }
     groups = {
-        kind: family(individuals=kind[0], **own, **settings | ({} if kind[1] is None else {"tank_cm": kind[1]}))
+        kind: family(
+            individuals=kind[0],
+            **own,
+            **settings | ({} if kind[1] is None else {"tank_cm": kind[1]}),
+        )
         for kind in dict.fromkeys(kinds)
         if alike[kind]  # nothing is learned from a recording that is held out
     }
     first, *others = groups.values()
-    return Replicates((first, *others), tuple(alike[kind] / alike.total() for kind in groups)) if others else first
+    return (
+        Replicates((first, *others), tuple(alike[kind] / alike.total() for kind in groups))
+        if others
+        else first
+    )
 
 
 def read_recording(
-    path: Path, name: str, options: Mapping[str, Any], usual: Mapping[str, Any] = MappingProxyType({})
+    path: Path,
+    name: str,
+    options: Mapping[str, Any],
+    usual: Mapping[str, Any] = MappingProxyType({}),
 ) -> Trajectories:
     """Open a tracker's file by those options of commands that are given; `name` is that of the argument for the file.
 
@@ -113,7 +138,11 @@ def read_recording(
     every, bridge, split = options.get("every"), options.get("bridge"), options.get("split_gaps")
     heading = options.get("heading")
     fps, scale, y_axis, keypoint = map(options.get, ("fps", "scale", "y_axis", "keypoint"))
-    otherwise = {"fps": usual.get("fps"), "pixels_per_cm": usual.get("scale"), "y_axis": usual.get("y_axis")}
+    otherwise = {
+        "fps": usual.get("fps"),
+        "pixels_per_cm": usual.get("scale"),
+        "y_axis": usual.get("y_axis"),
+    }
     otherwise |= {"words": usual["words"]} if "words" in usual else {}
     try:
         with refusing_as(RefusedError):
@@ -128,7 +157,13 @@ def read_recording(
                 every = usual.get("every")
             if every is not None:
                 rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
-                require(every < 1 or every % recording.every == 0, "every", rule, str(every), place=str(path))
+                require(
+                    every < 1 or every % recording.every == 0,
+                    "every",
+                    rule,
+                    str(every),
+                    place=str(path),
+                )
                 recording = recording.thinned(every)
             if split is not None:
                 recording = recording.split(split)
@@ -167,13 +202,21 @@ class RecordedSystem:
     options: dict[str, Any]
 
     @classmethod
-    def remembered(cls, stored: Mapping[str, Any], remedy: Any = "", *, elsewhere: bool = False) -> Self:
+    def remembered(
+        cls, stored: Mapping[str, Any], remedy: Any = "", *, elsewhere: bool = False
+    ) -> Self:
         """Return what `entry` wrote; reject a recording that is gone or has changed, unless it is `elsewhere` now."""
         paths = [Path(path) for path in stored["options"]["trajectories"]]
         for path, digest in zip(paths, stored["sha256"], strict=True) if not elsewhere else ():
             found = _digest(path)
             got = f"{path}, which {'has changed since' if found else 'is not there any more'}"
-            require(found == digest, "trajectories", "be the recording that the run began with", got, remedy)
+            require(
+                found == digest,
+                "trajectories",
+                "be the recording that the run began with",
+                got,
+                remedy,
+            )
         return cls(stored["options"] | {"trajectories": paths})
 
     @property
@@ -188,7 +231,9 @@ class RecordedSystem:
     ) -> tuple[dict[str, Parameter], list[str]]:
         """Return the parameters of the models, with ranges as said or else as recorded, and in words which are unusual."""
         rest = self.options.get("longest_rest", LONGEST_REST_S)
-        recorded = recorded_ranges(family, [each.cleared(longest_rest_s=rest) for each in recordings])
+        recorded = recorded_ranges(
+            family, [each.cleared(longest_rest_s=rest) for each in recordings]
+        )
         texts = self.options.get("range") or ()
         found = said_ranges(texts, recorded)
         said = {text.partition("=")[0] for text in texts}
@@ -197,7 +242,9 @@ class RecordedSystem:
             usual = family.parameters[name]
             if parameter != usual and name not in said:
                 ends = f"{parameter.low:g} to {parameter.high:g} {parameter.unit}"
-                lines.append(f"range of {name} by the recording: {ends} (usually {usual.low:g} to {usual.high:g})")
+                lines.append(
+                    f"range of {name} by the recording: {ends} (usually {usual.low:g} to {usual.high:g})"
+                )
         return found, lines
 
     def opened(
@@ -213,19 +260,28 @@ class RecordedSystem:
         Headings are not measured if the individuals of the family have none. A network is learned, with `progress`, unless
         it is given.
         """
-        given, paths, chosen = self.options.get, self.options["trajectories"], MODELS[self.options["model"]]
+        given, paths, chosen = (
+            self.options.get,
+            self.options["trajectories"],
+            MODELS[self.options["model"]],
+        )
         names = _listed(given("signals"), "signals", "names")
         apart = _listed(given("hold_out_individuals"), "hold_out_individuals", "names")
         numbers = _listed(given("hold_out_recordings"), "hold_out_recordings", "numbers")
         count = len(paths)
-        fits = all(each.isdecimal() and 1 <= int(each) <= count for each in numbers) and len(set(numbers)) < count
+        fits = (
+            all(each.isdecimal() and 1 <= int(each) <= count for each in numbers)
+            and len(set(numbers)) < count
+        )
         rule = f"be numbers of some of the {count} recordings, from 1, but not of all"
         require(fits, "hold_out_recordings", rule, repr(given("hold_out_recordings")))
         motion = tuple(read_recording(path, "trajectories", self.options) for path in paths)
         if not chosen.headings:
             motion = tuple(replace(each, headings=None) for each in motion)
         known = "window" not in self.options and steps is not None
-        length: Any = {"steps": steps} if known else {"length_s": self.options.get("window", WINDOW_S)}
+        length: Any = (
+            {"steps": steps} if known else {"length_s": self.options.get("window", WINDOW_S)}
+        )
         # signals of neighbors say most of groups whose models take notice of each other
         together = chosen.social and all(len(each.individuals) > 1 for each in motion)
         rest = given("longest_rest", LONGEST_REST_S)
@@ -243,7 +299,9 @@ class RecordedSystem:
                 likely = [recording.cleared(longest_rest_s=rest) for recording in motion]
                 tanks = given("tank") or ["recorded"]
                 return windows, network or _learned(likely, windows, tanks, progress), motion
-            near = any(name.startswith("neighbor") for name in windows.names) and issubclass(chosen, Particles)
+            near = any(name.startswith("neighbor") for name in windows.names) and issubclass(
+                chosen, Particles
+            )
             asked = given("tank") or (["recorded"] if near else [])
             asked = asked * count if asked in (["recorded"], ["none"]) else asked
             likely = [recording.cleared(longest_rest_s=rest) for recording in motion]
@@ -276,7 +334,9 @@ def _digest(path: Path) -> str:
 def _listed(text: str | None, option: str, what: str) -> list[str]:
     """Return the parts of a text between commas."""
     parts = [] if text is None else [part.strip() for part in text.split(",")]
-    require("" not in parts, option, f"be {what}, separated by commas", f"{text!r}, where one is empty")
+    require(
+        "" not in parts, option, f"be {what}, separated by commas", f"{text!r}, where one is empty"
+    )
     return parts
 
 

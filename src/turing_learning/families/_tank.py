@@ -36,7 +36,9 @@ def recorded_grid(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]
     return corner, closed[padding:-padding, padding:-padding] | visited, cell
 
 
-def rectangle_grid(center: np.ndarray, sides: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, float]:
+def rectangle_grid(
+    center: np.ndarray, sides: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Return the same of a rectangle with these sides (cm) around a place."""
     cell = max(sides) / CELLS
     inner = np.maximum(np.round(np.array(sides) / cell).astype(int), 1)

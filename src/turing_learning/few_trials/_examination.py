@@ -85,13 +85,7 @@ class Examiner:
             models, samples = self._simulated(draws, count // len(solutions), rng)
             checks.append(
                 predictive_check(
-                    self.genuine,
-                    samples,
-                    models,
-                    draws,
-                    names=self.signals,
-                    rng=rng,
-                    others=others,
+                    self.genuine, samples, models, draws, names=self.signals, rng=rng, others=others
                 )
             )
             fresh.append(samples)

@@ -265,10 +265,7 @@ class Density:
     """
 
     def __init__(
-        self,
-        near: MomentField | None,
-        wide: MomentField | None = None,
-        reference: float = 0.0,
+        self, near: MomentField | None, wide: MomentField | None = None, reference: float = 0.0
     ) -> None:
         self.near = near
         self.wide = wide

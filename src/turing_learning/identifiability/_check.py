@@ -87,7 +87,9 @@ class Profile(Stored):
     """Fresh classifiers against models that differ from the estimate in one parameter."""
 
     parameter: str  #: Its name
-    values: tuple[float, ...]  #: Values of the parameter, ascending over its initial range, the estimate among them
+    values: tuple[
+        float, ...
+    ]  #: Values of the parameter, ascending over its initial range, the estimate among them
     numbers: tuple[float, ...]  #: The same as numbers from -1 to 1 over the initial range
     place: int  #: Which of them is the estimate
     accuracies: tuple[float, ...]  #: Of the test at each value, see `TwoSampleTest`
@@ -99,7 +101,10 @@ class Profile(Stored):
     def told_apart(self) -> tuple[bool, ...]:
         """Whether classifiers tell a value from the genuine samples, and better than they tell the estimate."""
         lead = max(0.0, self.accuracies[self.place] - 0.5)
-        return tuple(found > critical + lead for found, critical in zip(self.accuracies, self.criticals, strict=True))
+        return tuple(
+            found > critical + lead
+            for found, critical in zip(self.accuracies, self.criticals, strict=True)
+        )
 
     @property
     def open_share(self) -> float:
@@ -113,7 +118,13 @@ class Profile(Stored):
 
 
 def profile(
-    evidence: Evidence, estimate: np.ndarray, place: int, effort: Effort, *, seed: int, beyond: bool = False
+    evidence: Evidence,
+    estimate: np.ndarray,
+    place: int,
+    effort: Effort,
+    *,
+    seed: int,
+    beyond: bool = False,
 ) -> Profile:
     """Move one parameter across its initial range, and test at each value as at the estimate.
 
@@ -144,11 +155,19 @@ def profile(
     order = np.argsort(numbers, kind="stable")
     models = np.tile(estimate, (len(order), 1))
     models[:, place] = parameter.to_units(numbers[order])
-    each = replace(effort, generations=effort.profile_generations, population=effort.profile_population)
-    found = [paired_test(evidence, model, each, seed, (PROFILING, place, k)) for k, model in enumerate(models)]
+    each = replace(
+        effort, generations=effort.profile_generations, population=effort.profile_population
+    )
+    found = [
+        paired_test(evidence, model, each, seed, (PROFILING, place, k))
+        for k, model in enumerate(models)
+    ]
     accuracies, here = np.array([of_groups for _, of_groups in found]), int(order.argmax())
     others = np.delete(np.arange(len(models)), here)
-    differences, rng = accuracies[others] - accuracies[here], stream(seed, PROFILING, place, effort.points + 1)
+    differences, rng = (
+        accuracies[others] - accuracies[here],
+        stream(seed, PROFILING, place, effort.points + 1),
+    )
     return Profile(
         parameter=name,
         values=tuple(models[:, place].tolist()),
@@ -173,7 +192,9 @@ class Recovery(Stored):
     error_share: Mapping[str, float]  #: Name -> absolute error as a share of the initial range
     #: Of fresh classifiers that tell its truth from its estimate; None for runs of generations
     accuracy: float | None = None
-    attainable: tuple[float, ...] = ()  #: Of those that tell its truth from its truth; empty for runs of generations
+    attainable: tuple[
+        float, ...
+    ] = ()  #: Of those that tell its truth from its truth; empty for runs of generations
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields by name, as in `check.json`."""
@@ -185,10 +206,16 @@ class PinnedDown:
     """What the samples say of one parameter; shares are of its initial range."""
 
     parameter: str  #: Its name
-    interval_share: float | None  #: Width of the interval of the estimate; None where it is not known
-    open_share: float | None  #: Width of what its profile may leave open, at most; None without profile
+    interval_share: (
+        float | None
+    )  #: Width of the interval of the estimate; None where it is not known
+    open_share: (
+        float | None
+    )  #: Width of what its profile may leave open, at most; None without profile
     recovery_error: float | None  #: Largest error of the recoveries; None without recovery
-    bound: str = ""  #: The bound that the estimate sits at, in words, such as "6 rad/s"; empty for none
+    bound: str = (
+        ""  #: The bound that the estimate sits at, in words, such as "6 rad/s"; empty for none
+    )
     #: Whether classifiers tell the model from the samples: nothing is known of the parameters of a model that is wrong
     rejected: bool = False
     #: Of a run of trials: whether values below the estimate, and above it, are shown to fit worse. Only a parameter of
@@ -204,8 +231,12 @@ class PinnedDown:
     def reasons(self) -> tuple[str, ...]:
         """Why it is not pinned down, in words; empty if it is."""
         sides = zip(("lower", "higher"), self.sides or (True, True), strict=True)
-        unknown = " or ".join(side for side, rejected in sides if not rejected) if self.examined else ""
-        width, share, error = (each or 0.0 for each in (self.interval_share, self.open_share, self.recovery_error))
+        unknown = (
+            " or ".join(side for side, rejected in sides if not rejected) if self.examined else ""
+        )
+        width, share, error = (
+            each or 0.0 for each in (self.interval_share, self.open_share, self.recovery_error)
+        )
         said = (
             (self.rejected, "the estimate does not fit"),
             (bool(self.bound), f"it is at the bound {self.bound}, beyond which nothing was tried"),
@@ -238,7 +269,9 @@ class Check(Tabular):
     test: TwoSampleTest  #: Fresh classifiers against the model with the estimated parameters
     parameters: tuple[PinnedDown, ...]  #: What is said of each parameter
     profiles: tuple[Profile, ...]  #: Of each parameter; empty if they were left out
-    recoveries: tuple[Recovery, ...]  #: Runs whose truth is the estimate; empty if they were left out
+    recoveries: tuple[
+        Recovery, ...
+    ]  #: Runs whose truth is the estimate; empty if they were left out
     quantities: tuple[Quantity, ...]  #: Distributions, genuine beside simulated
     #: Generations, or trials, after which an unfinished run was checked, and those of the whole; else None
     unfinished: tuple[int, int] | None = None
@@ -248,14 +281,20 @@ class Check(Tabular):
     def __post_init__(self) -> None:
         # nothing is known of the parameters of a model that does not fit
         told = self.judgment.fits is False
-        object.__setattr__(self, "parameters", tuple(replace(each, rejected=told) for each in self.parameters))
+        object.__setattr__(
+            self, "parameters", tuple(replace(each, rejected=told) for each in self.parameters)
+        )
 
     @property
     def judgment(self) -> Judgment:
         """Whether to believe the estimate: all words and sentences of a check are from here."""
         shares = [share for each in self.recoveries for share in each.error_share.values()]
         bound = [Verdict.BOUND for each in self.parameters if each.bound]
-        loose = [each.parameter + f" ({each.verdict})" * bool(each.bound) for each in self.parameters if each.reasons]
+        loose = [
+            each.parameter + f" ({each.verdict})" * bool(each.bound)
+            for each in self.parameters
+            if each.reasons
+        ]
         examined = any(each.examined for each in self.parameters)
         return Judgment(
             said=(*self.said, *bound),
@@ -287,8 +326,13 @@ class Check(Tabular):
         """What was found, in sentences."""
         said = [*self.judgment.sentences]
         if self.unfinished is not None:
-            (done, asked), unit = self.unfinished, "generations" if self.parameters[0].sides is None else "trials"
-            said.append(f"The run was not finished: the estimate is that after {done} of {asked} {unit}.")
+            (done, asked), unit = (
+                self.unfinished,
+                "generations" if self.parameters[0].sides is None else "trials",
+            )
+            said.append(
+                f"The run was not finished: the estimate is that after {done} of {asked} {unit}."
+            )
         return " ".join(said)
 
     def to_dataframe(self) -> "pd.DataFrame":
@@ -302,11 +346,18 @@ class Check(Tabular):
     def _shown(self) -> "tuple[str, list[str], list[list[str]], list[str | Text]]":
         rows = []
         for each in self.parameters:
-            shares = ((each.interval_share, "{:.1%}"), (each.open_share, "{:.0%}"), (each.recovery_error, "{:.1%}"))
+            shares = (
+                (each.interval_share, "{:.1%}"),
+                (each.open_share, "{:.0%}"),
+                (each.recovery_error, "{:.1%}"),
+            )
             cells = [shown(share, form.format) for share, form in shares]
             rows.append([each.parameter, *cells, "; ".join(each.reasons) or "pinned down"])
         headings = ["parameter", "interval", "left open", "missed by", "verdict"]
-        samples, truths = counted(self.test.genuine_samples, "held-out sample"), len(self.recoveries)
+        samples, truths = (
+            counted(self.test.genuine_samples, "held-out sample"),
+            len(self.recoveries),
+        )
         head = f"{samples}, {counted(truths, 'known truth')}, {counted(len(self.profiles), 'profile')}: {self.verdict}"
         remark = "Shares of the initial range; left open: at most."
         return head, headings, rows, [remark, self.text, judged(self.judgment)]
@@ -314,7 +365,10 @@ class Check(Tabular):
 
 def read_check(content: Mapping[str, Any], said: tuple[Verdict, ...] = ()) -> Check:
     """Make a check of what `check.json` holds, beside what else is said of the run."""
-    recovered = [{**each, "interval": replace_unknown(UNKNOWN, each["interval"])} for each in content["recoveries"]]
+    recovered = [
+        {**each, "interval": replace_unknown(UNKNOWN, each["interval"])}
+        for each in content["recoveries"]
+    ]
     parts = {"profiles": list(content["profiles"].values()), "recoveries": recovered, "said": said}
     return _reader().validate_python({**content, **parts})
 

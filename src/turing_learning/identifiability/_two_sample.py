@@ -30,7 +30,11 @@ class Permutation(NamedTuple):
 
 
 def permutation_test(
-    genuine: np.ndarray, counterfeit: np.ndarray, rng: np.random.Generator, *, permutations: int = PERMUTATIONS
+    genuine: np.ndarray,
+    counterfeit: np.ndarray,
+    rng: np.random.Generator,
+    *,
+    permutations: int = PERMUTATIONS,
 ) -> Permutation:
     """Test by permuted labels whether genuine groups score higher than counterfeit ones, by the mean score (groups,) of each.
 
@@ -66,7 +70,11 @@ def group_means(scores: np.ndarray, groups: np.ndarray) -> np.ndarray:
 
 
 def train_jury(
-    classifier: Classifier, genuine: np.ndarray, counterfeit: np.ndarray, effort: Effort, seed: tuple[int, ...]
+    classifier: Classifier,
+    genuine: np.ndarray,
+    counterfeit: np.ndarray,
+    effort: Effort,
+    seed: tuple[int, ...],
 ) -> Jury:
     """Evolve classifiers as a run does, by the paper's reward, on samples (K, T, D) and (S, T, D) that stay the same.
 
@@ -74,7 +82,9 @@ def train_jury(
     positive.
     """
     half, count = effort.population // 2, len(genuine)
-    strategy = EvolutionStrategy(classifier.parameters, parents=half, offspring=effort.population - half, seed=seed)
+    strategy = EvolutionStrategy(
+        classifier.parameters, parents=half, offspring=effort.population - half, seed=seed
+    )
     samples = np.concatenate((genuine, counterfeit))
 
     def rewarded() -> tuple[np.ndarray, np.ndarray]:
@@ -143,7 +153,11 @@ def two_sample_test(
     generations, population
         Instead of those of `effort`.
     """
-    effort = replace(effort, generations=generations or effort.generations, population=population or effort.population)
+    effort = replace(
+        effort,
+        generations=generations or effort.generations,
+        population=population or effort.population,
+    )
     return paired_test(evidence, values, effort, seed, use)[0]
 
 

@@ -61,7 +61,14 @@ class Effort:
             integer(name, value, least, error=ConfigurationError)
         rule = f"be at least {LEAST_POINTS}, or 0 for no profiles"
         remedy = "With fewer, a profile leaves half of the range open."
-        require(not 0 < self.points < LEAST_POINTS, "points", rule, self.points, remedy, error=ConfigurationError)
+        require(
+            not 0 < self.points < LEAST_POINTS,
+            "points",
+            rule,
+            self.points,
+            remedy,
+            error=ConfigurationError,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +89,10 @@ class Evidence:
         rule, count = f"keep at least {LEAST_TESTING} samples for testing", len(self.testing)
         remedy = "Run again with a larger share, or shorter windows."
         require(count >= LEAST_TESTING, "held_out", rule, count, remedy, error=ConfigurationError)
-        rule, remedy = "tell at least 2 groups of held-out samples apart", "Name other groups, such as blocks of time."
+        rule, remedy = (
+            "tell at least 2 groups of held-out samples apart",
+            "Name other groups, such as blocks of time.",
+        )
         groups = len(np.unique(self.groups))
         require(groups >= 2, "groups", rule, groups, remedy, error=ConfigurationError)
 
@@ -109,7 +119,9 @@ def evidence_of(
         learning, testing = genuine[: effort.samples], genuine[effort.samples :]
     else:
         learning = source.genuine_samples(effort.samples, rng)
-        testing = source.genuine_samples(effort.samples, rng) if data.live is not None else data.testing
+        testing = (
+            source.genuine_samples(effort.samples, rng) if data.live is not None else data.testing
+        )
     return Evidence(
         learning=learning,
         testing=testing,
@@ -125,8 +137,13 @@ def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarra
     """Return which held-out samples belong together, by labels (K,) of all or as windows know it, and what such a group is."""
     if groups is not None:
         labels = np.asarray(groups)
-        rule, count = f"be one label for each of the {len(data.samples)} samples", (len(data.samples),)
-        require(labels.shape == count, "groups", rule, f"shape {labels.shape}", error=ConfigurationError)
+        rule, count = (
+            f"be one label for each of the {len(data.samples)} samples",
+            (len(data.samples),),
+        )
+        require(
+            labels.shape == count, "groups", rule, f"shape {labels.shape}", error=ConfigurationError
+        )
         return np.unique(labels[data.held_out], return_inverse=True)[1], "groups"
     index = getattr(genuine, "held_out_index", None)
     if index is None or not len(index):
@@ -171,11 +188,15 @@ Values = Mapping[str, np.ndarray]
 """Name of a quantity -> its values, of any shape."""
 
 
-def compare_quantities(genuine: Values, simulated: Values, units: Mapping[str, str]) -> tuple[Quantity, ...]:
+def compare_quantities(
+    genuine: Values, simulated: Values, units: Mapping[str, str]
+) -> tuple[Quantity, ...]:
     """Bin the values of quantities that both sides have."""
     found = []
     for name in genuine:
-        sides = [np.ravel(side[name]) for side in (genuine, simulated) if np.size(side.get(name, ()))]
+        sides = [
+            np.ravel(side[name]) for side in (genuine, simulated) if np.size(side.get(name, ()))
+        ]
         if len(sides) < 2:
             continue
         ends = np.array([np.percentile(values, CENTRAL) for values in sides])
@@ -183,18 +204,31 @@ def compare_quantities(genuine: Values, simulated: Values, units: Mapping[str, s
         if high - low < 1e-9 * max(abs(low), abs(high), 1.0):
             low, high = low - 0.5, high + 0.5
         edges = np.linspace(low, high, BINS + 1)
-        shares = [np.histogram(np.clip(values, low, high), edges)[0] / len(values) for values in sides]
-        found.append(Quantity(name, units.get(name, ""), *(tuple(each.tolist()) for each in (edges, *shares))))
+        shares = [
+            np.histogram(np.clip(values, low, high), edges)[0] / len(values) for values in sides
+        ]
+        found.append(
+            Quantity(
+                name, units.get(name, ""), *(tuple(each.tolist()) for each in (edges, *shares))
+            )
+        )
     return tuple(found)
 
 
-def signal_quantities(genuine: np.ndarray, simulated: np.ndarray, system: System) -> tuple[Quantity, ...]:
+def signal_quantities(
+    genuine: np.ndarray, simulated: np.ndarray, system: System
+) -> tuple[Quantity, ...]:
     """Compare the signals of genuine samples of a system with those of simulated ones, (K, T, D) and (any, ..., T, D)."""
-    known, found = ({name: side[..., d] for d, name in enumerate(system.signals)} for side in (genuine, simulated))
+    known, found = (
+        {name: side[..., d] for d, name in enumerate(system.signals)}
+        for side in (genuine, simulated)
+    )
     return compare_quantities(known, found, system.signal_units)
 
 
-def swarm_quantities(configuration: Configuration, model: np.ndarray, *, seed: int) -> tuple[Quantity, ...]:
+def swarm_quantities(
+    configuration: Configuration, model: np.ndarray, *, seed: int
+) -> tuple[Quantity, ...]:
     """Compare swarms of agents alone with swarms in which everybody executes a model (P,), from the same starts."""
     scenario, rng = configuration.swarm, stream(seed, COMPARING, 1)
     poses = initial_poses(scenario, GROUPS, rng)
@@ -202,9 +236,13 @@ def swarm_quantities(configuration: Configuration, model: np.ndarray, *, seed: i
     sides: list[Values] = []
     for executed in (-1, 0):
         everybody = np.full((GROUPS, scenario.individuals), executed)
-        robots = execution_of(scenario, configuration.representation.behavior(model[None]), everybody)
+        robots = execution_of(
+            scenario, configuration.representation.behavior(model[None]), everybody
+        )
         given = vars(robots) | {"seed": seed, "threads": configuration.threads}
-        moved = simulate(scenario, initial_poses=poses, control_steps=scenario.control_steps, **given)
+        moved = simulate(
+            scenario, initial_poses=poses, control_steps=scenario.control_steps, **given
+        )
         seen = moved.poses[:, ::every, : scenario.individuals]
         directions = np.stack([np.cos(seen[..., 2]), np.sin(seen[..., 2])], axis=-1)
         signals = {"speed": moved.speeds[..., 0], "turn": moved.speeds[..., 1]}
@@ -230,9 +268,14 @@ def recorded_quantities(
             found[0].append({"neighbor_distance": near.values[near.valid], "polarization": aligned})
     for each in groups:
         positions = each.simulate(np.tile(estimate, (-(-GROUPS // len(groups)), 1)), rng)
-        found[1].append(_together(positions[:, 1:-1], np.diff(positions[:, 1:], axis=1), 1 / group.interval_s))
+        found[1].append(
+            _together(positions[:, 1:-1], np.diff(positions[:, 1:], axis=1), 1 / group.interval_s)
+        )
     known, simulated = (
-        {name: np.concatenate([np.ravel(each[name]) for each in side if name in each]) for name in (side or [{}])[0]}
+        {
+            name: np.concatenate([np.ravel(each[name]) for each in side if name in each])
+            for name in (side or [{}])[0]
+        }
         for side in found
     )
     return compare_quantities(known, simulated, SIGNALS)

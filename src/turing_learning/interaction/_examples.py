@@ -182,11 +182,4 @@ SENSOR_PARAMETERS = {
     "angle3": Parameter(-np.pi, np.pi, unit="rad"),
     "range3": Parameter(5, 50, unit="cm"),
 }
-SENSOR_TRUTH = (
-    ANGLES[0],
-    RANGES_CM[0],
-    ANGLES[1],
-    RANGES_CM[1],
-    ANGLES[2],
-    RANGES_CM[2],
-)
+SENSOR_TRUTH = (ANGLES[0], RANGES_CM[0], ANGLES[1], RANGES_CM[1], ANGLES[2], RANGES_CM[2])

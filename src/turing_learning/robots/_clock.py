@@ -56,7 +56,9 @@ class VirtualClock:
     def sleep_until(self, time_s: float, ready: Callable[[], bool] = lambda: False) -> None:
         """Let time pass until `time_s`, or until an action has made `ready` true; see `sleep`."""
         if self._busy:
-            raise RuntimeError("`sleep` must not be called by an action of the clock; got one that waits.")
+            raise RuntimeError(
+                "`sleep` must not be called by an action of the clock; got one that waits."
+            )
         self._busy = True
         try:
             while not ready() and self._due and self._due[0][0] <= time_s:

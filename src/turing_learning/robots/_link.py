@@ -25,11 +25,18 @@ class Model:
     """A model that is sent to a replica."""
 
     sequence: int  #: Its number, 0 to 65535; the replica reports by it which model it executes
-    parameters: tuple[float, ...]  #: 1 to 16 wheel speeds as fractions of the maximum, in [-1, 1], rounded to 0.0001
+    parameters: tuple[
+        float, ...
+    ]  #: 1 to 16 wheel speeds as fractions of the maximum, in [-1, 1], rounded to 0.0001
 
     def __post_init__(self) -> None:
         integer("sequence", self.sequence, 0, LARGEST_SEQUENCE)
-        require(1 <= len(self.parameters) <= 16, "parameters", "be 1 to 16 numbers", len(self.parameters))
+        require(
+            1 <= len(self.parameters) <= 16,
+            "parameters",
+            "be 1 to 16 numbers",
+            len(self.parameters),
+        )
         fits = all(math.isfinite(value) and abs(value) <= 1 for value in self.parameters)
         require(fits, "parameters", "be in [-1, 1]", list(self.parameters), "Apply tanh before.")
 
@@ -139,7 +146,9 @@ class Link(AbstractContextManager["Link"]):
         self._alive_s = alive_s
         self._writing, self._closed = threading.Lock(), threading.Event()
         own = {"timeout": _POLL_S, "write_timeout": 1.0}
-        self._connect = connect or (lambda: optional("serial", "pyserial", "robot").serial_for_url(port, baud, **own))
+        self._connect = connect or (
+            lambda: optional("serial", "pyserial", "robot").serial_for_url(port, baud, **own)
+        )
         self._device: Device | None = None
         self._buffer = bytearray()
 
@@ -163,7 +172,9 @@ class Link(AbstractContextManager["Link"]):
             ) from error
         if self._alive_s:
             self._closed = threading.Event()
-            threading.Thread(target=self._stay_alive, args=(self._device, self._closed), daemon=True).start()
+            threading.Thread(
+                target=self._stay_alive, args=(self._device, self._closed), daemon=True
+            ).start()
         return self
 
     def close(self) -> None:
@@ -181,7 +192,10 @@ class Link(AbstractContextManager["Link"]):
 
     def _stay_alive(self, device: Device, closed: threading.Event) -> None:
         while not closed.is_set():  # the first time at once, before any model is sent
-            with self._writing, suppress(Exception):  # of a device that is being closed; others notice a lost line
+            with (
+                self._writing,
+                suppress(Exception),
+            ):  # of a device that is being closed; others notice a lost line
                 device.write(ALIVE)
             closed.wait(self._alive_s)
 
@@ -218,7 +232,9 @@ class Link(AbstractContextManager["Link"]):
     def _receive(self, deadline: float) -> bool:
         """Read what has arrived; return False if the deadline has passed and nothing has, or the peer never stops sending."""
         late_s = self.clock.now() - deadline
-        if late_s >= 0 and (late_s >= _GRACE_S or not self._guarded(lambda device: device.in_waiting)):
+        if late_s >= 0 and (
+            late_s >= _GRACE_S or not self._guarded(lambda device: device.in_waiting)
+        ):
             return False
         self._buffer += self._guarded(lambda device: bytes(device.read(max(1, device.in_waiting))))
         return True
@@ -233,7 +249,9 @@ class Link(AbstractContextManager["Link"]):
             raise LinkError(f"the link to {self.port} is lost ({error})") from error
 
 
-def open_link(port: str, *, baud: int = 115200, clock: Clock | None = None, alive_s: float = 0.0) -> Link:
+def open_link(
+    port: str, *, baud: int = 115200, clock: Clock | None = None, alive_s: float = 0.0
+) -> Link:
     """Open a line to a robot; see `Link`. Raise `LinkError` if there is none, `MissingExtraError` without pyserial."""
     return Link(port, baud=baud, clock=clock, alive_s=alive_s).open()
 
@@ -241,7 +259,13 @@ def open_link(port: str, *, baud: int = 115200, clock: Clock | None = None, aliv
 Answer = TypeVar("Answer")
 MAXIMUM_SPEED = 1000  #: Wheel speed (steps per second) that an e-puck reaches; one turn of a wheel has 1000 steps
 SENSORS = 8
-_EXPECTED = ("WELCOME", "the EPFL education robot", "HW version", "s", "r")  # greetings, versions, the stop above
+_EXPECTED = (
+    "WELCOME",
+    "the EPFL education robot",
+    "HW version",
+    "s",
+    "r",
+)  # greetings, versions, the stop above
 LEAST_CHARGE = 15  #: Percent
 _WHOLE = r", *(-?\d{1,9}) *"  # a number in an answer; a longer one is noise
 _MOST_SIGNALS = 1000  # that wait for the program; a replica sends two in a loop
@@ -266,7 +290,9 @@ class EPuck(Replica):
         self._retries = integer("retries", retries)
         self._signals: deque[Signal] = deque(maxlen=_MOST_SIGNALS)
         self.garbled = self.reconnections = 0
-        self._refused = 0  # how often a command, since it was first sent, was answered as one that is not known
+        self._refused = (
+            0  # how often a command, since it was first sent, was answered as one that is not known
+        )
 
     def version(self) -> str:
         """Return the version of the robot's protocol."""
@@ -289,7 +315,9 @@ class EPuck(Replica):
 
     def battery_ok(self) -> bool:
         """Return whether the battery is above its limit; of a robot that states its charge, whether that is above 15 %."""
-        numbers = self._ask("b", r"b,(\d{1,9})(?: \((\d{1,9})%\))?")  # of an e-puck, and of an e-puck2
+        numbers = self._ask(
+            "b", r"b,(\d{1,9})(?: \((\d{1,9})%\))?"
+        )  # of an e-puck, and of an e-puck2
         return int(numbers[2]) > LEAST_CHARGE if numbers[2] else int(numbers[1]) > 0
 
     def stop(self) -> None:
@@ -345,7 +373,9 @@ class EPuck(Replica):
             line = self._link.read_line(deadline)
             if line is None:
                 nothing = f"nothing from {self._link.port}. Check the replica."
-                raise TimeoutError(f"`{kind}` must be signalled within {timeout_s} s; got {nothing}")
+                raise TimeoutError(
+                    f"`{kind}` must be signalled within {timeout_s} s; got {nothing}"
+                )
             self._sort(line)
 
     def drop_signals(self) -> None:
@@ -390,7 +420,9 @@ class EPuck(Replica):
                 answer = exchange()
             except LinkError as error:
                 trouble, answer = str(error), None
-                self._link.clock.sleep(min(self._timeout_s, 0.2))  # a port that has just gone may come back
+                self._link.clock.sleep(
+                    min(self._timeout_s, 0.2)
+                )  # a port that has just gone may come back
             if answer is not None:
                 return answer
         if self._refused > self._retries and what.startswith("'X,"):
@@ -411,7 +443,9 @@ class EPuck(Replica):
     def _sort(self, line: str) -> None:
         """Keep signals; count everything else that is not a greeting."""
         if match := _SIGNAL.fullmatch(opened(line) or ""):
-            self._signals.append(Signal(match[1], int(match[2]), int(match[3]), self._link.clock.now()))
+            self._signals.append(
+                Signal(match[1], int(match[2]), int(match[3]), self._link.clock.now())
+            )
         else:
             self.garbled += not line.startswith(_EXPECTED)
 

@@ -107,10 +107,7 @@ class _Checker:
                 continue
             self.stage(f"fresh classifiers where {name} is moved")
             try:
-                options: dict[str, Any] = {
-                    "seed": self.seed,
-                    "beyond": self.by_trials,
-                }
+                options: dict[str, Any] = {"seed": self.seed, "beyond": self.by_trials}
                 found = profile(self.evidence, self.estimate, place, self.effort, **options)
                 content["profiles"][name] = found.to_json()
             except CustomSystemError as error:

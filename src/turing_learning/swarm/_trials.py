@@ -98,8 +98,7 @@ def build_world(
         inverse_inertia=bodies(1 / robot_inertia, 1 / object_inertia),
         # Invisible bodies have a negative radius.
         sight_radius=bodies(
-            robot.radius_cm if robot_reading else -1.0,
-            item.radius_cm if object_reading else -1.0,
+            robot.radius_cm if robot_reading else -1.0, item.radius_cm if object_reading else -1.0
         ),
         reading=bodies(robot_reading, object_reading).astype(np.int64),
         sectors=sectors,

@@ -16,7 +16,13 @@ LONG = 100
 
 
 def implausible(
-    positions: np.ndarray, likely: np.ndarray, steps: np.ndarray, *, fps: float, unit: str, names: tuple[str, ...]
+    positions: np.ndarray,
+    likely: np.ndarray,
+    steps: np.ndarray,
+    *,
+    fps: float,
+    unit: str,
+    names: tuple[str, ...],
 ) -> list[str]:
     """Return in words what can hardly be true.
 
@@ -42,20 +48,28 @@ def implausible(
         )
     typical = float(np.median(steps)) if len(steps) else 0.0
     if len(steps) >= LONG and typical == 0:
-        doubts.append("half of all steps or more are 0: individuals rest, or positions are repeated or rounded")
+        doubts.append(
+            "half of all steps or more are 0: individuals rest, or positions are repeated or rounded"
+        )
     if unit == "cm" and typical * fps > FASTEST_CM_S:
         speed = f"a typical speed of {typical * fps:.3g} cm/s, {typical * fps / 1e5:.2g} km/s"
         doubts.append(f"{speed}: see scale and frame rate")
     places = positions[likely]
     if len(places) >= LONG:
         extent = np.ptp(places, axis=0)
-        usual = np.diff(np.quantile(places, [1 - MOST_POSITIONS, MOST_POSITIONS], axis=0), axis=0)[0]
+        usual = np.diff(np.quantile(places, [1 - MOST_POSITIONS, MOST_POSITIONS], axis=0), axis=0)[
+            0
+        ]
         if (extent > LARGER * usual).any() and (usual > 0).all():
             tank = f"positions reach over {extent[0]:.4g} x {extent[1]:.4g} {unit}"
-            doubts.append(f"{tank}, and 99.9 % of them over {usual[0]:.4g} x {usual[1]:.4g}: give the tank")
+            doubts.append(
+                f"{tank}, and 99.9 % of them over {usual[0]:.4g} x {usual[1]:.4g}: give the tank"
+            )
     lives = likely.sum(axis=0)
     moments = [name for name, count in zip(names, lives, strict=True) if 0 < count <= SHORTEST]
     if moments and len(positions) >= LONG:
         listed = ", ".join(moments[:SHORTEST]) + (", ..." if len(moments) > SHORTEST else "")
-        doubts.append(f"{len(moments)} of {len(names)} individuals are there for {SHORTEST} frames or fewer: {listed}")
+        doubts.append(
+            f"{len(moments)} of {len(names)} individuals are there for {SHORTEST} frames or fewer: {listed}"
+        )
     return doubts

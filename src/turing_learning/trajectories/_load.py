@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any, Literal, Union, overload
 
 import numpy as np
 
-from turing_learning.errors import RefusedError, Setting, brief, choice, refuse, refusing_as, require
+from turing_learning.errors import (
+    RefusedError,
+    Setting,
+    brief,
+    choice,
+    refuse,
+    refusing_as,
+    require,
+)
 
 from ._recording import (
     LARGEST,
@@ -153,11 +161,18 @@ def _from_memory(table: Any, options: Options, format: str | None) -> tuple[Reco
     rule = "be a file, a DataFrame, a Dataset, an array of positions, or a list of them"
     require(is_dataset or isinstance(table, np.ndarray), "path", rule, type(table).__name__)
     names = (
-        ("columns", "resample", "project") if is_dataset else ("columns", "resample", "project", "keypoint", "heading")
+        ("columns", "resample", "project")
+        if is_dataset
+        else ("columns", "resample", "project", "keypoint", "heading")
     )
     for name in names:
         value = getattr(options, name)
-        require(not value, name, f"be left out for {'a Dataset' if is_dataset else 'an array'}", brief(value))
+        require(
+            not value,
+            name,
+            f"be left out for {'a Dataset' if is_dataset else 'an array'}",
+            brief(value),
+        )
     if not is_dataset:
         return _arrays.read_positions(table, "array"), "array", "array"
     software, file = (str(table.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
@@ -169,11 +184,17 @@ def _from_file(path: Path, options: Options, format: str | None) -> tuple[Record
     source = str(path)
     if not (path.is_file() or path.is_dir()):
         path.stat()  # says what is missing
-        raise refusal("be a file", "a pipe or device", path, "Write what comes out of it to a file.")
+        raise refusal(
+            "be a file", "a pipe or device", path, "Write what comes out of it to a file."
+        )
     if path.is_dir() and not _arrays.files_of(path):
         path = _exports.session_file(path) or path
     named = bool(options.columns)
-    chosen = _find(path, named) if format is None else _ALL[FORMATS.index(choice("format", format, FORMATS))]
+    chosen = (
+        _find(path, named)
+        if format is None
+        else _ALL[FORMATS.index(choice("format", format, FORMATS))]
+    )
     allowed = {
         "keypoint": chosen.has_keypoints,
         "heading": chosen.has_keypoints,
@@ -187,7 +208,9 @@ def _from_file(path: Path, options: Options, format: str | None) -> tuple[Record
             refuse(name, f"be left out for format {chosen.name}", brief(value), place=source)
     recording = _with_heading(partial(chosen.read, path), options)
     if source != str(path):
-        recording = replace(recording, remarks=(*recording.remarks, f"read from {path.relative_to(source)}"))
+        recording = replace(
+            recording, remarks=(*recording.remarks, f"read from {path.relative_to(source)}")
+        )
     return recording, chosen.name, source
 
 
@@ -218,7 +241,9 @@ def from_xarray(
         As in `load_trajectories`; needed where the attributes `fps`, `length_unit` and `y_axis` do not say
         it. Times in seconds state the frame rate, too.
     """
-    return load_trajectories(dataset, fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis, keypoint=keypoint)
+    return load_trajectories(
+        dataset, fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis, keypoint=keypoint
+    )
 
 
 _MEANT = {
@@ -227,21 +252,43 @@ _MEANT = {
 }
 
 
-def _finish(recording: Recording, format: str, source: str, options: Options, usual: Mapping[str, Any]) -> Trajectories:
+def _finish(
+    recording: Recording, format: str, source: str, options: Options, usual: Mapping[str, Any]
+) -> Trajectories:
     """Bring together what a file and the user state; refuse all that neither does, and what both do, differently."""
-    fps, scale, y_axis = options.fps, options.pixels_per_cm, options.y_axis or recording.y_axis or usual.get("y_axis")
+    fps, scale, y_axis = (
+        options.fps,
+        options.pixels_per_cm,
+        options.y_axis or recording.y_axis or usual.get("y_axis"),
+    )
     fps = usual.get("fps") if fps is None and recording.fps is None else fps
     scale = usual.get("pixels_per_cm") if scale is None and recording.unit is None else scale
-    stated = {"fps": fps or recording.fps, "pixels_per_cm": scale or recording.unit, "y_axis": y_axis}
+    stated = {
+        "fps": fps or recording.fps,
+        "pixels_per_cm": scale or recording.unit,
+        "y_axis": y_axis,
+    }
     missing = [name for name, value in stated.items() if value is None]
     if missing:
         first, *others = missing
         remedy: list[str | Setting] = [f"Give {_MEANT[first]}." if first in _MEANT else ""]
         for name in others:
             remedy += [" " if remedy[-1] else "", "Give ", Setting(name), f", too: {_MEANT[name]}."]
-        refuse(first, "be given", "none, and the file does not state it", tuple(remedy), place=source)
-    if fps is not None and recording.fps is not None and not math.isclose(fps, recording.fps, rel_tol=1e-3):
-        refuse("fps", f"be what the file states, {recording.fps}", str(fps), "Leave it out.", place=source)
+        refuse(
+            first, "be given", "none, and the file does not state it", tuple(remedy), place=source
+        )
+    if (
+        fps is not None
+        and recording.fps is not None
+        and not math.isclose(fps, recording.fps, rel_tol=1e-3)
+    ):
+        refuse(
+            "fps",
+            f"be what the file states, {recording.fps}",
+            str(fps),
+            "Leave it out.",
+            place=source,
+        )
     in_cm = recording.unit == "cm"
     if in_cm and scale is not None:
         refuse("pixels_per_cm", "be left out for a file in cm", brief(scale), place=source)
@@ -249,7 +296,10 @@ def _finish(recording: Recording, format: str, source: str, options: Options, us
     present, positions = recording.present, recording.positions / per_cm
     farthest = float(np.nanmax(np.abs(recording.positions)))
     if farthest / per_cm > LARGEST:
-        rule, got = f"leave coordinates within +-{LARGEST:.0e} cm", f"{per_cm:g}, by which {farthest:g} is"
+        rule, got = (
+            f"leave coordinates within +-{LARGEST:.0e} cm",
+            f"{per_cm:g}, by which {farthest:g} is",
+        )
         refuse("pixels_per_cm", rule, f"{got} {farthest / per_cm:g} cm", place=source)
     headings, confidence = (
         None if values is None else np.where(present, np.nan_to_num(values), 0.0)
@@ -279,11 +329,15 @@ def _finish(recording: Recording, format: str, source: str, options: Options, us
             format=format,
             remarks=remarks,
             choices=(*recording.choices, *_doubts(recording, per_cm)),
-            reading=_reading(recording, options, scale, y_axis, str(usual.get("words", "as in the run"))),
+            reading=_reading(
+                recording, options, scale, y_axis, str(usual.get("words", "as in the run"))
+            ),
         )
 
 
-def _reading(recording: Recording, options: Options, scale: object, y_axis: object, otherwise: str) -> Reading:
+def _reading(
+    recording: Recording, options: Options, scale: object, y_axis: object, otherwise: str
+) -> Reading:
     """Return in words where frame rate, scale and direction of y come from; `otherwise` if nobody states them."""
     fps = otherwise
     if recording.fps is not None:
@@ -310,7 +364,9 @@ def _doubts(recording: Recording, per_cm: float) -> list[str]:
     points = recording.positions[recording.present]
     doubts = []
     if len(points) >= _FEWEST and per_cm > 1 and points.min() >= 0 and points.max() <= 1:
-        doubts.append("all coordinates are from 0 to 1: shares of an image have to be multiplied by its size")
+        doubts.append(
+            "all coordinates are from 0 to 1: shares of an image have to be multiplied by its size"
+        )
     extent = float(np.ptp(points, axis=0).max() / per_cm)
     if extent > _FARTHEST_CM and per_cm < 1:
         scale = "see whether the scale is in pixels per cm, or in cm per pixel"
@@ -318,8 +374,14 @@ def _doubts(recording: Recording, per_cm: float) -> list[str]:
     for name, coordinates in zip("xy", np.moveaxis(recording.positions, -1, 0), strict=True):
         steps = np.diff(coordinates, axis=0)
         steps = steps[~np.isnan(steps)]
-        if len(steps) >= _FEWEST and steps[0] > 0 and np.allclose(steps, steps[0], rtol=1e-6, atol=0):
-            doubts.append(f"{name} grows by {steps[0]:.6g} in every frame, as frame numbers or times do")
+        if (
+            len(steps) >= _FEWEST
+            and steps[0] > 0
+            and np.allclose(steps, steps[0], rtol=1e-6, atol=0)
+        ):
+            doubts.append(
+                f"{name} grows by {steps[0]:.6g} in every frame, as frame numbers or times do"
+            )
     between = np.diff(np.flatnonzero(recording.present.any(axis=1)))
     if len(between) and between.min() > 1 and np.gcd.reduce(between) == 1:
         usual = f"{np.median(between):g} are between most"
@@ -331,7 +393,9 @@ def _doubts(recording: Recording, per_cm: float) -> list[str]:
             doubts.append(f"individuals {other} and {name} may be one")
     nobody = [name for name in recording.individuals if name.lower() in _NOBODY]
     if nobody and len(recording.individuals) > len(nobody):
-        doubts.append(f"individuals are called {', '.join(nobody)}: they may be detections of nobody")
+        doubts.append(
+            f"individuals are called {', '.join(nobody)}: they may be detections of nobody"
+        )
     return doubts
 
 
@@ -383,7 +447,9 @@ def _look(path: Path) -> Glance:
         archives = _arrays.files_of(path)
         tables = [] if archives else _exports.csv_files(path)
         if not tables:
-            return Glance("npz", names=tuple(frozenset(_arrays.array_sizes(file)) for file in archives))
+            return Glance(
+                "npz", names=tuple(frozenset(_arrays.array_sizes(file)) for file in archives)
+            )
         return _look(tables[0])
     with path.open("rb") as file:
         head = file.read(1 << 16)
@@ -395,7 +461,9 @@ def _look(path: Path) -> Glance:
         return Glance("hdf5", names=(names_in(path),))
     if head.startswith(b"PK\x03\x04"):
         if b"[Content_Types].xml" in head or b"xl/" in head:
-            raise refusal("be text, HDF5 or arrays", "a workbook", path, "Save its sheet as CSV (UTF-8).")
+            raise refusal(
+                "be text, HDF5 or arrays", "a workbook", path, "Save its sheet as CSV (UTF-8)."
+            )
         return Glance("npz", names=(frozenset(_arrays.array_sizes(path)),))
     if head.startswith((b"\x93NUMPY", b"CDF\x01", b"CDF\x02")):
         return Glance("npy" if head.startswith(b"\x93") else "netcdf3")
@@ -405,18 +473,26 @@ def _look(path: Path) -> Glance:
             return Glance("text", lines=(first,))
     refuse_utf16(head, path)
     # who reads the lines refuses what is not UTF-8, with its line
-    lines = [line.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace").rstrip("\r\n") for line in raw]
-    return Glance("text", lines=() if any("\0" in line for line in lines) else tuple(filter(None, lines)))
+    lines = [
+        line.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace").rstrip("\r\n") for line in raw
+    ]
+    return Glance(
+        "text", lines=() if any("\0" in line for line in lines) else tuple(filter(None, lines))
+    )
 
 
 def _confident(recording: Recording, least: float, source: str) -> Recording:
     """Return the recording without the positions of which the tracker is less sure."""
     if recording.confidence is None:
-        refuse("min_confidence", "be left out", f"{least} for a file without confidence", place=source)
+        refuse(
+            "min_confidence", "be left out", f"{least} for a file without confidence", place=source
+        )
     sure = np.where(recording.present, np.nan_to_num(recording.confidence), 0.0)
     unsure = recording.present & (sure < least)
     if (unsure == recording.present).all():
-        raise refusal(f"hold a position with confidence {least} or more", f"at most {sure.max()}", source)
+        raise refusal(
+            f"hold a position with confidence {least} or more", f"at most {sure.max()}", source
+        )
     remark = f"{unsure.sum()} positions with a confidence below {least} count as missing"
     positions = np.where(unsure[..., None], np.nan, recording.positions)
     return replace(recording, positions=positions, remarks=(*recording.remarks, remark))
@@ -432,11 +508,15 @@ def _check_order(recording: Recording, source: str) -> None:
     if recording.numbered or frames < 2 * _FEWEST:
         return
     for lag in (1, frames // 2):
-        steps = np.hypot(*np.moveaxis(recording.positions[lag:] - recording.positions[:-lag], -1, 0))
+        steps = np.hypot(
+            *np.moveaxis(recording.positions[lag:] - recording.positions[:-lag], -1, 0)
+        )
         known = steps[~np.isnan(steps)]
         typical.append(float(np.median(known)) if len(known) >= _FEWEST else math.nan)
     near, far = typical
     if near > _LEAST_CONTINUITY * far:
         rule = "have its rows in the order of time"
         received = f"a typical step of {near:.3g} between neighboring rows and {far:.3g} between distant ones"
-        raise refusal(rule, received, source, "The rows may be shuffled; they carry no frame number.")
+        raise refusal(
+            rule, received, source, "The rows may be shuffled; they carry no frame number."
+        )

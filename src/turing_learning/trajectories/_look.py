@@ -48,18 +48,26 @@ class Look:
         facts = {"file": recording.source, "format": recording.format}
         facts["read from"] = ", ".join(f"{role} = {name}" for role, name in reading.columns.items())
         facts["not read"] = ", ".join(reading.unread)
-        facts["frame rate"] = ", ".join(filter(None, (f"{recording.fps:g} per second", reading.fps)))
+        facts["frame rate"] = ", ".join(
+            filter(None, (f"{recording.fps:g} per second", reading.fps))
+        )
         facts["scale"] = reading.scale
         facts["y points"] = reading.y_axis
         frames, count = recording.present.shape
-        facts["individuals"] = f"{count}, at most {recording.at_once} at once: {_listed(recording.individuals)}"
-        facts["frames"] = f"{frames}, {recording.first_frame} to {recording.first_frame + frames - 1}"
+        facts["individuals"] = (
+            f"{count}, at most {recording.at_once} at once: {_listed(recording.individuals)}"
+        )
+        facts["frames"] = (
+            f"{frames}, {recording.first_frame} to {recording.first_frame + frames - 1}"
+        )
         facts["duration"] = f"{recording.duration_s:.4g} s"
         facts["missing"] = self.problems.described_gaps
         facts["jumps"] = self.problems.described_jumps
         for name, values in self._signals().items():
             low, median, high = np.round(np.percentile(values, [5, 50, 95]), 6)
-            facts[name] = f"median {median:.3g} {self._units[name]}, 90 % from {low:.3g} to {high:.3g}"
+            facts[name] = (
+                f"median {median:.3g} {self._units[name]}, 90 % from {low:.3g} to {high:.3g}"
+            )
         (left, bottom), (right, top) = self._likely.reach
         unit = recording.unit
         facts["tank of the models"] = (
@@ -109,9 +117,15 @@ class Look:
         unlikely = recording.present & ~self._likely.present
         absent = ~self._likely.present[..., None]
         likely = np.where(absent, np.nan, recording.positions)
-        what = "Each individual in a color; dashed, the tank of the models, as far as positions reach."
+        what = (
+            "Each individual in a color; dashed, the tank of the models, as far as positions reach."
+        )
         tracks = tracks_figure(
-            names, likely, self._likely.reach, unlikely=recording.positions[unlikely], unit=recording.unit
+            names,
+            likely,
+            self._likely.reach,
+            unlikely=recording.positions[unlikely],
+            unit=recording.unit,
         )
         jumps = [
             (names.index(jump.individual), (jump.frame - recording.first_frame) / recording.fps)

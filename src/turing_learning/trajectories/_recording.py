@@ -31,7 +31,9 @@ class Recording:
     fps: float | None = None
     unit: str | None = None  #: "cm" or "px"
     y_axis: YAxis | None = "down"  #: None if the format has no direction of y by its definition
-    numbered: bool = True  #: Whether rows carry a frame number, so that their order in the file does not matter
+    numbered: bool = (
+        True  #: Whether rows carry a frame number, so that their order in the file does not matter
+    )
     remarks: tuple[str, ...] = ()
     choices: tuple[str, ...] = ()  #: What was taken of a file that could be read otherwise
     #: Role -> column or array of the file that it was read from
@@ -56,7 +58,21 @@ class Reading:
     y_axis: str = ""  #: Where y points in the file, and who says so
 
 
-ROLES = ("frame", "time", "id", "x", "y", "heading", "confidence", "left", "top", "right", "bottom", "width", "height")
+ROLES = (
+    "frame",
+    "time",
+    "id",
+    "x",
+    "y",
+    "heading",
+    "confidence",
+    "left",
+    "top",
+    "right",
+    "bottom",
+    "width",
+    "height",
+)
 """What a column of a table can be said to be; from left on of a box around an individual."""
 
 
@@ -82,7 +98,9 @@ class Options:
             value = getattr(self, name)
             if value is not None and (name, value) != ("pixels_per_cm", "unknown"):
                 number(name, value, least=1 / LARGEST, most=LARGEST)
-        require(self.y_axis in (None, "up", "down"), "y_axis", "be 'up' or 'down'", brief(self.y_axis))
+        require(
+            self.y_axis in (None, "up", "down"), "y_axis", "be 'up' or 'down'", brief(self.y_axis)
+        )
         number("min_confidence", 0.0 if self.min_confidence is None else self.min_confidence)
 
 
@@ -113,7 +131,11 @@ class Glance:
 
     def cells(self, separator: str) -> list[str]:
         """Return the cells of the first line."""
-        return [name.strip().strip('"') for name in self.lines[0].split(separator)] if self.lines else []
+        return (
+            [name.strip().strip('"') for name in self.lines[0].split(separator)]
+            if self.lines
+            else []
+        )
 
     def holds(self, *names: str) -> bool:
         """Return whether an HDF5 file has all of these names."""
@@ -135,7 +157,9 @@ Place = Callable[[int], str]
 def natural(name: str) -> tuple[list[tuple[int, str]], str]:
     """Return a sorting key by which fish10 comes after fish9."""
     parts = re.split(r"([0-9]+)", name)
-    return [(len(part.lstrip("0")), part) if k % 2 else (0, part) for k, part in enumerate(parts)], name
+    return [
+        (len(part.lstrip("0")), part) if k % 2 else (0, part) for k, part in enumerate(parts)
+    ], name
 
 
 def check_positions(positions: np.ndarray, place: Place, whole: object) -> None:
@@ -149,7 +173,9 @@ def check_positions(positions: np.ndarray, place: Place, whole: object) -> None:
         raise refusal("hold at least one position", "none", whole)
 
 
-def refuse_first(bad: np.ndarray, place: Place, rule: str, values: np.ndarray | str, remedy: Text = "") -> None:
+def refuse_first(
+    bad: np.ndarray, place: Place, rule: str, values: np.ndarray | str, remedy: Text = ""
+) -> None:
     """Refuse the first row that is bad, with its value."""
     for row in np.flatnonzero(bad)[:1].tolist():
         received = values if isinstance(values, str) else np.asarray(values[row]).tolist()
@@ -167,7 +193,9 @@ def assemble(
     frame numbers are refused, too.
     """
     whole = (frames >= 0) & (frames <= LARGEST) & (frames == np.floor(frames))
-    refuse_first(~whole, place, f"have frame numbers that are whole, from 0 to {LARGEST:.0e}", frames)
+    refuse_first(
+        ~whole, place, f"have frame numbers that are whole, from 0 to {LARGEST:.0e}", frames
+    )
     labels = np.asarray(names, dtype=object)
     refuse_first(labels == "", place, "name the individual in each row", labels)
     check_positions(positions, place, place(0))
@@ -186,7 +214,9 @@ def assemble(
     order = np.lexsort((who, numbers))
     again = (np.diff(numbers[order]) == 0) & (np.diff(who[order]) == 0)
     one, other = order[:-1][again], order[1:][again]
-    differs = ~((values[one] == values[other]) | (np.isnan(values[one]) & np.isnan(values[other]))).all(axis=1)
+    differs = ~(
+        (values[one] == values[other]) | (np.isnan(values[one]) & np.isnan(values[other]))
+    ).all(axis=1)
     for early, late in np.sort(np.stack([one, other], axis=1)[differs], axis=1)[:1]:
         got = f"another one for frame {numbers[early]} than {place(early)}"
         raise refusal("give one position for each individual and frame", got, place(late), twice)
@@ -200,7 +230,9 @@ def assemble(
 
 def directed(recording: Recording, front: Recording, back: Recording) -> Recording:
     """Return a recording whose headings lead from one point of the body to another; without both a position is missing."""
-    who = [[each.individuals.index(name) for name in recording.individuals] for each in (front, back)]
+    who = [
+        [each.individuals.index(name) for name in recording.individuals] for each in (front, back)
+    ]
     ahead = front.positions[:, who[0]] - back.positions[:, who[1]]
     headings = np.arctan2(ahead[..., 1], ahead[..., 0])
     unknown = recording.present & (np.isnan(headings) | (ahead == 0).all(axis=2))
@@ -211,7 +243,9 @@ def directed(recording: Recording, front: Recording, back: Recording) -> Recordi
     return replace(recording, positions=positions, headings=headings, remarks=remarks)
 
 
-def from_array(positions: np.ndarray, names: tuple[str, ...], place: str | Place, **stated: Any) -> Recording:
+def from_array(
+    positions: np.ndarray, names: tuple[str, ...], place: str | Place, **stated: Any
+) -> Recording:
     """Return the recording of positions (F, A, 2), NaN where missing; `place` is that of all, or says where a frame is."""
     count = positions.shape[1]
     at = place if callable(place) else lambda frame: f"{place}, frame {frame}"
@@ -246,13 +280,19 @@ class Problems:
     missing: dict[str, int]  #: For each individual: frames without a position
     gaps: dict[str, int]  #: Runs of such frames
     longest_gap: dict[str, int]  #: Frames in the longest
-    jumps: tuple[Jump, ...]  #: Steps that are too long, in order of time; displacements over a gap are no steps
+    jumps: tuple[
+        Jump, ...
+    ]  #: Steps that are too long, in order of time; displacements over a gap are no steps
     #: Numbers of frames in which everybody is exactly where they were in the one before: the video stood still
     repeated_frames: tuple[int, ...]
-    empty_frames: tuple[int, ...]  #: Numbers of frames without anybody, whether the file has them or not
+    empty_frames: tuple[
+        int, ...
+    ]  #: Numbers of frames without anybody, whether the file has them or not
     typical_step: float  #: Median length of the steps that are not 0, in the unit of the recording
     frames: int  #: Their number
-    remarks: tuple[str, ...] = ()  #: What the reader and later steps have to say, among it the direction of y
+    remarks: tuple[
+        str, ...
+    ] = ()  #: What the reader and later steps have to say, among it the direction of y
     #: Names of those in one place in all of their frames, two or more: a lost track, a dead animal, a mark
     still: tuple[str, ...] = ()
     every: int = 1  #: Only one frame in so many is there, evenly; 1 otherwise
@@ -265,11 +305,20 @@ class Problems:
     @property
     def found(self) -> bool:
         """Whether there is anything: a missing value, a jump, somebody who never moves, a repeated or empty frame, a doubt."""
-        found = (self.jumps, self.still, self.repeated_frames, self.empty_frames, self.headings, self.doubts)
+        found = (
+            self.jumps,
+            self.still,
+            self.repeated_frames,
+            self.empty_frames,
+            self.headings,
+            self.doubts,
+        )
         return any(self.missing.values()) or any(found)
 
     def __str__(self) -> str:
-        lines = [f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"] * (self.every > 1)
+        lines = [
+            f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"
+        ] * (self.every > 1)
         lines += self.headings + self.doubts
         gaps = [name for name, count in self.missing.items() if count]
         if len(gaps) > MOST_LINES:
@@ -280,8 +329,14 @@ class Problems:
             lines.append(self.described_jumps)
         else:
             lines += [self._described(jump) for jump in self.jumps]
-        lines += [f"{name}: never moves, in {counted(self.frames - self.missing[name])}" for name in self.still]
-        for what, frames in (("repeat the one before", self.repeated_frames), ("without anybody", self.empty_frames)):
+        lines += [
+            f"{name}: never moves, in {counted(self.frames - self.missing[name])}"
+            for name in self.still
+        ]
+        for what, frames in (
+            ("repeat the one before", self.repeated_frames),
+            ("without anybody", self.empty_frames),
+        ):
             if frames:
                 listed = ", ".join(map(str, frames[:10])) + (", ..." if len(frames) > 10 else "")
                 lines.append(f"{counted(len(frames))} {what}: {listed}")
@@ -341,16 +396,22 @@ def share_in_degrees(present: np.ndarray, headings: np.ndarray) -> float:
     both = present[1:] & present[:-1]
     changes = np.abs(np.diff(headings, axis=0))[both]
     beyond = float((np.abs(headings[present]) > 2 * math.pi).mean())
-    return beyond if beyond > BEYOND and len(changes) and (changes > math.pi).mean() > LEAPS else 0.0
+    return (
+        beyond if beyond > BEYOND and len(changes) and (changes > math.pi).mean() > LEAPS else 0.0
+    )
 
 
-def doubt_headings(positions: np.ndarray, present: np.ndarray, headings: np.ndarray) -> tuple[str, ...]:
+def doubt_headings(
+    positions: np.ndarray, present: np.ndarray, headings: np.ndarray
+) -> tuple[str, ...]:
     """Return in words why headings (F, A) of positions (F, A, 2) may not be in rad or not of the head."""
     both = present[1:] & present[:-1]
     if not both.any():
         return ()
     if beyond := share_in_degrees(present, headings):
-        return (f"headings may be in degrees, as {beyond:.0%} are beyond 2 pi; they are taken as rad",)
+        return (
+            f"headings may be in degrees, as {beyond:.0%} are beyond 2 pi; they are taken as rad",
+        )
     step = np.diff(positions, axis=0)[both]
     length = np.hypot(step[:, 0], step[:, 1])
     if not length.any():

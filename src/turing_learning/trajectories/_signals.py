@@ -67,13 +67,27 @@ def compute_signals(
     present = np.ones(positions.shape[:-1], dtype=bool) if present is None else present
     shape = positions.shape[:-1]
     if positions.ndim < 3 or positions.shape[-1] != 2 or positions.shape[-3] < 2:
-        refuse("positions", "be of shape (..., F, A, 2) with 2 frames or more", str(positions.shape))
+        refuse(
+            "positions", "be of shape (..., F, A, 2) with 2 frames or more", str(positions.shape)
+        )
     for name, array in (("present", present), ("headings", headings)):
         if array is not None:
-            require(array.shape == shape, name, f"be of shape (..., F, A) = {shape}", str(array.shape))
-    require(np.isfinite(positions[present]).all(), "positions", "be finite wherever `present`", "a value that is not")
+            require(
+                array.shape == shape, name, f"be of shape (..., F, A) = {shape}", str(array.shape)
+            )
+    require(
+        np.isfinite(positions[present]).all(),
+        "positions",
+        "be finite wherever `present`",
+        "a value that is not",
+    )
     number("fps", fps, above=0)
-    fits = bool(names) and not isinstance(names, str) and set(names) <= set(SIGNALS) and len(set(names)) == len(names)
+    fits = (
+        bool(names)
+        and not isinstance(names, str)
+        and set(names) <= set(SIGNALS)
+        and len(set(names)) == len(names)
+    )
     require(fits, "names", f"be some of {', '.join(SIGNALS)}, each once", brief(names))
     odd = integer("smooth_frames", smooth_frames, 1) % 2
     require(odd, "smooth_frames", "be odd and 1 or more", smooth_frames)
@@ -97,12 +111,18 @@ def compute_signals(
     return Signals(np.where(valid[..., None], np.stack(columns, axis=-1), 0.0), valid, tuple(names))
 
 
-def _course(step: np.ndarray, both: np.ndarray, headings: np.ndarray | None) -> tuple[np.ndarray, ...]:
+def _course(
+    step: np.ndarray, both: np.ndarray, headings: np.ndarray | None
+) -> tuple[np.ndarray, ...]:
     """Return heading at each step's first frame, where it exists, turn over the step, and where that exists."""
     if headings is not None:
         return headings[..., :-1, :], both, wrap(np.diff(headings, axis=-2)), both
-    last = last_true(both & (step != 0).any(axis=-1), -2)  # the direction is that of the last displacement
-    direction = np.take_along_axis(np.arctan2(step[..., 1], step[..., 0]), np.maximum(last, 0), axis=-2)
+    last = last_true(
+        both & (step != 0).any(axis=-1), -2
+    )  # the direction is that of the last displacement
+    direction = np.take_along_axis(
+        np.arctan2(step[..., 1], step[..., 0]), np.maximum(last, 0), axis=-2
+    )
     known = last > last_true(~both, -2)  # since the last gap
     came, came_known = _delayed(direction), _delayed(known)
     turned = np.where(known & came_known, wrap(direction - came), 0.0)
@@ -120,9 +140,16 @@ def _nearest(positions: np.ndarray, present: np.ndarray) -> tuple[np.ndarray, np
     individuals = positions.shape[-2]
     for other in range(1, individuals):
         candidate = np.roll(positions, -other, axis=-2) - positions
-        distance = np.where(np.roll(present, -other, axis=-1), np.hypot(candidate[..., 0], candidate[..., 1]), np.inf)
+        distance = np.where(
+            np.roll(present, -other, axis=-1),
+            np.hypot(candidate[..., 0], candidate[..., 1]),
+            np.inf,
+        )
         closer = distance < nearest
-        offset, nearest = np.where(closer[..., None], candidate, offset), np.where(closer, distance, nearest)
+        offset, nearest = (
+            np.where(closer[..., None], candidate, offset),
+            np.where(closer, distance, nearest),
+        )
     return offset, np.isfinite(nearest)
 
 
@@ -130,7 +157,9 @@ def last_true(flags: np.ndarray, axis: int = 0) -> np.ndarray:
     """Return the place of the last true at or before each place, -1 if there is none."""
     shape = [1] * flags.ndim
     shape[axis] = flags.shape[axis]
-    return np.maximum.accumulate(np.where(flags, np.arange(flags.shape[axis]).reshape(shape), -1), axis=axis)
+    return np.maximum.accumulate(
+        np.where(flags, np.arange(flags.shape[axis]).reshape(shape), -1), axis=axis
+    )
 
 
 def next_true(flags: np.ndarray, axis: int = 0) -> np.ndarray:

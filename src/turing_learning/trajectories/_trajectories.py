@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from turing_learning.errors import RefusedError, Setting, brief, integer, number, refuse, refusing_as, require
+from turing_learning.errors import (
+    RefusedError,
+    Setting,
+    brief,
+    integer,
+    number,
+    refuse,
+    refusing_as,
+    require,
+)
 
 from ._implausible import implausible
 from ._recording import JUMP_FACTOR, Jump, Problems, Reading, counted, doubt_headings
@@ -47,11 +56,15 @@ class Trajectories:
     first_frame: int = 0  #: Its number in the file
     headings: np.ndarray | None = None  #: (F, A), optional: rad, anticlockwise from the x axis
     confidence: np.ndarray | None = None  #: (F, A), optional: The tracker's own, usually in [0, 1]
-    interpolated: np.ndarray | None = None  #: (F, A), optional: Where positions were interpolated by `bridged`
+    interpolated: np.ndarray | None = (
+        None  #: (F, A), optional: Where positions were interpolated by `bridged`
+    )
     source: str = ""  #: Where it comes from
     format: str = ""  #: The tracker's, one of `FORMATS`
     remarks: tuple[str, ...] = ()  #: What was done on the way here, in words
-    choices: tuple[str, ...] = ()  #: What its reader took a file for that could be read otherwise, in words
+    choices: tuple[
+        str, ...
+    ] = ()  #: What its reader took a file for that could be read otherwise, in words
     reading: Reading = field(default_factory=Reading)  #: How its file was read
 
     def __post_init__(self) -> None:
@@ -59,10 +72,14 @@ class Trajectories:
             refuse("positions", "be of shape (F, A, 2) and not empty", str(self.positions.shape))
         shape = self.positions.shape[:2]
         for name, array in self._arrays(...).items():
-            require(array.shape[:2] == shape, name, f"be of shape (F, A) = {shape}", str(array.shape))
+            require(
+                array.shape[:2] == shape, name, f"be of shape (F, A) = {shape}", str(array.shape)
+            )
             for place in map(tuple, np.argwhere(~np.isfinite(array))[:1].tolist()):
                 remedy = "Where somebody is absent, `present` is false and positions are 0; "
-                remedy += "`load_trajectories(positions, fps=..., ...)` makes that of an array with NaN."
+                remedy += (
+                    "`load_trajectories(positions, fps=..., ...)` makes that of an array with NaN."
+                )
                 refuse(name, "be finite", f"{array[place]} at {place}", remedy)
         if self.present.dtype != bool or not self.present.any():
             refuse("present", "be booleans, some of them true", str(self.present.dtype))
@@ -121,7 +138,12 @@ class Trajectories:
             The typical step is the median over all individuals of the steps that are not 0.
         """
         number("jump_factor", jump_factor, above=1)
-        positions, present, names, first = self.positions, self.present, self.individuals, self.first_frame
+        positions, present, names, first = (
+            self.positions,
+            self.present,
+            self.individuals,
+            self.first_frame,
+        )
         both = present[1:] & present[:-1]
         steps = np.where(both, np.hypot(*np.moveaxis(np.diff(positions, axis=0), -1, 0)), 0.0)
         unlikely = self._unlikely(jump_factor, LONGEST_REST_S)
@@ -129,17 +151,30 @@ class Trajectories:
         sound = np.where(likely[1:] & likely[:-1], steps, 0.0)
         typical = float(np.median(sound[sound > 0])) if (sound > 0).any() else 0.0
         jumps = [
-            Jump(names[who], int(first + frame), float(steps[frame, who]), float(steps[frame, who] / typical))
+            Jump(
+                names[who],
+                int(first + frame),
+                float(steps[frame, who]),
+                float(steps[frame, who] / typical),
+            )
             for frame, who in np.argwhere(sound > jump_factor * typical)
         ]
-        same = (steps == 0).all(axis=1) & (present[1:] == present[:-1]).all(axis=1) & present[1:].any(axis=1)
-        ends = np.pad(present, ((1, 1), (0, 0)), constant_values=True)  # so that gaps lie between frames with somebody
+        same = (
+            (steps == 0).all(axis=1)
+            & (present[1:] == present[:-1]).all(axis=1)
+            & present[1:].any(axis=1)
+        )
+        ends = np.pad(
+            present, ((1, 1), (0, 0)), constant_values=True
+        )  # so that gaps lie between frames with somebody
         lengths = {name: np.diff(np.flatnonzero(ends[:, k])) - 1 for k, name in enumerate(names)}
         places = positions[present.argmax(axis=0), np.arange(present.shape[1])]
         moved = ((positions != places).any(axis=2) & present).any(axis=0)
         doubts = [f"{what}; windows leave that out" for what in self._described(unlikely)]
         kept = both & likely[1:] & likely[:-1]
-        doubts += implausible(positions, present & likely, steps[kept], fps=self.fps, unit=self.unit, names=names)
+        doubts += implausible(
+            positions, present & likely, steps[kept], fps=self.fps, unit=self.unit, names=names
+        )
         if len(jumps) > max(FEWEST, FREQUENT_JUMPS * both.sum()):
             share = f"{len(jumps) / both.sum():.1%} of all steps are jumps"
             doubts.append(f"{share}: see whether the file tells individuals apart as they are")
@@ -168,7 +203,9 @@ class Trajectories:
             still=tuple(names[who] for who in np.flatnonzero((present.sum(axis=0) > 1) & ~moved)),
             every=self.every,
             unit=self.unit,
-            headings=() if self.headings is None else doubt_headings(positions, present, self.headings),
+            headings=()
+            if self.headings is None
+            else doubt_headings(positions, present, self.headings),
             doubts=(*self.choices, *doubts),
         )
 
@@ -220,7 +257,10 @@ class Trajectories:
         remedy = ("If they rest, give a longer ", Setting("longest_rest_s"), ".")
         rule = "be of somebody who moves"
         require(present.any(), "positions", rule, lines[0], remedy, place=self.source)
-        arrays = {"present": present, "positions": np.where(present[..., None], self.positions, 0.0)}
+        arrays = {
+            "present": present,
+            "positions": np.where(present[..., None], self.positions, 0.0),
+        }
         remarks = [f"{line}; all count as missing" for line in lines]
         return replace(self, **arrays, remarks=(*self.remarks, *remarks))
 
@@ -232,11 +272,17 @@ class Trajectories:
         """
         max_gap = integer("max_gap", max_gap, 1)
         before, after = last_true(self.present), next_true(self.present)
-        filled = ~self.present & (before >= 0) & (after < len(before)) & (after - before - 1 <= max_gap)
+        filled = (
+            ~self.present & (before >= 0) & (after < len(before)) & (after - before - 1 <= max_gap)
+        )
         frame, who = np.nonzero(filled)
         left, right = before[filled], after[filled]
         share = (frame - left) / (right - left)
-        arrays = {"positions": self.positions.copy(), "present": self.present | filled, "interpolated": filled}
+        arrays = {
+            "positions": self.positions.copy(),
+            "present": self.present | filled,
+            "interpolated": filled,
+        }
         ends = self.positions[left, who], self.positions[right, who]
         arrays["positions"][filled] = (1 - share)[:, None] * ends[0] + share[:, None] * ends[1]
         if self.interpolated is not None:
@@ -254,7 +300,9 @@ class Trajectories:
         first = int(np.argmax(self.present.any(axis=1))) % every
         remark = f"one frame in {every} was kept, frame numbers count those"
         arrays = self._arrays(slice(first, None, every))
-        return replace(self, **arrays, fps=self.fps / every, first_frame=0, remarks=(*self.remarks, remark))
+        return replace(
+            self, **arrays, fps=self.fps / every, first_frame=0, remarks=(*self.remarks, remark)
+        )
 
     def split(self, longest_gap_s: float) -> "Trajectories":
         """Return a copy in which who is away for longer than so many s (above 0) is another individual after that.
@@ -274,7 +322,9 @@ class Trajectories:
             return self
         arrays = self._arrays((slice(None), [who for _, who, _, _ in pieces]))
         frame = np.arange(len(self.positions))
-        inside = np.stack([(frame >= first) & (frame <= last) for _, _, first, last in pieces], axis=1)
+        inside = np.stack(
+            [(frame >= first) & (frame <= last) for _, _, first, last in pieces], axis=1
+        )
         arrays["present"] = arrays["present"] & inside
         arrays["positions"] = np.where(arrays["present"][..., None], arrays["positions"], 0.0)
         gaps = len(pieces) - len(self.individuals)
@@ -289,7 +339,9 @@ class Trajectories:
 
     def _arrays(self, index: Any) -> dict[str, Any]:
         """Return parts of all arrays (F, A, ...) by name."""
-        return {name: array[index] for name in _ARRAYS if (array := getattr(self, name)) is not None}
+        return {
+            name: array[index] for name in _ARRAYS if (array := getattr(self, name)) is not None
+        }
 
     def _place(self, name: str) -> int:
         if name not in self.individuals:
@@ -300,7 +352,9 @@ class Trajectories:
         """Compute linear (cm/s) and angular speed (rad/s), (F - 1, A, 2): `signals` with its default names."""
         return self.signals(("speed", "turn"), smooth_frames=smooth_frames)
 
-    def signals(self, names: Sequence[str] = ("speed", "turn"), *, smooth_frames: int = 1) -> Signals:
+    def signals(
+        self, names: Sequence[str] = ("speed", "turn"), *, smooth_frames: int = 1
+    ) -> Signals:
         """Compute D signals of each individual at each step; see `compute_signals`, also for `names` and `smooth_frames`.
 
         Returns
@@ -310,7 +364,9 @@ class Trajectories:
             unknown.
         """
         known = {"present": self.present, "headings": self.headings}
-        return compute_signals(self.positions, fps=self.fps, names=names, smooth_frames=smooth_frames, **known)
+        return compute_signals(
+            self.positions, fps=self.fps, names=names, smooth_frames=smooth_frames, **known
+        )
 
     def windows(
         self, steps: int | None = None, *, length_s: float | None = None, stride: int | None = None,
@@ -357,14 +413,28 @@ class Trajectories:
             got = f"{self.fps:g} per second, of which only one in {self.every} is there: {self.fps / self.every:g} per second"
             ahead = "If that is the rate of what was tracked, keep those by thinning: "
             times = Setting("columns", {"time": "frame"})
-            remedy = (ahead, Setting("every", self.every), ". If frame numbers are times, give ", times, ".")
+            remedy = (
+                ahead,
+                Setting("every", self.every),
+                ". If frame numbers are times, give ",
+                times,
+                ".",
+            )
             refuse("fps", "be the rate of the frames that are there", got, remedy)
         names = self.individuals if individuals is None else individuals
         if len(set(names)) < len(names):
             refuse("individuals", "be different names", str(list(names)), "Name each once.")
         chosen, apart = [self._place(name) for name in names], hold_out_individuals
-        if isinstance(apart, str) or not set(apart) <= set(names) or (apart and set(apart) >= set(names)):
-            refuse("hold_out_individuals", f"be a list of names, some of {', '.join(names)} but not all", brief(apart))
+        if (
+            isinstance(apart, str)
+            or not set(apart) <= set(names)
+            or (apart and set(apart) >= set(names))
+        ):
+            refuse(
+                "hold_out_individuals",
+                f"be a list of names, some of {', '.join(names)} but not all",
+                brief(apart),
+            )
         if (steps is None) == (length_s is None):
             refuse("steps", "be given, or `length_s`, one of them", f"{steps} and {length_s}")
         if length_s is not None:
@@ -403,7 +473,9 @@ class Trajectories:
             "y": self.positions[frame, who, 1],
         }
         known = {"heading": self.headings, "confidence": self.confidence}
-        columns |= {name: values[frame, who] for name, values in known.items() if values is not None}
+        columns |= {
+            name: values[frame, who] for name, values in known.items() if values is not None
+        }
         table = pd.DataFrame(columns)
         table.attrs = {"fps": self.fps, "unit": self.unit, "y_axis": "up"}
         return table
@@ -421,11 +493,18 @@ class Trajectories:
         """
         import xarray as xr
 
-        positions = np.where(self.present[..., None], self.positions, np.nan).transpose(0, 2, 1)[:, :, None]
+        positions = np.where(self.present[..., None], self.positions, np.nan).transpose(0, 2, 1)[
+            :, :, None
+        ]
         sure = np.nan if self.confidence is None else self.confidence
-        planes = {"confidence": sure} | ({} if self.headings is None else {"heading": self.headings})
+        planes = {"confidence": sure} | (
+            {} if self.headings is None else {"heading": self.headings}
+        )
         variables = {
-            name: (("time", "keypoints", "individuals"), np.where(self.present, values, np.nan)[:, None])
+            name: (
+                ("time", "keypoints", "individuals"),
+                np.where(self.present, values, np.nan)[:, None],
+            )
             for name, values in planes.items()
         }
         return xr.Dataset(
@@ -468,7 +547,10 @@ def pooled_windows(
     parts = []
     for k, each in enumerate(recordings):
         place = each.source or f"recording {k + 1}"
-        same, rule = each.unit == recordings[0].unit, f"be in {recordings[0].unit}, as the first recording"
+        same, rule = (
+            each.unit == recordings[0].unit,
+            f"be in {recordings[0].unit}, as the first recording",
+        )
         require(same, "recordings", rule, each.unit, place=place)
         with refusing_as(RefusedError, place=place if len(recordings) > 1 else ""):
             parts.append(each.windows(**options | apart))

@@ -30,7 +30,9 @@ class Windows:
     interval_s: float  #: Duration of a step (s)
     #: Whether signals are measured with headings, speeds negative backwards, turns of the body; models have to be
     headings: bool
-    steps_without_signal: int  #: Steps of the chosen individuals that no window may contain because of gaps
+    steps_without_signal: (
+        int  #: Steps of the chosen individuals that no window may contain because of gaps
+    )
     steps_with_jump: int  #: Because of jumps
     #: Of each block: first row, row after the last, "learning", "held out", or if individuals are "learning and held out"
     blocks: tuple[tuple[int, int, str], ...]
@@ -46,12 +48,16 @@ class Windows:
     @property
     def learning_recording(self) -> np.ndarray:
         """Of which recording (K,), from 0, each window for learning is."""
-        return np.searchsorted(np.cumsum(self.recordings[:, 1]), self.learning_index[:, 1], side="right")
+        return np.searchsorted(
+            np.cumsum(self.recordings[:, 1]), self.learning_index[:, 1], side="right"
+        )
 
     @property
     def held_out_recording(self) -> np.ndarray:
         """The same of each held-out window."""
-        return np.searchsorted(np.cumsum(self.recordings[:, 1]), self.held_out_index[:, 1], side="right")
+        return np.searchsorted(
+            np.cumsum(self.recordings[:, 1]), self.held_out_index[:, 1], side="right"
+        )
 
 
 def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Windows:
@@ -69,9 +75,17 @@ def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Wi
     ):
         for k, one in enumerate(measured, start=1):
             got = f"{measured[0]} and {one}"
-            require(one == measured[0], name, "be the same in all recordings", got, place=f"recording {k}")
+            require(
+                one == measured[0],
+                name,
+                "be the same in all recordings",
+                got,
+                place=f"recording {k}",
+            )
     if hold_out:
-        fits = all(is_integer(k) and 0 <= k < len(parts) for k in hold_out) and len(set(hold_out)) < len(parts)
+        fits = all(is_integer(k) and 0 <= k < len(parts) for k in hold_out) and len(
+            set(hold_out)
+        ) < len(parts)
         rule = f"be some of 0 to {len(parts) - 1}, but not all"
         require(fits, "hold_out_recordings", rule, str(list(hold_out)))
     counts = np.concatenate([part.recordings for part in parts])
@@ -83,7 +97,9 @@ def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Wi
         only = SIDES[k in hold_out] if hold_out else None
         sides[only or SIDES[0]].append((part.learning, part.learning_index + start))
         sides[only or SIDES[1]].append((part.held_out, part.held_out_index + start))
-        blocks += [(begin + start[1], end + start[1], only or side) for begin, end, side in part.blocks]
+        blocks += [
+            (begin + start[1], end + start[1], only or side) for begin, end, side in part.blocks
+        ]
     (learning, learning_index), (held_out, held_out_index) = (
         tuple(map(np.concatenate, zip(*sides[side], strict=True))) for side in SIDES
     )
@@ -114,7 +130,9 @@ def cut_windows(
     integer("gap", gap)
     valid, frames, places = signals.valid.copy(), len(signals.valid) + 1, []
     step_of = np.arange(len(valid))[:, None]
-    for step, who in np.argwhere(jumps):  # enters later signals by the lead, and those around it by smoothing
+    for step, who in np.argwhere(
+        jumps
+    ):  # enters later signals by the lead, and those around it by smoothing
         valid[max(0, step - half) : step + half + lead + 1, who] = False
     blocks: tuple[tuple[int, int, str], ...] = ((0, frames, BOTH if apart else SIDES[0]),)
     if hold_out:
@@ -126,14 +144,23 @@ def cut_windows(
             if of in (side, BOTH):  # the steps whose frames lie within the block
                 within = slice(begin + lead + half, max(0, end - half - 1))
                 usable[within, own] = valid[within, own]
-        before, after = last_true(~usable), next_true(~usable)  # where the stretch of usable steps around a step ends
-        index = np.argwhere(((step_of - before - 1) % stride == 0) & (after - step_of >= steps))[:, ::-1]
+        before, after = (
+            last_true(~usable),
+            next_true(~usable),
+        )  # where the stretch of usable steps around a step ends
+        index = np.argwhere(((step_of - before - 1) % stride == 0) & (after - step_of >= steps))[
+            :, ::-1
+        ]
         rule = f"leave at least one window {'held out' if tested else 'for learning'}"
         got = f"{steps} steps in {frames} frames with hold_out {hold_out}, gap {gap}"
         needed = not tested or hold_out or apart
-        require(len(index) or not needed, "steps", rule, got, "Take shorter windows, or bridge gaps.")
+        require(
+            len(index) or not needed, "steps", rule, got, "Take shorter windows, or bridge gaps."
+        )
         places.append(index)
-    learning, held_out = (signals.values[index[:, 1, None] + np.arange(steps), index[:, 0, None]] for index in places)
+    learning, held_out = (
+        signals.values[index[:, 1, None] + np.arange(steps), index[:, 0, None]] for index in places
+    )
     return Windows(
         learning=learning,
         held_out=held_out,
@@ -152,7 +179,9 @@ SIDES = ("learning", "held out")
 BOTH = "learning and held out"
 
 
-def cut_blocks(frames: int, hold_out: float, gap: int, of_window: int) -> tuple[tuple[int, int, str], ...]:
+def cut_blocks(
+    frames: int, hold_out: float, gap: int, of_window: int
+) -> tuple[tuple[int, int, str], ...]:
     """Return the blocks of frames for learning and for testing, those for testing spread over time.
 
     So many frames enter the signals `of_window`, one window.

@@ -28,7 +28,9 @@ def test_samples_may_differ_in_length():
     assert compare(LOW, [HIGH, HIGH[:3]]).p_values.shape == (2,)
 
 
-@pytest.mark.parametrize("low", [["0.1", "0.2", "0.3"], [None, 1.0, 2.0], [0.1, np.nan, 0.3], [[0.1, 0.2, 0.3]]])
+@pytest.mark.parametrize(
+    "low", [["0.1", "0.2", "0.3"], [None, 1.0, 2.0], [0.1, np.nan, 0.3], [[0.1, 0.2, 0.3]]]
+)
 def test_what_are_no_scores_are_not_taken_for_some(low):
     with pytest.raises(ValueError, match=r"^`(low|high)` must be "):
         area_under_curve([0.1, 0.2], low)
@@ -51,6 +53,8 @@ SCORES = st.lists(st.integers(0, 5), min_size=1, max_size=12)
 
 @settings(max_examples=60, deadline=None)
 @given(SCORES, SCORES)
-def test_the_area_is_the_probability_that_one_scores_above_the_other_with_ties_counted_half(high, low):
+def test_the_area_is_the_probability_that_one_scores_above_the_other_with_ties_counted_half(
+    high, low
+):
     pairs = [(one > other) + (one == other) / 2 for one in high for other in low]
     assert area_under_curve(np.array(high), np.array(low)) == pytest.approx(np.mean(pairs))

@@ -25,11 +25,14 @@ def test_every_moment_of_every_trial_has_a_dispersion():
 def test_dispersion_does_not_depend_on_where_the_swarm_is_and_how_it_is_turned():
     positions = np.random.default_rng(1).normal(size=(50, 2))
     turn = np.array([[np.cos(1.0), -np.sin(1.0)], [np.sin(1.0), np.cos(1.0)]])
-    assert dispersion(positions @ turn + 123.0, 3.5) == pytest.approx(float(dispersion(positions, 3.5)))
+    assert dispersion(positions @ turn + 123.0, 3.5) == pytest.approx(
+        float(dispersion(positions, 3.5))
+    )
 
 
 @pytest.mark.parametrize(
-    ("disks", "least"), [(1, 0.0), (2, 0.5), (3, 1.0), (7, 6.0), (10, 13.5), (40, 220.3), (50, 343.5)]
+    ("disks", "least"),
+    [(1, 0.0), (2, 0.5), (3, 1.0), (7, 6.0), (10, 13.5), (40, 220.3), (50, 343.5)],
 )
 def test_the_least_dispersion_is_that_of_the_best_known_packing(disks, least):
     assert least_dispersion(disks) == pytest.approx(least, abs=0.05)

@@ -50,7 +50,9 @@ def test_slow_wandering_widens_the_interval(correlation, least):
     assert gained >= (0.02 if correlation else 0.0)
 
 
-@pytest.mark.parametrize("values", [[2.0], [2.0, 2.0], [0.1] * 300, [0.7] * 3, [0.7] * 290 + [5.0] * 10])
+@pytest.mark.parametrize(
+    "values", [[2.0], [2.0, 2.0], [0.1] * 300, [0.7] * 3, [0.7] * 290 + [5.0] * 10]
+)
 def test_where_nothing_moves_but_for_excursions_the_interval_is_not_known(values):
     np.testing.assert_array_equal(interval(np.array(values)[:, None], 300), [[np.nan, np.nan]])
 

@@ -43,14 +43,24 @@ PASSES, TELLS, BLIND = Examined(0.488, 0.6), Examined(0.64, 0.001), Examined(0.5
         ((), TELLS, {"near": False}, ["classifiers can still tell"]),
         ((), TELLS, {"near": True}, ["model rejected"]),
         ((), TELLS, SUCCEED, ["model rejected"]),
-        (["classifiers can still tell", "still moving"], TELLS, SUCCEED, ["model rejected", "still moving"]),
+        (
+            ["classifiers can still tell", "still moving"],
+            TELLS,
+            SUCCEED,
+            ["model rejected", "still moving"],
+        ),
         ((), TELLS, MISS, ["search failed"]),
         (["classifiers can still tell"], TELLS, MISS, ["search failed"]),
         # they do, but no better than they tell right models
         ((), replace(TELLS, accuracy=0.525), SUCCEED, ["converged"]),
         ((), replace(TELLS, accuracy=0.515), MISS, ["search unreliable"]),
         # they tell it better than any right model, but these scatter
-        ((), TELLS, {"recovered": (0.4, 0.6), "attainable": (0.4, 0.6)}, ["classifiers can still tell"]),
+        (
+            (),
+            TELLS,
+            {"recovered": (0.4, 0.6), "attainable": (0.4, 0.6)},
+            ["classifiers can still tell"],
+        ),
         # they would not notice
         ((), BLIND, SUCCEED, ["check cannot say"]),
         ((), BLIND, MISS, ["search unreliable", "check cannot say"]),
@@ -113,5 +123,12 @@ def test_every_word_has_a_meaning_and_is_read_again():
 
 
 def test_words_of_version_0_2_0_are_read():
-    words = ["model rejected", "classifiers can still tell", "runs disagree", "still moving", "at a bound", "converged"]
+    words = [
+        "model rejected",
+        "classifiers can still tell",
+        "runs disagree",
+        "still moving",
+        "at a bound",
+        "converged",
+    ]
     assert [Verdict(word) for word in words] == words

@@ -8,7 +8,13 @@ from turing_learning.analysis import UNKNOWN, is_known, replace_unknown
 
 @pytest.mark.parametrize(
     ("values", "known"),
-    [((0.0, 1.0), True), ((math.inf,), True), ((), True), ((math.nan,), False), ((1.0, None), False)],
+    [
+        ((0.0, 1.0), True),
+        ((math.inf,), True),
+        ((), True),
+        ((math.nan,), False),
+        ((1.0, None), False),
+    ],
 )
 def test_none_and_nan_are_not_known(values, known):
     assert is_known(*values) is known

@@ -14,6 +14,8 @@ def test_a_right_angle_lies_between():
 
 
 def test_who_rests_or_is_absent_does_not_count():
-    directions = np.array([[[1.0, 0], [0, 0], [2, 0]], [[1.0, 0], [-1, 0], [2, 0]], [[1.0, 0], [0, 0], [0, 0]]])
+    directions = np.array(
+        [[[1.0, 0], [0, 0], [2, 0]], [[1.0, 0], [-1, 0], [2, 0]], [[1.0, 0], [0, 0], [0, 0]]]
+    )
     present = np.array([[True, True, True], [True, False, True], [True, True, True]])
     np.testing.assert_allclose(polarization(directions, present), [1, 1])

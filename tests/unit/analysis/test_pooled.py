@@ -30,12 +30,16 @@ def test_of_runs_that_do_not_move_it_is_the_prediction_interval_of_the_next(valu
     np.testing.assert_allclose(pooled_interval(still(*values)), [[middle - half, middle + half]])
 
 
-@pytest.mark.parametrize("value", [2, 0.1, 0.7])  # the mean of equal numbers need not be that number
+@pytest.mark.parametrize(
+    "value", [2, 0.1, 0.7]
+)  # the mean of equal numbers need not be that number
 def test_where_nothing_moves_and_no_run_differs_the_interval_is_not_known(value):
     np.testing.assert_array_equal(pooled_interval(still(value, value, value)), [[np.nan, np.nan]])
 
 
-@pytest.mark.parametrize(("values", "generations"), [((2, 2, 2), 5), ((1, 2), 5), ((0.1, 0.7, 0.3), 300), ((1, 2), 1)])
+@pytest.mark.parametrize(
+    ("values", "generations"), [((2, 2, 2), 5), ((1, 2), 5), ((0.1, 0.7, 0.3), 300), ((1, 2), 1)]
+)
 def test_where_no_run_moves_it_is_not_known_whether_they_agree(values, generations):
     np.testing.assert_array_equal(r_hat(still(*values, generations=generations)), [np.nan])
 
@@ -97,8 +101,13 @@ def test_the_order_of_the_runs_says_nothing():
 
 
 def test_runs_that_wander_slowly_leave_a_wider_interval():
-    fast, slow = (wandering(np.random.default_rng(8), 100, 2, correlation=correlation) for correlation in (0.5, 0.99))
-    quiet = [series - np.median(series, axis=2, keepdims=True) for series in (fast, slow)]  # no scatter of the runs
+    fast, slow = (
+        wandering(np.random.default_rng(8), 100, 2, correlation=correlation)
+        for correlation in (0.5, 0.99)
+    )
+    quiet = [
+        series - np.median(series, axis=2, keepdims=True) for series in (fast, slow)
+    ]  # no scatter of the runs
     ranges = [np.diff(np.percentile(series, (5, 95), axis=(1, 2)), axis=0)[0] for series in quiet]
     growths = [
         np.diff(pooled_interval(np.moveaxis(series, 0, 2)))[:, 0] / width
@@ -121,7 +130,9 @@ def test_r_hat_is_one_where_runs_agree_and_large_where_they_share_no_value():
     assert np.mean(agreeing > 1.2) < 0.05
     apart = r_hat(np.moveaxis(series + 10 * np.arange(4)[:, None], 0, 2))
     np.testing.assert_allclose(apart, 3.05, atol=0.02)
-    np.testing.assert_allclose(r_hat(series[0, :2, :, None] + 10 * np.arange(2)[:, None, None]), 2.13, atol=0.02)
+    np.testing.assert_allclose(
+        r_hat(series[0, :2, :, None] + 10 * np.arange(2)[:, None, None]), 2.13, atol=0.02
+    )
 
 
 def test_r_hat_does_not_depend_on_the_scale_nor_an_excursion():

@@ -92,9 +92,9 @@ def test_samples_of_one_step_are_told_by_their_directions():
     def line(parameters, rng):
         # two signals that go together: their difference is what the second parameter changes
         common = parameters[:, :1] + 5 * rng.standard_normal((len(parameters), 1))
-        return np.column_stack((common, common + parameters[:, 1:] + 0.2 * rng.standard_normal((len(parameters), 1))))[
-            :, None
-        ]
+        return np.column_stack(
+            (common, common + parameters[:, 1:] + 0.2 * rng.standard_normal((len(parameters), 1)))
+        )[:, None]
 
     genuine = line(np.tile([0.0, 0.0], (80, 1)), rng)
     assert check(genuine, draws_around([0.0, 0.3], 0.01, rng), line).p_value < 0.005

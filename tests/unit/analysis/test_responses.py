@@ -15,7 +15,9 @@ SWITCH = [40.0, 0.0, -20.0, 4.0, 0.0, -2.0, 0.0]
 
 def test_steady_outputs_are_in_the_order_of_the_agents_parameters():
     np.testing.assert_allclose(MODEL.described(np.array(CONSTANT)), [0.5, -0.25, 0.5, -0.25])
-    np.testing.assert_allclose(MODEL.described(np.array(SWITCH)), [math.tanh(-1), 0, math.tanh(1), 0], atol=1e-7)
+    np.testing.assert_allclose(
+        MODEL.described(np.array(SWITCH)), [math.tanh(-1), 0, math.tanh(1), 0], atol=1e-7
+    )
 
 
 def test_the_dynamic_response_sees_nothing_then_something_then_nothing():

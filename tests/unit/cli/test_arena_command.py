@@ -23,11 +23,28 @@ def running(command, folder):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_laboratory_tells_its_addresses_obeys_and_ends_cleanly(tmp_path, number):
-    command = [sys.executable, "-m", "turing_learning", "arena", "--agents", "1", "--speed", "2", "--lines", "tcp"]
+    command = [
+        sys.executable,
+        "-m",
+        "turing_learning",
+        "arena",
+        "--agents",
+        "1",
+        "--speed",
+        "2",
+        "--lines",
+        "tcp",
+    ]
     with running(command, tmp_path) as process:
         assert process.stdout.readline() == "preparing the laboratory\n"
         told = [process.stdout.readline() for _ in range(6)]
-        assert [line.split()[0] for line in told[:5]] == ["agent-1", "replica-1", "replica-2", "camera", "laboratory"]
+        assert [line.split()[0] for line in told[:5]] == [
+            "agent-1",
+            "replica-1",
+            "replica-2",
+            "camera",
+            "laboratory",
+        ]
         setup = load_laboratory(tmp_path / "lab" / "lab.toml").setup
         with open_link(setup.replicas[0].address) as link:
             robot = EPuck(link, timeout_s=20.0)

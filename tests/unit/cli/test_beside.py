@@ -6,12 +6,23 @@ import pytest
 
 
 @pytest.mark.parametrize("what", ["fish", "swarm"])
-def test_a_sample_can_be_inferred_with_the_command_that_it_prints(call, tmp_path, monkeypatch, what):
+def test_a_sample_can_be_inferred_with_the_command_that_it_prints(
+    call, tmp_path, monkeypatch, what
+):
     monkeypatch.chdir(tmp_path)
     code, out, err = call("sample", what)
     assert (code, err) == (0, "")
     command = re.search("Now: turing-learning (.*)", out)[1].split()
-    few = ["--set", "models.population=8", "--set", "classifiers.population=8", "--generations", "1", "--threads", "1"]
+    few = [
+        "--set",
+        "models.population=8",
+        "--set",
+        "classifiers.population=8",
+        "--generations",
+        "1",
+        "--threads",
+        "1",
+    ]
     code, out, err = call(*command, *few, "--out", "run")
     assert code == 0, err
     assert "report: run/report.html" in out
@@ -44,7 +55,11 @@ def test_help_names_pages_that_there_are(call):
     listed = {line.split()[0] for line in call("docs")[1].splitlines()}
     commands = ["infer", "simulate", "check", "detect", "study", "resume", "arena", "reproduce"]
     texts = [call(name, "--help")[1] for name in commands] + [call("robots", "run", "--help")[1]]
-    named = {page for text in texts for page in re.findall(r"turing-learning docs ([\w/-]+)", " ".join(text.split()))}
+    named = {
+        page
+        for text in texts
+        for page in re.findall(r"turing-learning docs ([\w/-]+)", " ".join(text.split()))
+    }
     assert len(named) > 3
     assert named <= listed
     assert not [text for text in texts if re.search(r"docs/[\w/-]+\.md", text)]
@@ -52,7 +67,9 @@ def test_help_names_pages_that_there_are(call):
 
 def test_simulate_takes_a_file_and_settings(call, tmp_path):
     file, page = tmp_path / "mine.toml", tmp_path / "page.html"
-    file.write_text('[scenario]\nname = "aggregation"\nagents = 3\nreplicas = 1\ntitle = "Three of mine"\n')
+    file.write_text(
+        '[scenario]\nname = "aggregation"\nagents = 3\nreplicas = 1\ntitle = "Three of mine"\n'
+    )
     options = ["--duration", "1", "--out", page, "--force"]
     assert call("simulate", "--config", file, *options)[0] == 0
     assert "Three of mine" in page.read_text()

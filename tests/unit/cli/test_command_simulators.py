@@ -24,11 +24,21 @@ def program(call):
     Path("data.csv").write_text("\n".join(["run,step,value", *rows]) + "\n")
     command = f"{sys.executable} {Path('walk.py').absolute()} {{mean}} {{sd}} {{seed}}"
     ranges = ["--range", "mean=0:10", "--range", "sd=0.1:3:log"]
-    return ["--simulate-command", command, *ranges, "--series", "data.csv", "--simulate-columns", "value"]
+    return [
+        "--simulate-command",
+        command,
+        *ranges,
+        "--series",
+        "data.csv",
+        "--simulate-columns",
+        "value",
+    ]
 
 
 def test_a_program_and_its_series_make_a_run_that_is_resumed(call, program):
-    code, out, err = call("infer", *program, *SMALL, "--generations", "2", "--workers", "2", "--out", "run")
+    code, out, err = call(
+        "infer", *program, *SMALL, "--generations", "2", "--workers", "2", "--out", "run"
+    )
     assert (code, err) == (0, "")
     assert "mean" in out
     result = json.loads(Path("run/result.json").read_text())
@@ -44,7 +54,10 @@ def test_a_program_and_its_series_make_a_run_that_is_resumed(call, program):
 @pytest.mark.parametrize(
     ("lacking", "message"),
     [
-        ("--series", "`--series` must be given for a program; got none. For example: --simulate-command"),
+        (
+            "--series",
+            "`--series` must be given for a program; got none. For example: --simulate-command",
+        ),
         ("--range", "`--range` must be given for a program"),
         ("--simulate-command", "`--simulate-command` must be given for a program"),
     ],
@@ -62,7 +75,7 @@ def test_a_program_stands_alone(call, program):
     code, _, err = call("infer", *program, "--fps", "25", "--out", "run")
     assert (code, "`--fps` must be left out for a program and its series" in err) == (2, True), err
     code, _, err = call("infer", "aggregation", "--workers", "2")
-    assert (code, "`--workers` must be left out for simulated robots, whose threads are --threads" in err) == (
-        2,
-        True,
-    ), err
+    assert (
+        code,
+        "`--workers` must be left out for simulated robots, whose threads are --threads" in err,
+    ) == (2, True), err

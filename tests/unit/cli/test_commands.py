@@ -50,7 +50,9 @@ def test_every_command_explains_itself(command, call):
 
 def test_what_is_compiled_is_said_on_standard_error(call, capsys):
     call("--version")
-    logging.getLogger("turing_learning.kernels").info("Compiling what is slow, once on this machine.")
+    logging.getLogger("turing_learning.kernels").info(
+        "Compiling what is slow, once on this machine."
+    )
     assert capsys.readouterr() == ("", "Compiling what is slow, once on this machine.\n")
 
 
@@ -87,7 +89,9 @@ def test_a_run_in_the_home_folder_is_found_there_by_every_command(call, tmp_path
 
 
 def test_infer_prints_the_table_and_leaves_a_run(call, tmp_path):
-    code, out, _ = call("infer", "aggregation", *SMALL, "--generations", 3, "--seed", 4, "--out", "run")
+    code, out, _ = call(
+        "infer", "aggregation", *SMALL, "--generations", 3, "--seed", 4, "--out", "run"
+    )
     assert code == 0
     assert "generation 3/3" in out
     for word in ("estimate", "true", "error", "best model", "vl0", "report: run/report.html"):
@@ -108,7 +112,9 @@ def test_infer_without_out_makes_a_folder_under_runs(call, tmp_path):
 
 
 def test_a_sensor_for_objects_that_are_not_there_is_refused(call, tmp_path):
-    code, _, err = call("infer", "object-clustering", "--set", "scenario.objects.count=0", "--out", "run")
+    code, _, err = call(
+        "infer", "object-clustering", "--set", "scenario.objects.count=0", "--out", "run"
+    )
     assert code == 2
     assert err == (
         "error: `scenario.objects.count` must be at least 1 where the sensor tells objects apart, without which the parameters vl1 "
@@ -128,19 +134,49 @@ def test_infer_takes_the_scenario_from_a_file(call, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ("infer agregation", "`scenario` must be a known scenario; got 'agregation'. Did you mean `aggregation`?"),
+        (
+            "infer agregation",
+            "`scenario` must be a known scenario; got 'agregation'. Did you mean `aggregation`?",
+        ),
         ("simulate agregation", "got 'agregation'. Did you mean `aggregation`?"),
         ("infer", "`SCENARIO` must be given, or a file with --config; got neither."),
-        ("infer aggregation --generatons 3", "Unknown option: --generatons. Did you mean --generations?"),
-        ("infer aggregation --generations 0", "`run.generations` must be greater than or equal to 1; got 0 [--gen"),
-        ("infer aggregation --generations=-5", "`run.generations` must be greater than or equal to 1; got -5"),
-        ("infer aggregation --generations x", "`run.generations` must be an integer; got 'x' [--generations]."),
-        ("infer aggregation --seed=-1", "`run.seed` must be greater than or equal to 0; got -1 [--seed]."),
-        ("infer aggregation --threads 0", '`run.threads` must be "all" or an integer of at least 1; got 0'),
+        (
+            "infer aggregation --generatons 3",
+            "Unknown option: --generatons. Did you mean --generations?",
+        ),
+        (
+            "infer aggregation --generations 0",
+            "`run.generations` must be greater than or equal to 1; got 0 [--gen",
+        ),
+        (
+            "infer aggregation --generations=-5",
+            "`run.generations` must be greater than or equal to 1; got -5",
+        ),
+        (
+            "infer aggregation --generations x",
+            "`run.generations` must be an integer; got 'x' [--generations].",
+        ),
+        (
+            "infer aggregation --seed=-1",
+            "`run.seed` must be greater than or equal to 0; got -1 [--seed].",
+        ),
+        (
+            "infer aggregation --threads 0",
+            '`run.threads` must be "all" or an integer of at least 1; got 0',
+        ),
         ("infer aggregation --preset papr", "Did you mean `paper`?"),
-        ("infer aggregation --set models.parents=0", "must be greater than or equal to 1; got 0 [--set models.par"),
-        ("infer aggregation --set models.population=7", "`models.population` must be an even number"),
-        ("infer aggregation --set models.initial_low=nan", "must be a finite number; got nan [--set"),
+        (
+            "infer aggregation --set models.parents=0",
+            "must be greater than or equal to 1; got 0 [--set models.par",
+        ),
+        (
+            "infer aggregation --set models.population=7",
+            "`models.population` must be an even number",
+        ),
+        (
+            "infer aggregation --set models.initial_low=nan",
+            "must be a finite number; got nan [--set",
+        ),
         ("infer aggregation --set models", "`--set` must be KEY=VALUE; got 'models'."),
         ("infer aggregation --set models.parnts=3", "Did you mean `models.parents`?"),
         (
@@ -151,22 +187,43 @@ def test_infer_takes_the_scenario_from_a_file(call, tmp_path):
             "infer aggregation --set run.seed=3 --set run={seed=4}",
             "`run.seed` must be given once; got --set run.seed=3 and --set run={'seed': 4}. Leave one of them out.",
         ),
-        ("infer --config no.toml", "`config` must be a readable TOML file; got no.toml (No such file"),
-        ("infer aggregation --out /dev/null/run", "`out` must be a folder that can be written; got /dev/null/run"),
-        ("resume nothing", "`run` must be a run folder; got nothing without a readable manifest.json."),
+        (
+            "infer --config no.toml",
+            "`config` must be a readable TOML file; got no.toml (No such file",
+        ),
+        (
+            "infer aggregation --out /dev/null/run",
+            "`out` must be a folder that can be written; got /dev/null/run",
+        ),
+        (
+            "resume nothing",
+            "`run` must be a run folder; got nothing without a readable manifest.json.",
+        ),
         ("resume . --threads 0", "`threads` must be an integer of at least 1; got 0 [--threads]."),
         ("show .", "`run` must be a run folder; got ."),
         ("simulate aggregation --controller 1,2", "`controller` must be 4 finite numbers"),
-        ("simulate aggregation --controller a,b", "`controller` must be numbers with commas between them; got 'a,b'"),
+        (
+            "simulate aggregation --controller a,b",
+            "`controller` must be numbers with commas between them; got 'a,b'",
+        ),
         ("simulate aggregation --robots 0", "`robots` must be an integer from 1 to 1000; got 0."),
         ("simulate aggregation --duration nan", "`duration` must be a finite number above 0"),
         ("simulate aggregation --set scenario.agent=3", "Did you mean `scenario.agents`?"),
         ("simulate", "`SCENARIO` must be given, or a file with --config; got neither."),
         ("docs scenario", "`page` must be one of "),
         ("sample birds", "`sample` must be one of fish, swarm; got 'birds'."),
-        ("simulate aggregation --out a.txt", "`out` must end with one of .html, .gif, .mp4; got a.txt."),
-        ("simulate aggregation --robots 2.5", "Invalid value for --robots: must be an integer; got '2.5'."),
-        ("simulate aggregation --duration x", "Invalid value for --duration: must be a number; got 'x'."),
+        (
+            "simulate aggregation --out a.txt",
+            "`out` must end with one of .html, .gif, .mp4; got a.txt.",
+        ),
+        (
+            "simulate aggregation --robots 2.5",
+            "Invalid value for --robots: must be an integer; got '2.5'.",
+        ),
+        (
+            "simulate aggregation --duration x",
+            "Invalid value for --duration: must be a number; got 'x'.",
+        ),
         ("simulate aggregation --threads 0", "`threads` must be an integer of at least 1; got 0."),
         ("simulate aggregation --out no/a.gif", "got no/a.gif (there is no folder no)."),
         (
@@ -227,7 +284,9 @@ def test_without_a_command_there_is_help_and_nothing_else(call):
         (CustomSystemError("`simulate` must not fail"), "error: `simulate` must not fail\n"),
     ],
 )
-def test_what_the_machine_lacks_is_said_in_one_line_with_exit_code_1(trouble, said, call, monkeypatch):
+def test_what_the_machine_lacks_is_said_in_one_line_with_exit_code_1(
+    trouble, said, call, monkeypatch
+):
     import turing_learning.runs
 
     def broken(path):
@@ -265,7 +324,11 @@ def test_a_terminal_of_80_columns_shows_each_estimate_beside_its_interval(call, 
     monkeypatch.setenv("COLUMNS", "80")
     code, out, _ = call("infer", "aggregation", *SMALL, "--generations", 1, "--out", "run")
     assert code == 0
-    (heading,) = (line for line in out.splitlines() if "estimate" in line and "90 %" in line and "true" in line)
+    (heading,) = (
+        line
+        for line in out.splitlines()
+        if "estimate" in line and "90 %" in line and "true" in line
+    )
     assert len(heading) <= 80
     assert "best model" in out
 
@@ -277,7 +340,9 @@ def test_a_width_that_is_none_is_not_taken_for_one(columns, call, monkeypatch):
 
 
 def test_an_error_is_one_line_whatever_is_in_a_path(refused):
-    assert refused("show", "a\nb\x1b[31m").startswith(r"`run` must be a run folder; got a\nb\x1b[31m without")
+    assert refused("show", "a\nb\x1b[31m").startswith(
+        r"`run` must be a run folder; got a\nb\x1b[31m without"
+    )
 
 
 @pytest.mark.usefixtures("wide")
@@ -311,11 +376,15 @@ def test_help_does_not_import_what_is_slow():
         "slow = {'numba', 'matplotlib', 'zarr', 'xarray', 'scipy', 'numpy'} & set(sys.modules)\n"
         "sys.exit(f'imported {slow}' if slow else 0)"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
 
 
-def test_an_interruption_before_there_is_a_run_folder_names_none_to_go_on_with(call, tmp_path, monkeypatch):
+def test_an_interruption_before_there_is_a_run_folder_names_none_to_go_on_with(
+    call, tmp_path, monkeypatch
+):
     def interrupt(*arguments, **options):
         raise KeyboardInterrupt
 

@@ -13,14 +13,25 @@ import pytest
 
 pytestmark = pytest.mark.usefixtures("wide")
 
-SMALL = ["--set", "models.population=8", "--set", "classifiers.population=8", "--threads", "1", "--generations", "6"]
+SMALL = [
+    "--set",
+    "models.population=8",
+    "--set",
+    "classifiers.population=8",
+    "--threads",
+    "1",
+    "--generations",
+    "6",
+]
 OPTIONS = ["--fps", "10", "--scale", "1"]
 
 
 def write_recording(path, seed=0, frames=500):
     rng = np.random.default_rng(seed)
     positions = np.cumsum(rng.normal(0.6, 0.2, (frames, 6, 2)), axis=0)
-    rows = [f"{f},{k},{x:.4f},{y:.4f}" for f in range(frames) for k, (x, y) in enumerate(positions[f])]
+    rows = [
+        f"{f},{k},{x:.4f},{y:.4f}" for f in range(frames) for k, (x, y) in enumerate(positions[f])
+    ]
     Path(path).write_text("frame,id,x,y\n" + "\n".join(rows) + "\n")
     return path
 
@@ -70,7 +81,14 @@ VOTES = ["--rule", "discriminant"]
 def test_the_table_names_everybody_and_the_files_hold_each_window(fish, trial, call):
     code, out, err = call("detect", fish, trial(), *OPTIONS, *VOTES, "--out", "found.csv")
     assert (code, err) == (0, "")
-    for text in ("individual", "windows", "evidence", "threshold", "when (s)", "of 3 abnormal, by windows of 20 steps"):
+    for text in (
+        "individual",
+        "windows",
+        "evidence",
+        "threshold",
+        "when (s)",
+        "of 3 abnormal, by windows of 20 steps",
+    ):
         assert text in out
     rows = list(csv.DictReader(Path("found.csv").read_text().splitlines()))
     assert len(rows) == 3 * 14
@@ -81,7 +99,9 @@ def test_the_table_names_everybody_and_the_files_hold_each_window(fish, trial, c
 
 
 def test_json_holds_what_the_table_holds(fish, trial, call):
-    code, out, _ = call("detect", fish, trial(), *OPTIONS, *VOTES, "--json", "--false-alarms", "0.05")
+    code, out, _ = call(
+        "detect", fish, trial(), *OPTIONS, *VOTES, "--json", "--false-alarms", "0.05"
+    )
     content = json.loads(out)
     assert (code, content["false_alarms"], content["steps"]) == (0, 0.05, 20)
     for each in content["individuals"]:
@@ -98,10 +118,23 @@ def test_normal_recordings_calibrate_and_the_strange_individual_comes_first(fish
         write_recording(f"{k}.csv", seed=10 + k)
     whole = load_trajectories("3.csv", fps=10, pixels_per_cm=1, y_axis="up")
     moved = plant(whole, 2, "too slow", np.random.default_rng(0)).positions
-    rows = [f"{f},{k},{x:.4f},{y:.4f}" for f in range(len(moved)) for k, (x, y) in enumerate(moved[f])]
+    rows = [
+        f"{f},{k},{x:.4f},{y:.4f}" for f in range(len(moved)) for k, (x, y) in enumerate(moved[f])
+    ]
     Path("3.csv").write_text("frame,id,x,y\n" + "\n".join(rows) + "\n")
     genuine = [each for k in range(3) for each in ("--genuine", f"{k}.csv")]
-    code, out, err = call("detect", fish, "3.csv", *genuine, *OPTIONS, "--y-axis", "up", "--json", "--out", "found.csv")
+    code, out, err = call(
+        "detect",
+        fish,
+        "3.csv",
+        *genuine,
+        *OPTIONS,
+        "--y-axis",
+        "up",
+        "--json",
+        "--out",
+        "found.csv",
+    )
     assert code == 0, err
     content = json.loads(out)
     assert content["normal"] == {"recordings": 3, "individuals": 18}
@@ -116,7 +149,13 @@ def test_normal_recordings_calibrate_and_the_strange_individual_comes_first(fish
     assert np.mean(shares) == pytest.approx(strange["score"])
     page = Path("found.html").read_text()
     assert re.search(r'<th scope="row">2</th><td>1</td>.*?<td>abnormal</td>', page)
-    said = ("Scores over time", "Paths", "2 (rank 1)", "1 of 6 individuals is abnormal", "/3.csv: who")
+    said = (
+        "Scores over time",
+        "Paths",
+        "2 (rank 1)",
+        "1 of 6 individuals is abnormal",
+        "/3.csv: who",
+    )
     for text in (*said, content["remarks"][0]):
         assert escape(text) in page
 
@@ -153,7 +192,10 @@ def test_without_normal_recordings_there_is_a_ranking_and_no_verdict(fish, trial
             ["trial.txt", *OPTIONS, "--out", "taken.csv"],
             r"`out` must be a file that does not exist; got taken\.png\. Choose another name, or replace it with --force\.",
         ),
-        (["motion.npy", "--out", "x.csv"], r"`--out` must be left out where there is no recording; got x\.csv"),
+        (
+            ["motion.npy", "--out", "x.csv"],
+            r"`--out` must be left out where there is no recording; got x\.csv",
+        ),
     ],
 )
 def test_what_does_not_fit_is_refused_in_one_line(fish, trial, call, arguments, message):
@@ -168,7 +210,9 @@ def test_what_does_not_fit_is_refused_in_one_line(fish, trial, call, arguments, 
 
 
 @pytest.mark.parametrize("name", ["samples.npy", "samples.npz", "samples.csv"])
-@pytest.mark.parametrize(("option", "value"), [("--scale", "3.0"), ("--fps", "10.0"), ("--y-axis", "up")])
+@pytest.mark.parametrize(
+    ("option", "value"), [("--scale", "3.0"), ("--fps", "10.0"), ("--y-axis", "up")]
+)
 def test_samples_have_neither_scale_nor_rate(fish, call, name, option, value):
     samples = np.random.default_rng(0).normal(size=(2, 20, 2))
     np.save("samples.npy", samples)
@@ -184,10 +228,14 @@ def test_samples_have_neither_scale_nor_rate(fish, call, name, option, value):
 
 
 @pytest.mark.parametrize("option", ["--genuine", "--abnormal"])
-def test_by_votes_a_recording_to_calibrate_with_has_to_be_cut_into_samples(fish, trial, call, option):
+def test_by_votes_a_recording_to_calibrate_with_has_to_be_cut_into_samples(
+    fish, trial, call, option
+):
     code, out, err = call("detect", fish, trial(), *OPTIONS, *VOTES, option, trial("normal.txt"))
     assert (code, out) == (2, "")
-    assert f"`{option}` must be a file that ends with one of .npy, .npz, .csv; got normal.txt." in err
+    assert (
+        f"`{option}` must be a file that ends with one of .npy, .npz, .csv; got normal.txt." in err
+    )
 
 
 def test_a_table_of_a_tracker_without_options_is_told_of_them(fish, call):
@@ -198,32 +246,63 @@ def test_a_table_of_a_tracker_without_options_is_told_of_them(fish, call):
     )
 
 
-def test_without_normal_recordings_individuals_are_ranked_beside_those_that_the_run_has_learned_from(call):
-    how = ["--fps", "10", "--scale", "2", "--y-axis", "up", "--model", "burst-and-coast", "--window", "2"]
+def test_without_normal_recordings_individuals_are_ranked_beside_those_that_the_run_has_learned_from(
+    call,
+):
+    how = [
+        "--fps",
+        "10",
+        "--scale",
+        "2",
+        "--y-axis",
+        "up",
+        "--model",
+        "burst-and-coast",
+        "--window",
+        "2",
+    ]
     fish = write_recording("fish.csv")
     assert call("infer", "--trajectories", fish, *how, *SMALL, "--out", "run")[0] == 0
     command = ["detect", "run", write_recording("table.csv", seed=1), "--json"]
     alone = json.loads(call(*command)[1])
     beside = json.loads(call(*command, "--genuine", fish)[1])
-    assert [each["score"] for each in alone["individuals"]] == [each["score"] for each in beside["individuals"]]
+    assert [each["score"] for each in alone["individuals"]] == [
+        each["score"] for each in beside["individuals"]
+    ]
     assert {each["abnormal"] for each in alone["individuals"]} == {None}
     assert "individuals but those that the run has learned from are given" in alone["remarks"][0]
-    for gone in (["detect", "run", fish, "--json"], command):  # it is judged itself; it is not there
-        assert "recordings of normal individuals are given" in json.loads(call(*gone)[1])["remarks"][0]
+    for gone in (
+        ["detect", "run", fish, "--json"],
+        command,
+    ):  # it is judged itself; it is not there
+        assert (
+            "recordings of normal individuals are given" in json.loads(call(*gone)[1])["remarks"][0]
+        )
         Path(fish).unlink(missing_ok=True)
 
 
 @pytest.mark.parametrize("rate", [("--fps", "10.0"), ("--fps", "20.0", "--every", "2")])
-def test_recordings_are_read_as_that_of_the_run_unless_they_or_options_say_otherwise(rate, trial, call):
+def test_recordings_are_read_as_that_of_the_run_unless_they_or_options_say_otherwise(
+    rate, trial, call
+):
     how = [*rate, "--scale", "2.0", "--y-axis", "up"]
     run = ["--model", "burst-and-coast", "--window", "2", *SMALL, "--out", "run"]
     assert call("infer", "--trajectories", write_recording("fish.csv"), *how, *run)[0] == 0
-    files = [write_recording("table.csv", seed=1), "--genuine", write_recording("normal.csv", seed=2)]
-    told, line = call("detect", "run", *files, *how)[1], "What files do not state is as in the recording of the run: "
+    files = [
+        write_recording("table.csv", seed=1),
+        "--genuine",
+        write_recording("normal.csv", seed=2),
+    ]
+    told, line = (
+        call("detect", "run", *files, *how)[1],
+        "What files do not state is as in the recording of the run: ",
+    )
     code, out, err = call("detect", "run", *files)
     assert (code, out, err) == (0, f"{told}{line}{' '.join(how)}\n", "")
     assert call("detect", "run", *files, *how[:-4])[1].endswith(f"{line}--scale 2.0 --y-axis up\n")
-    found = json.loads(call("detect", "run", trial(), "--genuine", trial("normal.txt"), "--json")[1])
+    found = json.loads(
+        call("detect", "run", trial(), "--genuine", trial("normal.txt"), "--json")[1]
+    )
     assert found["as_in_the_run"]["scale"] == 2.0
     assert len(found["individuals"]) == 3
     code, _, err = call("detect", "run", *files, "--fps", "11")
@@ -244,7 +323,9 @@ def test_a_recording_of_every_second_frame_is_told_and_kept_by_an_option(fish, c
     assert (code, err) == (2, "error: `--every` must be an integer from 1 to 499; got 0.\n")
 
 
-def test_a_table_without_room_is_left_out_whole_and_the_same_command_may_be_repeated(fish, trial, call, monkeypatch):
+def test_a_table_without_room_is_left_out_whole_and_the_same_command_may_be_repeated(
+    fish, trial, call, monkeypatch
+):
     command = ("detect", fish, trial(), *OPTIONS, "--out", "found.csv")
     with monkeypatch.context() as patch:
 
@@ -266,7 +347,9 @@ def test_a_table_without_room_is_left_out_whole_and_the_same_command_may_be_repe
     assert Path("found.csv").read_text().startswith("individual,")
 
 
-def test_a_table_in_a_folder_that_is_not_ones_own_is_refused_before_anything_runs(fish, trial, call, monkeypatch):
+def test_a_table_in_a_folder_that_is_not_ones_own_is_refused_before_anything_runs(
+    fish, trial, call, monkeypatch
+):
     monkeypatch.setattr("os.access", lambda path, mode: mode != os.W_OK)
     code, out, err = call("detect", fish, trial(), *OPTIONS, "--out", "found.csv")
     assert (code, out) == (2, "")
@@ -278,14 +361,19 @@ def test_a_run_that_has_lost_its_history_is_named(fish, trial, call):
     shutil.rmtree("lost/history.zarr")
     code, _, err = call("detect", "lost", trial(), *OPTIONS)
     assert code == 2
-    assert err.startswith("error: `run` must have its history as it was written; got files that cannot be read")
+    assert err.startswith(
+        "error: `run` must have its history as it was written; got files that cannot be read"
+    )
     assert err.count("\n") == 1
 
 
 @pytest.fixture(scope="module")
 def swarm(tmp_path_factory, done):
     """A small run on robots, made by the command line."""
-    folder, few = tmp_path_factory.mktemp("runs") / "run", ["scenario.agents=2", "scenario.trial.duration_s=1.0"]
+    folder, few = (
+        tmp_path_factory.mktemp("runs") / "run",
+        ["scenario.agents=2", "scenario.trial.duration_s=1.0"],
+    )
     done("infer", "aggregation", *SMALL, "--set", few[0], "--set", few[1], "--out", folder)
     return folder
 
@@ -309,10 +397,18 @@ def test_check_prints_a_row_for_each_parameter_and_goes_into_the_report(swarm, c
 @pytest.mark.parametrize(
     ("run", "options", "message"),
     [
-        ("swarm", "--points 7", "`run` must be checked with the settings that its check began with"),
+        (
+            "swarm",
+            "--points 7",
+            "`run` must be checked with the settings that its check began with",
+        ),
         ("swarm", "--points 2", "`points` must be at least 6, or 0 for no profiles; got 2"),
         ("fish", "", "must be given for a custom system"),
-        ("swarm", "--recoveries -1 --force", "`recoveries` must be an integer of at least 0; got -1"),
+        (
+            "swarm",
+            "--recoveries -1 --force",
+            "`recoveries` must be an integer of at least 0; got -1",
+        ),
     ],
 )
 def test_check_refuses_what_does_not_fit(swarm, fish, call, run, options, message):

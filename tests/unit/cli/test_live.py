@@ -24,7 +24,12 @@ def progress(completed=100, selection="active"):
         referees=np.zeros((0, 3)),
     )
     return Progress(
-        generation, completed, total=1000, parameter_names=("a", "b"), truth=(0.1, 0.2), seconds_per_generation=0.01
+        generation,
+        completed,
+        total=1000,
+        parameter_names=("a", "b"),
+        truth=(0.1, 0.2),
+        seconds_per_generation=0.01,
     )
 
 
@@ -38,7 +43,15 @@ def shown(*steps, terminal):
 
 def test_a_terminal_shows_generation_rate_time_left_parameters_and_fitness():
     text = shown(progress(), terminal=True)
-    for part in ("generation 100/1000", "100.0 generations/s", "0:09 left", "best model", "2.000", "1.00e+07", "truth"):
+    for part in (
+        "generation 100/1000",
+        "100.0 generations/s",
+        "0:09 left",
+        "best model",
+        "2.000",
+        "1.00e+07",
+        "truth",
+    ):
         assert part in text
     assert "0.750" in text
     assert "0.900" in text
@@ -60,16 +73,23 @@ def test_elsewhere_there_is_a_line_every_100_generations():
 
 
 def test_a_run_of_trials_is_seen_in_trials():
-    steps = [replace(progress(batch), total=41, trials=(60 + 6 * batch, 306)) for batch in range(1, 42)]
+    steps = [
+        replace(progress(batch), total=41, trials=(60 + 6 * batch, 306)) for batch in range(1, 42)
+    ]
     lines = shown(*steps, terminal=False).splitlines()
-    assert [line.split("  ")[0] for line in lines] == [f"trial {spent}/306" for spent in (120, 180, 240, 300, 306)]
+    assert [line.split("  ")[0] for line in lines] == [
+        f"trial {spent}/306" for spent in (120, 180, 240, 300, 306)
+    ]
     text = shown(steps[9], terminal=True)
     assert "trial 120/306" in text
     assert "generation" not in text
 
 
 def test_a_line_says_in_how_many_generations_selection_stopped_since_the_last():
-    stopped = [progress(completed, "all accepted" if completed in (7, 8) else "active") for completed in range(1, 201)]
+    stopped = [
+        progress(completed, "all accepted" if completed in (7, 8) else "active")
+        for completed in range(1, 201)
+    ]
     first, second = shown(*stopped, terminal=False).splitlines()
     assert first.endswith("  SELECTION STOPPED in 2 of the last 100 generations (all accepted)")
     assert "SELECTION" not in second
@@ -91,4 +111,6 @@ def test_it_is_named_how_the_recent_models_miss_the_truth(recent, said, terminal
 
 
 def test_without_a_truth_nothing_is_named():
-    assert "so far" not in shown(replace(progress(), truth=None, recent=np.zeros((50, 2))), terminal=False)
+    assert "so far" not in shown(
+        replace(progress(), truth=None, recent=np.zeros((50, 2))), terminal=False
+    )

@@ -12,7 +12,11 @@ pytestmark = pytest.mark.usefixtures("wide")
 def write_walk(path, frames=300, individuals=3, seed=0):
     """Write a plain table in pixels, with a column that is not read."""
     places = np.cumsum(np.random.default_rng(seed).normal(1, 1, (frames, individuals, 2)), axis=0)
-    rows = [f"{t},{who},{x:.2f},{y:.2f},0.3" for t, each in enumerate(places) for who, (x, y) in enumerate(each)]
+    rows = [
+        f"{t},{who},{x:.2f},{y:.2f},0.3"
+        for t, each in enumerate(places)
+        for who, (x, y) in enumerate(each)
+    ]
     Path(path).write_text("\n".join(["frame,track,x,y,area", *rows]) + "\n")
 
 
@@ -80,19 +84,30 @@ def test_many_jumps_and_gaps_are_summed_up(call):
     assert sum("missing" in line for line in lines) == 1
     problems = recording.check()
     assert f"{len(problems.jumps)} jumps of " in problems.described_jumps
-    assert f"{sum(problems.missing.values())} positions of all individuals missing (" in problems.described_gaps
+    assert (
+        f"{sum(problems.missing.values())} positions of all individuals missing ("
+        in problems.described_gaps
+    )
 
 
 @pytest.mark.parametrize(
     ("change", "said", "line"),
     [
-        (lambda places: places, {"fps": 0.04}, "a frame rate of 0.04 per second: see whether times are in s"),
+        (
+            lambda places: places,
+            {"fps": 0.04},
+            "a frame rate of 0.04 per second: see whether times are in s",
+        ),
         (
             lambda places: places,
             {"fps": 25, "pixels_per_cm": 1e-4},
             r"a typical speed of [0-9.]+e\+05 cm/s, [0-9.]+ km/s",
         ),
-        (lambda places: np.round(places / 100) * 100, {"fps": 25}, "half of all steps or more are 0"),
+        (
+            lambda places: np.round(places / 100) * 100,
+            {"fps": 25},
+            "half of all steps or more are 0",
+        ),
     ],
 )
 def test_what_can_hardly_be_true_is_said(change, said, line, tmp_path, caplog):

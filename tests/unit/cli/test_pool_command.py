@@ -33,7 +33,9 @@ def test_the_table_is_that_of_the_pool(call, folders):
 
 
 def test_a_study_says_where_its_runs_are(call):
-    assert call("study", "aggregation", "--runs", 1, "--out", "s", "--write-slurm", "job.sh")[0] == 0
+    assert (
+        call("study", "aggregation", "--runs", 1, "--out", "s", "--write-slurm", "job.sh")[0] == 0
+    )
     code, out, err = call("pool", "s")
     assert (code, out) == (2, "")
     assert err == "error: `RUN` must be a run folder; got s, a study. Its runs are s/runs/*.\n"

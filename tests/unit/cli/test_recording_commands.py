@@ -50,13 +50,26 @@ def test_the_folder_of_a_run_is_named_after_the_seed_of_the_file_unless_one_is_g
 
 def given(table, fps):
     """Return the options for a plain table in cm, y upwards."""
-    return ["--trajectories", table, "--fps", str(fps), "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast"]
+    return [
+        "--trajectories",
+        table,
+        "--fps",
+        str(fps),
+        "--scale",
+        "1",
+        "--y-axis",
+        "up",
+        "--model",
+        "burst-and-coast",
+    ]
 
 
 def test_individuals_are_kept_for_testing(call):
     rng = np.random.default_rng(1)
     steps = np.cumsum(rng.normal(0.6, 0.2, (1500, 4, 2)), axis=0)
-    rows = [f"{t},{'abcd'[k]},{x},{y}" for t, each in enumerate(steps) for k, (x, y) in enumerate(each)]
+    rows = [
+        f"{t},{'abcd'[k]},{x},{y}" for t, each in enumerate(steps) for k, (x, y) in enumerate(each)
+    ]
     Path("four.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
     four = given("four.csv", 10)
     apart = ["--hold-out-individuals", "b, d"]
@@ -67,7 +80,8 @@ def test_individuals_are_kept_for_testing(call):
     assert "that the run began with" in err
     code, _, err = call("infer", *four, "--hold-out-individuals", "a,,b", "--out", "other")
     assert (
-        err == "error: `--hold-out-individuals` must be names, separated by commas; got 'a,,b', where one is empty.\n"
+        err
+        == "error: `--hold-out-individuals` must be names, separated by commas; got 'a,,b', where one is empty.\n"
     )
     code, _, err = call("resume", "run", *four, *apart, "--every", "2")
     assert "must have the time step of the samples, 0.1 s; got 0.2 s" in err
@@ -93,9 +107,30 @@ def write_group(path, seed, individuals=3):
 def test_several_recordings_make_one_run(call):
     for k, day in enumerate(("monday", "tuesday", "friday")):
         write_group(f"{day}/fish.csv", k, individuals=3 + k // 2)
-    options = [*given("monday/fish.csv", 10), "--trajectories", "tuesday/fish.csv", "--trajectories", "friday/fish.csv"]
-    options = [*without(options, "--model"), "--model", "couzin", "--signals", "speed, neighbor_distance"]
-    options += ["--tank", "recorded", "--smooth", "3", "--bridge", "2", "--hold-out-recordings", "2"]
+    options = [
+        *given("monday/fish.csv", 10),
+        "--trajectories",
+        "tuesday/fish.csv",
+        "--trajectories",
+        "friday/fish.csv",
+    ]
+    options = [
+        *without(options, "--model"),
+        "--model",
+        "couzin",
+        "--signals",
+        "speed, neighbor_distance",
+    ]
+    options += [
+        "--tank",
+        "recorded",
+        "--smooth",
+        "3",
+        "--bridge",
+        "2",
+        "--hold-out-recordings",
+        "2",
+    ]
     code, out, err = call("infer", *options, *SMALL, "--generations", "2", "--out", "run")
     assert (code, err) == (0, "")
     config = Path("run/config.toml").read_text()
@@ -108,7 +143,15 @@ def test_several_recordings_make_one_run(call):
     quick = ["--samples", "10", "--points", "0", "--recoveries", "0"]
     assert call("check", "run", *options, *quick)[0] == 0
     assert json.loads(Path("run/check/check.json").read_text())["test"]["grouping"] == "individuals"
-    detect = ["detect", "run", "friday/fish.csv", "--genuine", "monday/fish.csv", "--genuine", "tuesday/fish.csv"]
+    detect = [
+        "detect",
+        "run",
+        "friday/fish.csv",
+        "--genuine",
+        "monday/fish.csv",
+        "--genuine",
+        "tuesday/fish.csv",
+    ]
     code, out, _ = call(*detect, *given("", 10)[2:8], "--json")
     assert code == 0
     found = json.loads(out)
@@ -125,7 +168,9 @@ def test_several_recordings_make_one_run(call):
         ("burst-and-coast", 3, ("speed", "turn")),
     ],
 )
-def test_signals_of_neighbors_are_the_default_where_models_have_them(tmp_path, model, individuals, signals):
+def test_signals_of_neighbors_are_the_default_where_models_have_them(
+    tmp_path, model, individuals, signals
+):
     from turing_learning.cli._options import Recording
 
     write_group(tmp_path / "group" / "fish.csv", 1, individuals=individuals)
@@ -153,7 +198,10 @@ def test_signals_of_neighbors_are_the_default_where_models_have_them(tmp_path, m
             ["--signals", "speed,distance"],
             "`--signals` must be some of speed, turn, neighbor_distance, neighbor_bearing",
         ),
-        (["--hold-out-recordings", "3"], "`--hold-out-recordings` must be numbers of some of the 2 recordings, from 1"),
+        (
+            ["--hold-out-recordings", "3"],
+            "`--hold-out-recordings` must be numbers of some of the 2 recordings, from 1",
+        ),
         (["--hold-out-recordings", "1,2"], "from 1, but not of all; got '1,2'."),
         (["--bridge", "0"], "`--bridge` must be an integer of at least 1; got 0."),
         (["--smooth", "2"], "`--smooth` must be odd and 1 or more; got 2"),
@@ -178,22 +226,41 @@ def test_what_is_found_in_a_recording_is_told_before_it_is_learned_from(call):
     rows = [f"{t},{k},{x},{y}" for t, each in enumerate(steps) for k, (x, y) in enumerate(each)]
     Path("still.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
     options = given("still.csv", 10)
-    code, out, _ = call("infer", *options, "--window", "2", *SMALL, "--generations", "1", "--out", "run")
+    code, out, _ = call(
+        "infer", *options, "--window", "2", *SMALL, "--generations", "1", "--out", "run"
+    )
     assert code == 0
     first, second, _ = out.split("\n", maxsplit=2)
-    assert first.startswith("still.csv: 6800 positions at exactly one point, as if for missing ones, such as (")
+    assert first.startswith(
+        "still.csv: 6800 positions at exactly one point, as if for missing ones, such as ("
+    )
     assert second == "still.csv: 3: never moves, in 400 frames"
     assert "still.csv: and 6 more; all by `recording.check()` in Python\n" in out
 
 
 def test_a_table_of_ones_own_says_where_y_points(call):
-    rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t}" for t in range(200) for who in range(3)]
+    rows = [
+        f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t}" for t in range(200) for who in range(3)
+    ]
     Path("own.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
-    table = ["--trajectories", "own.csv", "--fps", "10", "--scale", "1", "--model", "burst-and-coast", "--window", "2"]
+    table = [
+        "--trajectories",
+        "own.csv",
+        "--fps",
+        "10",
+        "--scale",
+        "1",
+        "--model",
+        "burst-and-coast",
+        "--window",
+        "2",
+    ]
     code, _, err = call("infer", *table, "--out", "run")
     assert code == 2
     assert "`--y-axis` must be given; got none" in err
-    code, _, err = call("infer", *table, "--y-axis", "up", *SMALL, "--generations", "1", "--out", "run")
+    code, _, err = call(
+        "infer", *table, "--y-axis", "up", *SMALL, "--generations", "1", "--out", "run"
+    )
     assert (code, err) == (0, "")
     code, out, err = call("detect", "run", "own.csv", "--fps", "10", "--scale", "1")
     assert (code, err) == (0, "")
@@ -203,7 +270,18 @@ def test_a_table_of_ones_own_says_where_y_points(call):
 def test_a_recording_in_which_nobody_moves_is_refused(call):
     rows = [f"{t},{who},{who},1" for t in range(200) for who in range(3)]
     Path("still.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
-    read = ["--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast", "--window", "2"]
+    read = [
+        "--fps",
+        "10",
+        "--scale",
+        "1",
+        "--y-axis",
+        "up",
+        "--model",
+        "burst-and-coast",
+        "--window",
+        "2",
+    ]
     code, _, err = call("infer", "--trajectories", "still.csv", *read, "--out", "run")
     assert code == 2
     assert (
@@ -211,26 +289,47 @@ def test_a_recording_in_which_nobody_moves_is_refused(call):
         in err
     )
     assert "If they rest, give a longer --longest-rest." in err
-    code, _, err = call("infer", "--trajectories", "still.csv", *read, "--longest-rest", "1e6", "--out", "run")
-    assert "must be windows of motion that varies; got the same at every step of all of them: speed is 0," in err
+    code, _, err = call(
+        "infer", "--trajectories", "still.csv", *read, "--longest-rest", "1e6", "--out", "run"
+    )
+    assert (
+        "must be windows of motion that varies; got the same at every step of all of them: speed is 0,"
+        in err
+    )
     assert not Path("run").exists()
 
 
 def test_headings_are_on_both_sides_or_on_none(call):
-    rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t}" for t in range(200) for who in range(3)]
+    rows = [
+        f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t}" for t in range(200) for who in range(3)
+    ]
     for name, column, heading in (("plain.csv", "", ""), ("facing.csv", ",heading", ",3.1")):
-        Path(name).write_text("\n".join([f"frame,id,x,y{column}", *(row + heading for row in rows)]) + "\n")
+        Path(name).write_text(
+            "\n".join([f"frame,id,x,y{column}", *(row + heading for row in rows)]) + "\n"
+        )
     read = ["--fps", "10", "--scale", "1", "--y-axis", "up"]
     more = [*read, "--window", "2", *SMALL, "--generations", "1"]
-    code, _, err = call("infer", "--trajectories", "plain.csv", "--model", "robots", *more, "--out", "run")
+    code, _, err = call(
+        "infer", "--trajectories", "plain.csv", "--model", "robots", *more, "--out", "run"
+    )
     assert code == 2
-    assert "must have no headings, as the samples have none; got Robots, whose speeds are negative backwards." in err
+    assert (
+        "must have no headings, as the samples have none; got Robots, whose speeds are negative backwards."
+        in err
+    )
     assert not Path("run").exists()
     for model, headings in (("robots", "with"), ("burst-and-coast", "without")):
-        assert call("infer", "--trajectories", "facing.csv", "--model", model, *more, "--out", model)[0] == 0
+        assert (
+            call("infer", "--trajectories", "facing.csv", "--model", model, *more, "--out", model)[
+                0
+            ]
+            == 0
+        )
         assert f'headings = "{headings}"\n' in Path(model, "config.toml").read_text()
     assert "`motion` must have headings" in call("detect", "robots", "plain.csv", *read)[2]
-    refused = [call("detect", "burst-and-coast", name, *read)[2] for name in ("plain.csv", "facing.csv")]
+    refused = [
+        call("detect", "burst-and-coast", name, *read)[2] for name in ("plain.csv", "facing.csv")
+    ]
     assert not any("headings" in err for err in refused)
 
 
@@ -278,10 +377,19 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
     [
         (["resume", "run", *RECORDED[:-1], "3"], "; got 75"),
         (["check", "run", *RECORDED[:-1], "3"], "; got 75"),
-        (["check", "run", *without(RECORDED, "--scale"), "--scale", "10"], "that the run began with"),
+        (
+            ["check", "run", *without(RECORDED, "--scale"), "--scale", "10"],
+            "that the run began with",
+        ),
         (["infer", *RECORDED, "--out", "run"], "Resume it with `turing-learning resume run`, "),
-        (["infer", "--config", "run/config.toml", "--out", "new"], "must be given for a custom system"),
-        (["study", "--config", "run/config.toml", "--out", "new"], "a custom system, whose simulator no file can hold"),
+        (
+            ["infer", "--config", "run/config.toml", "--out", "new"],
+            "must be given for a custom system",
+        ),
+        (
+            ["study", "--config", "run/config.toml", "--out", "new"],
+            "a custom system, whose simulator no file can hold",
+        ),
         (["detect", "run", "--simulate", "1"], "run.history"),
     ],
 )
@@ -297,15 +405,34 @@ def test_detectors_of_runs_on_recordings_say_what_helps(call, stopped):
     stopped("--generations", "3", after=1)
     motion = ["detect", "run", TERMITES, "--fps", "25", "--scale", "20"]
     assert "must be given for a run that has stored no motion" in call(*motion)[2]
-    assert "must be on simulated robots for individuals to be simulated" in call("detect", "run", "--simulate", "1")[2]
+    assert (
+        "must be on simulated robots for individuals to be simulated"
+        in call("detect", "run", "--simulate", "1")[2]
+    )
 
 
 def test_a_short_recording_of_one_individual_is_not_checked(call):
     rng = np.random.default_rng(1)
-    rows = [f"{t},0,{x},{y}" for t, (x, y) in enumerate(np.cumsum(rng.normal(0.6, 0.2, (450, 2)), axis=0))]
+    rows = [
+        f"{t},0,{x},{y}"
+        for t, (x, y) in enumerate(np.cumsum(rng.normal(0.6, 0.2, (450, 2)), axis=0))
+    ]
     Path("one.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
-    one = ["--trajectories", "one.csv", "--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast"]
-    assert call("infer", *one, "--window", "1.2", *SMALL, "--generations", "1", "--out", "run")[0] == 0
+    one = [
+        "--trajectories",
+        "one.csv",
+        "--fps",
+        "10",
+        "--scale",
+        "1",
+        "--y-axis",
+        "up",
+        "--model",
+        "burst-and-coast",
+    ]
+    assert (
+        call("infer", *one, "--window", "1.2", *SMALL, "--generations", "1", "--out", "run")[0] == 0
+    )
     code, _, err = call("check", "run", *one)
     assert code == 2
     assert "must tell at least 2 groups of held-out samples apart; got 1" in err
@@ -325,13 +452,23 @@ def test_a_disk_that_is_full_says_how_the_command_line_goes_on(call, monkeypatch
 
 
 def test_a_run_on_robots_needs_no_recording(call):
-    small = ["--set", "scenario.agents=2", "--set", "scenario.trial.duration_s=1.0", "--generations", "1"]
+    small = [
+        "--set",
+        "scenario.agents=2",
+        "--set",
+        "scenario.trial.duration_s=1.0",
+        "--generations",
+        "1",
+    ]
     assert call("infer", "aggregation", *SMALL, *small, "--out", "run")[0] == 0
     for command in ("check", "resume"):
         for options in (RECORDED, ["--trajectories", str(TERMITES)], ["--fps", "25"]):
             code, _, err = call(command, "run", *options)
             assert (code, err.count("\n")) == (2, 1)
-            assert "` must be left out for a run on simulated robots, which needs nothing but its folder; got" in err
+            assert (
+                "` must be left out for a run on simulated robots, which needs nothing but its folder; got"
+                in err
+            )
 
 
 def test_a_finished_run_is_resumed_with_its_own_recording_and_model_only(call):
@@ -367,7 +504,11 @@ def test_a_recording_of_every_second_frame_is_inferred_from_at_its_own_rate(call
 def test_a_column_names_the_individuals_by_an_option(call, caplog):
     rng = np.random.default_rng(1)
     walk = np.cumsum(rng.normal(0.6, 0.2, (200, 3, 2)), axis=0)
-    rows = [f"{t},{who},{(who + t) % 7},{x},{y},{t % 2}" for t in range(200) for who, (x, y) in enumerate(walk[t])]
+    rows = [
+        f"{t},{who},{(who + t) % 7},{x},{y},{t % 2}"
+        for t in range(200)
+        for who, (x, y) in enumerate(walk[t])
+    ]
     Path("birds.csv").write_text("\n".join(["frame,bird,bush,x,y,confidence", *rows]) + "\n")
     small = [*SMALL, "--generations", "1", "--window", "2", "--out", "run"]
     options = given("birds.csv", 10)
@@ -391,15 +532,37 @@ def test_a_column_names_the_individuals_by_an_option(call, caplog):
 
 def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(call):
     rows = [
-        f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t},{0.02 * t * t},{t}" for t in range(200) for who in range(3)
+        f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t},{0.02 * t * t},{t}"
+        for t in range(200)
+        for who in range(3)
     ]
     Path("both.csv").write_text("\n".join(["frame,id,x,y,pos_x,pos_y", *rows]) + "\n")
-    header = ["scorer" + ",a" * 6, "bodyparts" + ",nose" * 3 + ",tail" * 3, "coords" + ",x,y,likelihood" * 2]
+    header = [
+        "scorer" + ",a" * 6,
+        "bodyparts" + ",nose" * 3 + ",tail" * 3,
+        "coords" + ",x,y,likelihood" * 2,
+    ]
     points = [f"{t},{0.1 * t},{0.01 * t * t},1,0,0,1" for t in range(200)]
     Path("points.csv").write_text("\n".join([*header, *points]) + "\n")
-    model = ["--fps", "10", "--scale", "1", "--model", "burst-and-coast", "--window", "2", *SMALL, "--generations", "1"]
+    model = [
+        "--fps",
+        "10",
+        "--scale",
+        "1",
+        "--model",
+        "burst-and-coast",
+        "--window",
+        "2",
+        *SMALL,
+        "--generations",
+        "1",
+    ]
     for file, message, options in (
-        ("both.csv", "got what fits tracktor and tidy [both.csv]. Give --format.", ["--format", "tracktor"]),
+        (
+            "both.csv",
+            "got what fits tracktor and tidy [both.csv]. Give --format.",
+            ["--format", "tracktor"],
+        ),
         ("points.csv", "`--keypoint` must be one of nose, tail; got None", ["--keypoint", "nose"]),
     ):
         run = f"{file}-run"
@@ -418,12 +581,27 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
     [
         (["--model", "couzin"], "`--trajectories` must be given for recorded motion; got none."),
         (["--trajectories", TERMITES], "`--model` must be given for recorded motion; got none."),
-        (["--trajectories", TERMITES], "--model couzin. Give --fps, too. Give --scale, too: 1 for a file in cm."),
+        (
+            ["--trajectories", TERMITES],
+            "--model couzin. Give --fps, too. Give --scale, too: 1 for a file in cm.",
+        ),
         (["--trajectories", TERMITES, "--model", "couzn"], "got 'couzn'. Did you mean `couzin`?"),
-        (["--trajectories", TERMITES, "--model", "couzin", "--scale", "20"], "`--fps` must be given; got none"),
-        (["--trajectories", TERMITES, "--model", "couzin", "--fps", "25"], "`--scale` must be given; got none"),
-        (["--trajectories", "none.txt", "--model", "couzin"], "must be a readable file; got none.txt (No such file or"),
-        (["aggregation", "--fps", "25"], "`SCENARIO` must be left out for recorded motion; got 'aggregation'."),
+        (
+            ["--trajectories", TERMITES, "--model", "couzin", "--scale", "20"],
+            "`--fps` must be given; got none",
+        ),
+        (
+            ["--trajectories", TERMITES, "--model", "couzin", "--fps", "25"],
+            "`--scale` must be given; got none",
+        ),
+        (
+            ["--trajectories", "none.txt", "--model", "couzin"],
+            "must be a readable file; got none.txt (No such file or",
+        ),
+        (
+            ["aggregation", "--fps", "25"],
+            "`SCENARIO` must be left out for recorded motion; got 'aggregation'.",
+        ),
         (
             [*without(RECORDED, "--window"), "--window", "1e9"],
             "`--window` must leave at least one window for learning; got 25000000000 steps",
@@ -437,7 +615,10 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
             [*without(RECORDED, "--scale"), "--scale", "1e-12"],
             "`--scale` must be a finite number of at least 1e-09 and of at most 1e+09; got 1e-12.",
         ),
-        ([*without(RECORDED, "--scale"), "--scale", "1e-7"], "`--scale` must leave coordinates within +-1e+09 cm"),
+        (
+            [*without(RECORDED, "--scale"), "--scale", "1e-7"],
+            "`--scale` must leave coordinates within +-1e+09 cm",
+        ),
         (
             [*without(RECORDED, "--fps"), "--fps", "1e12"],
             "`--fps` must be a finite number of at least 1e-09 and of at most 1e+09; got 1000000000000.0.",
@@ -464,8 +645,19 @@ def test_a_run_that_python_began_is_left_to_python(call, told):
 
     windows = load_trajectories(TERMITES, fps=25, pixels_per_cm=20).windows(length_s=2.0)
     swim = BurstAndCoast(individuals=2, steps=50, interval_s=windows.interval_s, tank_cm=(12, 12))
-    settings = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
-    run = {"genuine": windows, "simulate": swim, "parameters": swim.parameters, "generations": 3, "settings": settings}
+    settings = {
+        "models.population": 8,
+        "classifiers.population": 8,
+        "run.threads": 1,
+        "run.history": "thin",
+    }
+    run = {
+        "genuine": windows,
+        "simulate": swim,
+        "parameters": swim.parameters,
+        "generations": 3,
+        "settings": settings,
+    }
     infer(**run, out="run", should_stop=lambda: True)
     before = Path("run/manifest.json").read_text()
     for command, there in (
@@ -493,23 +685,39 @@ def test_a_run_knows_its_recording_and_says_where_it_was(call):
         "fps": 25.0, "scale": 20.0, "model": "burst-and-coast", "window": 2.0, "trajectories": [str(motion.absolute())]
     }  # fmt: skip
     quick = ["--samples", "10", "--points", "0", "--recoveries", "0"]
-    assert len(tl.load_run("run").plot.distributions(Figure().subplots(1, 2))) == 2  # Python knows it, too
+    assert (
+        len(tl.load_run("run").plot.distributions(Figure().subplots(1, 2))) == 2
+    )  # Python knows it, too
     motion.rename("moved.txt")
     with pytest.raises(ConfigurationError, match="not there any more"):
         tl.load_run("run").check()
     code, _, err = call("check", "run", *quick)
     where = f"got {motion.absolute()}, which is not there any more. Give its path with --trajectories.\n"
-    assert (code, err) == (2, f"error: `--trajectories` must be the recording that the run began with; {where}")
+    assert (code, err) == (
+        2,
+        f"error: `--trajectories` must be the recording that the run began with; {where}",
+    )
     assert call("check", "run", "--trajectories", "moved.txt", *quick)[0] == 0
     motion.write_text(Path("moved.txt").read_text() + "\n")
     assert "which has changed since. Give its path" in call("check", "run", *quick)[2]
-    assert "which has changed since. Give its path" not in call("resume", "run")[2]  # is finished, and needs none
+    assert (
+        "which has changed since. Give its path" not in call("resume", "run")[2]
+    )  # is finished, and needs none
 
 
 def test_of_one_individual_nothing_is_said_of_neighbors(call):
     steps = np.random.default_rng(0).normal(0.3, 0.2, (200, 2)).cumsum(axis=0)
-    Path("one.csv").write_text("frame,x,y\n" + "".join(f"{k},{x:.3f},{y:.3f}\n" for k, (x, y) in enumerate(steps)))
-    options = [*without(given("one.csv", 10), "--model"), "--window", "1", "--trials", "20", "--model"]
+    Path("one.csv").write_text(
+        "frame,x,y\n" + "".join(f"{k},{x:.3f},{y:.3f}\n" for k, (x, y) in enumerate(steps))
+    )
+    options = [
+        *without(given("one.csv", 10), "--model"),
+        "--window",
+        "1",
+        "--trials",
+        "20",
+        "--model",
+    ]
     remark = "there is one individual: what couzin says of neighbors cannot be inferred"
     assert remark in call("infer", *options, "couzin", "--out", "run")[1].splitlines()
     assert "one individual" not in call("infer", *options, "burst-and-coast", "--out", "other")[1]
@@ -523,7 +731,9 @@ def test_ranges_follow_from_the_recording_or_are_said(call):
     code, out, _ = call("infer", *goats, *SMALL, "--generations", "1", "--out", "run")
     assert code == 0
     assert "range of speed by the recording: 0 to 1" in out
-    code, out, _ = call("infer", *goats, *SMALL, "--range", "speed=5:300", "--generations", "1", "--out", "said")
+    code, out, _ = call(
+        "infer", *goats, *SMALL, "--range", "speed=5:300", "--generations", "1", "--out", "said"
+    )
     assert (code, "range of speed" in out) == (0, False)
     config = Path("said/config.toml").read_text()
     assert "high = 300.0" in config

@@ -23,7 +23,19 @@ SMALL = [
 def finished(tmp_path_factory, done):
     """A small study, made by the command line."""
     folder = tmp_path_factory.mktemp("studies") / "study"
-    done("study", "aggregation", *SMALL, "--runs", 2, "--generations", 3, "--workers", 1, "--out", folder)
+    done(
+        "study",
+        "aggregation",
+        *SMALL,
+        "--runs",
+        2,
+        "--generations",
+        3,
+        "--workers",
+        1,
+        "--out",
+        folder,
+    )
     return folder
 
 
@@ -61,23 +73,50 @@ def test_collect_and_run_are_the_steps_of_a_cluster(finished, call):
     ("arguments", "message"),
     [
         ("study", r"`SCENARIO` must be given, or a file .* random-behaviors"),
-        ("study agregation", r"`scenario` must be a known scenario; got 'agregation'.*Did you mean `aggregation`"),
+        (
+            "study agregation",
+            r"`scenario` must be a known scenario; got 'agregation'.*Did you mean `aggregation`",
+        ),
         ("study aggregation --runs 0", r"`runs` must be an integer of at least 1; got 0"),
         ("study aggregation --runs x", r"Invalid value for --runs: must be an integer; got 'x'\."),
         ("study aggregation --first-seed 1.5", r"--first-seed: must be an integer; got '1\.5'\."),
         ("study aggregation --set run.seed=3", r"Give the seeds with `runs` and `first_seed`\."),
-        ("study aggregation --config empty.toml", r"`grid` must name one setting .* \[empty.toml:1\]"),
+        (
+            "study aggregation --config empty.toml",
+            r"`grid` must name one setting .* \[empty.toml:1\]",
+        ),
         ("study aggregation --workers 0", r"`workers` must be an integer of at least 1; got 0"),
-        ("study aggregation --generations 0", r"`run.generations` must be .* got 0 \[--generations\]"),
+        (
+            "study aggregation --generations 0",
+            r"`run.generations` must be .* got 0 \[--generations\]",
+        ),
         ("study aggregation --set models.parents=0", r"got 0 \[--set models.parents\]"),
-        ("study aggregation --workers 2 --cluster tcp://x:1", r"`workers` must be left out beside `cluster`"),
-        ("study aggregation --write-slurm no/where.sh", r"`write-slurm` must be a file in a folder that exists"),
-        ("study aggregation --write-slurm a.sh --workers 2", r"`write-slurm` must be given without workers"),
-        ("infer --config grid.toml", r"`grid` must be left out of the configuration of a single run.*\[grid.toml:2\]"),
-        ("study aggregation --config grid.toml", r"got 0 \[configuration 2 of the study: models.parents = 0\]"),
+        (
+            "study aggregation --workers 2 --cluster tcp://x:1",
+            r"`workers` must be left out beside `cluster`",
+        ),
+        (
+            "study aggregation --write-slurm no/where.sh",
+            r"`write-slurm` must be a file in a folder that exists",
+        ),
+        (
+            "study aggregation --write-slurm a.sh --workers 2",
+            r"`write-slurm` must be given without workers",
+        ),
+        (
+            "infer --config grid.toml",
+            r"`grid` must be left out of the configuration of a single run.*\[grid.toml:2\]",
+        ),
+        (
+            "study aggregation --config grid.toml",
+            r"got 0 \[configuration 2 of the study: models.parents = 0\]",
+        ),
         ("study-run nothing 1", r"`study` must be a study folder; got nothing"),
         ("study-collect nothing", r"`study` must be a study folder; got nothing"),
-        ("resume nothing --workers 2", r"`workers` must be left out for a single run; got 2 \[--workers\]"),
+        (
+            "resume nothing --workers 2",
+            r"`workers` must be left out for a single run; got 2 \[--workers\]",
+        ),
     ],
 )
 def test_what_is_wrong_is_refused_before_anything_is_written(arguments, message, call, tmp_path):
@@ -92,15 +131,21 @@ def test_what_is_wrong_is_refused_before_anything_is_written(arguments, message,
 
 
 def test_other_settings_are_refused_by_name(finished, call):
-    code, _, err = call("study", "aggregation", *SMALL, "--runs", 2, "--generations", 4, "--out", finished)
+    code, _, err = call(
+        "study", "aggregation", *SMALL, "--runs", 2, "--generations", 4, "--out", finished
+    )
     assert code == 2
-    assert err.startswith("error: `run.generations` must be 3, as in the study that is in the folder; got 4 [")
+    assert err.startswith(
+        "error: `run.generations` must be 3, as in the study that is in the folder; got 4 ["
+    )
 
 
 def test_threads_are_refused_for_a_study(finished, call):
     code, _, err = call("resume", finished, "--threads", 2)
     assert code == 2
-    assert err.startswith("error: `threads` must be left out for a study, whose runs have one thread each; got 2")
+    assert err.startswith(
+        "error: `threads` must be left out for a study, whose runs have one thread each; got 2"
+    )
 
 
 def test_a_study_has_no_recording(finished, call):
@@ -112,7 +157,9 @@ def test_a_study_has_no_recording(finished, call):
 
 
 def test_a_run_that_fails_ends_the_command_of_an_array_with_code_1(call, tmp_path):
-    code, out, _ = call("study", "aggregation", *SMALL, "--runs", 1, "--out", "study", "--write-slurm", "job.sh")
+    code, out, _ = call(
+        "study", "aggregation", *SMALL, "--runs", 1, "--out", "study", "--write-slurm", "job.sh"
+    )
     assert code == 0
     assert out.startswith(
         "job.sh: 1 run in study. Time and memory of a run stand at its head. Submit:\n  job=$(sbatch "
@@ -134,13 +181,20 @@ def test_how_to_go_on_can_be_pasted_into_a_shell(call, monkeypatch):
         run = StudyRun(1, {"run.seed": 1}, state, "OSError: disk" if state == "failed" else "")
         monkeypatch.setattr("turing_learning.studies.run_one", lambda *given, **options: run)
         result = StudyResult("aggregation", "Aggregation", (run,), (), Path("my study"))
-        monkeypatch.setattr("turing_learning.studies.resume_study", lambda *given, **options: result)
+        monkeypatch.setattr(
+            "turing_learning.studies.resume_study", lambda *given, **options: result
+        )
 
     one = ("study", "aggregation", *SMALL, "--runs", 1, "--out", "my study")
     assert call(*one, "--write-slurm", "job.sh")[0] == 0
-    assert "old study by `turing-learning resume 'my study'`, or" in call(*one, "--generations", 4)[2]
+    assert (
+        "old study by `turing-learning resume 'my study'`, or" in call(*one, "--generations", 4)[2]
+    )
     ended("stopped")
-    alone, all_of_them = "turing-learning study-run 'my study' 1\n", "turing-learning resume 'my study'\n"
+    alone, all_of_them = (
+        "turing-learning study-run 'my study' 1\n",
+        "turing-learning resume 'my study'\n",
+    )
     assert call("study-run", "my study", 1)[2] == f"stopped; resume with: {alone}"
     assert call("resume", "my study")[2] == f"stopped after 0 of 1 runs; resume with: {all_of_them}"
     ended("failed")
@@ -169,7 +223,15 @@ def shown(picture):
 def test_the_live_view_counts_runs_and_says_how_good_they_are():
     failed = StudyRun(4, {"run.seed": 4}, "failed", "OSError: disk")
     text = shown(study_picture(progress(), [failed], stopping=False))
-    for part in ("2 of 10 runs", "3 running", "1 failed", "1:10 left", "median 0.105", "1 below 0.05", "OSError: disk"):
+    for part in (
+        "2 of 10 runs",
+        "3 running",
+        "1 failed",
+        "1:10 left",
+        "median 0.105",
+        "1 below 0.05",
+        "OSError: disk",
+    ):
         assert part in text
     assert "stopping" not in text
 

@@ -10,10 +10,14 @@ RNG = np.random.default_rng(8)
 def write_recording(path, turn, individuals=6, frames=300, scale=1.0):
     """Write a table of walkers at 10 frames per second."""
     headings = np.cumsum(turn * RNG.standard_normal((frames, individuals)), axis=0)
-    positions = np.cumsum(0.5 * np.stack((np.cos(headings), np.sin(headings)), axis=-1), axis=0) * scale
+    positions = (
+        np.cumsum(0.5 * np.stack((np.cos(headings), np.sin(headings)), axis=-1), axis=0) * scale
+    )
     frame, who = np.meshgrid(np.arange(frames), np.arange(individuals), indexing="ij")
     columns = {"frame": frame, "id": who, "x": positions[..., 0], "y": positions[..., 1]}
-    pd.DataFrame({name: values.ravel() for name, values in columns.items()}).to_csv(path, index=False)
+    pd.DataFrame({name: values.ravel() for name, values in columns.items()}).to_csv(
+        path, index=False
+    )
 
 
 READ = ("--fps", "10", "--scale", "1", "--y-axis", "up", "--quick")
@@ -22,7 +26,9 @@ READ = ("--fps", "10", "--scale", "1", "--y-axis", "up", "--quick")
 def test_two_recordings_end_in_sentences_json_and_a_page(call, tmp_path, wide):
     write_recording(tmp_path / "real.csv", 0.3)
     write_recording(tmp_path / "simulated.csv", 0.9)
-    code, out, _ = call("test", "real.csv", "--against", "simulated.csv", *READ, "--out", "page.html", "--control")
+    code, out, _ = call(
+        "test", "real.csv", "--against", "simulated.csv", *READ, "--out", "page.html", "--control"
+    )
     assert code == 0
     assert out.startswith("told apart: ")
     assert "The simulated motion is told from the real one" in out
@@ -42,7 +48,9 @@ def test_the_simulated_recordings_have_a_scale_and_a_rate_of_their_own(call, tmp
     write_recording(tmp_path / "real.csv", 0.3)
     write_recording(tmp_path / "pixels.csv", 0.3, scale=20.0)
     own = ("--against-scale", "20", "--signals", "speed")
-    found = json.loads(call("test", "real.csv", "--against", "pixels.csv", *READ, *own, "--json")[1])
+    found = json.loads(
+        call("test", "real.csv", "--against", "pixels.csv", *READ, *own, "--json")[1]
+    )
     assert found["signals"] == ["speed"]
     assert found["accuracy"] < 0.8
 
@@ -56,7 +64,9 @@ def test_arrays_are_samples_and_several_files_are_groups(call, tmp_path):
     code, out, _ = call("test", *real, "--against", *simulated, "--quick", "--json")
     assert code == 0
     assert json.loads(out)["groups"] == [4, 4]
-    one = json.loads(call("test", real[0], "--against", simulated[0], "--quick", "--signals", "a,b", "--json")[1])
+    one = json.loads(
+        call("test", real[0], "--against", simulated[0], "--quick", "--signals", "a,b", "--json")[1]
+    )
     assert one["groups"] == [10, 10]
     assert one["signals"] == ["a", "b"]
 
@@ -66,8 +76,14 @@ def test_arrays_are_samples_and_several_files_are_groups(call, tmp_path):
     [
         (("test",), "`REAL` must be one recording or several; got none"),
         (("test", "real.csv"), "`--against` must be one recording or several; got none"),
-        (("test", "a.npy", "--against", "real.csv"), "`REAL` must be recordings where the others are, or samples"),
-        (("test", "a.npy", "--against", "a.npy", "--fps", "3"), "`--fps` must be left out for samples; got 3"),
+        (
+            ("test", "a.npy", "--against", "real.csv"),
+            "`REAL` must be recordings where the others are, or samples",
+        ),
+        (
+            ("test", "a.npy", "--against", "a.npy", "--fps", "3"),
+            "`--fps` must be left out for samples; got 3",
+        ),
         (
             ("test", "real.csv", "--against", "real.csv", *READ, "--signals", "sped"),
             "`--signals` must be some of speed",

@@ -20,7 +20,9 @@ def test_a_full_archive_keeps_its_size():
 
 
 def test_every_generation_has_the_same_chance_to_be_kept():
-    kept = np.concatenate([filled(10, 50, seed=seed).genomes[:, 0] for seed in range(200)]).astype(int)
+    kept = np.concatenate([filled(10, 50, seed=seed).genomes[:, 0] for seed in range(200)]).astype(
+        int
+    )
     counts = np.bincount(kept, minlength=50)
     # 200 archives of 10 out of 50: 40 expected for each, variance 200 * 0.2 * 0.8 = 32; 4.5 standard deviations are 25.
     assert counts.min() > 40 - 25
@@ -46,7 +48,10 @@ def test_a_capacity_below_one_is_refused():
 @pytest.mark.parametrize(
     ("state", "message"),
     [
-        ({"genomes": np.zeros((2, 3))}, r"`state` must hold an array 'specificity'; got \['genomes'\]"),
+        (
+            {"genomes": np.zeros((2, 3))},
+            r"`state` must hold an array 'specificity'; got \['genomes'\]",
+        ),
         (
             {"genomes": np.zeros((2, 3)), "specificity": np.full(2, 1.5), "seen": np.array(2)},
             r"`state\['specificity'\]` must be shares from 0 to 1; got \[1.5, 1.5\]",
@@ -87,6 +92,7 @@ def test_where_nobody_can_tell_anything_the_reward_is_equation_1():
 
 def test_referees_must_have_judged_the_same_models():
     with pytest.raises(
-        ValueError, match=r"`referee_outputs` must be of shape \(B, M, C\) = \(any, 2, 1\); got \(4, 3, 1\)"
+        ValueError,
+        match=r"`referee_outputs` must be of shape \(B, M, C\) = \(any, 2, 1\); got \(4, 3, 1\)",
     ):
         judgments(np.full((4, 3, 1), 0.5))

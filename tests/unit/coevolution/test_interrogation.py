@@ -83,7 +83,8 @@ def test_each_classifier_meets_as_many_models_and_each_model_as_many_classifiers
     np.testing.assert_array_equal(np.bincount(met.ravel(), minlength=6), 3)
     np.testing.assert_array_equal(np.count_nonzero(judgments.met, axis=1), 2)
     np.testing.assert_allclose(
-        judgments.counterfeit_outputs[judgments.met, 0], np.tile(models[:, 0], (9, 1))[judgments.met]
+        judgments.counterfeit_outputs[judgments.met, 0],
+        np.tile(models[:, 0], (9, 1))[judgments.met],
     )
     np.testing.assert_array_equal(judgments.counterfeit_outputs[~judgments.met], 0)
 
@@ -91,12 +92,16 @@ def test_each_classifier_meets_as_many_models_and_each_model_as_many_classifiers
 def test_classifiers_that_meet_all_models_leave_full_judgments():
     judgments = InteractiveInterrogation(Talks(), 100)(MODELS, GENOMES, rng())
     assert judgments.met is None
-    np.testing.assert_allclose(judgments.counterfeit_outputs[:, :, 0], [[0.1, 0.2, 0.3], [0.6, 0.7, 0.8]])
+    np.testing.assert_allclose(
+        judgments.counterfeit_outputs[:, :, 0], [[0.1, 0.2, 0.3], [0.6, 0.7, 0.8]]
+    )
 
 
 def test_referees_meet_models_of_their_own_and_not_the_system():
     source = Talks()
-    judgments = InteractiveInterrogation(source, 2)(MODELS, GENOMES, rng(), referees=np.array([[0.25]]))
+    judgments = InteractiveInterrogation(source, 2)(
+        MODELS, GENOMES, rng(), referees=np.array([[0.25]])
+    )
     assert [genuine for _, genuine in source.asked] == [2, 0]
     np.testing.assert_array_equal(np.count_nonzero(judgments.referees_met, axis=1), [2])
 
@@ -106,7 +111,10 @@ def test_a_source_that_returns_another_number_of_outputs_is_refused():
         def confront(self, models, classifiers, met, genuine, rng):
             return super().confront(models, classifiers, met[:, 1:], genuine, rng)
 
-    with pytest.raises(ValueError, match=r"`source.confront` must return outputs of shapes \(2, 2\) and \(2, 2\); got"):
+    with pytest.raises(
+        ValueError,
+        match=r"`source.confront` must return outputs of shapes \(2, 2\) and \(2, 2\); got",
+    ):
         InteractiveInterrogation(Short(), 2)(MODELS, GENOMES, rng())
 
 
@@ -115,7 +123,10 @@ def test_a_source_that_forgets_models_is_refused():
         def collect(self, models, rng):
             return super().collect(models[1:], rng)
 
-    with pytest.raises(ValueError, match=r"`source` must yield counterfeit samples of each of the M = 3 models; got"):
+    with pytest.raises(
+        ValueError,
+        match=r"`source` must yield counterfeit samples of each of the M = 3 models; got",
+    ):
         PassiveInterrogation(Forgetful(), Adder())(MODELS, GENOMES, rng())
 
 
@@ -124,5 +135,8 @@ def test_a_classifier_that_returns_another_shape_is_refused():
         def judge(self, genomes, samples):
             return super().judge(genomes, samples).T
 
-    with pytest.raises(ValueError, match=r"`classifier.judge` must return outputs of shape \(N, S\) = \(\d, 4\); got"):
+    with pytest.raises(
+        ValueError,
+        match=r"`classifier.judge` must return outputs of shape \(N, S\) = \(\d, 4\); got",
+    ):
         PassiveInterrogation(Source(), Transposed())(MODELS, GENOMES, rng())

@@ -41,19 +41,24 @@ def test_selection_does_not_depend_on_genuine_samples():
 
 @pytest.mark.parametrize("genuine", [GENUINE[0], GENUINE[:, :0]])
 def test_genuine_outputs_of_a_wrong_shape_are_refused(genuine):
-    with pytest.raises(ValueError, match=r"`genuine_outputs` must be of shape \(N, K\)( and not empty)?; got \("):
+    with pytest.raises(
+        ValueError, match=r"`genuine_outputs` must be of shape \(N, K\)( and not empty)?; got \("
+    ):
         Judgments(genuine, COUNTERFEIT)
 
 
 def test_counterfeit_outputs_of_a_wrong_shape_are_refused():
     with pytest.raises(
-        ValueError, match=r"`counterfeit_outputs` must be of shape \(N, M, C\) = \(2, any, any\); got \(2, 3\)"
+        ValueError,
+        match=r"`counterfeit_outputs` must be of shape \(N, M, C\) = \(2, any, any\); got \(2, 3\)",
     ):
         Judgments(GENUINE, COUNTERFEIT[..., 0])
 
 
 def test_outputs_of_different_numbers_of_classifiers_are_refused():
-    with pytest.raises(ValueError, match=r"`counterfeit_outputs` must be .* = \(1, any, any\); got \(2, 3, 1\)"):
+    with pytest.raises(
+        ValueError, match=r"`counterfeit_outputs` must be .* = \(1, any, any\); got \(2, 3, 1\)"
+    ):
         Judgments(GENUINE[:1], COUNTERFEIT)
 
 
@@ -61,5 +66,8 @@ def test_outputs_of_different_numbers_of_classifiers_are_refused():
 def test_an_output_that_is_no_output_of_a_sigmoid_is_refused_with_its_place(value):
     counterfeit = COUNTERFEIT.copy()
     counterfeit[1, 2, 0] = value
-    with pytest.raises(ValueError, match=rf"`counterfeit_outputs` must be from 0 to 1; got {value} at \(1, 2, 0\) of"):
+    with pytest.raises(
+        ValueError,
+        match=rf"`counterfeit_outputs` must be from 0 to 1; got {value} at \(1, 2, 0\) of",
+    ):
         Judgments(GENUINE, counterfeit)

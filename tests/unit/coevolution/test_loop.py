@@ -38,7 +38,9 @@ def strategy(dimension, seed):
 
 def coevolution(seed=0, interrogation=None, **rewards):
     interrogation = interrogation or PassiveInterrogation(NormalSource(), BandClassifier())
-    return Coevolution(interrogation, strategy(1, [seed, 1]), strategy(2, [seed, 2]), seed=seed, **rewards)
+    return Coevolution(
+        interrogation, strategy(1, [seed, 1]), strategy(2, [seed, 2]), seed=seed, **rewards
+    )
 
 
 class Script:
@@ -76,7 +78,13 @@ def assert_equal_runs(first, second, generations=3):
     for _ in range(generations):
         one, other = first.step(), second.step()
         assert one.number == other.number
-        for name in ("models", "model_step_sizes", "model_fitness", "classifiers", "classifier_fitness"):
+        for name in (
+            "models",
+            "model_step_sizes",
+            "model_fitness",
+            "classifiers",
+            "classifier_fitness",
+        ):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
@@ -91,9 +99,13 @@ def test_models_become_indistinguishable_from_the_system(seed):
 def test_any_optimizer_fits():
     models = EvolutionStrategy(1, parents=15, offspring=15, seed=1)
     classifiers = CMAEvolutionStrategy(2, size=30, seed=2, initial_low=0.0, initial_high=4.0)
-    run = Coevolution(PassiveInterrogation(NormalSource(), BandClassifier()), models, classifiers, seed=3)
+    run = Coevolution(
+        PassiveInterrogation(NormalSource(), BandClassifier()), models, classifiers, seed=3
+    )
     typical = np.array([run.step().typical_model for _ in range(150)])
-    assert abs(estimate(typical)[0] - TRUTH) < 0.5  # without selection models stay within their initial -1 to 1
+    assert (
+        abs(estimate(typical)[0] - TRUTH) < 0.5
+    )  # without selection models stay within their initial -1 to 1
 
 
 def test_a_step_is_one_generation():
@@ -119,7 +131,9 @@ def test_both_optimizers_are_told_the_rewards_of_the_paper():
     generation = Coevolution(Script(given), models, classifiers, seed=0).step()
     accepted, right = given.counterfeit_outputs[..., 0] >= 0.5, given.genuine_outputs >= 0.5
     np.testing.assert_array_equal(models.told[0], accepted.mean(axis=0))
-    np.testing.assert_allclose(classifiers.told[0], (right.mean(axis=1) + (~accepted).mean(axis=1)) / 2)
+    np.testing.assert_allclose(
+        classifiers.told[0], (right.mean(axis=1) + (~accepted).mean(axis=1)) / 2
+    )
     np.testing.assert_array_equal(generation.model_fitness, models.told[0])
     np.testing.assert_array_equal(generation.classifier_fitness, classifiers.told[0])
 
@@ -145,7 +159,10 @@ def test_other_rewards_are_told_and_the_record_keeps_those_of_the_paper():
 @pytest.mark.parametrize(("output", "selection"), [(0.9, "all accepted"), (0.1, "all rejected")])
 def test_the_record_tells_when_selection_stops(output, selection):
     given = Judgments(np.full((4, 2), output), np.full((4, 4, 1), output))
-    assert Coevolution(Script(given), Recorder(2, 0), Recorder(3, 1), seed=0).step().selection == selection
+    assert (
+        Coevolution(Script(given), Recorder(2, 0), Recorder(3, 1), seed=0).step().selection
+        == selection
+    )
 
 
 def test_each_generation_draws_from_its_own_generator():
@@ -153,7 +170,10 @@ def test_each_generation_draws_from_its_own_generator():
     run = Coevolution(script, Recorder(2, 0), Recorder(3, 1), seed=[7, 8])
     for _ in range(2):
         run.step()
-    expected = [np.random.default_rng(np.random.SeedSequence([7, 8], spawn_key=(g,))).random() for g in range(2)]
+    expected = [
+        np.random.default_rng(np.random.SeedSequence([7, 8], spawn_key=(g,))).random()
+        for g in range(2)
+    ]
     assert script.draws == expected
 
 
@@ -228,13 +248,17 @@ def test_rewards_that_are_not_finite_are_refused(name):
 @pytest.mark.parametrize("sizes", [(5, 4), (4, 5)])
 def test_judgments_of_other_populations_are_refused(sizes):
     run = Coevolution(Script(judgments(*sizes)), Recorder(2, 0), Recorder(3, 1), seed=0)
-    with pytest.raises(ValueError, match=r"must return judgments of N = 4 classifiers on M = 4 models; got"):
+    with pytest.raises(
+        ValueError, match=r"must return judgments of N = 4 classifiers on M = 4 models; got"
+    ):
         run.step()
 
 
 @pytest.mark.parametrize("seed", [-1, 0.5, [1, -1]])
 def test_a_seed_that_is_no_natural_number_is_refused(seed):
-    with pytest.raises(ValueError, match="`seed` must be a non-negative integer or a sequence of them; got"):
+    with pytest.raises(
+        ValueError, match="`seed` must be a non-negative integer or a sequence of them; got"
+    ):
         Coevolution(Script(None), Recorder(2, 0), Recorder(3, 1), seed=seed)
 
 
@@ -261,6 +285,7 @@ def test_an_empty_state_is_refused():
 def test_a_state_of_other_populations_is_refused():
     run = Coevolution(Script(None), Recorder(2, 0), Recorder(3, 1), seed=0)
     with pytest.raises(
-        ValueError, match=r"`state\['population'\]` must be of shape \(N, P\) = \(4, 2\); got \(30, 1\)"
+        ValueError,
+        match=r"`state\['population'\]` must be of shape \(N, P\) = \(4, 2\); got \(30, 1\)",
     ):
         run.restore(coevolution().state())

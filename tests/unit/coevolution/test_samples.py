@@ -20,7 +20,9 @@ def test_any_finite_magnitude_and_precision_is_accepted():
 
 @pytest.mark.parametrize("genuine", [GENUINE[0], GENUINE[:0], GENUINE[:, :0]])
 def test_genuine_samples_of_a_wrong_shape_are_refused(genuine):
-    with pytest.raises(ValueError, match=r"`genuine` must be of shape \(K, T, D\)( and not empty)?; got \("):
+    with pytest.raises(
+        ValueError, match=r"`genuine` must be of shape \(K, T, D\)( and not empty)?; got \("
+    ):
         Samples(genuine, COUNTERFEIT)
 
 
@@ -44,12 +46,15 @@ def test_samples_that_disagree_in_time_or_signals_are_refused(counterfeit):
 def test_a_value_that_is_not_finite_is_refused_with_its_place(value):
     counterfeit = COUNTERFEIT.copy()
     counterfeit[2, 0, 7, 1] = value
-    with pytest.raises(ValueError, match=rf"`counterfeit` must be finite; got {value} at \(2, 0, 7, 1\) of \(M, C,"):
+    with pytest.raises(
+        ValueError, match=rf"`counterfeit` must be finite; got {value} at \(2, 0, 7, 1\) of \(M, C,"
+    ):
         Samples(GENUINE, counterfeit)
 
 
 @pytest.mark.parametrize(
-    ("genuine", "received"), [(GENUINE.astype(int), "int64"), (GENUINE.tolist(), "list"), (None, "NoneType")]
+    ("genuine", "received"),
+    [(GENUINE.astype(int), "int64"), (GENUINE.tolist(), "list"), (None, "NoneType")],
 )
 def test_anything_but_an_array_of_floats_is_refused(genuine, received):
     with pytest.raises(TypeError, match=f"`genuine` must be an array of floats; got {received}"):

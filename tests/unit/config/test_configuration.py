@@ -34,7 +34,11 @@ def test_the_default_configuration_is_the_papers_setup_of_aggregation():
     assert configuration.scenario == AGGREGATION
     assert (configuration.models.parents, configuration.models.offspring) == (50, 50)
     assert (configuration.classifiers.parents, configuration.classifiers.offspring) == (50, 50)
-    assert (configuration.classifiers.hidden, configuration.run.generations, configuration.run.seed) == (5, 1000, 1)
+    assert (
+        configuration.classifiers.hidden,
+        configuration.run.generations,
+        configuration.run.seed,
+    ) == (5, 1000, 1)
 
 
 def test_the_paper_preset_has_no_floor_under_the_step_sizes():
@@ -65,7 +69,11 @@ def test_numbers_survive_writing_bit_by_bit(low, step, seed, tmp_path_factory):
     path = tmp_path_factory.mktemp("round") / "a.toml"
     path.write_text(to_toml(configuration), encoding="utf-8")
     again = load_configuration(path)
-    assert (again.models.initial_low, again.models.initial_step_size, again.run.seed) == (low, step, seed)
+    assert (again.models.initial_low, again.models.initial_step_size, again.run.seed) == (
+        low,
+        step,
+        seed,
+    )
 
 
 def test_a_written_configuration_has_every_field():
@@ -82,7 +90,9 @@ def test_a_written_configuration_has_every_field():
 
 
 def test_a_scenario_table_changes_a_preset(written):
-    path = written('[scenario]\npreset = "object-clustering"\n[scenario.robot]\nwheel_noise = 0.1\n')
+    path = written(
+        '[scenario]\npreset = "object-clustering"\n[scenario.robot]\nwheel_noise = 0.1\n'
+    )
     scenario = load_configuration(path).scenario
     assert scenario.robot.wheel_noise == 0.1
     assert scenario.objects == OBJECT_CLUSTERING.objects
@@ -103,7 +113,8 @@ def test_a_scenario_table_may_give_a_known_scenario_another_name(written):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "[run]\nseed = 3\n", "[scenario]\nagents = 5\n", "[scenario.robot]\nradius_cm = 3\n"]
+    "text",
+    ["", "[run]\nseed = 3\n", "[scenario]\nagents = 5\n", "[scenario.robot]\nradius_cm = 3\n"],
 )
 def test_a_file_with_which_nothing_says_what_is_to_run_is_refused(text, written):
     path = written(text)
@@ -113,16 +124,21 @@ def test_a_file_with_which_nothing_says_what_is_to_run_is_refused(text, written)
         "aggregation-field-of-view-0, aggregation-field-of-view-60, light-response, light-response-stochastic, "
         "object-clustering, sensor-configuration."
     )
-    assert load_configuration(path, scenario="object-clustering").scenario.name == "object-clustering"
+    assert (
+        load_configuration(path, scenario="object-clustering").scenario.name == "object-clustering"
+    )
 
 
 def test_a_scenario_table_without_preset_changes_the_scenario_of_the_argument(written):
     path = written("[scenario.robot]\nwheel_noise = 0.1\n")
-    assert load_configuration(path, scenario="object-clustering").scenario.name == "object-clustering"
+    assert (
+        load_configuration(path, scenario="object-clustering").scenario.name == "object-clustering"
+    )
 
 
 @pytest.mark.parametrize(
-    "text", ['[scenario]\nname = "object-clustering"\nworld = "paper"\n', "scenario.world = 'paper'"]
+    "text",
+    ['[scenario]\nname = "object-clustering"\nworld = "paper"\n', "scenario.world = 'paper'"],
 )
 def test_a_scenario_can_be_put_into_a_named_world(text, written):
     found = load_configuration(written(text), scenario="object-clustering").scenario
@@ -138,7 +154,9 @@ def test_a_setting_beside_a_world_comes_before_it():
 
 
 def test_a_scenario_given_as_an_object_can_be_put_into_a_world_too():
-    found = load_configuration(scenario=replace(AGGREGATION, agents=7), overrides={"scenario.world": "paper"}).scenario
+    found = load_configuration(
+        scenario=replace(AGGREGATION, agents=7), overrides={"scenario.world": "paper"}
+    ).scenario
     assert found == replace(AGGREGATION, agents=7).in_world("paper")
 
 
@@ -179,17 +197,25 @@ def test_options_come_before_the_file_and_the_file_before_the_preset(written):
     path = written("[run]\nseed = 4\ngenerations = 7\n[models]\nminimum_step_size = 0.5\n")
     configuration = load_configuration(path, "paper", {"run.seed": 9}, scenario="aggregation")
     assert (configuration.run.seed, configuration.run.generations) == (9, 7)
-    assert (configuration.models.minimum_step_size, configuration.classifiers.minimum_step_size) == (0.5, 0.0)
+    assert (
+        configuration.models.minimum_step_size,
+        configuration.classifiers.minimum_step_size,
+    ) == (0.5, 0.0)
 
 
 def test_an_even_population_is_split_into_halves(written):
-    models = load_configuration(written("[models]\npopulation = 60\n"), scenario="aggregation").models
+    models = load_configuration(
+        written("[models]\npopulation = 60\n"), scenario="aggregation"
+    ).models
     assert (models.parents, models.offspring) == (30, 30)
 
 
 def test_the_robots_input_scale_is_its_largest_speeds():
     assert load_configuration().input_scale == AGGREGATION.input_scale
-    assert load_configuration(overrides={"classifiers.input_scale": [1.0, 2]}).input_scale == (1.0, 2.0)
+    assert load_configuration(overrides={"classifiers.input_scale": [1.0, 2]}).input_scale == (
+        1.0,
+        2.0,
+    )
 
 
 def test_all_threads_are_none():
@@ -205,19 +231,34 @@ def test_all_threads_are_none():
             "`run.generatons` must be a known setting; got 3 [{path}:2]. Did you mean `run.generations`?",
         ),
         ("seed = 3", "`seed` must be a known setting; got 3 [{path}:1]. Did you mean `run.seed`?"),
-        ("[modles]\nx = 1", "`modles` must be a known setting; got a table [{path}:1]. Did you mean `models`?"),
+        (
+            "[modles]\nx = 1",
+            "`modles` must be a known setting; got a table [{path}:1]. Did you mean `models`?",
+        ),
         (
             "\n[scenario.robot]\nwheel_nose = 0.1",
             "`scenario.robot.wheel_nose` must be a known setting; got 0.1 [{path}:3]. "
             "Did you mean `scenario.robot.wheel_noise`?",
         ),
-        ("run.generations = 0", "`run.generations` must be greater than or equal to 1; got 0 [{path}:1]."),
+        (
+            "run.generations = 0",
+            "`run.generations` must be greater than or equal to 1; got 0 [{path}:1].",
+        ),
         ("[run]\nseed = -1", "`run.seed` must be greater than or equal to 0; got -1 [{path}:2]."),
         ("[run]\nseed = 1.5", "`run.seed` must be an integer; got 1.5 [{path}:2]."),
         ("[run]\nseed = true", "`run.seed` must be an integer; got True [{path}:2]."),
-        ("[run]\nthreads = 0", '`run.threads` must be "all" or an integer of at least 1; got 0 [{path}:2].'),
-        ("[models]\nparents = 0", "`models.parents` must be greater than or equal to 1; got 0 [{path}:2]."),
-        ("[models]\noffspring = -2", "`models.offspring` must be greater than or equal to 1; got -2 [{path}:2]."),
+        (
+            "[run]\nthreads = 0",
+            '`run.threads` must be "all" or an integer of at least 1; got 0 [{path}:2].',
+        ),
+        (
+            "[models]\nparents = 0",
+            "`models.parents` must be greater than or equal to 1; got 0 [{path}:2].",
+        ),
+        (
+            "[models]\noffspring = -2",
+            "`models.offspring` must be greater than or equal to 1; got -2 [{path}:2].",
+        ),
         (
             "[models]\npopulation = 101",
             "`models.population` must be an even number of at least 2, as it is split into as many parents as "
@@ -228,9 +269,18 @@ def test_all_threads_are_none():
             "`models.population` must be given without parents and offspring; got 20 beside them [{path}:2]. "
             "Remove one or the other.",
         ),
-        ("[models]\ninitial_low = nan", "`models.initial_low` must be a finite number; got nan [{path}:2]."),
-        ("[models]\ninitial_high = inf", "`models.initial_high` must be a finite number; got inf [{path}:2]."),
-        ("[models]\ninitial_low = 2.0", "`models.initial_low` must be below initial_high; got 2.0 and 1.0 [{path}:2]."),
+        (
+            "[models]\ninitial_low = nan",
+            "`models.initial_low` must be a finite number; got nan [{path}:2].",
+        ),
+        (
+            "[models]\ninitial_high = inf",
+            "`models.initial_high` must be a finite number; got inf [{path}:2].",
+        ),
+        (
+            "[models]\ninitial_low = 2.0",
+            "`models.initial_low` must be below initial_high; got 2.0 and 1.0 [{path}:2].",
+        ),
         (
             "[classifiers]\ninitial_step_size = 1e7",
             "`classifiers.initial_step_size` must be between minimum_step_size (0.01) and 1e+06; "
@@ -252,7 +302,10 @@ def test_all_threads_are_none():
             "[scenario.tracker]\ndelay_s = -0.1",
             "`scenario.tracker.delay_s` must be a finite number of at least 0; got -0.1 [{path}:2].",
         ),
-        ("[scenario]\nagents = 0", "`scenario.agents` must be an integer of at least 1; got 0 [{path}:2]."),
+        (
+            "[scenario]\nagents = 0",
+            "`scenario.agents` must be an integer of at least 1; got 0 [{path}:2].",
+        ),
         (
             "[scenario.trial]\nduration_s = inf",
             "`scenario.trial.duration_s` must be a finite number above 0; got inf [{path}:2].",
@@ -285,7 +338,10 @@ def test_all_threads_are_none():
             "`scenario.name` must be that of the preset, 'aggregation', or one of your own; got 'object-clustering' [{path}:3]. "
             "Leave one of them out.",
         ),
-        ("models = 3", "`models` must be a table; got 3 [{path}:1]. Write [models] and its settings below it."),
+        (
+            "models = 3",
+            "`models` must be a table; got 3 [{path}:1]. Write [models] and its settings below it.",
+        ),
         (
             "[models]\ninitial_low = -1e7",
             "`models.initial_low` must be greater than or equal to -1000000; got -10000000.0 [{path}:2].",
@@ -308,7 +364,11 @@ def test_all_threads_are_none():
 )
 def test_what_is_wrong_in_a_file_is_said_in_one_message(text, message, written):
     path = written(text)
-    asked = None if text.startswith(("scenario =", "[scenario]\nname =", "[scenario]\npreset =")) else "aggregation"
+    asked = (
+        None
+        if text.startswith(("scenario =", "[scenario]\nname =", "[scenario]\npreset ="))
+        else "aggregation"
+    )
     assert refused(path, scenario=asked) == message.format(path=path)
 
 
@@ -325,7 +385,10 @@ def test_a_file_that_is_not_text_is_refused(tmp_path):
 
 
 def test_an_unknown_preset_names_the_nearest():
-    assert refused(preset="papr") == "`preset` must be a known preset; got 'papr'. Did you mean `paper`?"
+    assert (
+        refused(preset="papr")
+        == "`preset` must be a known preset; got 'papr'. Did you mean `paper`?"
+    )
 
 
 def test_two_scenarios_that_disagree_are_refused(written):
@@ -355,26 +418,37 @@ def test_a_table_and_a_value_under_one_name_are_refused():
         ("[scenario]\nrobot = 3", {"scenario.robot.radius_cm": 3.0}),
     ],
 )
-def test_a_value_in_the_place_of_a_table_is_refused_and_not_hidden_by_a_setting(text, overrides, written):
+def test_a_value_in_the_place_of_a_table_is_refused_and_not_hidden_by_a_setting(
+    text, overrides, written
+):
     path = written(text)
-    assert re.search(rf" must be a table; got .* \[{path}:[12]\]\. Write \[", refused(path, overrides=overrides))
+    assert re.search(
+        rf" must be a table; got .* \[{path}:[12]\]\. Write \[", refused(path, overrides=overrides)
+    )
 
 
 def test_numbers_of_numpy_are_numbers():
-    configuration = load_configuration(overrides={"run.seed": np.int64(5), "models.initial_low": np.float64(-0.5)})
+    configuration = load_configuration(
+        overrides={"run.seed": np.int64(5), "models.initial_low": np.float64(-0.5)}
+    )
     assert (configuration.run.seed, configuration.models.initial_low) == (5, -0.5)
 
 
 def test_the_authors_start_from_zero_with_a_floor_under_the_step_sizes():
     paper, authors = (load_configuration(preset=name) for name in ("paper", "authors"))
     for section in ("models", "classifiers"):
-        changed = getattr(paper, section).model_copy(update={"minimum_step_size": 0.01, "start": "middle"})
+        changed = getattr(paper, section).model_copy(
+            update={"minimum_step_size": 0.01, "start": "middle"}
+        )
         assert getattr(authors, section) == changed
     assert authors.coevolution == paper.coevolution
 
 
 def test_a_preset_that_is_no_text_is_refused():
-    assert refused(preset=None) == "`preset` must be a known preset; got None. Choose from: authors, default, paper."
+    assert (
+        refused(preset=None)
+        == "`preset` must be a known preset; got None. Choose from: authors, default, paper."
+    )
 
 
 def test_a_scenario_of_another_name_is_refused_with_its_place():
@@ -387,8 +461,16 @@ def test_a_scenario_of_another_name_is_refused_with_its_place():
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("scenario.robot.maximum_speed_cm_s", 1e300, "must be 0 or of a size between 1e-09 and 1e+09; got 1e+300"),
-        ("scenario.robot.mass_g", 1e-300, "must be 0 or of a size between 1e-09 and 1e+09; got 1e-300"),
+        (
+            "scenario.robot.maximum_speed_cm_s",
+            1e300,
+            "must be 0 or of a size between 1e-09 and 1e+09; got 1e+300",
+        ),
+        (
+            "scenario.robot.mass_g",
+            1e-300,
+            "must be 0 or of a size between 1e-09 and 1e+09; got 1e-300",
+        ),
         (
             "scenario.robot.wheel_distance_cm",
             1e-9,
@@ -400,13 +482,21 @@ def test_a_scenario_of_another_name_is_refused_with_its_place():
             254,
             "must be at most 253, as a network has at most 255 inputs and hidden neurons; got 254",
         ),
-        ("models.parents", 10**9, "must be smaller, as keeping the history between two checkpoints needs 2.98e+03 GiB"),
+        (
+            "models.parents",
+            10**9,
+            "must be smaller, as keeping the history between two checkpoints needs 2.98e+03 GiB",
+        ),
         (
             "scenario.agents",
             100_000,
             "must be smaller, as searching the bodies of a trial for near pairs needs 149 GiB",
         ),
-        ("scenario.trial.duration_s", 1e9, "must be smaller, as a generation's motion needs 6.56e+05 GiB, and 64 are"),
+        (
+            "scenario.trial.duration_s",
+            1e9,
+            "must be smaller, as a generation's motion needs 6.56e+05 GiB, and 64 are",
+        ),
         ("models.hidden", 256, "must be less than or equal to 255; got 256"),
         ("models.hidden", -1, "must be greater than or equal to 0; got -1"),
         ("scenario.grouping", "apart", "must be 'mixed' or 'separated'; got 'apart'"),
@@ -456,7 +546,9 @@ def test_a_run_that_has_begun_with_other_steps_keeps_them():
 
 
 def test_models_are_what_the_scenario_says_where_they_are_no_networks():
-    assert load_configuration(scenario="aggregation-field-of-view-0").representation == MorphologyModel(states=2)
+    assert load_configuration(
+        scenario="aggregation-field-of-view-0"
+    ).representation == MorphologyModel(states=2)
 
 
 def test_networks_that_are_to_infer_a_field_of_view_are_refused():
@@ -466,7 +558,11 @@ def test_networks_that_are_to_infer_a_field_of_view_are_refused():
 
 
 def test_separated_groups_count_twice_against_the_limits():
-    mixed = {"models.population": 40_000, "classifiers.population": 10_000, "run.checkpoint_every": 1}
+    mixed = {
+        "models.population": 40_000,
+        "classifiers.population": 10_000,
+        "run.checkpoint_every": 1,
+    }
     load_configuration(overrides=mixed)
     said = refused(overrides=mixed | {"scenario.grouping": "separated"})
     assert "as judging a generation needs 65.6 GiB" in said
@@ -474,7 +570,11 @@ def test_separated_groups_count_twice_against_the_limits():
 
 def test_a_judgment_of_too_many_samples_is_refused():
     said = refused(
-        overrides={"models.population": 200_000, "classifiers.population": 200_000, "run.checkpoint_every": 1}
+        overrides={
+            "models.population": 200_000,
+            "classifiers.population": 200_000,
+            "run.checkpoint_every": 1,
+        }
     )
     assert "must be smaller, as judging a generation needs" in said
 

@@ -62,7 +62,9 @@ def run_of_trials(tmp_path_factory):
 @pytest.fixture(scope="session")
 def thin_run_of_trials(tmp_path_factory):
     """The same with a thin history."""
-    return _stored_run(tmp_path_factory.mktemp("thin") / "trials", **{"run.trials": 20, "run.history": "thin"})
+    return _stored_run(
+        tmp_path_factory.mktemp("thin") / "trials", **{"run.trials": 20, "run.history": "thin"}
+    )
 
 
 @pytest.fixture

@@ -8,9 +8,21 @@ import pytest
 from turing_learning.analysis.statistics import signal_statistics
 from turing_learning.config import ConfigurationError
 from turing_learning.detection import _alike, detect, plant_abnormal, run_classifiers
-from turing_learning.detection._alike import Case, NormalIndividuals, TrainedMethod, beside_fellows, judge_alike
+from turing_learning.detection._alike import (
+    Case,
+    NormalIndividuals,
+    TrainedMethod,
+    beside_fellows,
+    judge_alike,
+)
 from turing_learning.detection._features import motion_statistics
-from turing_learning.detection._methods import MOTION_STATISTICS, ONE_CLASS, WINDOW_STATISTICS, Method, PlantedChange
+from turing_learning.detection._methods import (
+    MOTION_STATISTICS,
+    ONE_CLASS,
+    WINDOW_STATISTICS,
+    Method,
+    PlantedChange,
+)
 from turing_learning.detection._planted import PLANTED_KINDS, plant
 from turing_learning.trajectories import Trajectories
 
@@ -25,7 +37,9 @@ def group(size=5, windows=12, shift=0.0, own=0.3):
 
 
 def judged(motion, normal, methods=None, **options):
-    return judge_alike(methods or [WINDOW_STATISTICS], motion, normal, names=NAMES[: len(motion)], **options)
+    return judge_alike(
+        methods or [WINDOW_STATISTICS], motion, normal, names=NAMES[: len(motion)], **options
+    )
 
 
 def strange(shift=0.0, by=4.0):
@@ -47,7 +61,9 @@ def test_whoever_is_unlike_normal_individuals_comes_first_on_either_side(by):
 
 
 def test_what_all_of_a_recording_share_is_no_sign():
-    alike, apart = (judged(strange(shift=50.0), NORMAL, relative=relative) for relative in (None, False))
+    alike, apart = (
+        judged(strange(shift=50.0), NORMAL, relative=relative) for relative in (None, False)
+    )
     assert sum(each.abnormal for each in alike.individuals) <= 2
     assert all(each.abnormal for each in apart.individuals)
 
@@ -62,7 +78,10 @@ def test_a_rate_that_normal_individuals_are_too_few_for_is_not_promised():
 
 
 def test_normal_individuals_are_judged_by_the_recordings_of_others():
-    odd = [*NORMAL[:5], group(own=8.0)]  # individuals of the last recording differ by far more than those of the others
+    odd = [
+        *NORMAL[:5],
+        group(own=8.0),
+    ]  # individuals of the last recording differ by far more than those of the others
     found = judged(strange(), odd, false_alarms=0.1)
     assert found.rankings[0].called >= 3
     assert "On your normal recordings" in found.remarks[0]
@@ -82,7 +101,10 @@ def test_without_a_promise_there_is_a_ranking_and_no_verdict():
 def test_normal_recordings_are_cut_as_short_as_the_motion():
     short = [each[:2] for each in group()]
     called = np.mean(
-        [judged([w[:2] for w in group()], NORMAL, false_alarms=0.2).individuals[k].abnormal for k in range(5)]
+        [
+            judged([w[:2] for w in group()], NORMAL, false_alarms=0.2).individuals[k].abnormal
+            for k in range(5)
+        ]
     )
     assert called <= 0.6
     assert judged(short, NORMAL).normal == 30  # pieces of an individual are not individuals
@@ -107,18 +129,30 @@ def test_the_way_that_tells_cases_is_read_and_cases_have_no_part_in_their_measur
     noise = lambda windows: np.sin(1e7 * windows[:, 0, :1])  # noqa: E731
     blind = Method("judged alike", noise)
     cases = [Case(NORMAL[r][k] + 4.0, r, k) for r in range(6) for k in range(2)]
-    found = judged(strange(), NORMAL, [blind, WINDOW_STATISTICS], cases=cases, cases_in_words="12 planted individuals")
+    found = judged(
+        strange(),
+        NORMAL,
+        [blind, WINDOW_STATISTICS],
+        cases=cases,
+        cases_in_words="12 planted individuals",
+    )
     areas = {each.name: each.area for each in found.rankings}
     assert areas["window statistics"] > 0.95 > areas["judged alike"]
     assert found.rankings[0].name == "window statistics"
-    assert "On 12 planted individuals the classifiers do not beat the baselines" in found.remarks[-1]
+    assert (
+        "On 12 planted individuals the classifiers do not beat the baselines" in found.remarks[-1]
+    )
 
 
 def kinds(by, what):
     """Individuals of the normal recordings whose first or second signal is shifted: two kinds."""
     shift = [0.0, 0.0]
     shift[what] = by
-    return [Case(NORMAL[r][k] + np.array(shift), r, k, f"signal {what}") for r in range(3) for k in range(2)]
+    return [
+        Case(NORMAL[r][k] + np.array(shift), r, k, f"signal {what}")
+        for r in range(3)
+        for k in range(2)
+    ]
 
 
 @pytest.mark.parametrize("by", [2.0, -2.0])
@@ -145,16 +179,25 @@ def test_motion_statistics_are_compared_by_kinds_that_they_have_not_been_shown()
         return score
 
     watched = replace(method, learn=learn)
-    found = judged(strange(), NORMAL, [watched], planted=both, cases=both, cases_in_words="planted ones")
+    found = judged(
+        strange(), NORMAL, [watched], planted=both, cases=both, cases_in_words="planted ones"
+    )
     assert {without for without, _ in seen} == {"", "signal 0", "signal 1"}
     assert {"signal 0", "signal 1"} in [known for _, known in seen]
     normal = [beside_fellows(method.features(each), True) for each in NORMAL]
     shown = []
     for case in both:
-        before, after = normal[case.recording][case.index].windows, method.features([case.windows])[0]
-        shown.append(PlantedChange(case.recording, case.kind, after.mean(axis=0) - before.mean(axis=0)))
+        before, after = (
+            normal[case.recording][case.index].windows,
+            method.features([case.windows])[0],
+        )
+        shown.append(
+            PlantedChange(case.recording, case.kind, after.mean(axis=0) - before.mean(axis=0))
+        )
     everybody = [each for recording in normal for each in recording]
-    whole, half = (method.learn(everybody, True, some) for some in (shown, shown[len(kinds(2.0, 0)) :]))
+    whole, half = (
+        method.learn(everybody, True, some) for some in (shown, shown[len(kinds(2.0, 0)) :])
+    )
     for each in normal[0]:
         np.testing.assert_allclose(whole(each, "signal 0"), half(each))
     assert found.rankings[0].area > 0.5
@@ -169,21 +212,31 @@ def coupled(first):
 
 
 @pytest.mark.parametrize(("recordings", "told"), [(1, False), (4, True)])
-def test_one_recording_does_not_say_how_own_motion_goes_together_with_what_is_done_beside_others(recordings, told):
+def test_one_recording_does_not_say_how_own_motion_goes_together_with_what_is_done_beside_others(
+    recordings, told
+):
     normal, names = [coupled(-4.0) for _ in range(recordings)], [f"{k}" for k in range(9)]
-    other, *fellows = judge_alike([MOTION_STATISTICS], coupled(4.0), normal, names=names).individuals
+    other, *fellows = judge_alike(
+        [MOTION_STATISTICS], coupled(4.0), normal, names=names
+    ).individuals
     assert (other.score > 2 * max(each.score for each in fellows)) == told
 
 
 def test_a_recording_without_windows_beside_one_that_has_some_is_as_if_it_were_not_given():
     motion, empty = strange(), [each[:0] for each in NORMAL[1]]
-    both, one = (judged(motion, normal, [MOTION_STATISTICS]).individuals for normal in ([NORMAL[0], empty], NORMAL[:1]))
+    both, one = (
+        judged(motion, normal, [MOTION_STATISTICS]).individuals
+        for normal in ([NORMAL[0], empty], NORMAL[:1])
+    )
     assert [each.score for each in both] == [each.score for each in one]
 
 
 def test_one_recording_shows_no_planted_individuals():
     cases, motion = [each for each in kinds(2.0, 0) if each.recording == 0], strange()
-    shown, alone = (judged(motion, NORMAL[:1], [MOTION_STATISTICS], planted=some).individuals for some in (cases, ()))
+    shown, alone = (
+        judged(motion, NORMAL[:1], [MOTION_STATISTICS], planted=some).individuals
+        for some in (cases, ())
+    )
     assert [each.score for each in shown] == [each.score for each in alone]
 
 
@@ -203,19 +256,27 @@ def test_half_of_the_median_score_of_the_fellows_is_subtracted(recordings, monke
     def less(scores):
         return [one - 0.5 * np.median(np.delete(scores, k)) for k, one in enumerate(scores)]
 
-    np.testing.assert_allclose([each.mean() for each in lowered.shares], less([each.mean() for each in plain.shares]))
+    np.testing.assert_allclose(
+        [each.mean() for each in lowered.shares], less([each.mean() for each in plain.shares])
+    )
     for own, before in zip(lowered.normal.reshape(-1, 5), plain.normal.reshape(-1, 5), strict=True):
         np.testing.assert_allclose(own, less(before))
     for k in range(2):
-        assert lowered_cases[k] == pytest.approx(plain_cases[k] - 0.5 * np.median(np.delete(plain.normal[:5], k)))
+        assert lowered_cases[k] == pytest.approx(
+            plain_cases[k] - 0.5 * np.median(np.delete(plain.normal[:5], k))
+        )
 
 
 @pytest.mark.parametrize("method", [WINDOW_STATISTICS, ONE_CLASS])
-def test_others_are_raised_as_normal_ones_are_that_are_scored_by_fewer_recordings(method, monkeypatch):
+def test_others_are_raised_as_normal_ones_are_that_are_scored_by_fewer_recordings(
+    method, monkeypatch
+):
     monkeypatch.setattr(_alike, "FELLOWS_WEIGHT", 0.0)
     known, ones = NormalIndividuals.of(NORMAL, 12), beside_fellows(method.features(strange()), True)
     normal = [beside_fellows(method.features(each), True) for each in NORMAL]
-    found = np.array([each.mean() for each in TrainedMethod.learn(method, known, (), (), True).shares(ones)])
+    found = np.array(
+        [each.mean() for each in TrainedMethod.learn(method, known, (), (), True).shares(ones)]
+    )
 
     def scored(recordings):
         score = method.learn([one for each in recordings for one in each], True, ())
@@ -257,7 +318,12 @@ def test_windows_have_seven_statistics_for_each_signal():
 @pytest.mark.parametrize(
     ("motion", "normal", "options", "message"),
     [
-        (group(), [[group()[0]]], {}, "`genuine` must hold at least 2 normal individuals with a window; got 1"),
+        (
+            group(),
+            [[group()[0]]],
+            {},
+            "`genuine` must hold at least 2 normal individuals with a window; got 1",
+        ),
         (group(), NORMAL, {"false_alarms": 1.0}, "`false_alarms` must be .* below 1; got 1"),
         ([each[:0] for each in group()], NORMAL, {}, "`motion` must hold a window; got none"),
     ],
@@ -282,7 +348,9 @@ def test_a_planted_individual_moves_otherwise_and_within_the_space_of_all(kind):
     positions = np.cumsum(RNG.normal(0.2, 0.3, (400, 3, 2)), axis=0)
     present = np.ones((400, 3), dtype=bool)
     present[50:60, 1] = False
-    recording = Trajectories(np.where(present[..., None], positions, 0.0), present, 10.0, ("a", "b", "c"))
+    recording = Trajectories(
+        np.where(present[..., None], positions, 0.0), present, 10.0, ("a", "b", "c")
+    )
     moved = plant(recording, 1, kind, np.random.default_rng(0))
     np.testing.assert_array_equal(moved.positions[:, [0, 2]], recording.positions[:, [0, 2]])
     assert np.abs(moved.positions - recording.positions)[present].max() > 0.1
@@ -294,7 +362,8 @@ def test_a_planted_individual_moves_otherwise_and_within_the_space_of_all(kind):
 def test_an_unknown_kind_is_rejected():
     recording = Trajectories(np.zeros((9, 1, 2)), np.ones((9, 1), dtype=bool), 10.0, ("a",))
     with pytest.raises(
-        ConfigurationError, match=r"`kind` must be a known kind of planted individual; got 'too slwo'. Did you mean"
+        ConfigurationError,
+        match=r"`kind` must be a known kind of planted individual; got 'too slwo'. Did you mean",
     ):
         plant(recording, 0, "too slwo", np.random.default_rng(0))
 
@@ -306,7 +375,9 @@ def test_motion_statistics_see_rhythm_and_what_goes_together_whatever_the_unit()
     windows = np.stack([slow, fast, late], axis=1)[None]
     found = motion_statistics(windows)
     np.testing.assert_allclose(motion_statistics(1e-3 * windows)[:, :48], found[:, :48], atol=1e-6)
-    shares = found[0, :21].reshape(7, 3)  # of bands: a period is the window, half of it, ..., 2 to 3 steps
+    shares = found[0, :21].reshape(
+        7, 3
+    )  # of bands: a period is the window, half of it, ..., 2 to 3 steps
     assert shares[:, 0].argmax() == 0
     assert shares[:, 1].argmax() == 5
     assert (shares[2:, 0] < -6).all()
@@ -315,8 +386,12 @@ def test_motion_statistics_see_rhythm_and_what_goes_together_whatever_the_unit()
 
 def test_motion_statistics_find_how_late_one_magnitude_follows_another():
     early = RNG.standard_normal((200, 48))
-    windows = np.stack([early[:, 8:], early[:, 3:-5]], axis=2)  # the second does what the first did five steps ago
-    together = motion_statistics(windows)[:, -21:-16].mean(axis=0)  # statistics and trends of both come last
+    windows = np.stack(
+        [early[:, 8:], early[:, 3:-5]], axis=2
+    )  # the second does what the first did five steps ago
+    together = motion_statistics(windows)[:, -21:-16].mean(
+        axis=0
+    )  # statistics and trends of both come last
     assert together.argmax() == 0
     assert together[0] > 0.7
     assert np.abs(together[1:]).max() < 0.2

@@ -17,7 +17,9 @@ def test_a_single_sample_is_low_if_it_is_below_the_score_at_the_place_of_the_sha
     genuine = RNG.random(known)
     place = int(share * (known + 1) + 1e-9)  # counted from 1; 0 for none
     below = np.append(genuine, 0.0) < (np.sort(genuine)[place - 1] if place else -np.inf)
-    np.testing.assert_array_equal(p_values(genuine, np.append(genuine, 0.0)[:, None]) <= share, below)
+    np.testing.assert_array_equal(
+        p_values(genuine, np.append(genuine, 0.0)[:, None]) <= share, below
+    )
 
 
 def test_an_equal_score_is_not_below():
@@ -30,7 +32,10 @@ def test_an_equal_score_is_not_below():
 def test_all_choices_are_tried_where_they_are_few(known, samples):
     genuine, own = RNG.random(known), RNG.random((3, samples)) * 0.7
     expected = [
-        np.mean([sum(some) <= sum(each) + 1e-12 for some in combinations([*genuine, *each], samples)]) for each in own
+        np.mean(
+            [sum(some) <= sum(each) + 1e-12 for some in combinations([*genuine, *each], samples)]
+        )
+        for each in own
     ]
     np.testing.assert_allclose(p_values(genuine, own), expected)
 
@@ -38,9 +43,13 @@ def test_all_choices_are_tried_where_they_are_few(known, samples):
 def test_many_choices_are_drawn():
     own = np.linspace(0, 0.15, 4)[None]
     genuine = np.arange(40) / 200
-    exact = np.mean([sum(some) <= own.sum() + 1e-12 for some in combinations([*genuine, *own[0]], 4)])
+    exact = np.mean(
+        [sum(some) <= own.sum() + 1e-12 for some in combinations([*genuine, *own[0]], 4)]
+    )
     assert comb(44, 4) > DRAWS
-    assert p_values(genuine, own)[0] == pytest.approx(exact, abs=4 * np.sqrt(exact * (1 - exact) / DRAWS))
+    assert p_values(genuine, own)[0] == pytest.approx(
+        exact, abs=4 * np.sqrt(exact * (1 - exact) / DRAWS)
+    )
 
 
 def test_choices_are_counted_where_nothing_is_lower():
@@ -55,5 +64,7 @@ def test_choices_are_counted_where_nothing_is_lower():
 @pytest.mark.parametrize("samples", [1, 2, 10])
 def test_the_number_that_is_needed_is_enough_and_no_less_is(share, samples):
     needed = known_needed(share, samples)
-    enough, fewer = (p_values(np.arange(n) + 1.0, np.zeros((1, samples)))[0] for n in (needed, needed - 1))
+    enough, fewer = (
+        p_values(np.arange(n) + 1.0, np.zeros((1, samples)))[0] for n in (needed, needed - 1)
+    )
     assert enough <= share < fewer

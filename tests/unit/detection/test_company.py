@@ -21,10 +21,29 @@ def test_own_motion_and_that_beside_others_by_hand():
     paths[:, 2] = [4.0, 0.0]
     (found,) = company(paths, [0], 2.0)
     assert found.shape == (3, 16)
-    speed, turn, acceleration, _, _, distance, bearing, middle, ahead, border, center, _, _, _, _, _ = found.T
+    (
+        speed,
+        turn,
+        acceleration,
+        _,
+        _,
+        distance,
+        bearing,
+        middle,
+        ahead,
+        border,
+        center,
+        _,
+        _,
+        _,
+        _,
+        _,
+    ) = found.T
     np.testing.assert_allclose(speed, 2.0)
     np.testing.assert_allclose([turn, acceleration], 0.0)
-    np.testing.assert_allclose(distance, [3.0, 3.0, 2.0])  # from the second step on the one ahead is nearer
+    np.testing.assert_allclose(
+        distance, [3.0, 3.0, 2.0]
+    )  # from the second step on the one ahead is nearer
     np.testing.assert_allclose(bearing, [np.pi / 2, 0.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(middle[0], 2.5)
     np.testing.assert_allclose(ahead[0], 0.8)
@@ -33,7 +52,9 @@ def test_own_motion_and_that_beside_others_by_hand():
 
 
 @pytest.mark.parametrize(("delay_s", "followed"), [(1.0, True), (5.0, True), (9.0, False)])
-def test_who_does_what_another_did_some_seconds_ago_follows_and_who_is_ahead_does_not(delay_s, followed):
+def test_who_does_what_another_did_some_seconds_ago_follows_and_who_is_ahead_does_not(
+    delay_s, followed
+):
     whole, fps = walks(frames=700), 10.0
     paths, begin = whole[100:].copy(), 100 - int(delay_s * fps)
     paths[:, 1] = whole[begin : begin + 600, 0] + 3.0
@@ -49,7 +70,9 @@ def test_who_is_where_another_was_is_near_its_earlier_places_by_hand(delay_s, fo
     paths[:, 1] = whole[begin : begin + 600, 0] + [0.3, 0.4]
     copy, leader = (each[:, 14:] for each in company(paths, (1, 0), fps))
     if follows:
-        np.testing.assert_allclose(np.exp(copy[300:, 0]), 0.5 + usual_motion(paths, fps).offset[4], atol=1e-6)
+        np.testing.assert_allclose(
+            np.exp(copy[300:, 0]), 0.5 + usual_motion(paths, fps).offset[4], atol=1e-6
+        )
         assert copy[:, 1].mean() < -2.0
     else:
         assert copy[:, 0].mean() > np.log(2.0)
@@ -80,7 +103,9 @@ def test_turns_and_distances_are_relative_to_what_is_usual_at_the_same_time():
         logs = np.log(sizes + 0.01 * np.median(sizes) + 1e-9)
         np.testing.assert_allclose(found[..., relative], logs - np.median(logs, axis=0), atol=1e-9)
     np.testing.assert_allclose(
-        company(7.0 * paths, [2], fps)[0][:, [3, 4, 11, 12, 15]], found[2][:, [3, 4, 11, 12, 15]], atol=1e-5
+        company(7.0 * paths, [2], fps)[0][:, [3, 4, 11, 12, 15]],
+        found[2][:, [3, 4, 11, 12, 15]],
+        atol=1e-5,
     )
     wild = paths.copy()
     wild[:, 1] += np.random.default_rng(1).normal(0, 3.0, paths[:, 1].shape)

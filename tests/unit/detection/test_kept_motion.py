@@ -45,6 +45,8 @@ def test_the_first_of_many_models_are_kept():
     np.testing.assert_array_equal(kept["abnormal"][:, 0, 0], np.arange(200, 400))
 
 
-@pytest.mark.parametrize("few", [{"held_out": 1}, {"learned": 1}, {"models": np.array([[0.5, -0.5]])}])
+@pytest.mark.parametrize(
+    "few", [{"held_out": 1}, {"learned": 1}, {"models": np.array([[0.5, -0.5]])}]
+)
 def test_nothing_is_kept_where_one_kind_is_missing(few):
     assert keep(**few) is None

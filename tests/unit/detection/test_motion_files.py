@@ -16,9 +16,18 @@ def load(path):
 
 
 def as_text(samples, *, names=("a", "b"), rows=None):
-    lines = [f"{names[i]},{s},{t},{','.join(map(str, samples[i, s, t]))}" for i, s, t in np.ndindex(samples.shape[:3])]
+    lines = [
+        f"{names[i]},{s},{t},{','.join(map(str, samples[i, s, t]))}"
+        for i, s, t in np.ndindex(samples.shape[:3])
+    ]
     return (
-        "\n".join(["individual,sample,step,speed,turn", *(lines if rows is None else [lines[k] for k in rows])]) + "\n"
+        "\n".join(
+            [
+                "individual,sample,step,speed,turn",
+                *(lines if rows is None else [lines[k] for k in rows]),
+            ]
+        )
+        + "\n"
     )
 
 
@@ -27,10 +36,17 @@ def as_text(samples, *, names=("a", "b"), rows=None):
     [
         ("motion.npy", np.save, {"arr": SAMPLES}, ("1", "2")),
         ("motion.npz", np.savez, {"samples": SAMPLES}, ("1", "2")),
-        ("motion.npz", np.savez, {"samples": SAMPLES, "individuals": np.array(["Ada", "Bo"])}, ("Ada", "Bo")),
+        (
+            "motion.npz",
+            np.savez,
+            {"samples": SAMPLES, "individuals": np.array(["Ada", "Bo"])},
+            ("Ada", "Bo"),
+        ),
     ],
 )
-def test_arrays_are_read_with_the_names_of_an_archive_or_counted(tmp_path, name, save, given, names):
+def test_arrays_are_read_with_the_names_of_an_archive_or_counted(
+    tmp_path, name, save, given, names
+):
     save(tmp_path / name, **given)
     motion = load(tmp_path / name)
     assert motion.individuals == names
@@ -68,20 +84,38 @@ def test_a_table_without_samples_is_cut(tmp_path):
         ("id,frame,x,y\n", r"must begin with individual,step or .* got 'id,frame,x,y' \["),
         ("individual,sample,step\n", "must begin with .* and the names of signals"),
         ("individual,step,a,b\n", r"must hold at least one step; got none \["),
-        ("individual,step,a,b\nx,0,1,fast\n", r"must hold numbers; got 'x,0,1,fast' \[.*motion.csv:2\]"),
-        ("individual,step,a,b\nx,0,1,2\nx,1,1\n", r"must have 4 entries in each row; got 3 \[.*motion.csv:3\]"),
+        (
+            "individual,step,a,b\nx,0,1,fast\n",
+            r"must hold numbers; got 'x,0,1,fast' \[.*motion.csv:2\]",
+        ),
+        (
+            "individual,step,a,b\nx,0,1,2\nx,1,1\n",
+            r"must have 4 entries in each row; got 3 \[.*motion.csv:3\]",
+        ),
         (
             "individual,step,a,b\nx,0,1,2\n\nx,0,1,2\n",
             r"hold each step once; got individual 'x', sample 0, step 0 again \[.*:4\]",
         ),
-        ("individual,step,a,b\nx,0,1,2\nx,2,1,2\n", r"must count each step consecutively; got 2 after 0 \["),
+        (
+            "individual,step,a,b\nx,0,1,2\nx,2,1,2\n",
+            r"must count each step consecutively; got 2 after 0 \[",
+        ),
         (
             "individual,step,a,b\nx,0,1,2\nx,1,1,2\ny,0,1,2\n",
             r"got no row for individual 'y', sample 0, step 1 \[",
         ),
-        ("individual,step,a,b\nx,0,1,2\n", "must be at least one sample of 4 steps long; got 1 steps"),
-        (as_text(SAMPLES[..., :1]).replace(",turn", ""), r"= \(any, any, 4, 2\); got \(2, 3, 4, 1\)"),
-        (as_text(SAMPLES).replace("b,1,2,36.0", "b,1,2,nan"), r"got nan \[individual b, sample 1, step 2, signal 0\]"),
+        (
+            "individual,step,a,b\nx,0,1,2\n",
+            "must be at least one sample of 4 steps long; got 1 steps",
+        ),
+        (
+            as_text(SAMPLES[..., :1]).replace(",turn", ""),
+            r"= \(any, any, 4, 2\); got \(2, 3, 4, 1\)",
+        ),
+        (
+            as_text(SAMPLES).replace("b,1,2,36.0", "b,1,2,nan"),
+            r"got nan \[individual b, sample 1, step 2, signal 0\]",
+        ),
     ],
 )
 def test_a_table_that_does_not_hold_motion_is_refused(tmp_path, content, message):
@@ -92,7 +126,9 @@ def test_a_table_that_does_not_hold_motion_is_refused(tmp_path, content, message
 
 def test_a_table_that_is_no_text_is_refused(tmp_path):
     (tmp_path / "motion.csv").write_bytes(b"individual,step,a\n\xff\xfe\x00")
-    with pytest.raises(ConfigurationError, match=r"^`motion` must be text in UTF-8; got byte 0xff \[.*motion.csv\]"):
+    with pytest.raises(
+        ConfigurationError, match=r"^`motion` must be text in UTF-8; got byte 0xff \[.*motion.csv\]"
+    ):
         load(tmp_path / "motion.csv")
 
 
@@ -112,7 +148,10 @@ def headed(header):
     return b"\x93NUMPY\x01\x00" + (118).to_bytes(2, "little") + header.ljust(117) + b"\n"
 
 
-HEADERS = [b"{'descr': '<f8', 'fortran_order': False, 'shape': (-3, 4, 2), }", b"{'descr': '<f8', 'shape': (3, "]
+HEADERS = [
+    b"{'descr': '<f8', 'fortran_order': False, 'shape': (-3, 4, 2), }",
+    b"{'descr': '<f8', 'shape': (3, ",
+]
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
@@ -122,7 +161,8 @@ def test_nobody_waits_for_a_pipe(tmp_path, suffix):
     os.mkfifo(path)
     assert not holds_motion(path)
     with pytest.raises(
-        ConfigurationError, match=r"^`motion` must be a file; got .*, a pipe or device. Write what comes"
+        ConfigurationError,
+        match=r"^`motion` must be a file; got .*, a pipe or device. Write what comes",
     ):
         load(path)
 
@@ -130,17 +170,22 @@ def test_nobody_waits_for_a_pipe(tmp_path, suffix):
 def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path):
     with zipfile.ZipFile(tmp_path / "motion.npz", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("samples.npy", bytes(100_000_000))
-    with pytest.raises(ConfigurationError, match=r"^`motion` must unpack to at most 67108864 bytes; got 100000000"):
+    with pytest.raises(
+        ConfigurationError, match=r"^`motion` must unpack to at most 67108864 bytes; got 100000000"
+    ):
         load(tmp_path / "motion.npz")
 
 
 @pytest.mark.parametrize("name", ["motion.npy", "motion.npz"])
 @pytest.mark.parametrize(
-    "content", [b"", b"speed", pickled(), stored(SAMPLES)[:-8], b"PK\x03\x04rest", *map(headed, HEADERS)]
+    "content",
+    [b"", b"speed", pickled(), stored(SAMPLES)[:-8], b"PK\x03\x04rest", *map(headed, HEADERS)],
 )
 def test_a_file_that_is_no_array_is_refused(tmp_path, name, content):
     (tmp_path / name).write_bytes(content)
-    with pytest.raises(ConfigurationError, match=r"^`motion` must be a file of numbers in NumPy's format; got "):
+    with pytest.raises(
+        ConfigurationError, match=r"^`motion` must be a file of numbers in NumPy's format; got "
+    ):
         load(tmp_path / name)
 
 
@@ -151,7 +196,10 @@ def test_a_file_that_is_no_array_is_refused(tmp_path, name, content):
         (np.float64(3), r"^`motion` must be of shape .* got \(\)"),
         (np.zeros((2, 3, 5, 2)), r"^`motion` must be .* = \(any, any, 4, 2\); got \(2, 3, 5, 2\)"),
         (np.zeros((2, 0, 4, 2)), r"not empty; got \(2, 0, 4, 2\)"),
-        (np.zeros((2, 3, 4, 2), complex), "must be an array of numbers; got an array of complex128"),
+        (
+            np.zeros((2, 3, 4, 2), complex),
+            "must be an array of numbers; got an array of complex128",
+        ),
         (np.zeros((2, 3, 2)), "must be at least one sample of 4 steps long; got 3 steps"),
     ],
 )
@@ -163,13 +211,17 @@ def test_an_array_that_does_not_fit_is_refused(tmp_path, array, message):
 
 def test_an_archive_without_samples_is_refused(tmp_path):
     np.savez(tmp_path / "motion.npz", poses=SAMPLES)
-    with pytest.raises(ConfigurationError, match=r"^`motion` must hold an array `samples`; got \['poses'\] \["):
+    with pytest.raises(
+        ConfigurationError, match=r"^`motion` must hold an array `samples`; got \['poses'\] \["
+    ):
         load(tmp_path / "motion.npz")
 
 
 def test_each_individual_has_one_name(tmp_path):
     np.savez(tmp_path / "motion.npz", samples=SAMPLES, individuals=np.array(["Ada"]))
-    with pytest.raises(ConfigurationError, match=r"^`individuals` must be one name for each of the 2 .* got 1"):
+    with pytest.raises(
+        ConfigurationError, match=r"^`individuals` must be one name for each of the 2 .* got 1"
+    ):
         load(tmp_path / "motion.npz")
 
 
@@ -197,5 +249,8 @@ def test_columns_of_a_table_are_found_by_the_names_of_the_signals(tmp_path):
 def test_columns_with_other_names_are_refused(tmp_path):
     path = tmp_path / "motion.csv"
     path.write_text(as_text(SAMPLES).replace("speed,turn", "v,turn"))
-    with pytest.raises(ConfigurationError, match=r"the signals of the run, speed, turn, in any order; got v, turn \["):
+    with pytest.raises(
+        ConfigurationError,
+        match=r"the signals of the run, speed, turn, in any order; got v, turn \[",
+    ):
         load_motion(path, steps=4, signals=2, names=("speed", "turn"))

@@ -30,9 +30,16 @@ def test_one_among_many_is_found():
 
 def test_samples_of_another_shape_are_refused():
     detector = MotionOutlierDetector().fit(walkers(20, 1))
-    with pytest.raises(ValueError, match="X has 50 features, but MotionOutlierDetector is expecting 100"):
+    with pytest.raises(
+        ValueError, match="X has 50 features, but MotionOutlierDetector is expecting 100"
+    ):
         detector.predict(walkers(20, 1)[:, :50])
-    with pytest.raises(ValueError, match=r"dim 4, while dim 3 or 2 is required: \(n, T, D\) or \(n, T\)"):
+    with pytest.raises(
+        ValueError, match=r"dim 4, while dim 3 or 2 is required: \(n, T, D\) or \(n, T\)"
+    ):
         detector.fit(np.zeros((3, 2, 5, 2)))
-    with pytest.raises(ValueError, match=r"`false_alarms` must be a finite number above 0 and of at most 0.5; got 0.7"):
+    with pytest.raises(
+        ValueError,
+        match=r"`false_alarms` must be a finite number above 0 and of at most 0.5; got 0.7",
+    ):
         MotionOutlierDetector(false_alarms=0.7).fit(walkers(20, 1))

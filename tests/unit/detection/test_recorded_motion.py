@@ -70,14 +70,18 @@ def test_positions_are_smoothed_as_for_the_run_that_was_inferred(tmp_path):
         found = recorded_motion(given, run, smooth_frames=asked)
         expected = given.windows(6, hold_out=0, smooth_frames=frames)
         assert sum(map(len, found.samples)) == len(expected.learning)
-        np.testing.assert_array_equal(found.samples[0], expected.learning[expected.learning_index[:, 0] == 0])
+        np.testing.assert_array_equal(
+            found.samples[0], expected.learning[expected.learning_index[:, 0] == 0]
+        )
 
 
 def test_the_windows_are_those_that_learning_takes(fish):
     given = recording(60)
     expected = given.windows(6, hold_out=0)
     motion = recorded_motion(given, run_classifiers(fish))
-    np.testing.assert_array_equal(motion.samples[1], expected.learning[expected.learning_index[:, 0] == 1])
+    np.testing.assert_array_equal(
+        motion.samples[1], expected.learning[expected.learning_index[:, 0] == 1]
+    )
 
 
 def test_who_is_never_there_for_long_has_no_window_and_no_verdict(fish):
@@ -105,7 +109,10 @@ def test_a_run_keeps_what_calibrates_a_detector(fish):
     [
         ({"fps": 25.0}, "`fps` must be that of the run, 10; got 25"),
         ({"unit": "px"}, "`motion` must be in cm; got px"),
-        ({"present": np.arange(60)[:, None] % 5 * np.ones(3) > 0}, "must hold a window of 6 steps .* got 60 frames"),
+        (
+            {"present": np.arange(60)[:, None] % 5 * np.ones(3) > 0},
+            "must hold a window of 6 steps .* got 60 frames",
+        ),
     ],
 )
 def test_a_recording_that_does_not_fit_is_refused(fish, changes, message):
@@ -122,13 +129,16 @@ def test_a_run_that_does_not_know_its_time_step_or_sees_other_signals_is_refused
     run = run_classifiers(fish)
     with pytest.raises(ConfigurationError, match="`run` must know its time step"):
         recorded_motion(recording(), replace(run, interval_s=0.0))
-    with pytest.raises(ConfigurationError, match=r"`run` must have signals that a recording yields, .* got heat"):
+    with pytest.raises(
+        ConfigurationError, match=r"`run` must have signals that a recording yields, .* got heat"
+    ):
         recorded_motion(recording(), replace(run, names=("speed", "heat")))
 
 
 def test_robots_need_headings(run):
     with pytest.raises(
-        ConfigurationError, match=r"`motion` must have headings, as the run has, .*; got a recording without"
+        ConfigurationError,
+        match=r"`motion` must have headings, as the run has, .*; got a recording without",
     ):
         recorded_motion(recording(), run_classifiers(run))
     heading = np.zeros((60, 3))

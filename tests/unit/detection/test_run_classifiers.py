@@ -18,13 +18,19 @@ from turing_learning.store import DamagedError
 
 
 def test_the_classifiers_of_the_last_generation_are_those_of_the_history(run):
-    np.testing.assert_array_equal(run_classifiers(run).last, run.history["classifier"].to_numpy()[-1])
+    np.testing.assert_array_equal(
+        run_classifiers(run).last, run.history["classifier"].to_numpy()[-1]
+    )
 
 
 @pytest.mark.parametrize(("most", "chosen"), [(100, range(7)), (3, [0, 3, 6])])
-def test_the_best_classifiers_of_all_generations_or_of_a_part_spread_evenly_are_kept(run, monkeypatch, most, chosen):
+def test_the_best_classifiers_of_all_generations_or_of_a_part_spread_evenly_are_kept(
+    run, monkeypatch, most, chosen
+):
     monkeypatch.setattr(_run, "ARCHIVED_GENERATIONS", most)
-    populations, fitness = (run.history[name].to_numpy()[chosen] for name in ("classifier", "classifier_fitness"))
+    populations, fitness = (
+        run.history[name].to_numpy()[chosen] for name in ("classifier", "classifier_fitness")
+    )
     expected = populations[np.arange(len(chosen)), fitness.argmax(axis=1)]
     np.testing.assert_array_equal(run_classifiers(run).best, expected)
 
@@ -32,7 +38,10 @@ def test_the_best_classifiers_of_all_generations_or_of_a_part_spread_evenly_are_
 def test_jurors_are_among_the_fittest_of_the_whole_run(run):
     populations = run.history["classifier"].to_numpy()
     jurors = run_classifiers(run).jurors
-    assert jurors.shape == (7, populations.shape[2])  # one of each generation, as there are fewer than 300
+    assert jurors.shape == (
+        7,
+        populations.shape[2],
+    )  # one of each generation, as there are fewer than 300
     for juror, population in zip(jurors, populations, strict=True):
         assert (population == juror).all(axis=1).any()
     np.testing.assert_array_equal(jurors, run_classifiers(run).jurors)
@@ -48,8 +57,12 @@ def test_all_who_judged_at_the_end_of_a_run_of_trials_are_its_jurors(run_of_tria
     windows = np.random.default_rng(0).normal(5, 3, (3, learned.steps, 2))
     outputs = learned.outputs(windows)
     assert outputs.shape == (3, len(evolved) + 200)
-    np.testing.assert_allclose(outputs[:, len(evolved) :], random.judge(drawn, windows).T, atol=1e-6)
-    found = detect(learned, plant_abnormal(learned.scenario, 1, samples=3, seed=1, threads=1), threads=1)
+    np.testing.assert_allclose(
+        outputs[:, len(evolved) :], random.judge(drawn, windows).T, atol=1e-6
+    )
+    found = detect(
+        learned, plant_abnormal(learned.scenario, 1, samples=3, seed=1, threads=1), threads=1
+    )
     assert len(found.individuals) == 3
 
 
@@ -66,7 +79,9 @@ def test_the_network_is_that_of_the_run(run):
     assert parts.scenario.agents == 2
 
 
-@pytest.mark.parametrize(("rule", "count"), [("fittest", 1), ("unanimous", 8), ("discriminant", 15)])
+@pytest.mark.parametrize(
+    ("rule", "count"), [("fittest", 1), ("unanimous", 8), ("discriminant", 15)]
+)
 def test_each_rule_chooses_among_its_classifiers(run, rule, count):
     assert len(run_classifiers(run).voters(rule)) == count
 
@@ -95,13 +110,17 @@ def test_a_run_with_a_thin_history_is_refused(thin_run):
 
 
 def test_a_run_in_memory_is_refused(run):
-    with pytest.raises(ConfigurationError, match=r"^`run` must be stored in a folder; got one that is kept in memory"):
+    with pytest.raises(
+        ConfigurationError,
+        match=r"^`run` must be stored in a folder; got one that is kept in memory",
+    ):
         Detector.from_run(replace(run, path=None))
 
 
 def test_an_unknown_rule_is_refused_first(run):
     with pytest.raises(
-        ConfigurationError, match=r"^`rule` must be one of the rules; got 'best'. Choose from: discriminant"
+        ConfigurationError,
+        match=r"^`rule` must be one of the rules; got 'best'. Choose from: discriminant",
     ):
         Detector.from_run(replace(run, path=None), rule="best")
 
@@ -136,16 +155,21 @@ def test_the_classifiers_of_a_run_on_an_own_system_see_samples_as_in_the_run(own
 
 def test_a_detector_of_a_run_on_an_own_system_takes_its_motion(own_run):
     rng = np.random.default_rng(1)
-    genuine, abnormal = (walks(np.full((24, 1), speed), rng).reshape(8, 3, 12, 1) for speed in (30.0, 60.0))
+    genuine, abnormal = (
+        walks(np.full((24, 1), speed), rng).reshape(8, 3, 12, 1) for speed in (30.0, 60.0)
+    )
     found = Detector.from_run(own_run, genuine=genuine, abnormal=abnormal)
     assert (found.steps, found.signals) == (12, 1)
-    assert Detector.from_run(own_run).genuine_scores.size  # the run has kept motion to calibrate with
+    assert Detector.from_run(
+        own_run
+    ).genuine_scores.size  # the run has kept motion to calibrate with
     (own_run.path / "calibration.npz").write_bytes(b"PK")
     with pytest.raises(DamagedError, match=r"must hold calibration.npz as it was written"):
         Detector.from_run(own_run, genuine=genuine)
     (own_run.path / "calibration.npz").unlink()
     with pytest.raises(
-        ConfigurationError, match=r"^`genuine` must be given for a run on a custom system; got one without. Give motion"
+        ConfigurationError,
+        match=r"^`genuine` must be given for a run on a custom system; got one without. Give motion",
     ):
         Detector.from_run(own_run, genuine=genuine)
 
@@ -153,10 +177,16 @@ def test_a_detector_of_a_run_on_an_own_system_takes_its_motion(own_run):
 def test_an_own_run_that_was_stopped_has_to_be_finished_before_it_calibrates(tmp_path):
     given = {"genuine": walks(np.full((30, 1), 30.0), np.random.default_rng(1)), "simulate": walks}
     small = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
-    more = {"parameters": {"speed": (0, 80)}, "generations": 4, "settings": small, "out": tmp_path / "run"}
+    more = {
+        "parameters": {"speed": (0, 80)},
+        "generations": 4,
+        "settings": small,
+        "out": tmp_path / "run",
+    }
     stopped = infer(**given, **more, should_stop=lambda: True)
     with pytest.raises(
-        ConfigurationError, match=r"^`run` must have stored motion .*before its end\. Resume it first, or give `gen"
+        ConfigurationError,
+        match=r"^`run` must have stored motion .*before its end\. Resume it first, or give `gen",
     ):
         Detector.from_run(stopped)
     assert run_classifiers(resume(stopped.path, **given)).complete
@@ -164,5 +194,8 @@ def test_an_own_run_that_was_stopped_has_to_be_finished_before_it_calibrates(tmp
 
 def test_without_a_scenario_nobody_can_be_simulated(run):
     parts = replace(run_classifiers(run), scenario=None)
-    with pytest.raises(ConfigurationError, match=r"^`run` must be on simulated robots for individuals to be simulated"):
+    with pytest.raises(
+        ConfigurationError,
+        match=r"^`run` must be on simulated robots for individuals to be simulated",
+    ):
         parts.simulated_scenario()

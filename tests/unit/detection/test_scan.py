@@ -22,14 +22,18 @@ def plain_strength(genuine, scores):
     windows = len(scores)
     spans = [n for n in (1, 2, 4, 8, 16, 32) if n < windows] + [windows]
     return max(
-        evidence[k : k + n].mean() / np.sqrt(1 / n + 1 / len(genuine)) for n in spans for k in range(windows - n + 1)
+        evidence[k : k + n].mean() / np.sqrt(1 / n + 1 / len(genuine))
+        for n in spans
+        for k in range(windows - n + 1)
     )
 
 
 @pytest.mark.parametrize("values", [3, 20, 10**6])
 @pytest.mark.parametrize("windows", [1, 2, 3, 8, 21])
 def test_strengths_are_those_of_the_plain_definition(windows, values):
-    genuine, scores = (np.floor(RNG.uniform(size=shape) * values) / values for shape in (30, (4, windows)))
+    genuine, scores = (
+        np.floor(RNG.uniform(size=shape) * values) / values for shape in (30, (4, windows))
+    )
     np.testing.assert_allclose(
         Scan(genuine).strengths(scores), [plain_strength(genuine, row) for row in scores], atol=1e-8
     )
@@ -38,12 +42,16 @@ def test_strengths_are_those_of_the_plain_definition(windows, values):
 def test_only_the_order_of_scores_counts():
     genuine, scores = RNG.uniform(size=50), RNG.uniform(size=(4, 16))
     narrow = Scan(0.99 + genuine**3 / 100)
-    np.testing.assert_array_equal(narrow.strengths(0.99 + scores**3 / 100), Scan(genuine).strengths(scores))
+    np.testing.assert_array_equal(
+        narrow.strengths(0.99 + scores**3 / 100), Scan(genuine).strengths(scores)
+    )
     assert narrow.threshold(16, 0.01, 2000) == Scan(genuine).threshold(16, 0.01, 2000)
 
 
 @pytest.mark.parametrize("known", [1, 7, 98])
-def test_a_single_window_below_all_is_not_called_abnormal_if_that_happens_more_often_than_stated(known):
+def test_a_single_window_below_all_is_not_called_abnormal_if_that_happens_more_often_than_stated(
+    known,
+):
     scan = Scan(RNG.uniform(size=known))
     assert scan.strengths(np.array([-1.0])) <= scan.threshold(1, 0.5 / (known + 1), 20_000)
 
@@ -78,5 +86,7 @@ def test_spells_are_found_one_by_one_where_they_are(low):
         scores[begin:end] -= 0.5
     verdict = SCAN.verdict("Ada", TIMES, scores, THRESHOLD)
     assert verdict.abnormal == bool(low)
-    np.testing.assert_allclose(np.reshape(verdict.spells, (-1, 2)), np.reshape(low, (-1, 2)), atol=1)
+    np.testing.assert_allclose(
+        np.reshape(verdict.spells, (-1, 2)), np.reshape(low, (-1, 2)), atol=1
+    )
     assert verdict.flagged.sum() == sum(end - begin for begin, end in verdict.spells)

@@ -38,14 +38,18 @@ def test_individuals_of_a_swarm_are_beside_each_other(scenario):
 
 
 def test_behaviors_do_not_depend_on_threads(scenario):
-    one, two = (simulate_behaviors(scenario, STILL + 0.5, trials=3, rng=rng(), threads=n) for n in (1, 2))
+    one, two = (
+        simulate_behaviors(scenario, STILL + 0.5, trials=3, rng=rng(), threads=n) for n in (1, 2)
+    )
     np.testing.assert_array_equal(one.genuine, two.genuine)
     np.testing.assert_array_equal(one.abnormal, two.abnormal)
 
 
 def test_planted_individuals_are_named_and_not_at_the_same_place(scenario):
     swarms = [plant_abnormal(scenario, 2, samples=4, seed=seed) for seed in range(6)]
-    assert all(sorted(swarm.individuals) == ["agent 1", "planted 1", "planted 2"] for swarm in swarms)
+    assert all(
+        sorted(swarm.individuals) == ["agent 1", "planted 1", "planted 2"] for swarm in swarms
+    )
     assert all(swarm.samples.shape == (3, 4, 10, 2) for swarm in swarms)
     assert len({swarm.individuals for swarm in swarms}) > 1
 
@@ -89,7 +93,11 @@ def test_what_cannot_be_planted_is_refused(count, changes, message, scenario):
     [
         (0, 0.2, "^`count` must be an integer from 1 to .*; got 0"),
         (2.5, 0.2, r"from 1 to .*; got 2\.5"),
-        (2**63, 0.2, "^`count` must be an integer from 1 to 1000000000000; got 9223372036854775808"),
+        (
+            2**63,
+            0.2,
+            "^`count` must be an integer from 1 to 1000000000000; got 9223372036854775808",
+        ),
         (1, 0.6, "^`near` must be .* at most 0.5; got 0.6"),
     ],
 )
@@ -101,7 +109,11 @@ def test_controllers_that_cannot_be_drawn_are_refused(count, near, message):
 @pytest.mark.parametrize(
     ("controllers", "trials", "message"),
     [
-        (np.zeros((2, 3)), 1, r"^`controllers` must be of shape \(M, P\) = \(any, 4\); got \(2, 3\)"),
+        (
+            np.zeros((2, 3)),
+            1,
+            r"^`controllers` must be of shape \(M, P\) = \(any, 4\); got \(2, 3\)",
+        ),
         (STILL, 0, "^`trials` must be an integer from 1 to .*; got 0"),
         (STILL, 2**63, "^`trials` must be an integer from 1 to .*; got 9223372036854775808"),
     ],

@@ -54,11 +54,15 @@ def test_the_discriminant_is_better_than_competence_alone_where_many_say_the_sam
         return np.mean(np.tensordot(found, copies, axes=1) > 0.5)
 
     errors = [*[NOISE[0]] * 20, *NOISE[1:]]
-    assert shares(weights("discriminant", *errors)) < 0.6 * shares(np.full(len(errors), 1 / len(errors)))
+    assert shares(weights("discriminant", *errors)) < 0.6 * shares(
+        np.full(len(errors), 1 / len(errors))
+    )
 
 
 @pytest.mark.parametrize("rule", RULES)
 def test_without_classifiers_there_is_no_weight(rule):
     nobody = np.empty((0, 3, 2), bool)
-    with pytest.raises(ConfigurationError, match=r"^`genomes` must hold a classifier that tells .* got 0 that"):
+    with pytest.raises(
+        ConfigurationError, match=r"^`genomes` must hold a classifier that tells .* got 0 that"
+    ):
         weigh(rule, nobody, nobody)

@@ -50,7 +50,9 @@ def test_all_candidates_share_their_step_sizes():
 
 
 def test_the_state_does_not_grow_and_leads_to_the_same_bits():
-    strategy, restored = (CMAEvolutionStrategy(5, size=10, seed=3, minimum_step_size=1e-3) for _ in range(2))
+    strategy, restored = (
+        CMAEvolutionStrategy(5, size=10, seed=3, minimum_step_size=1e-3) for _ in range(2)
+    )
     run(strategy, 2)
     sizes = {name: array.shape for name, array in strategy.state().items()}
     for generations in (1, 7, 40, 250):

@@ -8,7 +8,9 @@ from turing_learning.evolution import EvolutionStrategy, Jumper, PhasedMating
 
 def without_mutation(parents, offspring, dimension):
     """A strategy whose step sizes are 0, so that children are recombinations of their parents and nothing else."""
-    strategy = EvolutionStrategy(dimension, parents=parents, offspring=offspring, minimum_step_size=0.0)
+    strategy = EvolutionStrategy(
+        dimension, parents=parents, offspring=offspring, minimum_step_size=0.0
+    )
     state = strategy.state()
     strategy.restore({**state, "step_sizes": np.zeros_like(state["step_sizes"])})
     return strategy
@@ -138,14 +140,19 @@ def test_a_population_without_parents_or_offspring_is_refused(name):
 
 @pytest.mark.parametrize(("initial", "minimum"), [(0.005, 0.01), (0.0, 0.0), (1e7, 0.01)])
 def test_an_initial_step_size_out_of_its_limits_is_refused(initial, minimum):
-    with pytest.raises(ValueError, match=r"`initial_step_size` must be above 0, at least `minimum_step_size`, and at"):
+    with pytest.raises(
+        ValueError,
+        match=r"`initial_step_size` must be above 0, at least `minimum_step_size`, and at",
+    ):
         EvolutionStrategy(2, initial_step_size=initial, minimum_step_size=minimum)
 
 
 @pytest.mark.parametrize("generation", [-1, 2.5])
 def test_a_state_without_a_valid_generation_is_refused(generation):
     strategy = EvolutionStrategy(2)
-    with pytest.raises(ValueError, match=r"`state\['generation'\]` must be a non-negative integer; got"):
+    with pytest.raises(
+        ValueError, match=r"`state\['generation'\]` must be a non-negative integer; got"
+    ):
         strategy.restore({**strategy.state(), "generation": np.array(generation)})
 
 
@@ -196,7 +203,10 @@ def jumped(generation, **settings):
     jumper = Jumper(np.full(4, 5.0), np.full(4, 6.0), refinement=2, **settings)
     strategy = EvolutionStrategy(4, parents=2, offspring=40, minimum_step_size=0.0, jumper=jumper)
     state = strategy.state()
-    still = {"population": np.tile([1.0, 2.0, 3.0, 4.0], (42, 1)), "step_sizes": np.zeros_like(state["step_sizes"])}
+    still = {
+        "population": np.tile([1.0, 2.0, 3.0, 4.0], (42, 1)),
+        "step_sizes": np.zeros_like(state["step_sizes"]),
+    }
     strategy.restore({**state, **still, "generation": np.array(generation)})
     strategy.ask()
     strategy.tell(np.zeros(42))
@@ -232,7 +242,9 @@ def test_what_is_drawn_anew_may_lie_farther_than_the_first_individuals():
 
 
 def test_a_parameter_that_depends_on_the_groups_is_drawn_anew_with_their_exchange():
-    children = jumped(generation=1, exchange=1.0, groups=[[0], [1]], dependent=[3], reach=[1.0, 1.0, 1.0, 5.0])
+    children = jumped(
+        generation=1, exchange=1.0, groups=[[0], [1]], dependent=[3], reach=[1.0, 1.0, 1.0, 5.0]
+    )
     np.testing.assert_array_equal(children[:, :3], np.tile([2.0, 1.0, 3.0], (40, 1)))
     assert len(np.unique(children[:, 3])) == 40
     assert ((children[:, 3] >= 3) & (children[:, 3] < 8)).all()
@@ -249,13 +261,16 @@ JUMPS = [{"redraw": 1.0}, {"exchange": 1.0, "groups": [(0, 1), (2, 3)]}]
 
 @pytest.mark.parametrize("jump", JUMPS)
 def test_nothing_jumps_in_a_refinement_without_end(jump):
-    np.testing.assert_array_equal(jumped(generation=2, **jump), np.tile([1.0, 2.0, 3.0, 4.0], (40, 1)))
+    np.testing.assert_array_equal(
+        jumped(generation=2, **jump), np.tile([1.0, 2.0, 3.0, 4.0], (40, 1))
+    )
 
 
 @pytest.mark.parametrize("jump", JUMPS)
 def test_in_the_refinement_jumps_become_rarer_and_end(jump):
     counts = [
-        np.count_nonzero((jumped(generation=g, settled=12, **jump) != [1, 2, 3, 4]).any(axis=1)) for g in (1, 4, 9, 12)
+        np.count_nonzero((jumped(generation=g, settled=12, **jump) != [1, 2, 3, 4]).any(axis=1))
+        for g in (1, 4, 9, 12)
     ]
     assert counts[0] == 40
     assert 24 <= counts[1] <= 38  # 0.8 of 40 on average
@@ -274,22 +289,45 @@ LOW, HIGH = np.full(4, -1.0), np.full(4, 1.0)
 @pytest.mark.parametrize("name", ["recombination", "redraw", "exchange"])
 @pytest.mark.parametrize("share", [-0.1, 1.5, np.nan])
 def test_what_is_no_probability_is_refused(name, share):
-    with pytest.raises(ValueError, match=f"`{name}` must be a finite number of at least 0 and of at most 1; got"):
+    with pytest.raises(
+        ValueError, match=f"`{name}` must be a finite number of at least 0 and of at most 1; got"
+    ):
         PhasedMating(share) if name == "recombination" else Jumper(LOW, HIGH, **{name: share})
 
 
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"groups": [(0, 1)]}, "`groups` must be two or more of one length and have no index in common; got"),
-        ({"groups": [(0, 1), (2,)]}, "`groups` must be two or more of one length and have no index in common; got"),
-        ({"groups": [(0, 1), (1, 2)]}, "`groups` must be two or more of one length and have no index in common; got"),
-        ({"groups": [(0, 0), (1, 2)]}, "`groups` must be two or more of one length and have no index in common; got"),
-        ({"groups": [(0, 1), (2, 4)]}, r"`groups` must hold indices from 0 to 3; got \[\(0, 1\), \(2, 4\)\]"),
+        (
+            {"groups": [(0, 1)]},
+            "`groups` must be two or more of one length and have no index in common; got",
+        ),
+        (
+            {"groups": [(0, 1), (2,)]},
+            "`groups` must be two or more of one length and have no index in common; got",
+        ),
+        (
+            {"groups": [(0, 1), (1, 2)]},
+            "`groups` must be two or more of one length and have no index in common; got",
+        ),
+        (
+            {"groups": [(0, 0), (1, 2)]},
+            "`groups` must be two or more of one length and have no index in common; got",
+        ),
+        (
+            {"groups": [(0, 1), (2, 4)]},
+            r"`groups` must hold indices from 0 to 3; got \[\(0, 1\), \(2, 4\)\]",
+        ),
         ({"reach": 0.0}, "`reach` must be above 0; got"),
         ({"reach": [1.0, 1.0, 0.0, 1.0]}, "`reach` must be above 0; got"),
-        ({"groups": [(0,), (1,)], "dependent": [1]}, "`dependent` must hold no index of a group; got"),
-        ({"groups": [(0,), (1,)], "dependent": [4]}, "`dependent` must hold indices from 0 to 3; got"),
+        (
+            {"groups": [(0,), (1,)], "dependent": [1]},
+            "`dependent` must hold no index of a group; got",
+        ),
+        (
+            {"groups": [(0,), (1,)], "dependent": [4]},
+            "`dependent` must hold indices from 0 to 3; got",
+        ),
     ],
 )
 def test_jumps_that_cannot_be_are_refused(settings, message):

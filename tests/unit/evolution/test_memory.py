@@ -83,7 +83,9 @@ def test_a_restored_strategy_remembers_as_the_one_that_was_never_stopped():
 
 @pytest.mark.parametrize("decay", [-0.1, 1.1, np.nan])
 def test_a_memory_outside_its_range_is_refused(decay):
-    with pytest.raises(ValueError, match=r"`decay` must be a finite number of at least 0 and of at most 1; got"):
+    with pytest.raises(
+        ValueError, match=r"`decay` must be a finite number of at least 0 and of at most 1; got"
+    ):
         FitnessMemory(4, decay)
 
 

@@ -15,7 +15,9 @@ def shifted(count=60, features=5, shift=1.5):
     return samples, labels
 
 
-@pytest.mark.parametrize("examiner", [Ridge(), Kernel(), Trees()], ids=lambda examiner: examiner.name)
+@pytest.mark.parametrize(
+    "examiner", [Ridge(), Kernel(), Trees()], ids=lambda examiner: examiner.name
+)
 def test_an_examiner_tells_new_samples_apart(examiner):
     examiner.fit(*shifted(200, shift=3.0))
     samples, labels = shifted(200, shift=3.0)
@@ -37,7 +39,9 @@ def test_left_out_groups_are_scored_as_by_a_regression_without_them(monkeypatch,
         out = groups == group
         seen = table[~out]
         weights = np.linalg.solve(seen.T @ seen + penalty, seen.T @ labels[~out])
-        np.testing.assert_allclose(found[out], table[out] @ weights - labels[~out].mean(), atol=1e-6)
+        np.testing.assert_allclose(
+            found[out], table[out] @ weights - labels[~out].mean(), atol=1e-6
+        )
 
 
 def test_many_labellings_are_scored_as_one_by_one():
@@ -46,7 +50,9 @@ def test_many_labellings_are_scored_as_one_by_one():
     many = np.stack([RNG.permutation(labels) for _ in range(4)], axis=1).astype(float)
     together = Kernel().cross_fitted(samples, many, groups)
     for place in range(4):
-        np.testing.assert_allclose(together[:, [place]], Kernel().cross_fitted(samples, many[:, [place]], groups))
+        np.testing.assert_allclose(
+            together[:, [place]], Kernel().cross_fitted(samples, many[:, [place]], groups)
+        )
 
 
 def test_convolutions_see_a_rhythm_and_neither_level_nor_scale():

@@ -25,7 +25,9 @@ def test_a_clear_difference_is_told():
 
 
 def test_of_alike_samples_the_p_value_is_even():
-    p_values = [examine(walks(15), walks(15), examiners=(Ridge(),), seed=seed).p_value for seed in range(40)]
+    p_values = [
+        examine(walks(15), walks(15), examiners=(Ridge(),), seed=seed).p_value for seed in range(40)
+    ]
     # 40 even numbers: their mean has a standard error of 0.046
     assert 0.3 < np.mean(p_values) < 0.7
     assert np.mean(np.array(p_values) <= 0.1) < 0.3
@@ -39,18 +41,27 @@ def test_lasting_differences_of_groups_are_no_difference_of_the_sides():
             groups = np.repeat(np.arange(5), 12)
             sides.append(walks(60) + RNG.normal(size=5)[groups, None, None])
             owners.append(groups)
-        p_values.append(examine(*sides, groups=tuple(owners), examiners=(Ridge(),), seed=seed).p_value)
+        p_values.append(
+            examine(*sides, groups=tuple(owners), examiners=(Ridge(),), seed=seed).p_value
+        )
     # at 0.05 more than 6 of 30 come up in less than 1 of 1000 cases
     assert np.mean(np.array(p_values) <= 0.05) <= 0.2
 
 
 def test_as_single_samples_the_same_differences_would_be_told():
-    sides = [walks(60) + RNG.normal(size=5)[np.repeat(np.arange(5), 12), None, None] for _ in range(2)]
+    sides = [
+        walks(60) + RNG.normal(size=5)[np.repeat(np.arange(5), 12), None, None] for _ in range(2)
+    ]
     assert examine(*sides, examiners=(Kernel(),)).told_apart
 
 
 def test_too_few_groups_could_not_have_noticed_anything():
-    found = examine(walks(20), walks(20, 3.0), groups=(np.arange(20) % 2, np.arange(20) % 2), examiners=(Ridge(),))
+    found = examine(
+        walks(20),
+        walks(20, 3.0),
+        groups=(np.arange(20) % 2, np.arange(20) % 2),
+        examiners=(Ridge(),),
+    )
     assert found.accuracy > 0.95
     assert found.p_value > 0.3  # there are three ways to divide four groups
     assert found.power_accuracy is None
@@ -91,8 +102,14 @@ def test_an_examiner_of_ones_own_joins_the_panel():
 @pytest.mark.parametrize(
     ("groups", "message"),
     [
-        ((np.zeros(4), np.arange(5)), "`groups` must tell at least 2 groups of real samples apart; got 1"),
-        ((np.arange(3), np.arange(5)), "`groups` must be one label for each of the 4 real samples; got 3"),
+        (
+            (np.zeros(4), np.arange(5)),
+            "`groups` must tell at least 2 groups of real samples apart; got 1",
+        ),
+        (
+            (np.arange(3), np.arange(5)),
+            "`groups` must be one label for each of the 4 real samples; got 3",
+        ),
     ],
 )
 def test_groups_that_do_not_fit_are_rejected(groups, message):

@@ -55,7 +55,9 @@ def test_arrays_are_samples():
 
 
 def test_the_keys_of_the_command_are_there():
-    found = tl.test(RNG.standard_normal((20, 20, 1)), RNG.standard_normal((20, 20, 1)), examiners=QUICK).to_json()
+    found = tl.test(
+        RNG.standard_normal((20, 20, 1)), RNG.standard_normal((20, 20, 1)), examiners=QUICK
+    ).to_json()
     wanted = {"accuracy", "interval", "p_value", "auc", "power_accuracy", "examiners", "telling"}
     assert wanted <= found.keys()
     assert {"name", "accuracy", "p_value"} == found["examiners"][0].keys()
@@ -74,7 +76,14 @@ def test_many_recordings_are_groups_and_few_are_not():
 def test_signals_of_the_group_are_there_where_there_is_one():
     four = [walkers(frames=100) for _ in range(4)]
     pair = pair_of(four, four, names=None, **OPTIONS)
-    assert pair.names == ("speed", "turn", "neighbor_distance", "neighbor_bearing", "polarization", "area")
+    assert pair.names == (
+        "speed",
+        "turn",
+        "neighbor_distance",
+        "neighbor_bearing",
+        "polarization",
+        "area",
+    )
     aligned = pair.real.samples[..., 4]
     assert ((aligned >= 0) & (aligned <= 1)).all()
     assert pair_of(four[:1], four[:1], names=None, **OPTIONS).names == pair.names[:4]
@@ -85,7 +94,9 @@ def test_signals_of_the_group_are_there_where_there_is_one():
 def test_the_area_is_that_of_a_disk_of_evenly_spread_points():
     places = RNG.uniform(-1, 1, (40_000, 2))
     places = 3 * places[(places**2).sum(axis=1) < 1]
-    still = np.repeat(places[None], 12, axis=0) + 0.01 * RNG.standard_normal((12, *places.shape)).cumsum(axis=0)
+    still = np.repeat(places[None], 12, axis=0) + 0.01 * RNG.standard_normal(
+        (12, *places.shape)
+    ).cumsum(axis=0)
     names = tuple(map(str, range(len(places))))
     recording = Trajectories(still, np.ones(still.shape[:2], dtype=bool), 10.0, names)
     pair = pair_of([recording], [recording], names=["area"], **OPTIONS)
@@ -101,14 +112,39 @@ def test_a_faster_recording_is_thinned_to_the_rate_of_the_other():
 @pytest.mark.parametrize(
     ("real", "simulated", "options", "message"),
     [
-        (walkers(fps=25.0), walkers(), {}, "`fps` must be a whole multiple of the lowest rate, 10 per second; got 25"),
-        (walkers(unit="px"), walkers(), {}, "`unit` must be the same for all recordings; got cm and px"),
-        (walkers(), walkers(), {"names": ["sped"]}, "`signals` must be some of speed, .* got 'sped'. Did you mean"),
+        (
+            walkers(fps=25.0),
+            walkers(),
+            {},
+            "`fps` must be a whole multiple of the lowest rate, 10 per second; got 25",
+        ),
+        (
+            walkers(unit="px"),
+            walkers(),
+            {},
+            "`unit` must be the same for all recordings; got cm and px",
+        ),
+        (
+            walkers(),
+            walkers(),
+            {"names": ["sped"]},
+            "`signals` must be some of speed, .* got 'sped'. Did you mean",
+        ),
         (walkers(), walkers(), {"window_s": 0.1}, "`window_s` must be at least two steps"),
         (walkers(), 5, {}, "`simulated` must be an array"),
         (np.zeros((3, 4, 2)), np.zeros((3, 5, 2)), {}, r"`simulated` must be of shape \(L, T, D\)"),
-        (np.zeros((3, 4, 2)), np.zeros((3, 4, 2)), {"names": ["x"]}, "`names` must be one for each of the 2 signals"),
-        (np.zeros((3, 4, 2)), np.zeros((3, 4, 2)), {"groups": [[1, 2], [1]]}, "`groups` must be one label for each"),
+        (
+            np.zeros((3, 4, 2)),
+            np.zeros((3, 4, 2)),
+            {"names": ["x"]},
+            "`names` must be one for each of the 2 signals",
+        ),
+        (
+            np.zeros((3, 4, 2)),
+            np.zeros((3, 4, 2)),
+            {"groups": [[1, 2], [1]]},
+            "`groups` must be one label for each",
+        ),
         (walkers(), walkers(), {"groups": [1]}, "`groups` must be left out for recordings"),
     ],
 )

@@ -11,7 +11,9 @@ def steps(positions):
 def order(positions):
     """Return how well directions of motion agree in the last step of each group (M,), from 0 to 1."""
     last = steps(positions)[:, -1]
-    return np.linalg.norm((last / np.linalg.norm(last, axis=-1, keepdims=True)).mean(axis=1), axis=-1)
+    return np.linalg.norm(
+        (last / np.linalg.norm(last, axis=-1, keepdims=True)).mean(axis=1), axis=-1
+    )
 
 
 def spread(positions):

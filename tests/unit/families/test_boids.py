@@ -9,13 +9,17 @@ FLOCK = Boids(individuals=12, steps=150, start_side_cm=10.0, radius_cm=1000.0)
 
 
 def move(family=FLOCK, speed=5.0, separation=0.0, alignment=0.0, cohesion=0.0):
-    return family.simulate(np.tile([speed, separation, alignment, cohesion], (6, 1)), np.random.default_rng(1))
+    return family.simulate(
+        np.tile([speed, separation, alignment, cohesion], (6, 1)), np.random.default_rng(1)
+    )
 
 
 def test_alignment_alone_aligns_a_flock():
     aligned, free = (order(move(alignment=strength)) for strength in (5.0, 0.0))
     assert aligned.mean() > 0.95  # not all: who has gone far hardly counts any more
-    assert free.mean() < 0.4  # of 12 random directions the mean resultant has a root mean square of 0.29
+    assert (
+        free.mean() < 0.4
+    )  # of 12 random directions the mean resultant has a root mean square of 0.29
 
 
 def test_separation_alone_drives_boids_apart():
@@ -36,7 +40,10 @@ def test_without_urges_boids_go_straight_at_the_largest_speed():
 
 
 def test_speeds_stay_between_the_slowest_and_the_largest():
-    lengths = np.linalg.norm(steps(move(separation=50.0, alignment=2.0, cohesion=5.0)), axis=-1) / FLOCK.interval_s
+    lengths = (
+        np.linalg.norm(steps(move(separation=50.0, alignment=2.0, cohesion=5.0)), axis=-1)
+        / FLOCK.interval_s
+    )
     assert lengths.min() >= 2.5 - 1e-9
     assert lengths.max() <= 5.0 + 1e-9
 
@@ -49,13 +56,17 @@ def test_who_is_beyond_the_radius_is_not_perceived():
 def requests(places, velocities, strengths=(1.0, 1.0, 1.0)):
     family = Boids(individuals=len(places))
     found = family._requests(
-        np.array([places], complex), np.array([velocities], complex), np.reshape(strengths, (3, 1, 1))
+        np.array([places], complex),
+        np.array([velocities], complex),
+        np.reshape(strengths, (3, 1, 1)),
     )
     return np.array(found)[:, 0, 0]
 
 
 def test_two_boids_request_what_the_formulas_say():
-    np.testing.assert_allclose(requests([0, 2], [1, 1j], (8.0, 3.0, 5.0)), [-8 / 4, 3 * (1j - 1), 5 * 2])
+    np.testing.assert_allclose(
+        requests([0, 2], [1, 1j], (8.0, 3.0, 5.0)), [-8 / 4, 3 * (1j - 1), 5 * 2]
+    )
 
 
 def test_the_nearer_counts_by_the_inverse_square():
@@ -69,19 +80,27 @@ def test_boids_at_the_same_place_request_nothing():
 
 
 def test_the_most_urgent_is_granted_first_and_the_last_is_trimmed():
-    granted = allocated([np.array([3j, 9j, 0]), np.array([4.0, 4.0, 1.0]), np.array([-1.0, -1.0, -1.0])], np.array(5.0))
+    granted = allocated(
+        [np.array([3j, 9j, 0]), np.array([4.0, 4.0, 1.0]), np.array([-1.0, -1.0, -1.0])],
+        np.array(5.0),
+    )
     np.testing.assert_allclose(granted, [3j + 2, 5j, 0])
 
 
 def test_rest_stays_rest():
-    np.testing.assert_array_equal(limited(np.array([0j, 8j, 1]), np.array(2.0), np.array(4.0)), [0, 4j, 2])
+    np.testing.assert_array_equal(
+        limited(np.array([0j, 8j, 1]), np.array(2.0), np.array(4.0)), [0, 4j, 2]
+    )
 
 
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
         ({"radius_cm": 0.0}, "`radius_cm` must be a finite number above 0; got 0.0"),
-        ({"acceleration_per_s": -1.0}, "`acceleration_per_s` must be a finite number above 0; got -1.0"),
+        (
+            {"acceleration_per_s": -1.0},
+            "`acceleration_per_s` must be a finite number above 0; got -1.0",
+        ),
         ({"slowest": 1.5}, r"`slowest` must be in \[0, 1\]; got 1.5"),
     ],
 )

@@ -9,7 +9,9 @@ WALK = BurstAndCoast(individuals=20, steps=200)
 
 
 def walk(family=WALK, speed=10.0, kick_interval=0.5, glide_time=0.8, turn=0.5):
-    return family.simulate(np.tile([speed, kick_interval, glide_time, turn], (5, 1)), np.random.default_rng(1))
+    return family.simulate(
+        np.tile([speed, kick_interval, glide_time, turn], (5, 1)), np.random.default_rng(1)
+    )
 
 
 def test_without_turns_walkers_go_straight():
@@ -50,7 +52,9 @@ def test_the_mean_way_of_a_kick_is_that_of_the_formula():
 
 
 def test_durations_and_speeds_vary_by_the_given_share():
-    durations, speeds, angles = BurstAndCoast(individuals=100, variation=0.4)._drawn([np.random.default_rng(1)])
+    durations, speeds, angles = BurstAndCoast(individuals=100, variation=0.4)._drawn(
+        [np.random.default_rng(1)]
+    )
     for drawn in (durations, speeds):
         assert drawn.mean() == pytest.approx(1, abs=0.02)
         assert drawn.std() == pytest.approx(0.4, abs=0.02)

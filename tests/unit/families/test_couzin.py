@@ -62,7 +62,9 @@ def test_repulsion_comes_before_all_else():
 
 def wish(places, directions, borders, **settings):
     family = Couzin(individuals=len(places), **settings)
-    return family._wish(np.array([places], complex), np.array([directions], complex), np.reshape(borders, (3, 1, 1)))[0]
+    return family._wish(
+        np.array([places], complex), np.array([directions], complex), np.reshape(borders, (3, 1, 1))
+    )[0]
 
 
 def test_who_is_behind_is_not_seen_but_repels():
@@ -88,5 +90,7 @@ def test_orientation_and_attraction_add_up():
 
 @pytest.mark.parametrize("angle", [0.0, 7.0, np.nan])
 def test_a_field_of_view_beyond_a_circle_is_refused(angle):
-    with pytest.raises(ValueError, match=f"`field_of_view_rad` must be above 0 and at most 2 pi; got {angle}"):
+    with pytest.raises(
+        ValueError, match=f"`field_of_view_rad` must be above 0 and at most 2 pi; got {angle}"
+    ):
         Couzin(field_of_view_rad=angle)

@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from turing_learning.families import FAMILIES, BurstAndCoast, Couzin, Robots, Vicsek
-from turing_learning.swarm import AGGREGATION, AGGREGATION_VIEW_60, OBJECT_CLUSTERING, Arena, simulate
+from turing_learning.swarm import (
+    AGGREGATION,
+    AGGREGATION_VIEW_60,
+    OBJECT_CLUSTERING,
+    Arena,
+    simulate,
+)
 from turing_learning.trajectories import SIGNALS, compute_signals
 
 every_family = pytest.mark.parametrize("make", FAMILIES.values(), ids=FAMILIES)
@@ -58,7 +64,9 @@ def test_a_model_does_not_depend_on_the_parameters_of_others(make):
     family = make(steps=5)
     parameters = models(family, 3)
     changed = parameters * [[0.5], [1], [0.5]]
-    first, second = (family.simulate(each, np.random.default_rng(3))[1] for each in (parameters, changed))
+    first, second = (
+        family.simulate(each, np.random.default_rng(3))[1] for each in (parameters, changed)
+    )
     np.testing.assert_array_equal(first, second)
 
 
@@ -68,7 +76,11 @@ def test_samples_are_measured_as_recorded_motion_is(make):
     parameters = models(family)
     samples = family(parameters, np.random.default_rng(1))
     positions = family.simulate(parameters, np.random.default_rng(1))
-    measured = compute_signals(positions, fps=family.fps, names=family.signals).values[:, 1:, :2].transpose(0, 2, 1, 3)
+    measured = (
+        compute_signals(positions, fps=family.fps, names=family.signals)
+        .values[:, 1:, :2]
+        .transpose(0, 2, 1, 3)
+    )
     if make is Robots:  # with their headings: signed, and turning on the spot
         samples, measured = np.abs(samples[..., [0, 2]]), measured[..., [0, 2]]
     np.testing.assert_allclose(samples, measured, atol=1e-9)
@@ -97,7 +109,10 @@ def test_settling_comes_before_the_first_frame(make):
 def test_parameters_have_units_and_a_finite_range(make):
     family = make()
     assert family.units == {name: parameter.unit for name, parameter in family.parameters.items()}
-    assert all(np.isfinite([parameter.low, parameter.high]).all() for parameter in family.parameters.values())
+    assert all(
+        np.isfinite([parameter.low, parameter.high]).all()
+        for parameter in family.parameters.values()
+    )
 
 
 @every_family
@@ -110,7 +125,9 @@ def test_a_family_can_be_sent_to_a_worker_process(make):
 def test_samples_of_a_known_system_come_from_as_many_groups(make):
     family = make(individuals=3, observed=2, steps=4)
     parameters = models(family, 1)
-    truth = dict(zip(reversed(list(family.parameters)), reversed(parameters[0]), strict=True))  # by name, in any order
+    truth = dict(
+        zip(reversed(list(family.parameters)), reversed(parameters[0]), strict=True)
+    )  # by name, in any order
     samples = family.observe(truth, groups=5, rng=np.random.default_rng(1))
     expected = family(np.repeat(parameters, 5, axis=0), np.random.default_rng(1))
     np.testing.assert_array_equal(samples, expected.reshape(10, 4, 2))
@@ -130,7 +147,9 @@ def test_robots_move_as_those_of_the_swarm():
 
 def test_robots_start_within_the_walls():
     arena = replace(AGGREGATION, arena=Arena(100, 50))
-    positions = Robots(scenario=arena, steps=3).simulate(np.zeros((20, 4)), np.random.default_rng(1))
+    positions = Robots(scenario=arena, steps=3).simulate(
+        np.zeros((20, 4)), np.random.default_rng(1)
+    )
     assert (positions.max(axis=(0, 1, 2)) <= [100, 50]).all()
     assert (positions.max(axis=(0, 1, 2)) > [80, 40]).all()
 
@@ -143,7 +162,8 @@ def test_robots_start_within_the_walls():
 def test_robots_that_have_no_room_where_they_start_are_refused(settings):
     assert Robots(individuals=16, **settings)
     with pytest.raises(
-        ValueError, match="`individuals` must have room where they start; got 17, and at most 16 of 17 bodies"
+        ValueError,
+        match="`individuals` must have room where they start; got 17, and at most 16 of 17 bodies",
     ):
         Robots(individuals=17, **settings)
 
@@ -165,7 +185,10 @@ def test_robots_that_see_objects_have_parameters_for_them():
         ({"settling_steps": -1}, "`settling_steps` must be an integer of at least 0; got -1"),
         ({"interval_s": 0.0}, "`interval_s` must be a finite number above 0; got 0.0"),
         ({"start_side_cm": np.inf}, "`start_side_cm` must be a finite number above 0; got inf"),
-        ({"signals": ("speed", "color")}, r"`signals` must be a tuple of some of speed, turn, .*; got \('speed', 'col"),
+        (
+            {"signals": ("speed", "color")},
+            r"`signals` must be a tuple of some of speed, turn, .*; got \('speed', 'col",
+        ),
         ({"signals": "speed"}, "`signals` must be a tuple of some of .*; got 'speed'"),
         ({"signals": ()}, r"`signals` must be a tuple .*; got \(\)"),
         (
@@ -185,8 +208,14 @@ def test_settings_that_break_a_rule_are_refused(settings, message):
     ("settings", "message"),
     [
         ({"steps": 10**9}, "`steps` must be an integer from 1 to 100000; got 1000000000"),
-        ({"settling_steps": 10**20}, "`steps` must be an integer from 1 to 100000; got 100000000000000000100"),
-        ({"individuals": 10**12}, "`individuals` must be an integer from 1 to 99009; got 1000000000000"),
+        (
+            {"settling_steps": 10**20},
+            "`steps` must be an integer from 1 to 100000; got 100000000000000000100",
+        ),
+        (
+            {"individuals": 10**12},
+            "`individuals` must be an integer from 1 to 99009; got 1000000000000",
+        ),
     ],
 )
 def test_groups_that_would_take_minutes_are_refused_at_once(make, settings, message):
@@ -196,7 +225,8 @@ def test_groups_that_would_take_minutes_are_refused_at_once(make, settings, mess
 
 def test_groups_of_many_pairs_are_refused_where_each_looks_at_each():
     with pytest.raises(
-        ValueError, match="`individuals` must make at most 100000000 pairs in all steps; got 5000, which"
+        ValueError,
+        match="`individuals` must make at most 100000000 pairs in all steps; got 5000, which",
     ):
         Couzin(individuals=5000)
     assert BurstAndCoast(individuals=5000).individuals == 5000
@@ -209,8 +239,14 @@ def test_groups_of_many_pairs_are_refused_where_each_looks_at_each():
         (np.ones(6), r"`parameters` must be of shape \(M, P\) = \(any, 6\); got \(6,\)"),
         (np.ones((0, 6)), r"got \(0, 6\)"),
         ([["1"] * 6], "`parameters` must be an array of numbers; got an array of <U1"),
-        (np.ones((2, 6)) * [[1], [-1]], r"must be finite and 0 or more; got speed = -1.0 \[model 1\]"),
-        (np.array([[1, 1, np.nan, 1, 1, 1]]), r"must be finite and 0 or more; got repulsion_radius = nan \[model 0\]"),
+        (
+            np.ones((2, 6)) * [[1], [-1]],
+            r"must be finite and 0 or more; got speed = -1.0 \[model 1\]",
+        ),
+        (
+            np.array([[1, 1, np.nan, 1, 1, 1]]),
+            r"must be finite and 0 or more; got repulsion_radius = nan \[model 0\]",
+        ),
     ],
 )
 def test_parameters_that_break_a_rule_are_refused(parameters, message):
@@ -228,8 +264,16 @@ def test_wheel_speeds_may_be_negative_but_must_be_finite():
     [
         ({"speed": 1}, 1, "`truth` must name speed, noise, radius; got speed"),
         ({}, 1, "`truth` must name speed, noise, radius; got nothing"),
-        ({"speed": 1, "noise": 0, "radius": 1}, 2**63, "`groups` must be an integer from 1 to 99009; got"),
-        ({"speed": 1, "noise": 0, "radius": 1}, 0, "`groups` must be an integer from 1 to .*; got 0"),
+        (
+            {"speed": 1, "noise": 0, "radius": 1},
+            2**63,
+            "`groups` must be an integer from 1 to 99009; got",
+        ),
+        (
+            {"speed": 1, "noise": 0, "radius": 1},
+            0,
+            "`groups` must be an integer from 1 to .*; got 0",
+        ),
     ],
 )
 def test_a_known_system_must_be_named_completely(truth, groups, message):
@@ -238,7 +282,9 @@ def test_a_known_system_must_be_named_completely(truth, groups, message):
 
 
 def test_the_field_of_view_of_robots_can_be_a_parameter():
-    robots = Robots(scenario=AGGREGATION_VIEW_60, individuals=3, steps=8, observed=3, start_side_cm=60)
+    robots = Robots(
+        scenario=AGGREGATION_VIEW_60, individuals=3, steps=8, observed=3, start_side_cm=60
+    )
     assert robots.parameters["theta"].unit == "rad"
     blind, wide = ([0.0, 0.0, 1.0, 1.0, theta] for theta in (0.0, 2 * np.pi))
     moved = robots.simulate(np.repeat([blind, wide], 20, axis=0), np.random.default_rng(1))

@@ -47,7 +47,9 @@ def in_a_tank(network):
     """The same network as if its tank, a square of 40 cm around the origin, had walls."""
     grid = _tank.rectangle_grid(np.zeros(2), (40.0, 40.0))
     moved = network.brain.starts.paths
-    starts = network.brain.starts._replace(paths=moved - moved[:, -1:].mean(axis=(1, 2), keepdims=True))
+    starts = network.brain.starts._replace(
+        paths=moved - moved[:, -1:].mean(axis=(1, 2), keepdims=True)
+    )
     brain = network.brain._replace(tanks=_tank.tanks_of([grid], [True]), starts=starts)
     return replace(network, brain=brain)
 
@@ -67,7 +69,9 @@ def test_a_group_and_a_tank_that_were_never_recorded(network):
 
 
 def test_a_tank_for_a_network_that_never_saw_walls_is_refused(network):
-    with pytest.raises(ValueError, match="`tank_cm` must be None, as the network was learned without walls"):
+    with pytest.raises(
+        ValueError, match="`tank_cm` must be None, as the network was learned without walls"
+    ):
         network.in_group(5, (30.0, 20.0))
 
 
@@ -83,19 +87,25 @@ def test_attraction_brings_individuals_together(network):
     longer = replace(network, settling_steps=200)
 
     def distance(gain):
-        return nearest(longer.simulate(values(longer, 40, attraction=gain), np.random.default_rng(5)))
+        return nearest(
+            longer.simulate(values(longer, 40, attraction=gain), np.random.default_rng(5))
+        )
 
     assert distance(0.0) > 1.2 * distance(1.0)
 
 
 def test_noise_spreads_the_next_step(network):
     starts = network.brain.starts
-    one_moment = starts._replace(paths=starts.paths[:1], memories=starts.memories[:1], tank=starts.tank[:1])
+    one_moment = starts._replace(
+        paths=starts.paths[:1], memories=starts.memories[:1], tank=starts.tank[:1]
+    )
     brain = network.brain._replace(starts=one_moment)
     from_one_moment = replace(network, brain=brain, settling_steps=0)
 
     def spread(gain):
-        positions = from_one_moment.simulate(values(network, 200, turn_noise=gain), np.random.default_rng(6))
+        positions = from_one_moment.simulate(
+            values(network, 200, turn_noise=gain), np.random.default_rng(6)
+        )
         order = np.argsort(positions[:, 0, :, 0], axis=1)[..., None]
         next_places = np.take_along_axis(positions[:, 1], order, axis=1)
         return next_places.std(axis=0).mean()
@@ -118,7 +128,9 @@ def test_a_file_that_is_no_network_is_refused(tmp_path):
 
 
 def test_another_interval_than_learned_is_refused(network):
-    with pytest.raises(ValueError, match=r"`interval_s` must be that of what was learned, 0\.1 s; got 0\.2 s"):
+    with pytest.raises(
+        ValueError, match=r"`interval_s` must be that of what was learned, 0\.1 s; got 0\.2 s"
+    ):
         replace(network, interval_s=0.2)
 
 
@@ -140,7 +152,9 @@ def test_one_individual_is_refused():
 
 def test_too_little_is_refused():
     recording = recorded(2, steps=300)
-    with pytest.raises(ValueError, match="at least 1000 steps with 36 steps before them and no gap"):
+    with pytest.raises(
+        ValueError, match="at least 1000 steps with 36 steps before them and no gap"
+    ):
         Network.learned(recording, recording.windows(length_s=2))
 
 
@@ -149,7 +163,9 @@ def test_a_network_learns_what_it_is_shown():
     recording = recorded(4, steps=2000)
     windows = recording.windows(length_s=2)
     told = []
-    network = Network.learned(recording, windows, steps=1500, progress=lambda done, steps: told.append((done, steps)))
+    network = Network.learned(
+        recording, windows, steps=1500, progress=lambda done, steps: told.append((done, steps))
+    )
     assert network.brain.log_likelihood > 0.3  # nats per step better than chance
     assert told[-1] == (1500, 1500)
     assert not np.isnan(network(values(network, 2), np.random.default_rng(1))).any()
@@ -159,7 +175,9 @@ def test_learning_again_gives_the_same_bits():
     pytest.importorskip("torch")
     recording = recorded(3, steps=1500)
     windows = recording.windows(length_s=2)
-    first, second = (Network.learned(recording, windows, steps=50, seed=3).brain.layers for _ in range(2))
+    first, second = (
+        Network.learned(recording, windows, steps=50, seed=3).brain.layers for _ in range(2)
+    )
     assert all((a == b).all() for a, b in zip(first, second, strict=True))
 
 
@@ -176,7 +194,9 @@ def test_the_kernel_computes_what_was_trained():
     traits = rng.normal(size=(imitation.MOST_OTHERS, imitation.TRAITS)).astype(np.float32)
     there = np.arange(imitation.MOST_OTHERS) < 3
     with torch.no_grad():
-        length, turn = net(*(torch.from_numpy(array[None]) for array in (own, traits, there)), torch.tensor([5]))
+        length, turn = net(
+            *(torch.from_numpy(array[None]) for array in (own, traits, there)), torch.tensor([5])
+        )
     says_length, says_turn = np.empty((2, length.shape[1]), dtype=np.float32)
     imitation.answer(own, traits, 3, layers, 5, says_length, says_turn)
     assert says_length == pytest.approx(length[0].numpy(), abs=1e-5)
@@ -245,7 +265,17 @@ def test_the_command_line_learns_a_network_once(network, tmp_path, monkeypatch, 
         lines += [f"{frame},{k},{x},{y}" for k, (x, y) in enumerate(places)]
     table.write_text("\n".join([*lines, ""]))
     out = tmp_path / "run"
-    command = ["infer", "--trajectories", str(table), "--fps", "10", "--scale", "1", "--y-axis", "up"]
+    command = [
+        "infer",
+        "--trajectories",
+        str(table),
+        "--fps",
+        "10",
+        "--scale",
+        "1",
+        "--y-axis",
+        "up",
+    ]
     command += ["--model", "network", "--trials", "100", "--seed", "1", "--out", str(out)]
     assert exit_code(command) == 0
     assert len(learned) == 1

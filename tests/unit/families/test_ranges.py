@@ -61,7 +61,10 @@ def test_ranges_are_said():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("speed", r"`range` must be NAME=LOW:HIGH, .*; got 'speed'\. For example: range='speed=5:300'"),
+        (
+            "speed",
+            r"`range` must be NAME=LOW:HIGH, .*; got 'speed'\. For example: range='speed=5:300'",
+        ),
         ("speed=5", "must be NAME=LOW:HIGH"),
         ("speed=5:4", r"`range` must be below `high`; got 5.0 and 4.0 \[speed=5:4\]"),
         ("speed=1:2:normal", "must end with log or integer, if with a word"),

@@ -37,8 +37,12 @@ def test_two_reflections_in_one_step_leave_the_direction():
 
 def test_a_path_goes_on_in_the_mirrored_direction():
     lone = Couzin(individuals=1, tank_cm=(20.0, 10.0), steps=200)
-    moved = steps(lone.simulate(np.array([[5.0, 1, 0, 0, 0, 0]]), np.random.default_rng(1)))[0, :, 0]
-    away = np.abs(moved[(np.abs(np.linalg.norm(moved, axis=-1) - 0.5)) < 1e-9])  # steps without a wall
+    moved = steps(lone.simulate(np.array([[5.0, 1, 0, 0, 0, 0]]), np.random.default_rng(1)))[
+        0, :, 0
+    ]
+    away = np.abs(
+        moved[(np.abs(np.linalg.norm(moved, axis=-1) - 0.5)) < 1e-9]
+    )  # steps without a wall
     assert len(away) > 150
     np.testing.assert_allclose(away, np.broadcast_to(away[0], away.shape))
 
@@ -50,5 +54,7 @@ def test_the_way_to_another_is_that_to_the_nearest_image():
 
 @pytest.mark.parametrize("size", [(10.0,), (10.0, 0.0), (np.inf, 1.0), 5.0])
 def test_a_tank_without_two_sides_is_refused(size):
-    with pytest.raises(ValueError, match="`tank_cm` must be two finite numbers above 0, or None; got "):
+    with pytest.raises(
+        ValueError, match="`tank_cm` must be two finite numbers above 0, or None; got "
+    ):
         Couzin(tank_cm=size)

@@ -33,7 +33,9 @@ def test_who_has_nobody_near_turns_by_half_the_noise_at_most():
 
 def test_a_step_takes_the_mean_direction_of_the_step_before():
     pair = Vicsek(individuals=2, steps=1, start_side_cm=1.0, period_cm=None)
-    first, second = np.moveaxis(steps(pair.simulate(np.array([[2.0, 0.0, 5.0]]), np.random.default_rng(4)))[0], 0, 0)
+    first, second = np.moveaxis(
+        steps(pair.simulate(np.array([[2.0, 0.0, 5.0]]), np.random.default_rng(4)))[0], 0, 0
+    )
     mean = first.sum(axis=0) / np.linalg.norm(first.sum(axis=0))
     np.testing.assert_allclose(second, np.tile(0.2 * mean, (2, 1)))
 
@@ -48,7 +50,8 @@ def test_who_is_beyond_the_border_of_the_square_is_near():
 
 def test_neighbor_signals_in_a_periodic_square_are_refused():
     with pytest.raises(
-        ValueError, match=r"`signals` must be speed and turn in a periodic square; .* Set period_cm=None"
+        ValueError,
+        match=r"`signals` must be speed and turn in a periodic square; .* Set period_cm=None",
     ):
         Vicsek(signals=("speed", "neighbor_distance"))
 
@@ -60,6 +63,7 @@ def test_a_square_without_extent_is_refused():
 
 def test_a_tank_and_a_periodic_square_exclude_each_other():
     with pytest.raises(
-        ValueError, match=r"`tank_cm` must be None in a periodic square; got \(9, 9\). Set period_cm=None"
+        ValueError,
+        match=r"`tank_cm` must be None in a periodic square; got \(9, 9\). Set period_cm=None",
     ):
         Vicsek(tank_cm=(9, 9))

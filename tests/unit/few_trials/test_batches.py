@@ -3,7 +3,14 @@ import pytest
 
 from turing_learning.coevolution import Samples
 from turing_learning.evolution import EvolutionStrategy
-from turing_learning.few_trials import FewTrials, SearchSpace, _loop, _readout, _search, batch_schedule
+from turing_learning.few_trials import (
+    FewTrials,
+    SearchSpace,
+    _loop,
+    _readout,
+    _search,
+    batch_schedule,
+)
 
 TRUTH = np.array([1.5, 0.5])
 STEPS = 20
@@ -96,7 +103,10 @@ def test_a_fixed_recording_is_taken_as_it_is():
 
 
 def test_a_resumed_run_is_the_same_to_the_bit():
-    whole, half = begun(310), finished(begun(310), batches=36)  # at its end, a map of all trials joins in
+    whole, half = (
+        begun(310),
+        finished(begun(310), batches=36),
+    )  # at its end, a map of all trials joins in
     part = begun(310)
     part.restore(half.state())
     np.testing.assert_array_equal(part.batch.estimate, half.batch.estimate)
@@ -117,7 +127,9 @@ def test_a_run_resumes_after_each_batch():
     np.testing.assert_array_equal(copies.draws, run.draws)
 
 
-@pytest.mark.parametrize("spent", [40, 26])  # all that it had; fewer, because it was stopped by its tolerance
+@pytest.mark.parametrize(
+    "spent", [40, 26]
+)  # all that it had; fewer, because it was stopped by its tolerance
 def test_a_finished_run_with_more_trials_is_the_run_that_was_to_be_extended(spent):
     short = begun(40)
     while len(short.buffer) < spent:
@@ -194,7 +206,10 @@ def test_a_run_that_does_not_search_and_one_without_observers_are_not_lost(lost)
     [
         (lambda: begun(9), "`trials` must be an integer of at least 10; got 9"),
         (lambda: begun(seed=-1), "`seed` must be an integer of at least 0; got -1"),
-        (lambda: finished(begun(20)).step(), "`trials` must be more than the run has spent; got 20"),
+        (
+            lambda: finished(begun(20)).step(),
+            "`trials` must be more than the run has spent; got 20",
+        ),
         (
             lambda: finished(begun(40), 3).settle(np.zeros((5, 2))),
             "`trials` must be those of a lost run",

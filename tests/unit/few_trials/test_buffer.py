@@ -8,7 +8,9 @@ def trials(count, start=0, genuine=5):
     """Return parameters, samples and genuine samples that hold their own numbers."""
     numbers = np.arange(start, start + count, dtype=float)
     samples = np.broadcast_to(numbers[:, None, None, None], (count, 2, 3, 1)).copy()
-    system = np.broadcast_to(np.arange(start, start + genuine, dtype=float)[:, None, None], (genuine, 3, 1)).copy()
+    system = np.broadcast_to(
+        np.arange(start, start + genuine, dtype=float)[:, None, None], (genuine, 3, 1)
+    ).copy()
     return numbers[:, None], samples, system
 
 
@@ -29,7 +31,9 @@ def test_nothing_is_thrown_away():
 
 def test_the_latest_genuine_samples_are_judged():
     buffer = filled(10, pool=8)
-    np.testing.assert_array_equal(buffer.genuine[:, 0, 0], [33, 34, 35, 36, 36, 37, 38, 39, 40][-8:])
+    np.testing.assert_array_equal(
+        buffer.genuine[:, 0, 0], [33, 34, 35, 36, 36, 37, 38, 39, 40][-8:]
+    )
 
 
 def test_a_batch_fills_a_share_of_the_pool_only():
@@ -67,7 +71,10 @@ def test_a_restored_buffer_grows_on():
 @pytest.mark.parametrize(
     ("do", "message"),
     [
-        (lambda b: b.append(np.zeros((2, 1)), *trials(3)[1:], np.random.default_rng()), "`samples` must be of shape"),
+        (
+            lambda b: b.append(np.zeros((2, 1)), *trials(3)[1:], np.random.default_rng()),
+            "`samples` must be of shape",
+        ),
         (
             lambda b: b.append(*trials(3)[:2], np.zeros((1, 9, 1)), np.random.default_rng()),
             "`genuine` must be of shape",

@@ -11,7 +11,9 @@ def design_of(dimension, limits=False, saturated=False, groups=(), **options):
 
 
 def normal(center, deviation):
-    return lambda models, optimistic=False, least=None: -0.5 * (((models - center) / deviation) ** 2).sum(axis=1)
+    return lambda models, optimistic=False, least=None: (
+        -0.5 * (((models - center) / deviation) ** 2).sum(axis=1)
+    )
 
 
 def follow(design, density, moves=15):
@@ -81,7 +83,10 @@ def test_proposals_lie_wider_than_walkers():
 def test_a_quarter_of_the_proposals_goes_where_little_is_known(deviation, least, most):
     known, hoped = normal(np.zeros(2), 0.02), normal(np.zeros(2), deviation)
     design = design_of(2, seed=1)
-    walkers = follow(design, lambda models, optimistic=False, least=None: (hoped if optimistic else known)(models))
+    walkers = follow(
+        design,
+        lambda models, optimistic=False, least=None: (hoped if optimistic else known)(models),
+    )
     assert np.abs(walkers).max() < 0.1
     far = (np.abs(design.propose(400, progress=1.0)) > 0.3).any(axis=1).mean()
     assert least <= far <= most
@@ -105,7 +110,10 @@ def test_explorers_spread_over_all_models_that_are_equally_good():
 def test_proposals_jump_at_the_beginning_only():
     design = design_of(2, seed=1, exploration=0.5)
     follow(design, normal(np.zeros(2), 0.01))
-    far = [(np.abs(design.propose(400, progress)) > 0.2).any(axis=1).mean() for progress in (0.0, 0.3, 0.7)]
+    far = [
+        (np.abs(design.propose(400, progress)) > 0.2).any(axis=1).mean()
+        for progress in (0.0, 0.3, 0.7)
+    ]
     assert far[0] > far[1] > far[2] == 0
 
 
@@ -135,8 +143,14 @@ def test_a_restored_design_goes_on_as_if_nothing_had_happened(explorers):
     ("make", "message"),
     [
         (lambda: design_of(0, seed=1), r"`low` must be of shape \(P,\) and not empty; got \(0,\)"),
-        (lambda: design_of(2, seed=1, widening=0.5), "`widening` must be a finite number of at least 1; got 0.5"),
-        (lambda: design_of(2, seed=1).restore({}), r"`state` must hold an array 'walkers'; got \[\]"),
+        (
+            lambda: design_of(2, seed=1, widening=0.5),
+            "`widening` must be a finite number of at least 1; got 0.5",
+        ),
+        (
+            lambda: design_of(2, seed=1).restore({}),
+            r"`state` must hold an array 'walkers'; got \[\]",
+        ),
     ],
 )
 def test_what_does_not_fit_is_rejected(make, message):
@@ -155,7 +169,9 @@ def test_beyond_a_saturated_end_everything_is_the_end():
     for _ in range(10):
         design.move(density)
     assert max(np.abs(models[:, 0]).max() for models in seen) == 1
-    assert np.median(design.walkers[:, 0]) == 1  # more than half of the draws lie beyond, and are stated as the end
+    assert (
+        np.median(design.walkers[:, 0]) == 1
+    )  # more than half of the draws lie beyond, and are stated as the end
     assert np.abs(design.walkers[:, 0]).max() == 1
     assert np.abs(design.propose(200, 0.9)[:, 0]).max() == 1
     again = design_of(2, seed=1, saturated=[True, False])

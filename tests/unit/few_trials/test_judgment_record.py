@@ -19,7 +19,9 @@ class Counting:
 
 
 def filled(buffer, trials, rng):
-    buffer.append(rng.random((trials, 2)), rng.random((trials, 3, 4, 1)), rng.random((5, 4, 1)), rng)
+    buffer.append(
+        rng.random((trials, 2)), rng.random((trials, 3, 4, 1)), rng.random((5, 4, 1)), rng
+    )
 
 
 def expected(genomes, buffer):
@@ -29,7 +31,11 @@ def expected(genomes, buffer):
 
 @pytest.mark.parametrize("pool", [7, 100])
 def test_a_record_holds_what_classifiers_say_of_all_samples(pool):
-    rng, buffer, record = np.random.default_rng(1), SampleBuffer(pool=pool, share=1.0), JudgmentRecord(Counting())
+    rng, buffer, record = (
+        np.random.default_rng(1),
+        SampleBuffer(pool=pool, share=1.0),
+        JudgmentRecord(Counting()),
+    )
     genomes = rng.random((4, 1))
     for _ in range(3):
         filled(buffer, 6, rng)
@@ -41,7 +47,11 @@ def test_a_record_holds_what_classifiers_say_of_all_samples(pool):
 
 
 def test_genuine_samples_that_count_again_are_judged():
-    rng, buffer, record = np.random.default_rng(1), SampleBuffer(pool=4, share=1.0), JudgmentRecord(Counting())
+    rng, buffer, record = (
+        np.random.default_rng(1),
+        SampleBuffer(pool=4, share=1.0),
+        JudgmentRecord(Counting()),
+    )
     genomes = rng.random((2, 1))
     filled(buffer, 6, rng)
     filled(buffer, 6, rng)
@@ -52,7 +62,11 @@ def test_genuine_samples_that_count_again_are_judged():
 
 
 def test_what_has_been_judged_is_not_judged_again():
-    rng, buffer, record = np.random.default_rng(1), SampleBuffer(pool=100, share=1.0), JudgmentRecord(Counting())
+    rng, buffer, record = (
+        np.random.default_rng(1),
+        SampleBuffer(pool=100, share=1.0),
+        JudgmentRecord(Counting()),
+    )
     genomes = rng.random((4, 1))
     filled(buffer, 6, rng)
     record.update(genomes, buffer)

@@ -9,13 +9,17 @@ def judged(models, seed, noise=0.5, jurors=60):
     """Return outputs of jurors for one sample of each model: squashed mixtures of the parameters and noise."""
     rng, fixed = np.random.default_rng(seed), np.random.default_rng(99)
     seen = np.column_stack((models, models**2)) + noise * rng.standard_normal((len(models), 4))
-    return 1 / (1 + np.exp(-(seen @ fixed.standard_normal((4, jurors)) + fixed.standard_normal(jurors))))
+    return 1 / (
+        1 + np.exp(-(seen @ fixed.standard_normal((4, jurors)) + fixed.standard_normal(jurors)))
+    )
 
 
 def trained(count=800, seed=0):
     models = np.random.default_rng(seed).uniform(-1, 1, (count, 2))
     system = judged(np.tile(TRUTH, (2000, 1)), seed + 1)
-    return models, train_moments(models, judged(models, seed + 2), system, np.random.default_rng(seed))
+    return models, train_moments(
+        models, judged(models, seed + 2), system, np.random.default_rng(seed)
+    )
 
 
 def test_moments_are_zero_for_right_models_and_not_for_others():

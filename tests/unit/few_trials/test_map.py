@@ -11,7 +11,9 @@ def tried(count=400, width=1.0, seed=0):
     rng = np.random.default_rng(seed)
     models = rng.uniform(-width, width, (count, 2))
     away = models - TRUTH
-    means = np.column_stack((3 * away[:, 0], 2 * away[:, 1] + away[:, 0] ** 2, np.sin(2 * away.sum(axis=1))))
+    means = np.column_stack(
+        (3 * away[:, 0], 2 * away[:, 1] + away[:, 0] ** 2, np.sin(2 * away.sum(axis=1)))
+    )
     return models, means + rng.standard_normal(means.shape)
 
 
@@ -35,7 +37,9 @@ def test_expectations_are_within_their_errors():
     points = grid(9)
     mean, variance = field().predict(points)
     away = points - TRUTH
-    truth = np.column_stack((3 * away[:, 0], 2 * away[:, 1] + away[:, 0] ** 2, np.sin(2 * away.sum(axis=1))))
+    truth = np.column_stack(
+        (3 * away[:, 0], 2 * away[:, 1] + away[:, 0] ** 2, np.sin(2 * away.sum(axis=1)))
+    )
     assert 0.3 < ((mean - truth) ** 2 / variance).mean() < 2.5
 
 
@@ -47,7 +51,9 @@ def test_where_nothing_was_tried_the_expectation_is_open():
 def test_moments_that_no_model_explains_temper_the_density():
     models, moments = tried()
     odd = np.column_stack((moments, 3.0 + 0 * moments[:, :1], -3.0 + 0 * moments[:, :1]))
-    fine, wrong = (MomentField(models, values, 0.01, np.random.default_rng(1)) for values in (moments, odd))
+    fine, wrong = (
+        MomentField(models, values, 0.01, np.random.default_rng(1)) for values in (moments, odd)
+    )
     for each in (fine, wrong):
         each.calibrate(grid())
     assert fine.misfit < 2 < 20 < wrong.misfit
@@ -58,7 +64,9 @@ def test_moments_that_no_model_explains_temper_the_density():
 def test_a_restored_field_is_the_same_to_the_bit():
     first = field(inducing=50)
     first.calibrate(grid())
-    np.testing.assert_array_equal(MomentField.restored(first.state()).log_density(grid()), first.log_density(grid()))
+    np.testing.assert_array_equal(
+        MomentField.restored(first.state()).log_density(grid()), first.log_density(grid())
+    )
 
 
 def test_an_incomplete_state_is_rejected():
@@ -86,11 +94,24 @@ def exact(state, places):
 
 def test_a_map_that_rests_on_few_trials_says_what_the_exact_process_says_near_the_truth():
     rng = np.random.default_rng(3)
-    models = np.concatenate((TRUTH + 0.02 * rng.standard_normal((700, 2)), rng.uniform(-1, 1, (100, 2))))
+    models = np.concatenate(
+        (TRUTH + 0.02 * rng.standard_normal((700, 2)), rng.uniform(-1, 1, (100, 2)))
+    )
     away = models - TRUTH
-    means = np.column_stack((40 * away[:, 0], 40 * away[:, 1] + 30 * away[:, 0] ** 2, 9 * np.sin(4 * away.sum(axis=1))))
-    few = MomentField(models, means + rng.standard_normal(means.shape), 0.001, np.random.default_rng(1), inducing=60)
+    means = np.column_stack(
+        (40 * away[:, 0], 40 * away[:, 1] + 30 * away[:, 0] ** 2, 9 * np.sin(4 * away.sum(axis=1)))
+    )
+    few = MomentField(
+        models,
+        means + rng.standard_normal(means.shape),
+        0.001,
+        np.random.default_rng(1),
+        inducing=60,
+    )
     places = TRUTH + 0.02 * rng.standard_normal((40, 2))
-    (mean, variance), (mean_of_all, variance_of_all) = few.predict(places), exact(few.state(), places)
+    (mean, variance), (mean_of_all, variance_of_all) = (
+        few.predict(places),
+        exact(few.state(), places),
+    )
     assert np.sqrt(((mean - mean_of_all) ** 2 / variance_of_all).mean()) < 1
     assert 0.8 < np.median(variance / variance_of_all) < 1.25

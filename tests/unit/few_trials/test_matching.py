@@ -16,7 +16,9 @@ def outputs(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return 0.5 + (MIXING @ samples.T) / 4 + 0.002 * rng.normal(size=(12, len(parameters)))
 
 
-def matched(seed: int, genuine: int = 100, counterfeit: int = 600, alien: float = 0.0, alike: int = 1):
+def matched(
+    seed: int, genuine: int = 100, counterfeit: int = 600, alien: float = 0.0, alike: int = 1
+):
     """Match samples of the truth: with an output `alien` to all models, each `alike` times."""
     rng = np.random.default_rng(seed)
     parameters = rng.uniform(LOW, HIGH, (counterfeit, 3))
@@ -85,7 +87,9 @@ def test_many_samples_much_alike_leave_intervals_as_wide_as_the_genuine_samples_
     )
     exact = 1.645 / np.sqrt(400)
     assert solution.settled
-    assert (solution.interval_high - solution.interval_low) / 2 / exact == pytest.approx(1.0, rel=0.6)
+    assert (solution.interval_high - solution.interval_low) / 2 / exact == pytest.approx(
+        1.0, rel=0.6
+    )
 
 
 def test_proposals_are_wider_than_draws():
@@ -122,7 +126,9 @@ def test_what_does_not_fit_is_rejected(change, message):
 
 
 def test_where_the_canary_has_lost_the_middle_of_its_range_the_draws_are_those_with_it(monkeypatch):
-    monkeypatch.setattr(_likelihood.Likelihood, "without_canary", lambda self, z: np.full(len(z), -np.inf))
+    monkeypatch.setattr(
+        _likelihood.Likelihood, "without_canary", lambda self, z: np.full(len(z), -np.inf)
+    )
     solution = matched(0)
     assert np.isfinite(solution.draws).all()
     assert solution.draws.std(axis=0).min() > 0

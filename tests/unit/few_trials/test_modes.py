@@ -17,7 +17,9 @@ def normal(points, center, width):
 
 def test_two_peaks_are_two_solutions_the_heavier_one_first():
     def both(points):
-        return np.logaddexp(normal(points, [0.5, -0.5], 0.1) + np.log(3), normal(points, [-0.5, 0.5], 0.1))
+        return np.logaddexp(
+            normal(points, [0.5, -0.5], 0.1) + np.log(3), normal(points, [-0.5, 0.5], 0.1)
+        )
 
     draws = sampled(both, np.random.default_rng(1))
     number = modes(draws, both)

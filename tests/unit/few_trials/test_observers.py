@@ -12,7 +12,10 @@ def mean_of_windows(genome, sample):
     taps, gap, threshold = int(genome[0]), int(genome[1]), genome[2]
     weights = genome[3 : 3 + taps * sample.shape[1]].reshape(taps, -1)
     reach = (taps - 1) * gap
-    z = [threshold + (weights * sample[t : t + reach + 1 : gap]).sum() for t in range(len(sample) - reach)]
+    z = [
+        threshold + (weights * sample[t : t + reach + 1 : gap]).sum()
+        for t in range(len(sample) - reach)
+    ]
     return np.mean(1 / (1 + np.exp(-np.array(z))))
 
 
@@ -21,7 +24,9 @@ def test_the_output_is_the_mean_of_a_neuron_over_all_windows(signals):
     motion, scale = samples(signals=signals), np.arange(1.0, signals + 1)
     judge = PooledClassifier(inputs=signals, scale=scale)
     genomes = judge.draw(18, motion, np.random.default_rng(1))
-    expected = [[mean_of_windows(genome, sample / scale) for sample in motion] for genome in genomes]
+    expected = [
+        [mean_of_windows(genome, sample / scale) for sample in motion] for genome in genomes
+    ]
     np.testing.assert_allclose(judge.judge(genomes, motion), expected, atol=2e-5)
 
 
@@ -30,7 +35,9 @@ def test_an_output_depends_neither_on_the_threads_nor_on_the_samples_beside():
     genomes = PooledClassifier().draw(9, motion, np.random.default_rng(1))
     outputs = PooledClassifier(threads=1).judge(genomes, motion)
     np.testing.assert_array_equal(outputs, PooledClassifier(threads=3).judge(genomes, motion))
-    np.testing.assert_array_equal(outputs[:, 37:45], PooledClassifier().judge(genomes, motion[37:45]))
+    np.testing.assert_array_equal(
+        outputs[:, 37:45], PooledClassifier().judge(genomes, motion[37:45])
+    )
 
 
 @pytest.mark.parametrize(("steps", "longest"), [(1, 1), (3, 2), (100, 46)])
@@ -58,13 +65,21 @@ def test_huge_values_are_judged():
     ("make", "message"),
     [
         (lambda: PooledClassifier(inputs=0), "`inputs` must be an integer of at least 1; got 0"),
-        (lambda: PooledClassifier(scale=(1.0,)), r"`scale` must be of shape \(D,\) = \(2,\); got \(1,\)"),
+        (
+            lambda: PooledClassifier(scale=(1.0,)),
+            r"`scale` must be of shape \(D,\) = \(2,\); got \(1,\)",
+        ),
         (lambda: PooledClassifier(scale=(1.0, 0.0)), "`scale` must hold positive numbers"),
         (
-            lambda: PooledClassifier().judge(np.array([[8.0, 3.0, *np.zeros(33)]]), samples(steps=20)),
+            lambda: PooledClassifier().judge(
+                np.array([[8.0, 3.0, *np.zeros(33)]]), samples(steps=20)
+            ),
             "`samples` must have at least 22 time steps; got 20",
         ),
-        (lambda: PooledClassifier().judge(np.zeros((1, 4)), samples()), r"`genomes` must be of shape \(N, Q\)"),
+        (
+            lambda: PooledClassifier().judge(np.zeros((1, 4)), samples()),
+            r"`genomes` must be of shape \(N, Q\)",
+        ),
     ],
 )
 def test_what_cannot_be_judged_is_rejected(make, message):

@@ -14,7 +14,9 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 @pytest.fixture
 def figure():
-    return fitness_figure(np.full((4, 2), 0.25), np.full((4, 2), 0.75), stopped=np.array([0, 1, 1, 0]))
+    return fitness_figure(
+        np.full((4, 2), 0.25), np.full((4, 2), 0.75), stopped=np.array([0, 1, 1, 0])
+    )
 
 
 def test_a_figure_is_saved_as_png_and_svg(figure, tmp_path):
@@ -49,7 +51,9 @@ def test_a_failed_save_leaves_the_old_file_and_nothing_else(figure, tmp_path, mo
 
 @pytest.mark.parametrize("name", ["", "a/b", "..", ".hidden"])
 def test_a_name_that_is_a_path_is_refused(figure, tmp_path, name):
-    with pytest.raises(ValueError, match=f"`name` must be a file name .* got {re.escape(repr(name))}"):
+    with pytest.raises(
+        ValueError, match=f"`name` must be a file name .* got {re.escape(repr(name))}"
+    ):
         save_figure(figure, tmp_path, name)
 
 
@@ -77,7 +81,10 @@ def test_every_reference_in_markup_has_its_target(figure):
 
 def test_markup_refers_to_nothing_outside(figure):
     text = svg_markup(figure, "a", "")
-    assert set(re.findall(r"https?://[^\"']*", text)) == {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
+    assert set(re.findall(r"https?://[^\"']*", text)) == {
+        "http://www.w3.org/2000/svg",
+        "http://www.w3.org/1999/xlink",
+    }
 
 
 def test_markup_takes_the_colors_of_the_page(figure):
@@ -98,7 +105,9 @@ def test_markup_has_no_style_that_leaks_into_the_page(figure):
 
 @pytest.mark.parametrize("prefix", ["", "1a", 'a"', "a b"])
 def test_a_prefix_that_is_no_id_is_refused(figure, prefix):
-    with pytest.raises(ValueError, match=f"`prefix` must be a letter.* got {re.escape(repr(prefix))}"):
+    with pytest.raises(
+        ValueError, match=f"`prefix` must be a letter.* got {re.escape(repr(prefix))}"
+    ):
         svg_markup(figure, prefix, "")
 
 

@@ -78,14 +78,24 @@ def test_groups_of_errors_may_differ_in_size_and_the_axis_is_logarithmic():
 def test_convergence_has_a_line_and_a_thin_truth_per_parameter():
     values = RNG.normal(size=(20, 3))
     axes = draw(convergence_figure({"": values}, names=NAMES, truth=[1, 2, 3])).axes[0]
-    lines = {line.get_label(): line.get_ydata() for line in axes.lines if not line.get_label().startswith("_")}
+    lines = {
+        line.get_label(): line.get_ydata()
+        for line in axes.lines
+        if not line.get_label().startswith("_")
+    }
     assert list(lines) == list(NAMES)
     np.testing.assert_array_equal(lines["vr0"], values[:, 1])
-    assert [line.get_ydata()[0] for line in axes.lines if line.get_label().startswith("_")] == [1, 2, 3]
+    assert [line.get_ydata()[0] for line in axes.lines if line.get_label().startswith("_")] == [
+        1,
+        2,
+        3,
+    ]
 
 
 def test_the_histogram_counts_every_run_and_names_those_beyond():
-    axes = draw(error_histogram_figure(np.array([0.001, 0.005, 0.012, 0.2, 0.9, 70.0]), limits=LIMITS)).axes[0]
+    axes = draw(
+        error_histogram_figure(np.array([0.001, 0.005, 0.012, 0.2, 0.9, 70.0]), limits=LIMITS)
+    ).axes[0]
     heights = [patch.get_height() for patch in axes.patches]
     assert heights[:2] == [2, 1]
     assert sum(heights) == 6
@@ -119,7 +129,9 @@ def test_outliers_of_a_panel_are_counted_and_do_not_flatten_the_boxes():
 def test_the_outputs_of_both_wheels_are_drawn_over_time_where_something_is_seen_shaded():
     outputs = RNG.uniform(-1, 1, (30, 2))
     truth = TRUTH.reshape(-1, 2)[READINGS]
-    figure = draw(dynamic_outputs_figure({"One": outputs, "Three": outputs}, readings=READINGS, truth=truth))
+    figure = draw(
+        dynamic_outputs_figure({"One": outputs, "Three": outputs}, readings=READINGS, truth=truth)
+    )
     axes = figure.axes[0]
     left = next(line for line in axes.lines if line.get_label() == "left wheel")
     np.testing.assert_array_equal(left.get_ydata(), outputs[:, 0])
@@ -129,7 +141,9 @@ def test_the_outputs_of_both_wheels_are_drawn_over_time_where_something_is_seen_
 
 
 def test_medians_are_a_line_over_the_numbers_of_trials_and_runs_are_dots():
-    figure = budget_figure({"One": {"NPE": ERRORS, "mixture": {10: np.array([0.001])}}, "Two": {"NPE": ERRORS}})
+    figure = budget_figure(
+        {"One": {"NPE": ERRORS, "mixture": {10: np.array([0.001])}}, "Two": {"NPE": ERRORS}}
+    )
     svg_markup(figure, "f", "")
     assert [axes.get_title() for axes in figure.axes] == ["One", "Two"]
     line = next(one for one in figure.axes[0].lines if one.get_label() == "NPE")
@@ -160,20 +174,32 @@ def test_curves_differ_in_their_dashes():
 
 def test_agents_are_hatched_and_the_least_dispersion_is_dashed():
     figure = draw(
-        dispersion_figure(np.arange(360.0, 390.0), RNG.uniform(360, 390, (30, 30)), least=343.5, gathered="robots")
+        dispersion_figure(
+            np.arange(360.0, 390.0), RNG.uniform(360, 390, (30, 30)), least=343.5, gathered="robots"
+        )
     )
     axes = figure.axes[0]
     assert [bool(patch.get_hatch()) for patch in axes.patches] == [True] + [False] * 30
     dashed = next(line for line in axes.lines if line.get_label() == "least possible")
     assert list(dashed.get_ydata()) == [343.5, 343.5]
     assert axes.get_ylabel() == "Dispersion of the robots"
-    assert [tick.get_text() for tick in axes.get_xticklabels()] == ["agents", "5", "10", "15", "20", "25", "30"]
+    assert [tick.get_text() for tick in axes.get_xticklabels()] == [
+        "agents",
+        "5",
+        "10",
+        "15",
+        "20",
+        "25",
+        "30",
+    ]
 
 
 def test_models_that_do_not_gather_are_counted_and_do_not_flatten_the_boxes():
     models = np.full((3, 4), 400.0)
     models[1] = 1e7
-    axes = draw(dispersion_figure(np.array([380.0, 390.0]), models, least=343.5, gathered="robots")).axes[0]
+    axes = draw(
+        dispersion_figure(np.array([380.0, 390.0]), models, least=343.5, gathered="robots")
+    ).axes[0]
     assert axes.get_ylim()[1] < 2000
     assert [text.get_text() for text in axes.texts] == ["4 trials beyond"]
 
@@ -181,7 +207,9 @@ def test_models_that_do_not_gather_are_counted_and_do_not_flatten_the_boxes():
 def test_predictions_stand_beside_medians_and_quartiles():
     values = np.arange(9.0)[:, None] * np.ones(2)
     figure = draw(
-        prediction_figure(values, predicted=np.array([0.1, 0.2]), truth=np.array([1.0, 2.0]), names=("vl0", "vr0"))
+        prediction_figure(
+            values, predicted=np.array([0.1, 0.2]), truth=np.array([1.0, 2.0]), names=("vl0", "vr0")
+        )
     )
     lines = {line.get_label(): line.get_ydata() for line in figure.axes[0].lines}
     np.testing.assert_array_equal(lines["predicted"], [0.1, 0.2])
@@ -192,7 +220,10 @@ def test_predictions_stand_beside_medians_and_quartiles():
     ("given", "message"),
     [
         ({"values": np.ones(3)}, r"^`values` must be of shape \(R, P\); got \(3,\)"),
-        ({"values": np.ones((0, 3))}, r"^`values` must be of shape \(R, P\) and not empty; got \(0, 3\)"),
+        (
+            {"values": np.ones((0, 3))},
+            r"^`values` must be of shape \(R, P\) and not empty; got \(0, 3\)",
+        ),
         ({"values": [[1, 2, np.nan]]}, r"^`values` must be finite; got nan at \(0, 2\)"),
         ({"names": NAMES[:2]}, "^`names` must hold one name per parameter, 3; got 2"),
         ({"truth": [1]}, r"^`truth` must be of shape \(P,\) = \(3,\); got \(1,\)"),

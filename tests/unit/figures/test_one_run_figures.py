@@ -180,7 +180,9 @@ def test_one_generation_is_drawn_as_dots():
 
 
 def test_the_accuracy_of_both_best_classifiers_is_a_mean_over_the_runs():
-    axes = draw(accuracy_figure(GENERATIONS, subjective=OBJECTIVE - 0.1, objective=OBJECTIVE)).axes[0]
+    axes = draw(accuracy_figure(GENERATIONS, subjective=OBJECTIVE - 0.1, objective=OBJECTIVE)).axes[
+        0
+    ]
     heights = [container.lines[0].get_ydata() for container in axes.containers]
     np.testing.assert_allclose(heights, [OBJECTIVE.mean(axis=0), OBJECTIVE.mean(axis=0) - 0.1])
 
@@ -199,27 +201,44 @@ def test_short_runs_can_be_drawn(last):
 
 
 def test_an_accuracy_below_one_half_is_in_the_picture():
-    axes = draw(accuracy_figure(GENERATIONS, subjective=OBJECTIVE - 0.3, objective=OBJECTIVE)).axes[0]
+    axes = draw(accuracy_figure(GENERATIONS, subjective=OBJECTIVE - 0.3, objective=OBJECTIVE)).axes[
+        0
+    ]
     assert axes.get_ylim()[0] <= 0.3
 
 
 def test_the_best_of_the_jury_is_a_third_curve():
     axes = draw(
-        accuracy_figure(GENERATIONS, subjective=OBJECTIVE - 0.1, objective=OBJECTIVE, jury=OBJECTIVE + 0.005)
+        accuracy_figure(
+            GENERATIONS, subjective=OBJECTIVE - 0.1, objective=OBJECTIVE, jury=OBJECTIVE + 0.005
+        )
     ).axes[0]
     heights = [container.lines[0].get_ydata().mean() for container in axes.containers]
-    assert sorted(heights) == pytest.approx([OBJECTIVE.mean() - 0.1, OBJECTIVE.mean(), OBJECTIVE.mean() + 0.005])
+    assert sorted(heights) == pytest.approx(
+        [OBJECTIVE.mean() - 0.1, OBJECTIVE.mean(), OBJECTIVE.mean() + 0.005]
+    )
 
 
 def test_each_quantity_has_a_panel_with_both_distributions():
-    figure = quantities_figure({name: (np.arange(5), HALF, HALF) for name in ("speed", "turn", "x")})
-    assert [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()] == ["speed", "turn", "x"]
+    figure = quantities_figure(
+        {name: (np.arange(5), HALF, HALF) for name in ("speed", "turn", "x")}
+    )
+    assert [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()] == [
+        "speed",
+        "turn",
+        "x",
+    ]
     assert len(figure.axes[0].patches) == 2
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["genuine", "simulated at the estimate"]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
+        "genuine",
+        "simulated at the estimate",
+    ]
 
 
 def test_a_profile_shows_estimate_interval_and_what_was_recovered():
-    profile = ParameterProfile("speed", np.arange(3.0), np.ones(3), HALF[:3], 1.0, (0.5, 1.5), recovered=[1.1])
+    profile = ParameterProfile(
+        "speed", np.arange(3.0), np.ones(3), HALF[:3], 1.0, (0.5, 1.5), recovered=[1.1]
+    )
     figure = profiles_figure([profile])
     labels = {text.get_text() for text in figure.legends[0].get_texts()}
     assert labels == {"interval", "estimate", "fresh classifiers", "guessing, 95 %", "recovered"}
@@ -235,7 +254,9 @@ def test_an_interval_that_is_not_known_is_not_drawn():
 
 def test_a_timeline_has_a_row_for_each_individual_and_marks_what_is_abnormal():
     bad = np.array([False, True, True, False])
-    figure = timeline_figure(["Ada", "[Bo]"], [WINDOWS] * 2, [HALF] * 2, [bad, ~bad & False], limit=4.0)
+    figure = timeline_figure(
+        ["Ada", "[Bo]"], [WINDOWS] * 2, [HALF] * 2, [bad, ~bad & False], limit=4.0
+    )
     axes = figure.axes[0]
     assert [text.get_text() for text in axes.get_yticklabels()] == ["Ada", "[Bo]"]
     assert len(axes.patches) == 8
@@ -247,7 +268,10 @@ def test_a_timeline_has_a_row_for_each_individual_and_marks_what_is_abnormal():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"names": []}, "`names` must be one name for each of the individuals, at least one; got 0"),
+        (
+            {"names": []},
+            "`names` must be one name for each of the individuals, at least one; got 0",
+        ),
         ({"windows": [WINDOWS[:, 0]]}, r"`windows` must be of shape \(W, 2\); got \(4,\)"),
         ({"scores": [HALF[:3]]}, r"`scores` must be of shape \(W,\) = \(4,\); got \(3,\)"),
         ({"scores": [HALF * np.nan]}, r"`scores` must be finite; got nan at \(0,\)"),
@@ -261,10 +285,16 @@ def test_a_timeline_that_does_not_fit_is_refused(given, message):
 
 
 def test_stimuli_stand_beside_answers_with_what_the_classifier_says_of_them():
-    shown = {"stimuli": RNG.random((2, 2, 9, 1)), "answers": RNG.random((2, 2, 9, 2)), "ranges": np.array([[0, 1]])}
+    shown = {
+        "stimuli": RNG.random((2, 2, 9, 1)),
+        "answers": RNG.random((2, 2, 9, 2)),
+        "ranges": np.array([[0, 1]]),
+    }
     chosen = {"outputs": np.array([[0.9, 0.1], [0.8, 0.3]]), "accuracy": np.array([0.75, 0.5])}
     figure = draw(
-        dialogues_figure(shown | chosen, names=("speed", "turn", "light"), rows=("gain", "bias"), interval_s=0.1)
+        dialogues_figure(
+            shown | chosen, names=("speed", "turn", "light"), rows=("gain", "bias"), interval_s=0.1
+        )
     )
     assert [axes.get_ylabel() for axes in figure.axes] == ["light", "speed", "turn"] * 2
     titles = [axes.get_title(loc="left") for axes in figure.axes[::3]]

@@ -70,18 +70,25 @@ def test_moments_stand_side_by_side_at_the_same_scale():
 
 def test_robots_in_a_wide_arena_are_enlarged_and_the_figure_says_so():
     wide = RNG.uniform(0, 2000, size=(1, 5, 3))
-    assert "times as large" in draw(snapshots_figure(wide, times_s=(0,), robots=5, robot_radius_cm=3.5)).get_supxlabel()
+    assert (
+        "times as large"
+        in draw(snapshots_figure(wide, times_s=(0,), robots=5, robot_radius_cm=3.5)).get_supxlabel()
+    )
     near = wide / 20
     assert (
         "times as large"
-        not in draw(snapshots_figure(near, times_s=(0,), robots=5, robot_radius_cm=3.5)).get_supxlabel()
+        not in draw(
+            snapshots_figure(near, times_s=(0,), robots=5, robot_radius_cm=3.5)
+        ).get_supxlabel()
     )
 
 
 def test_swarms_are_drawn_as_means_with_bands_and_the_best_possible():
     swarms = {"agents": RNG.random((4, 6)), "model": RNG.random((4, 6))}
     figure = draw(
-        gathering_figure(np.arange(6.0), {"Share": swarms, "Spread": swarms}, limits={"Share": 1, "Spread": 0})
+        gathering_figure(
+            np.arange(6.0), {"Share": swarms, "Spread": swarms}, limits={"Share": 1, "Spread": 0}
+        )
     )
     for axes in figure.axes:
         np.testing.assert_allclose(axes.lines[0].get_ydata(), swarms["agents"].mean(axis=0))
@@ -91,7 +98,9 @@ def test_swarms_are_drawn_as_means_with_bands_and_the_best_possible():
 
 def test_moments_can_stand_in_rows():
     poses = RNG.uniform(0, 100, (5, 4, 3))
-    figure = draw(snapshots_figure(poses, times_s=(0, 1, 2, 3, 4), robots=4, robot_radius_cm=3.5, columns=3))
+    figure = draw(
+        snapshots_figure(poses, times_s=(0, 1, 2, 3, 4), robots=4, robot_radius_cm=3.5, columns=3)
+    )
     rows = {round(axes.get_position().y0, 1) for axes in figure.axes[:5]}
     assert (len(figure.axes), len(rows)) == (6, 2)
 
@@ -101,7 +110,10 @@ def test_moments_can_stand_in_rows():
     [
         ({"poses": POSES[:, :2], "robots": 1}, r"`poses` must be of shape \(B, 3\); got \(3, 2\)"),
         ({"poses": POSES, "robots": 4}, "`robots` must be an integer from 0 to 3; got 4"),
-        ({"poses": POSES, "robots": 2, "replicas": [True]}, r"`replicas` must be of shape \(A,\) = \(2,\); got \(1,\)"),
+        (
+            {"poses": POSES, "robots": 2, "replicas": [True]},
+            r"`replicas` must be of shape \(A,\) = \(2,\); got \(1,\)",
+        ),
         (
             {"poses": POSES, "robots": 2, "trail": POSES},
             r"`trail` must be of shape \(F, B, 3\) = \(any, 3, 3\); got \(3, 3\)",

@@ -15,7 +15,14 @@ def drift(values, rng):
 
 @pytest.fixture(scope="session")
 def small():
-    return Effort(samples=40, generations=25, population=12, points=6, profile_generations=15, profile_population=10)
+    return Effort(
+        samples=40,
+        generations=25,
+        population=12,
+        points=6,
+        profile_generations=15,
+        profile_population=10,
+    )
 
 
 @pytest.fixture(scope="session")

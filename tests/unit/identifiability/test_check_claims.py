@@ -7,15 +7,26 @@ from turing_learning.identifiability import sides_rejected
 ABOVE = np.array([False] * 4 + [True] * 4)
 
 
-def differences(rng: np.random.Generator, below: float, above: float, groups: int = 40) -> np.ndarray:
+def differences(
+    rng: np.random.Generator, below: float, above: float, groups: int = 40
+) -> np.ndarray:
     """Return differences of scores at four values on either side; values share groups, and so are correlated."""
     common = rng.normal(size=groups)
-    return np.where(ABOVE, above, below)[:, None] + 0.7 * common + 0.7 * rng.normal(size=(8, groups))
+    return (
+        np.where(ABOVE, above, below)[:, None] + 0.7 * common + 0.7 * rng.normal(size=(8, groups))
+    )
 
 
 def share(below: float, above: float, repetitions: int = 200) -> float:
     rng = np.random.default_rng(1)
-    return float(np.mean([all(sides_rejected(differences(rng, below, above), ABOVE, rng)) for _ in range(repetitions)]))
+    return float(
+        np.mean(
+            [
+                all(sides_rejected(differences(rng, below, above), ABOVE, rng))
+                for _ in range(repetitions)
+            ]
+        )
+    )
 
 
 def test_a_parameter_without_effect_is_seldom_called_pinned_down():

@@ -5,14 +5,18 @@ from turing_learning.identifiability._two_sample import group_means, permutation
 
 
 def test_scores_that_differ_have_the_smallest_p_value():
-    found = permutation_test(np.linspace(0.8, 1, 12), np.linspace(0, 0.2, 12), np.random.default_rng(0))
+    found = permutation_test(
+        np.linspace(0.8, 1, 12), np.linspace(0, 0.2, 12), np.random.default_rng(0)
+    )
     assert found.difference == pytest.approx(0.8)
     assert found.p_value == 1 / 1000
     assert found.difference > found.critical
 
 
 def test_genuine_scores_below_the_others_are_no_evidence():
-    found = permutation_test(np.linspace(0, 0.2, 12), np.linspace(0.8, 1, 12), np.random.default_rng(0))
+    found = permutation_test(
+        np.linspace(0, 0.2, 12), np.linspace(0.8, 1, 12), np.random.default_rng(0)
+    )
     assert found.p_value == 1
 
 
@@ -55,7 +59,9 @@ def test_false_alarms_stay_near_the_nominal_rate_where_few_genuine_groups_vary_m
 
 
 def test_groups_have_the_mean_of_their_scores():
-    np.testing.assert_allclose(group_means(np.array([1.0, 2, 3, 4]), np.array([5, 2, 5, 2])), [3, 2])
+    np.testing.assert_allclose(
+        group_means(np.array([1.0, 2, 3, 4]), np.array([5, 2, 5, 2])), [3, 2]
+    )
 
 
 @pytest.mark.parametrize(
@@ -67,4 +73,6 @@ def test_groups_have_the_mean_of_their_scores():
 )
 def test_too_little_is_refused(genuine, permutations, message):
     with pytest.raises(ValueError, match=message):
-        permutation_test(np.zeros(genuine), np.zeros(4), np.random.default_rng(0), permutations=permutations)
+        permutation_test(
+            np.zeros(genuine), np.zeros(4), np.random.default_rng(0), permutations=permutations
+        )

@@ -5,7 +5,15 @@ import numpy as np
 import pytest
 
 from turing_learning.analysis import UNKNOWN
-from turing_learning.identifiability import Check, PinnedDown, Profile, Recovery, TwoSampleTest, profile, read_check
+from turing_learning.identifiability import (
+    Check,
+    PinnedDown,
+    Profile,
+    Recovery,
+    TwoSampleTest,
+    profile,
+    read_check,
+)
 from turing_learning.identifiability.evidence import LEAST_POINTS
 from turing_learning.models import Parameter
 
@@ -47,7 +55,9 @@ def test_a_parameter_with_an_effect_is_pinned_down_and_one_without_is_not(eviden
 
 
 @pytest.mark.parametrize(("bounds", "least"), [((None, None), -4.5), ((-3.0, 3.0), -3.0)])
-def test_at_the_end_of_the_range_values_reach_beyond_it_unless_it_is_a_bound(evidence, small, bounds, least):
+def test_at_the_end_of_the_range_values_reach_beyond_it_unless_it_is_a_bound(
+    evidence, small, bounds, least
+):
     given = evidence()
     mean = Parameter(*bounds, initial=(-3.0, 3.0))
     given = replace(given, parameters={**given.parameters, "mean": mean})
@@ -89,14 +99,18 @@ def test_an_interval_that_is_not_known_speaks_against_a_parameter():
 
 
 def test_a_recovery_is_kept_with_null_where_its_interval_is_not_known():
-    given = Recovery(1, 3, {"a": 0.5}, {"a": 0.4}, {"a": [UNKNOWN, UNKNOWN], "b": [0.1, 0.2]}, {"a": 0.05})
+    given = Recovery(
+        1, 3, {"a": 0.5}, {"a": 0.4}, {"a": [UNKNOWN, UNKNOWN], "b": [0.1, 0.2]}, {"a": 0.05}
+    )
     kept = json.loads(json.dumps(given.to_json(), allow_nan=False))
     assert kept["interval"] == {"a": [None, None], "b": [0.1, 0.2]}
     test = TwoSampleTest(0.61, 0.012, 0.55, 40, 40, 200, 200, "samples")
     content = Check(test, (PinnedDown("a", None, None, 0.1),), (), (), ())
     stored = {
         "test": test.to_json(),
-        "parameters": json.loads(json.dumps([asdict(each) for each in content.parameters], allow_nan=False)),
+        "parameters": json.loads(
+            json.dumps([asdict(each) for each in content.parameters], allow_nan=False)
+        ),
         "profiles": {},
         "recoveries": [kept],
         "quantities": [],
@@ -107,7 +121,13 @@ def test_a_recovery_is_kept_with_null_where_its_interval_is_not_known():
 def test_a_check_from_before_is_read_as_it_is():
     test = TwoSampleTest(0.61, 0.012, 0.55, 40, 40, 200, 200, "samples")
     point = {"parameter": "a", "interval_share": 0.0, "open_share": None, "recovery_error": None}
-    stored = {"test": test.to_json(), "parameters": [point], "profiles": {}, "recoveries": [], "quantities": []}
+    stored = {
+        "test": test.to_json(),
+        "parameters": [point],
+        "profiles": {},
+        "recoveries": [],
+        "quantities": [],
+    }
     found = read_check(stored)
     assert found.parameters == (PinnedDown("a", 0.0, None, None, rejected=True),)
     assert found.verdict == "classifiers can still tell"
@@ -126,7 +146,8 @@ def test_nothing_is_pinned_down_at_a_bound_or_of_a_model_that_is_rejected():
 
 
 @pytest.mark.parametrize(
-    ("value", "bound"), [(6.0, "6 rad/s"), (5.95, "6 rad/s"), (5.8, ""), (0.0, "0 rad/s"), (3.0, "")]
+    ("value", "bound"),
+    [(6.0, "6 rad/s"), (5.95, "6 rad/s"), (5.8, ""), (0.0, "0 rad/s"), (3.0, "")],
 )
 def test_an_estimate_within_a_hundredth_of_the_range_is_at_its_bound(value, bound):
     assert Parameter(0, 6, unit="rad/s").bound_at(value) == bound
@@ -143,10 +164,17 @@ def test_a_check_names_what_is_not_pinned_down():
     )
     lines = str(found).splitlines()
     assert lines[0] == "40 held-out samples, 0 known truths, 0 profiles: converged"
-    assert "its interval is 90% of the initial range" in next(line for line in lines if line.startswith("b "))
+    assert "its interval is 90% of the initial range" in next(
+        line for line in lines if line.startswith("b ")
+    )
     unfinished = replace(found, unfinished=(3, 10))
-    assert unfinished.text == f"{found.text} The run was not finished: the estimate is that after 3 of 10 generations."
-    of_trials = replace(unfinished, parameters=tuple(replace(each, sides=(True, False)) for each in parameters))
+    assert (
+        unfinished.text
+        == f"{found.text} The run was not finished: the estimate is that after 3 of 10 generations."
+    )
+    of_trials = replace(
+        unfinished, parameters=tuple(replace(each, sides=(True, False)) for each in parameters)
+    )
     assert of_trials.text.endswith("that after 3 of 10 trials.")
     assert of_trials.parameters[0].reasons == ("higher values are not shown to fit worse",)
     assert replace(found, parameters=parameters[:1]).not_pinned_down == ()

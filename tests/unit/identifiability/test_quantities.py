@@ -5,14 +5,19 @@ import pytest
 
 from turing_learning.config import load_configuration
 from turing_learning.families import Vicsek
-from turing_learning.identifiability.evidence import compare_quantities, recorded_quantities, swarm_quantities
+from turing_learning.identifiability.evidence import (
+    compare_quantities,
+    recorded_quantities,
+    swarm_quantities,
+)
 from turing_learning.trajectories import Trajectories
 
 
 def test_equal_distributions_overlap_wholly_and_distant_ones_not_at_all():
     values = np.linspace(0, 1, 200)
     same, other = (
-        compare_quantities({"speed": values}, {"speed": values + shift}, {"speed": "cm/s"})[0] for shift in (0, 5)
+        compare_quantities({"speed": values}, {"speed": values + shift}, {"speed": "cm/s"})[0]
+        for shift in (0, 5)
     )
     assert same.overlap == pytest.approx(1)
     assert other.overlap == 0
@@ -43,10 +48,14 @@ def test_a_recorded_group_is_compared_with_groups_of_the_model():
     model = {"speed": 6.0, "noise": 0.3, "radius": 4.0}
     aligned = np.array([list(model.values())])
     positions = group.simulate(aligned, np.random.default_rng(1))[0]
-    recording = Trajectories(positions, np.ones(positions.shape[:2], dtype=bool), 10.0, tuple("abcdef"))
+    recording = Trajectories(
+        positions, np.ones(positions.shape[:2], dtype=bool), 10.0, tuple("abcdef")
+    )
     same = recorded_quantities([recording], group, aligned[0], seed=1)
     wild = recorded_quantities([recording], group, np.array([6.0, 6.2, 4.0]), seed=1)
     assert [each.name for each in same] == ["neighbor_distance", "polarization"]
     assert same[1].overlap > wild[1].overlap + 0.3
-    alone = replace(recording, positions=positions[:, :1], present=recording.present[:, :1], individuals=("a",))
+    alone = replace(
+        recording, positions=positions[:, :1], present=recording.present[:, :1], individuals=("a",)
+    )
     assert recorded_quantities([alone], group, aligned[0], seed=1) == ()

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from turing_learning.classifiers import ElmanClassifier
-from turing_learning.coevolution import Judgments, classifier_reward, jury_reward, model_reward, sensitivity
+from turing_learning.coevolution import (
+    Judgments,
+    classifier_reward,
+    jury_reward,
+    model_reward,
+    sensitivity,
+)
 from turing_learning.errors import RefusedError
 from turing_learning.interaction import Stimulus, _examples
 from turing_learning.interaction._stimulus import Dialogue, Interrogator
@@ -19,7 +25,9 @@ def logistic(x):
 def spoken(network, genome, stimulus, answers):
     """Talk as an interrogator does, one number after the other; return the stimuli (T + 1, S) and the judgment."""
     d, h, o = network.inputs, network.hidden, stimulus.outputs
-    w, u, b, v, c, choosing, thresholds = np.split(genome, np.cumsum([h * d, h * h, h, h, 1, o * h]))
+    w, u, b, v, c, choosing, thresholds = np.split(
+        genome, np.cumsum([h * d, h * h, h, h, 1, o * h])
+    )
     scale, hidden, stimuli = np.array(network.scale), np.zeros(h), []
     for answer in [*answers, None]:
         stimuli.append(stimulus.of(logistic(choosing.reshape(o, h) @ hidden + thresholds)))
@@ -29,12 +37,19 @@ def spoken(network, genome, stimulus, answers):
     return np.array(stimuli), logistic(v @ hidden + c[0])
 
 
-@pytest.mark.parametrize("stimulus", [LIGHTS, Stimulus({"light": (0.0, 1.0), "warmth": (-5.0, 15.0)}, levels=3)])
-def test_a_dialogue_is_that_of_a_network_written_out_and_its_judgment_that_of_the_classifier(stimulus):
+@pytest.mark.parametrize(
+    "stimulus", [LIGHTS, Stimulus({"light": (0.0, 1.0), "warmth": (-5.0, 15.0)}, levels=3)]
+)
+def test_a_dialogue_is_that_of_a_network_written_out_and_its_judgment_that_of_the_classifier(
+    stimulus,
+):
     rng, steps = np.random.default_rng(3), 12
     network = ElmanClassifier(inputs=3, hidden=4, scale=(2.0, 0.5, 10.0), threads=1)
     interrogator = Interrogator(network, stimulus)
-    genomes, answers = rng.normal(0, 2, (3, interrogator.parameters)), rng.normal(0, 2, (3, 5, steps, 1))
+    genomes, answers = (
+        rng.normal(0, 2, (3, interrogator.parameters)),
+        rng.normal(0, 2, (3, 5, steps, 1)),
+    )
     talk, seen = Dialogue(interrogator, genomes, 5), np.empty((3, 5, steps, 3))
     for t in range(steps):
         seen[:, :, t] = np.concatenate((answers[:, :, t], talk.stimuli - stimulus.center), axis=-1)
@@ -110,14 +125,21 @@ def test_sensors_see_walls_and_obstacles_up_to_their_range(monkeypatch):
     # at (60, 15), heading along x: the wall is 40 cm ahead, and 15 cm to the right; the obstacle at (70, 40), 25 cm up
     state = np.array([[60.0, 60.0], [15.0, 15.0], [0.0, 0.0]])
     up = np.arctan2(25.0, 10.0)
-    sensors = np.array([[0.0, 50.0, -np.pi / 2, 50.0, up, 50.0], [0.0, 30.0, -np.pi / 2, 10.0, up, 50.0]])
+    sensors = np.array(
+        [[0.0, 50.0, -np.pi / 2, 50.0, up, 50.0], [0.0, 30.0, -np.pi / 2, 10.0, up, 50.0]]
+    )
     _, readings = robot(state, sensors, np.zeros((2, 2)), rng)
-    np.testing.assert_allclose(readings, [[40, 15, np.hypot(10, 25) - 6], [30, 10, np.hypot(10, 25) - 6]])
+    np.testing.assert_allclose(
+        readings, [[40, 15, np.hypot(10, 25) - 6], [30, 10, np.hypot(10, 25) - 6]]
+    )
 
 
 def test_a_robot_drives_as_its_wheels_turn_and_stops_at_walls_and_obstacles():
     robot, rng = _examples.SensorConfiguration(), np.random.default_rng(1)
-    state, sensors = np.array([[50.0, 95.0, 15.0], [50.0, 50.0, 30.0], [0.0, 0.0, 0.0]]), np.ones((3, 6))
+    state, sensors = (
+        np.array([[50.0, 95.0, 15.0], [50.0, 50.0, 30.0], [0.0, 0.0, 0.0]]),
+        np.ones((3, 6)),
+    )
     turned, _ = robot(state, sensors, np.array([[-1.0, 1.0]] * 3), rng)
     np.testing.assert_allclose(turned[:2], state[:2])
     np.testing.assert_allclose(turned[2], 2 * 12.8 / 5.1 * 0.1)
@@ -125,13 +147,18 @@ def test_a_robot_drives_as_its_wheels_turn_and_stops_at_walls_and_obstacles():
         state, _ = robot(state, sensors, np.ones((3, 2)), rng)
     np.testing.assert_allclose(state[0], [50 + 2 * 12.8, 100 - 3.5, 30 - 8 - 3.5])
     starts = robot.initial(500, rng)
-    away = np.hypot(starts[0, :, None] - _examples.OBSTACLES[:, 0], starts[1, :, None] - _examples.OBSTACLES[:, 1])
+    away = np.hypot(
+        starts[0, :, None] - _examples.OBSTACLES[:, 0],
+        starts[1, :, None] - _examples.OBSTACLES[:, 1],
+    )
     assert (away >= _examples.OBSTACLES[:, 2] + 3.5 - 1e-9).all()
 
 
 MET = np.array([[True, True, False], [False, True, True]])
 JUDGED = Judgments(
-    np.array([[1.0, 1.0], [1.0, 0.0]]), np.array([[[1.0], [0.0], [0.0]], [[0.0], [1.0], [0.0]]]), met=MET
+    np.array([[1.0, 1.0], [1.0, 0.0]]),
+    np.array([[[1.0], [0.0], [0.0]], [[0.0], [1.0], [0.0]]]),
+    met=MET,
 )
 
 
@@ -146,4 +173,8 @@ def test_rewards_count_those_who_have_met():
 
 def test_a_model_that_nobody_has_met_is_refused():
     with pytest.raises(ValueError, match="`met` must hold a classifier for each model"):
-        Judgments(JUDGED.genuine_outputs, JUDGED.counterfeit_outputs, met=np.array([[True, True, False]] * 2))
+        Judgments(
+            JUDGED.genuine_outputs,
+            JUDGED.counterfeit_outputs,
+            met=np.array([[True, True, False]] * 2),
+        )

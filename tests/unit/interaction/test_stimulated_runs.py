@@ -19,7 +19,12 @@ from turing_learning.interaction._system import StimulatedSource
 from turing_learning.runs import TIMINGS, RunFolderError
 from turing_learning.systems import CustomSystemError
 
-SMALL = {"models.population": 8, "classifiers.population": 8, "run.checkpoint_every": 3, "scenario.opponents": 3}
+SMALL = {
+    "models.population": 8,
+    "classifiers.population": 8,
+    "run.checkpoint_every": 3,
+    "scenario.opponents": 3,
+}
 THIN = SMALL | {"run.history": "thin"}
 STIMULUS = "scenario.stimulus.passive"
 
@@ -33,7 +38,11 @@ def custom(generations=6, genuine=TRUTH, simulate=eye, settings=THIN, seed=3, **
 
 def untimed(path):
     """Return the result of a folder, or one in memory, without its durations."""
-    data = path.to_json() if isinstance(path, tl.Result) else json.loads((path / "result.json").read_text())
+    data = (
+        path.to_json()
+        if isinstance(path, tl.Result)
+        else json.loads((path / "result.json").read_text())
+    )
     return {name: one for name, one in data.items() if name not in TIMINGS}
 
 
@@ -49,7 +58,14 @@ def test_a_configuration_of_a_built_in_system_is_read_back_as_it_is_written(name
 @pytest.mark.parametrize("name", ["light-response-stochastic", "sensor-configuration"])
 def test_a_run_that_was_stopped_and_resumed_is_the_run_that_never_was(name, tmp_path):
     whole = tl.infer(name, generations=6, seed=2, settings=SMALL)
-    tl.infer(name, generations=6, seed=2, settings=SMALL, out=tmp_path / "cut", should_stop=iter([0, 0, 0, 1]).__next__)
+    tl.infer(
+        name,
+        generations=6,
+        seed=2,
+        settings=SMALL,
+        out=tmp_path / "cut",
+        should_stop=iter([0, 0, 0, 1]).__next__,
+    )
     resumed = tl.resume(tmp_path / "cut")
     assert resumed.complete
     assert untimed(tmp_path / "cut") == untimed(whole)
@@ -81,7 +97,9 @@ def test_a_custom_system_has_folder_report_resume_check_and_pool(tmp_path):
     tl.resume(tmp_path / "cut")  # the function is found by its name
     assert untimed(tmp_path / "cut") == untimed(tmp_path / "whole")
     effort = Effort(samples=20, generations=5, population=8, points=0)
-    check = tl.load_run(tmp_path / "whole").check(effort=effort, recoveries=1, recovery_generations=3)
+    check = tl.load_run(tmp_path / "whole").check(
+        effort=effort, recoveries=1, recovery_generations=3
+    )
     assert set(check.recoveries[0].estimate) == set(TRUTH)
     assert set(tl.pool([whole, custom(seed=4, settings=SMALL)]).estimate) == set(TRUTH)
 
@@ -95,12 +113,16 @@ def test_a_system_may_be_a_function_without_parameters(tmp_path):
 def test_one_of_several_levels_is_chosen_and_the_picture_says_how_often_the_classifier_was_right():
     dialogues = custom(levels=3, settings=SMALL).record.dialogues
     assert set(np.unique(dialogues["stimuli"])) <= {0.0, 0.5, 1.0}
-    figure = dialogues_figure(dialogues, names=("speed", "light"), rows=("rate", "gain"), interval_s=0.1)
+    figure = dialogues_figure(
+        dialogues, names=("speed", "light"), rows=("rate", "gain"), interval_s=0.1
+    )
     assert "right; output" in " ".join(text.get_text() for text in figure.findobj(Text))
 
 
 def test_studies_run_systems_with_stimuli(tmp_path):
-    study = tl.study("light-response", runs=2, generations=2, settings=THIN, out=tmp_path / "one", workers=1)
+    study = tl.study(
+        "light-response", runs=2, generations=2, settings=THIN, out=tmp_path / "one", workers=1
+    )
     assert study.complete
     own = tl.study(
         genuine=TRUTH, simulate=eye, parameters=PARAMETERS, runs=2, generations=2, settings=THIN, out=tmp_path / "two",
@@ -111,17 +133,30 @@ def test_studies_run_systems_with_stimuli(tmp_path):
 
 def test_classifiers_that_watch_see_stimuli_that_nobody_chooses(tmp_path):
     found = tl.infer(
-        "light-response", generations=2, seed=1, settings=SMALL | {STIMULUS: "constant"}, out=tmp_path / "run"
+        "light-response",
+        generations=2,
+        seed=1,
+        settings=SMALL | {STIMULUS: "constant"},
+        out=tmp_path / "run",
     )
-    samples = found.configuration.system.open(tl.systems.Given()).genuine_samples(5, np.random.default_rng(1))
+    samples = found.configuration.system.open(tl.systems.Given()).genuine_samples(
+        5, np.random.default_rng(1)
+    )
     np.testing.assert_array_equal(np.ptp(samples[..., 1], axis=1), 0)
     assert "Classifiers only watched" in (tmp_path / "run" / "report.html").read_text()
 
 
 def test_a_run_of_few_trials_can_watch_and_not_choose():
-    found = tl.infer("light-response", trials=40, seed=1, settings={STIMULUS: "random", "classifiers.population": 8})
+    found = tl.infer(
+        "light-response",
+        trials=40,
+        seed=1,
+        settings={STIMULUS: "random", "classifiers.population": 8},
+    )
     assert found.trials == 40
-    with pytest.raises(ConfigurationError, match=r"`run\.trials` must be 0 where classifiers choose stimuli"):
+    with pytest.raises(
+        ConfigurationError, match=r"`run\.trials` must be 0 where classifiers choose stimuli"
+    ):
         tl.infer("light-response", trials=40)
 
 
@@ -168,7 +203,8 @@ def test_no_classifier_accepts_a_model_that_fails():
     assert (outputs[:, [0, 2]] > 0).all()
     assert source.failures.count == 1
     watching = StimulatedSource(
-        replace(system, stimulus=replace(system.stimulus, passive="random")), wrong(finite_within=2.1)
+        replace(system, stimulus=replace(system.stimulus, passive="random")),
+        wrong(finite_within=2.1),
     )
     assert np.isfinite(watching.collect(models, np.random.default_rng(3)).counterfeit).all()
     np.testing.assert_array_equal(watching.failed, [False, True, False])
@@ -181,7 +217,10 @@ def test_no_classifier_accepts_a_model_that_fails():
         ({"stimulus": {"light": (0, np.nan)}}, "`stimulus` must be finite"),
         ({"stimulus": {}}, "`stimulus` must name one stimulus or more"),
         ({"passive": "now and then"}, "`passive` must be one of random, constant, recorded"),
-        ({"passive": np.full((2, 30, 1), 1.5)}, r"`recorded` must be from 0 to 1; got 1.5 \[series 0, step 0, light\]"),
+        (
+            {"passive": np.full((2, 30, 1), 1.5)},
+            r"`recorded` must be from 0 to 1; got 1.5 \[series 0, step 0, light\]",
+        ),
         ({"passive": np.zeros((2, 7, 1))}, "`recorded` must be series of 30 steps"),
         ({"opponents": 0}, "`opponents` must be an integer of at least 1; got 0"),
         ({"workers": 2}, "`workers` must be left out for a system with stimuli"),
@@ -197,15 +236,22 @@ def test_what_does_not_fit_is_refused(options, message):
 
 
 def test_another_classifier_cannot_choose_stimuli():
-    with pytest.raises(RefusedError, match="`classifier` must be an Elman network where classifiers choose stimuli"):
+    with pytest.raises(
+        RefusedError, match="`classifier` must be an Elman network where classifiers choose stimuli"
+    ):
         tl.infer(
-            "light-response", generations=1, settings=THIN, classifier="turing_learning.classifiers:PooledClassifier"
+            "light-response",
+            generations=1,
+            settings=THIN,
+            classifier="turing_learning.classifiers:PooledClassifier",
         )
 
 
 def test_a_run_is_resumed_with_what_it_began_with(tmp_path):
     custom(out=tmp_path / "run", should_stop=iter([0, 1]).__next__)
-    with pytest.raises(RunFolderError, match=r"`genuine` must be what the run began with, rate = 0\.1, gain = 2"):
+    with pytest.raises(
+        RunFolderError, match=r"`genuine` must be what the run began with, rate = 0\.1, gain = 2"
+    ):
         tl.resume(tmp_path / "run", genuine=TRUTH | {"gain": 3.0})
     assert tl.resume(tmp_path / "run", genuine=TRUTH, simulate=eye).complete
 
@@ -223,10 +269,20 @@ def test_the_command_line_infers_watches_shows_and_resumes(call, tmp_path):
     (tmp_path / "lights.csv").write_text(f"trial,light\n{rows}\n")
     for passive in ("random", "constant", "lights.csv"):
         code, _, err = call(
-            "infer", "light-response", "--passive", passive, "--generations", 2, "--out", passive[:5], *OPTIONS
+            "infer",
+            "light-response",
+            "--passive",
+            passive,
+            "--generations",
+            2,
+            "--out",
+            passive[:5],
+            *OPTIONS,
         )
         assert code == 0, err
-    assert load_configuration(tmp_path / "light" / "config.toml").scenario.stimulus.recorded[1][3] == (0.3,)
+    assert load_configuration(tmp_path / "light" / "config.toml").scenario.stimulus.recorded[1][
+        3
+    ] == (0.3,)
     assert "stimuli left_wheel, right_wheel" in call("scenarios")[1]
 
 

@@ -31,7 +31,11 @@ def folder(tmp_path, monkeypatch):
 def run_process(folder):
     environment = os.environ | {elman.CACHE_VARIABLE: str(folder)}
     return subprocess.Popen(
-        [sys.executable, "-c", ROUND_TRIP], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+        [sys.executable, "-c", ROUND_TRIP],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
     )
 
 
@@ -44,7 +48,9 @@ def finish(process):
 def judges_zeros_as_half(kernels):
     lanes = elman_source.LANES
     outputs = np.zeros((1, lanes), np.float32)
-    kernels.judge(0, 1, np.zeros((1, 1, 1, lanes), np.float32), np.zeros((1, 5), np.float32), outputs)
+    kernels.judge(
+        0, 1, np.zeros((1, 1, 1, lanes), np.float32), np.zeros((1, 5), np.float32), outputs
+    )
     return (outputs == 0.5).all()
 
 
@@ -52,7 +58,9 @@ def judges_zeros_as_half(kernels):
 def test_the_judge_is_vectorized(inputs, hidden):
     if not llvmlite.binding.get_host_cpu_features().get("fma"):
         pytest.skip("this processor has no fused multiply-add for AVX registers")
-    source = elman_source.elman_source(inputs, hidden, cache=False)  # Numba cannot show the assembly of cached code
+    source = elman_source.elman_source(
+        inputs, hidden, cache=False
+    )  # Numba cannot show the assembly of cached code
     fresh = elman._run("fresh", source, "<fresh>")
     assembly = "\n".join(fresh.judge.inspect_asm().values())
     packed = len(re.findall(r"\bvfn?m(?:add|sub)\d+ps\b.*%[yz]mm", assembly))
@@ -71,7 +79,11 @@ def fitted_error(saturation):
         lower = np.hstack([-z[:, None] * powers[:, :terms], (target - error)[:, None] * powers])
         end = np.hstack([-saturation * powers[-1, :terms], (0.5 + 8e-7) * powers[-1]])
         rows = np.vstack([upper, lower, end])
-        limits = {"A_ub": np.delete(rows, terms, axis=1), "b_ub": -rows[:, terms], "bounds": (None, None)}
+        limits = {
+            "A_ub": np.delete(rows, terms, axis=1),
+            "b_ub": -rows[:, terms],
+            "bounds": (None, None),
+        }
         return linprog(np.zeros(rows.shape[1] - 1), method="highs-ipm", **limits).status == 0
 
     low, high = 1e-7, 1e-4
@@ -90,7 +102,9 @@ def sigmoid_in_single_precision(z):
 
 
 def test_the_committed_fit_keeps_its_error_bound():
-    z = np.concatenate([np.linspace(-20, 20, 400_001), *np.multiply.outer([-1, 1], np.logspace(-9, 18, 10_001))])
+    z = np.concatenate(
+        [np.linspace(-20, 20, 400_001), *np.multiply.outer([-1, 1], np.logspace(-9, 18, 10_001))]
+    )
     z = z.astype(np.float32)
     exact = 0.5 * (1 + np.tanh(z.astype(np.float64) / 2))
     assert np.abs(sigmoid_in_single_precision(z) - exact).max() < elman_source.SIGMOID_ERROR

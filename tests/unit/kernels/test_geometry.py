@@ -21,7 +21,9 @@ def evaluate(angles):
 
 
 def test_sines_and_cosines_are_good_to_the_last_place():
-    angles = np.concatenate([np.linspace(-10, 10, 100_001), np.random.default_rng(0).uniform(-1e6, 1e6, 10_000)])
+    angles = np.concatenate(
+        [np.linspace(-10, 10, 100_001), np.random.default_rng(0).uniform(-1e6, 1e6, 10_000)]
+    )
     sines, cosines = evaluate(angles)
     # Two units in the last place of 1.
     assert np.abs(sines - np.sin(angles)).max() < 5e-16

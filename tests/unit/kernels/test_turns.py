@@ -10,7 +10,14 @@ from numba import njit
 
 from turing_learning.kernels.stepping import push_all_apart
 from turing_learning.kernels.world import LANES, new_lanes, new_party
-from turing_learning.swarm import AGGREGATION, AGGREGATION_VIEW_60, OBJECT_CLUSTERING, Arena, initial_poses, observe
+from turing_learning.swarm import (
+    AGGREGATION,
+    AGGREGATION_VIEW_60,
+    OBJECT_CLUSTERING,
+    Arena,
+    initial_poses,
+    observe,
+)
 
 SCENARIOS = {
     "a crowd": AGGREGATION,
@@ -31,10 +38,16 @@ def test_trials_side_by_side_are_those_one_at_a_time(name, fastest):
     controllers = np.tile(scenario.controller, (TRIALS, scenario.individuals, 1))
     controllers[::3, 0] *= fastest
     keys = np.arange(TRIALS, dtype=np.uint64)
-    field = np.full(controllers.shape[:2], scenario.sensor.field_of_view) if scenario.sensor.field_of_view else None
+    field = (
+        np.full(controllers.shape[:2], scenario.sensor.field_of_view)
+        if scenario.sensor.field_of_view
+        else None
+    )
 
     def observed(of):
-        return observe(scenario, controllers[of], poses[of], keys[of], 1, None if field is None else field[of])
+        return observe(
+            scenario, controllers[of], poses[of], keys[of], 1, None if field is None else field[of]
+        )
 
     together = observed(slice(None))
     for trial in range(TRIALS):

@@ -23,8 +23,13 @@ def plain(weights, readings, hidden):
 
     h, outputs = [0.0] * hidden, []
     for reading in readings:
-        h = [sigmoid(w[j] * reading + b[j] + sum(u[j][k] * h[k] for k in range(hidden))) for j in range(hidden)]
-        outputs.append([2 * sigmoid(sum(v[s][j] * h[j] for j in range(hidden)) + c[s]) - 1 for s in range(2)])
+        h = [
+            sigmoid(w[j] * reading + b[j] + sum(u[j][k] * h[k] for k in range(hidden)))
+            for j in range(hidden)
+        ]
+        outputs.append(
+            [2 * sigmoid(sum(v[s][j] * h[j] for j in range(hidden)) + c[s]) - 1 for s in range(2)]
+        )
     return np.array(outputs)
 
 
@@ -42,7 +47,9 @@ def test_the_outputs_are_those_of_a_plain_network(hidden):
     readings = rng.integers(0, 3, 12)
     outputs = model.respond(networks, readings)
     assert outputs.shape == (4, 5, 12, 2)
-    np.testing.assert_allclose(outputs[3, 2], plain(networks[3, 2], readings, hidden), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(
+        outputs[3, 2], plain(networks[3, 2], readings, hidden), rtol=0, atol=1e-13
+    )
 
 
 def test_the_steady_outputs_are_those_of_the_twentieth_step_of_each_reading():
@@ -54,7 +61,9 @@ def test_the_steady_outputs_are_those_of_the_twentieth_step_of_each_reading():
 
 def test_one_hidden_neuron_can_do_what_the_aggregating_agents_do():
     # h is 0 or 1 with I; the left wheel goes from c to v + c, the right one stays
-    weights = np.array([40.0, 0.0, -20.0, 12 - 2 * math.atanh(-0.7), 0.0, 2 * math.atanh(-0.7), -12.0])
+    weights = np.array(
+        [40.0, 0.0, -20.0, 12 - 2 * math.atanh(-0.7), 0.0, 2 * math.atanh(-0.7), -12.0]
+    )
     np.testing.assert_allclose(ElmanModel(hidden=1).described(weights), TRUTH, atol=2e-5)
 
 
@@ -67,7 +76,10 @@ def test_outputs_of_huge_weights_stay_within_the_largest_speeds():
 @pytest.mark.parametrize(
     ("weights", "message"),
     [
-        (np.zeros((2, 6)), r"`models` must be of shape .* \(..., 7\); got \(2, 6\). 1 hidden neurons have 7 weights"),
+        (
+            np.zeros((2, 6)),
+            r"`models` must be of shape .* \(..., 7\); got \(2, 6\). 1 hidden neurons have 7 weights",
+        ),
         (np.full(7, np.inf), "`models` must be finite; got inf"),
     ],
 )

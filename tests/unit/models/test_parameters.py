@@ -36,7 +36,8 @@ def test_an_open_side_has_no_fold(bounds, numbers, expected):
 
 
 @pytest.mark.parametrize(
-    ("bounds", "expected"), [((None, None), (0.1, 10)), ((1, None), (1, 100)), ((None, 1), (0.01, 1))]
+    ("bounds", "expected"),
+    [((None, None), (0.1, 10)), ((1, None), (1, 100)), ((None, 1), (0.01, 1))],
 )
 def test_an_open_logarithmic_range_is_two_decades_wide(bounds, expected):
     np.testing.assert_allclose(Parameter(*bounds, scale="log").initial, expected)
@@ -47,7 +48,11 @@ def test_the_first_models_may_be_drawn_from_a_part_of_the_range():
     np.testing.assert_allclose(values, [10, 20, 10])
 
 
-@given(low=st.floats(-1e9, 1e9), width=st.floats(1e-3, 1e9), numbers=st.lists(st.floats(-1e12, 1e12), min_size=1))
+@given(
+    low=st.floats(-1e9, 1e9),
+    width=st.floats(1e-3, 1e9),
+    numbers=st.lists(st.floats(-1e12, 1e12), min_size=1),
+)
 def test_no_number_leaves_the_bounds(low, width, numbers):
     high = min(low + width, 1e9)
     if low < high:
@@ -56,7 +61,8 @@ def test_no_number_leaves_the_bounds(low, width, numbers):
 
 
 @given(
-    numbers=st.lists(st.floats(-1e12, 1e12), min_size=1), bounds=st.sampled_from([(None, None), (1e-9, None), (1, 2)])
+    numbers=st.lists(st.floats(-1e12, 1e12), min_size=1),
+    bounds=st.sampled_from([(None, None), (1e-9, None), (1, 2)]),
 )
 def test_a_logarithmic_parameter_is_finite_and_positive(numbers, bounds):
     values = Parameter(*bounds, scale="log").to_units(np.array(numbers))
@@ -80,7 +86,11 @@ def test_what_breaks_a_rule_is_refused(arguments, message):
         Parameter(*arguments)
 
 
-@pytest.mark.parametrize("parameter", [Parameter(0, 20), Parameter(1e-3, 10, scale="log"), Parameter(None, None)])
+@pytest.mark.parametrize(
+    "parameter", [Parameter(0, 20), Parameter(1e-3, 10, scale="log"), Parameter(None, None)]
+)
 def test_numbers_of_values_lead_back_to_the_values(parameter):
     numbers = np.array([-0.9, 0.0, 0.35])
-    np.testing.assert_allclose(parameter.to_numbers(parameter.to_units(numbers)), numbers, atol=1e-12)
+    np.testing.assert_allclose(
+        parameter.to_numbers(parameter.to_units(numbers)), numbers, atol=1e-12
+    )

@@ -20,7 +20,9 @@ def test_a_reactive_model_is_its_genome():
     assert model.jumps.groups == ((0, 1), (2, 3))
 
 
-@pytest.mark.parametrize(("x", "theta"), [(0.0, math.pi), (math.log(3), 1.5 * math.pi), (-math.log(3), 0.5 * math.pi)])
+@pytest.mark.parametrize(
+    ("x", "theta"), [(0.0, math.pi), (math.log(3), 1.5 * math.pi), (-math.log(3), 0.5 * math.pi)]
+)
 def test_the_field_of_view_is_two_pi_times_the_sigmoid(x, theta):
     parameters = MorphologyModel(2).to_units(np.array([0.1, 0.2, 0.3, 0.4, x]))
     np.testing.assert_allclose(parameters, [0.1, 0.2, 0.3, 0.4, theta], rtol=1e-15)
@@ -44,7 +46,9 @@ def test_genomes_are_left_as_they_are():
 
 
 def test_a_model_with_a_view_is_executed_with_it():
-    behavior = MorphologyModel(2).behavior(np.array([[0.1, 0.2, 0.3, 0.4, 1.5], [0.0, 0.0, 0.0, 0.0, 6.0]]))
+    behavior = MorphologyModel(2).behavior(
+        np.array([[0.1, 0.2, 0.3, 0.4, 1.5], [0.0, 0.0, 0.0, 0.0, 6.0]])
+    )
     np.testing.assert_array_equal(behavior.wheel_speeds, [[0.1, 0.2, 0.3, 0.4], [0, 0, 0, 0]])
     np.testing.assert_array_equal(behavior.field_of_view, [1.5, 6.0])
 
@@ -62,7 +66,9 @@ def test_the_field_of_view_is_the_last_parameter_in_rad_and_belongs_to_no_sensor
 def test_jumps_of_the_field_of_view_reach_nearly_none_and_nearly_all():
     model = MorphologyModel(2)
     assert model.jumps.reach == (1.0, 1.0, 1.0, 1.0, 5.0)
-    narrow, wide = np.degrees(model.to_units(np.array([[0, 0, 0, 0, -5.0], [0, 0, 0, 0, 5.0]]))[:, 4])
+    narrow, wide = np.degrees(
+        model.to_units(np.array([[0, 0, 0, 0, -5.0], [0, 0, 0, 0, 5.0]]))[:, 4]
+    )
     assert narrow < 3
     assert wide > 357
 

@@ -17,12 +17,17 @@ def replay():
     poses = np.zeros((11, 2, 3))
     poses[:, 0, 0] = np.linspace(0, 50, 11)
     poses[:, 1, 1] = 30
-    swarms = (report.Swarm("Agents", poses, 1), report.Swarm("Replicas", poses, 1, np.array([True])))
+    swarms = (
+        report.Swarm("Agents", poses, 1),
+        report.Swarm("Replicas", poses, 1, np.array([True])),
+    )
     return report.Replay("Both", 3.5, 5.0, 0.1, swarms, walls_cm=(-5.0, -5.0, 60.0, 40.0))
 
 
 def pixels_like(picture, color):
-    return np.argwhere(np.abs(np.asarray(picture.convert("RGB")).astype(int) - color).max(axis=2) < 24)
+    return np.argwhere(
+        np.abs(np.asarray(picture.convert("RGB")).astype(int) - color).max(axis=2) < 24
+    )
 
 
 def test_a_gif_lasts_as_long_as_the_motion(replay, tmp_path):
@@ -35,7 +40,9 @@ def test_a_gif_lasts_as_long_as_the_motion(replay, tmp_path):
 
 
 def test_speed_shortens_the_film(replay, tmp_path):
-    with Image.open(report.write_gif(replay, tmp_path / "a.gif", speed=2, frames_per_second=10)) as film:
+    with Image.open(
+        report.write_gif(replay, tmp_path / "a.gif", speed=2, frames_per_second=10)
+    ) as film:
         assert film.n_frames == 6
 
 
@@ -56,7 +63,9 @@ def test_the_agent_in_the_gif_moves_to_the_right(replay, tmp_path):
 
 def test_y_points_up(replay, tmp_path):
     with Image.open(report.write_gif(replay, tmp_path / "a.gif", speed=5)) as film:
-        agent, item = (pixels_like(film, color)[:, 0].mean() for color in ((0, 114, 178), (77, 187, 157)))
+        agent, item = (
+            pixels_like(film, color)[:, 0].mean() for color in ((0, 114, 178), (77, 187, 157))
+        )
     assert item < agent
 
 
@@ -73,7 +82,8 @@ def test_an_mp4_holds_every_frame(replay, tmp_path):
         assert stream.average_rate == 10
     assert len(frames) == 11
     assert (
-        pixels_like(frames[-1], (0, 114, 178))[:, 1].mean() > pixels_like(frames[0], (0, 114, 178))[:, 1].mean() + 100
+        pixels_like(frames[-1], (0, 114, 178))[:, 1].mean()
+        > pixels_like(frames[0], (0, 114, 178))[:, 1].mean() + 100
     )
 
 
@@ -112,7 +122,9 @@ def test_a_speed_that_is_not_positive_is_refused(replay, tmp_path, write, speed)
 @pytest.mark.parametrize(("write", "most"), [(report.write_gif, 50), (report.write_mp4, 120)])
 def test_a_frame_rate_out_of_range_is_refused(replay, tmp_path, write, most):
     for rate in (0, most + 1):
-        with pytest.raises(ValueError, match=f"`frames_per_second` must be an integer from 1 to {most}; got {rate}"):
+        with pytest.raises(
+            ValueError, match=f"`frames_per_second` must be an integer from 1 to {most}; got {rate}"
+        ):
             write(replay, tmp_path / "film", frames_per_second=rate)
 
 

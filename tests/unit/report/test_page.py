@@ -47,7 +47,10 @@ class Reader(HTMLParser):
 def make_replay(frames=4):
     rng = np.random.default_rng(1)
     agents, replicas = 50 * rng.normal(size=(2, frames, 3, 3))
-    swarms = (report.Swarm("Agents", agents, 2), report.Swarm("Replicas", replicas, 2, np.array([True, False])))
+    swarms = (
+        report.Swarm("Agents", agents, 2),
+        report.Swarm("Replicas", replicas, 2, np.array([True, False])),
+    )
     return report.Replay("Both", 3.5, 5.0, 0.1, swarms)
 
 
@@ -61,17 +64,27 @@ def make_report(**changes):
 
 
 def embedded(page):
-    return json.loads(re.search(r'<script type="application/json" id="replay-data">(.*?)</script>', page)[1])
+    return json.loads(
+        re.search(r'<script type="application/json" id="replay-data">(.*?)</script>', page)[1]
+    )
 
 
 def test_a_table_shows_its_rows_and_sets_the_last_one_apart():
     page = report_page(make_report())
-    assert Reader(page).rows == [["Parameter", "Inferred", "Note"], ["vl0", "-0.7032", "0.01"], ["Mean", "", "0.5000"]]
+    assert Reader(page).rows == [
+        ["Parameter", "Inferred", "Note"],
+        ["vl0", "-0.7032", "0.01"],
+        ["Mean", "", "0.5000"],
+    ]
     assert '<tfoot><tr><th scope="row">Mean</th>' in page
 
 
 def test_columns_can_stand_out():
-    page = report_page(make_report(listings=[table(("a", 1.0, 2.0), looks={"Inferred": "strong", "Note": "apart"})]))
+    page = report_page(
+        make_report(
+            listings=[table(("a", 1.0, 2.0), looks={"Inferred": "strong", "Note": "apart"})]
+        )
+    )
     for markup in (
         '<th scope="col" class="apart">Note</th>',
         '<td class="strong">1.0000</td><td class="apart">2.0000</td>',
@@ -92,12 +105,18 @@ def test_columns_can_stand_out():
 )
 def test_the_numbers_of_a_column_have_the_same_places_and_none_is_shown_as_zero(numbers, shown):
     rows = [(f"v{k}", each, "") for k, each in enumerate(numbers)]
-    assert [row[1] for row in Reader(report_page(make_report(listings=[table(*rows)]))).rows[1:]] == shown
+    assert [
+        row[1] for row in Reader(report_page(make_report(listings=[table(*rows)]))).rows[1:]
+    ] == shown
 
 
 def test_long_tables_are_folded_and_come_after_the_figures():
     long = Listing("runs", "Every run", ("Run", "Verdict"), [(1, "good")], folded=True)
-    page = report_page(make_report(listings=[long, table(("a", 1.0, ""))], figures=(Picture("a", "A", "", Figure()),)))
+    page = report_page(
+        make_report(
+            listings=[long, table(("a", 1.0, ""))], figures=(Picture("a", "A", "", Figure()),)
+        )
+    )
     assert page.index('id="result"') < page.index("<svg ") < page.index('<details id="runs">')
 
 
@@ -118,7 +137,9 @@ def test_a_warning_is_shown_where_there_is_one():
 )
 def test_the_first_verdict_is_shown_and_the_others_beside_it(verdicts, look, also):
     page = report_page(make_report(judgment=Judgment(verdicts)))
-    banner = re.search(r'<p class="judged (\w+)" id="verdict"><b>(.*?)</b> <span>(.*?)</span>', page)
+    banner = re.search(
+        r'<p class="judged (\w+)" id="verdict"><b>(.*?)</b> <span>(.*?)</span>', page
+    )
     assert banner.group(1, 2) == (look, verdicts[0])
     written = re.sub("</?code>", "`", html.unescape(banner[3]))
     assert written == " ".join(filter(None, (verdicts[0].meaning, also)))
@@ -137,7 +158,9 @@ def test_how_to_read_it_is_on_the_page_of_a_run_alone():
 
 def test_configuration_manifest_and_figures_are_on_the_page():
     picture = Picture("one", "Error", "What it shows.", Figure(), wide=True)
-    page = report_page(make_report(configuration="a = 1\nb = 2", manifest=[("seed", "7")], figures=(picture,)))
+    page = report_page(
+        make_report(configuration="a = 1\nb = 2", manifest=[("seed", "7")], figures=(picture,))
+    )
     assert "<pre><code>a = 1\nb = 2</code></pre>" in page
     assert ["seed", "7"] in Reader(page).rows
     assert picture.svg in page
@@ -163,7 +186,9 @@ def test_every_text_of_the_user_is_escaped():
     assert Reader(page).scripts == 2
 
 
-@pytest.mark.parametrize("page", [report_page(make_report(replay=make_replay())), report.replay_page(make_replay())])
+@pytest.mark.parametrize(
+    "page", [report_page(make_report(replay=make_replay())), report.replay_page(make_replay())]
+)
 def test_a_page_refers_to_nothing_outside(page):
     assert set(Reader(page).addresses) == {"data:,"}
     assert "url(" not in page
@@ -184,10 +209,17 @@ def test_poses_survive_the_page_up_to_rounding():
     data = embedded(report.replay_page(replay))
     left, bottom, right, top = data["view"]
     for swarm, stored in zip(replay.swarms, data["swarms"], strict=True):
-        steps = np.frombuffer(base64.b64decode(stored["poses"]), dtype="<u2").reshape(swarm.poses.shape) / 65535
+        steps = (
+            np.frombuffer(base64.b64decode(stored["poses"]), dtype="<u2").reshape(swarm.poses.shape)
+            / 65535
+        )
         step = max(right - left, top - bottom) / 65535
-        np.testing.assert_allclose(left + steps[..., 0] * (right - left), swarm.poses[..., 0], atol=step)
-        np.testing.assert_allclose(bottom + steps[..., 1] * (top - bottom), swarm.poses[..., 1], atol=step)
+        np.testing.assert_allclose(
+            left + steps[..., 0] * (right - left), swarm.poses[..., 0], atol=step
+        )
+        np.testing.assert_allclose(
+            bottom + steps[..., 1] * (top - bottom), swarm.poses[..., 1], atol=step
+        )
         turn = np.exp(1j * (2 * np.pi * steps[..., 2] - swarm.poses[..., 2]))
         np.testing.assert_allclose(turn, 1, atol=1e-4)
 
@@ -200,7 +232,9 @@ def test_the_page_knows_who_is_a_replica_and_who_an_object():
 def test_the_caption_counts_what_is_seen():
     page = report.replay_page(make_replay())
     assert '<span class="key agent">2 agents</span><span class="key object">1 object</span>' in page
-    assert '<span class="key agent">1 agent</span><span class="key replica">1 replica</span>' in page
+    assert (
+        '<span class="key agent">1 agent</span><span class="key replica">1 replica</span>' in page
+    )
 
 
 def test_a_replay_page_may_have_its_own_title():
@@ -209,7 +243,9 @@ def test_a_replay_page_may_have_its_own_title():
 
 
 def test_the_same_run_gives_the_same_page():
-    assert report_page(make_report(replay=make_replay())) == report_page(make_report(replay=make_replay()))
+    assert report_page(make_report(replay=make_replay())) == report_page(
+        make_report(replay=make_replay())
+    )
 
 
 def test_a_page_is_written_as_utf_8(tmp_path):
@@ -248,5 +284,7 @@ def test_selection_is_described(selection, sentence):
 
 def test_many_stops_are_not_all_listed():
     sentence = describe_selection(["all accepted", "active"] * 8)
-    assert sentence.startswith("Selection stopped in 8 of 16 generations: 0 (all accepted), 2 (all accepted)")
+    assert sentence.startswith(
+        "Selection stopped in 8 of 16 generations: 0 (all accepted), 2 (all accepted)"
+    )
     assert sentence.endswith("10 (all accepted), and 2 more times.")

@@ -7,7 +7,12 @@ POSES = np.zeros((3, 2, 3))
 
 
 def make(*swarms, **changes):
-    options = {"title": "t", "robot_radius_cm": 3.5, "object_radius_cm": 5.0, "interval_s": 0.1} | changes
+    options = {
+        "title": "t",
+        "robot_radius_cm": 3.5,
+        "object_radius_cm": 5.0,
+        "interval_s": 0.1,
+    } | changes
     return Replay(**options, swarms=swarms)
 
 
@@ -61,8 +66,14 @@ def test_robots_are_agents_by_default():
             r"`replica_mask` must be of shape \(A,\) = \(2,\); got \(3,\)",
         ),
         (lambda: make(), "`swarms` must hold at least one swarm; got none"),
-        (lambda: make(Swarm("a", POSES, 1), Swarm("b", POSES[1:], 1)), r"same number of frames; got \[3, 2\]"),
-        (lambda: make(Swarm("a", POSES, 1), interval_s=0), "`interval_s` must be a finite number above 0; got 0"),
+        (
+            lambda: make(Swarm("a", POSES, 1), Swarm("b", POSES[1:], 1)),
+            r"same number of frames; got \[3, 2\]",
+        ),
+        (
+            lambda: make(Swarm("a", POSES, 1), interval_s=0),
+            "`interval_s` must be a finite number above 0; got 0",
+        ),
         (
             lambda: make(Swarm("a", POSES, 1), robot_radius_cm=-1.0),
             "`robot_radius_cm` must be a finite number above 0; got -1.0",

@@ -5,7 +5,11 @@ import pytest
 
 from turing_learning.reproduction._experiment import Runs
 from turing_learning.reproduction._verdicts import shares_not_worse
-from turing_learning.reproduction.experiments.generality import NAMES, behaviors_verdict, depends_on_the_reading
+from turing_learning.reproduction.experiments.generality import (
+    NAMES,
+    behaviors_verdict,
+    depends_on_the_reading,
+)
 
 
 def errors_like_the_papers(runs, rng):
@@ -13,7 +17,9 @@ def errors_like_the_papers(runs, rng):
 
 
 def verdict_on(errors, of_most=None):
-    runs = Runs("default", NAMES, tuple(range(len(errors))), {"best_model": errors}, {"best_model": errors})
+    runs = Runs(
+        "default", NAMES, tuple(range(len(errors))), {"best_model": errors}, {"best_model": errors}
+    )
     return behaviors_verdict(runs, "best_model", errors if of_most is None else of_most)
 
 
@@ -65,13 +71,18 @@ def test_a_few_runs_that_do_not_show_the_difference_are_told_with_how_often_as_f
 def test_every_behavior_is_listed_with_its_estimate(rows, preset):
     found = rows("4.6.4", f"{preset}-runs")
     for row in found:
-        errors = [abs(float(row[name]) - float(row[f"estimate_{name}"])) for name in ("vl0", "vr0", "vl1", "vr1")]
+        errors = [
+            abs(float(row[name]) - float(row[f"estimate_{name}"]))
+            for name in ("vl0", "vr0", "vl1", "vr1")
+        ]
         assert float(row["estimate_mae"]) == pytest.approx(np.mean(errors), abs=2e-4)
     assert len({row["vl0"] for row in found}) == len(found) == {"default": 4, "paper": 3}[preset]
 
 
 def test_those_that_fail_are_told_with_how_often_they_see_another_robot(rows):
-    bad = [row["seed"] for row in rows("4.6.4", "default-runs") if float(row["estimate_mae"]) >= 0.05]
+    bad = [
+        row["seed"] for row in rows("4.6.4", "default-runs") if float(row["estimate_mae"]) >= 0.05
+    ]
     told = rows("4.6.4", "failures")
     assert [row["seed"] for row in told] == bad
     assert all(0 <= float(row["share_of_I_1"]) <= 1 and 1 <= int(row["rank"]) <= 4 for row in told)

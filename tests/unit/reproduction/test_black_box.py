@@ -24,7 +24,9 @@ def steady(*steps):
     return outputs
 
 
-@pytest.mark.parametrize(("astray", "step"), [((), 1), ((1,), 2), ((11, 12), 3), ((23,), 4), ((2, 27), 8)])
+@pytest.mark.parametrize(
+    ("astray", "step"), [((), 1), ((1,), 2), ((11, 12), 3), ((23,), 4), ((2, 27), 8)]
+)
 def test_outputs_have_settled_when_they_are_near_where_they_end_to_stay(astray, step):
     assert settling(steady(*astray)) == step
 
@@ -42,7 +44,13 @@ def black_box(shift=0.0, slow=0.0):
 
 def runs_of(outputs):
     errors = np.abs(outputs - TRUTH)
-    return Runs("default", NAMES, tuple(range(len(outputs))), {"best_model": outputs}, {"best_model": errors})
+    return Runs(
+        "default",
+        NAMES,
+        tuple(range(len(outputs))),
+        {"best_model": outputs},
+        {"best_model": errors},
+    )
 
 
 def test_outputs_near_the_agents_parameters_that_settle_at_once_agree():
@@ -55,14 +63,20 @@ def test_one_size_of_the_network_that_misses_makes_the_claim_differ():
     assert not black_box_verdict([black_box(), black_box(shift=0.2)]).agrees
 
 
-@pytest.mark.parametrize(("hidden", "astray", "agrees"), [(1, 2, True), (1, 6, False), (5, 6, True), (5, 10, False)])
-def test_more_runs_with_an_output_far_off_than_printed_make_the_claim_differ(hidden, astray, agrees):
+@pytest.mark.parametrize(
+    ("hidden", "astray", "agrees"), [(1, 2, True), (1, 6, False), (5, 6, True), (5, 10, False)]
+)
+def test_more_runs_with_an_output_far_off_than_printed_make_the_claim_differ(
+    hidden, astray, agrees
+):
     model = ElmanModel(hidden=hidden)
     outputs = np.tile(TRUTH, (30, 1))
     outputs[:astray, 2] += 1.0
     outcome = NetworkRuns(runs_of(outputs), model, np.zeros((30, len(model.parameter_names))))
     verdict = black_box_verdict([outcome])
-    assert "medians vl0 -0.70, vr0 -1.00, vl1 1.00, vr1 -1.00" in verdict.observed  # which do not notice
+    assert (
+        "medians vl0 -0.70, vr0 -1.00, vl1 1.00, vr1 -1.00" in verdict.observed
+    )  # which do not notice
     assert f"in {astray} of 30 runs" in verdict.observed
     assert verdict.agrees is agrees
 
@@ -76,9 +90,13 @@ def test_outputs_that_settle_slowly_make_the_claim_differ():
 def separated(shift):
     rng = np.random.default_rng(0)
     errors = {
-        name: np.abs(rng.normal(0, 0.02, (30, 4))) + more for name, more in (("mixed", 0.0), ("separated", shift))
+        name: np.abs(rng.normal(0, 0.02, (30, 4))) + more
+        for name, more in (("mixed", 0.0), ("separated", shift))
     }
-    return {name: Runs("default", NAMES, tuple(range(30)), {}, {"best_model": one}) for name, one in errors.items()}
+    return {
+        name: Runs("default", NAMES, tuple(range(30)), {}, {"best_model": one})
+        for name, one in errors.items()
+    }
 
 
 @pytest.mark.parametrize(("shift", "agrees"), [(0.0, True), (0.1, False)])
@@ -111,6 +129,8 @@ def test_mixed_and_separated_runs_have_the_same_seeds_and_other_results(rows):
         name: [row for row in found if row["grouping"] == name and row["model"] == "best_model"]
         for name in ("mixed", "separated")
     }
-    assert [row["seed"] for row in by_grouping["mixed"]] == [row["seed"] for row in by_grouping["separated"]]
+    assert [row["seed"] for row in by_grouping["mixed"]] == [
+        row["seed"] for row in by_grouping["separated"]
+    ]
     found_by = {name: [row["vl0"] for row in of] for name, of in by_grouping.items()}
     assert found_by["mixed"] != found_by["separated"]

@@ -6,7 +6,11 @@ import pytest
 from turing_learning.config import classifier_of
 from turing_learning.reproduction import Stopped
 from turing_learning.reproduction._experiment import Work
-from turing_learning.reproduction._post_evaluation import count_agents, decision_accuracies, grid_models
+from turing_learning.reproduction._post_evaluation import (
+    count_agents,
+    decision_accuracies,
+    grid_models,
+)
 from turing_learning.reproduction.experiments import EXPERIMENTS
 from turing_learning.reproduction.experiments.classifiers import (
     BestAccuracies,
@@ -28,7 +32,9 @@ SMALL = {"runs": 2, "generations": 3, "first_seed": 7, "settings": SETTINGS}
 def best_of(subjective=SUBJECTIVE, objective=OBJECTIVE, variant="", jury=None):
     """Return the accuracies of two runs that differ by 0.002; without an archive, the jury is the population."""
     curves = (subjective, objective, objective if jury is None else jury)
-    return BestAccuracies(variant, GENERATIONS, *(np.stack([one - 0.001, one + 0.001]) for one in curves))
+    return BestAccuracies(
+        variant, GENERATIONS, *(np.stack([one - 0.001, one + 0.001]) for one in curves)
+    )
 
 
 def words(**curves):
@@ -82,7 +88,9 @@ def test_a_reason_is_given_only_where_it_was_found():
     assert "jump" in higher[""]
     assert "jump" in higher["subjective best"]
     assert not higher[ALL] + higher[ALONE]
-    assert not reasons(subjective=changed(SUBJECTIVE, 500, 0.84), variant="preset paper")["preset paper"]
+    assert not reasons(subjective=changed(SUBJECTIVE, 500, 0.84), variant="preset paper")[
+        "preset paper"
+    ]
     forgotten = reasons(objective=changed(changed(OBJECTIVE, 500, 0.96), 999, 0.8), jury=OBJECTIVE)
     assert "forgets" in forgotten[ALONE]
     assert not forgotten[""] + forgotten[ALL]
@@ -110,9 +118,9 @@ def test_verdicts_of_another_preset_stand_beside():
 def test_populations_are_those_of_the_runs(tmp_path):
     found = run_populations(Work(tmp_path, None), SMALL, "paper", (0, 2))
     for run, seed in enumerate((7, 8)):
-        history = infer("aggregation", preset="paper", generations=3, seed=seed, settings=SETTINGS).history.isel(
-            generation=[0, 2]
-        )
+        history = infer(
+            "aggregation", preset="paper", generations=3, seed=seed, settings=SETTINGS
+        ).history.isel(generation=[0, 2])
         np.testing.assert_array_equal(found[run]["classifiers"], history["classifier"])
         np.testing.assert_array_equal(found[run]["fitness"], history["classifier_fitness"])
         assert found[run]["archived"].shape == (0, history.sizes["weight"])
@@ -125,7 +133,9 @@ def test_the_archive_holds_the_best_of_the_generations_before(tmp_path):
         best = [found[run]["classifiers"][k][found[run]["fitness"][k].argmax()] for k in range(2)]
         for generation in range(3):
             archived = found[run]["archived"][found[run]["judging"][generation]]
-            assert {one.tobytes() for one in archived} == {one.tobytes() for one in best[:generation]}
+            assert {one.tobytes() for one in archived} == {
+                one.tobytes() for one in best[:generation]
+            }
 
 
 def test_a_run_that_is_stopped_leaves_nothing(tmp_path):
@@ -142,7 +152,11 @@ def test_a_run_that_is_stopped_leaves_nothing(tmp_path):
 
 def test_accuracies_are_those_of_each_run_on_its_own(rows):
     sizes = EXPERIMENTS["4.4"].fast
-    found = [row for row in rows("4.4", "accuracy-runs") if (row["preset"], row["seed"]) == ("paper", "2002")]
+    found = [
+        row
+        for row in rows("4.4", "accuracy-runs")
+        if (row["preset"], row["seed"]) == ("paper", "2002")
+    ]
     configuration = configuration_of(sizes["runs"], "paper", 2002)
     history = infer(
         "aggregation", preset="paper", generations=12, seed=2002, settings=sizes["runs"]["settings"]
@@ -150,7 +164,9 @@ def test_accuracies_are_those_of_each_run_on_its_own(rows):
     classifier, models = classifier_of(configuration), grid_models(4, sizes["points"])
     for row, generation in zip(found, sizes["generations"], strict=True):
         genomes = history["classifier"].to_numpy()[generation]
-        counts = count_agents(classifier, genomes, AGGREGATION, models, trials=sizes["trials"], seed=sizes["seed"])
+        counts = count_agents(
+            classifier, genomes, AGGREGATION, models, trials=sizes["trials"], seed=sizes["seed"]
+        )
         alone = decision_accuracies(counts, AGGREGATION, len(models))
         fittest = history["classifier_fitness"].to_numpy()[generation].argmax()
         assert float(row["subjective"]) == pytest.approx(alone[fittest], rel=1e-5)

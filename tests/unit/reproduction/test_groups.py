@@ -20,7 +20,9 @@ ALONE = replace(AGGREGATION, robot=replace(AGGREGATION.robot, wheel_noise=0.0))
 def motion_of(controller, noise=0.0):
     """Motion (1, 100, 2) of a robot that sees nobody."""
     start = initial_poses(ALONE, 1, np.random.default_rng(1), robots=1)
-    return simulate(ALONE, np.array(controller)[None, None], start, control_steps=100, wheel_noise=noise).speeds[0]
+    return simulate(
+        ALONE, np.array(controller)[None, None], start, control_steps=100, wheel_noise=noise
+    ).speeds[0]
 
 
 @pytest.mark.parametrize("wheels", [(0.5, 1.0), (-0.7, -1.0), (1.0, -1.0), (0.3, 0.3), (1.4, -0.2)])
@@ -39,7 +41,9 @@ def naive(motion):
     parts = [mean, variance**0.5]
     for lag in (1, 10):
         products = [
-            (wheels[c, t] - mean) * (wheels[c, t + lag] - mean) for c in range(individuals) for t in range(steps - lag)
+            (wheels[c, t] - mean) * (wheels[c, t + lag] - mean)
+            for c in range(individuals)
+            for t in range(steps - lag)
         ]
         parts.append(sum(products) / len(products) / variance)
     parts.append([sum(np.prod(cycle - mean) for cycle in cycles) / len(cycles)])
@@ -63,7 +67,9 @@ def test_groups_are_summarized_one_by_one_whatever_the_order_of_their_individual
 
 def test_a_group_has_one_model_and_models_differ():
     groups = Groups(AGGREGATION, size=4)
-    found = groups.simulate(np.array([[0.2, 0.2, 0.2, 0.2], [0.8, 0.8, 0.8, 0.8]]), np.random.default_rng(1))
+    found = groups.simulate(
+        np.array([[0.2, 0.2, 0.2, 0.2], [0.8, 0.8, 0.8, 0.8]]), np.random.default_rng(1)
+    )
     np.testing.assert_allclose(found[:, :2], [[0.2, 0.2], [0.8, 0.8]], atol=0.05)
 
 
@@ -71,7 +77,10 @@ def test_agents_are_observed_and_not_the_models_beside_them():
     genuine = Groups(OBJECT_CLUSTERING).observe(30, np.random.default_rng(1))
     assert genuine.shape == (120, 100, 2)
     # half of the agents' cycles are at the level of I = 0, of models from the prior one in a thousand
-    at_level = np.abs(wheel_speeds(genuine, OBJECT_CLUSTERING).reshape(-1, 2) - [0.5, 1.0]).max(axis=1) < 0.06
+    at_level = (
+        np.abs(wheel_speeds(genuine, OBJECT_CLUSTERING).reshape(-1, 2) - [0.5, 1.0]).max(axis=1)
+        < 0.06
+    )
     assert at_level.mean() > 0.3
 
 
@@ -90,7 +99,9 @@ def test_groups_of_nothing_are_refused():
 def test_a_posterior_gives_median_and_central_nine_tenths():
     draws = np.linspace(0, 1, 1001)[:, None]
     found = Inferred.of_posterior(draws)
-    np.testing.assert_allclose([found.low[0], found.estimate[0], found.high[0]], [0.05, 0.5, 0.95], atol=0.002)
+    np.testing.assert_allclose(
+        [found.low[0], found.estimate[0], found.high[0]], [0.05, 0.5, 0.95], atol=0.002
+    )
 
 
 def test_weights_of_draws_count():
@@ -99,5 +110,7 @@ def test_weights_of_draws_count():
 
 
 def test_a_package_that_is_not_there_is_asked_for():
-    with pytest.raises(ImportError, match=r"no_such_package must be .* pip install 'turing-learning\[baselines\]'"):
+    with pytest.raises(
+        ImportError, match=r"no_such_package must be .* pip install 'turing-learning\[baselines\]'"
+    ):
         baseline("no_such_package.part")

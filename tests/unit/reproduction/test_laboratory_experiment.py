@@ -45,7 +45,11 @@ def offsets(values, parameters=4):
 
 
 def test_the_best_model_is_that_of_the_highest_mean_fitness_when_observed_again():
-    runs = runs_of(offsets([[[0.1, 0.2, 0.3]]]), [[[9.0, 0.0, 0.0]]], again=[[[0.9, 0.5, 0.1], [0.0, 0.6, 0.1]]])
+    runs = runs_of(
+        offsets([[[0.1, 0.2, 0.3]]]),
+        [[[9.0, 0.0, 0.0]]],
+        again=[[[0.9, 0.5, 0.1], [0.0, 0.6, 0.1]]],
+    )
     np.testing.assert_allclose(runs.best, [TRUTH + 0.2])
 
 
@@ -64,7 +68,9 @@ def test_error_dynamics_are_medians_over_runs_of_average_chosen_and_lowest_error
 
 
 def test_the_share_between_counts_generations():
-    dynamics = pd.DataFrame({"average": [0.4] * 3, "subjective": [0.3, 0.5, 0.1], "objective": [0.1] * 3})
+    dynamics = pd.DataFrame(
+        {"average": [0.4] * 3, "subjective": [0.3, 0.5, 0.1], "objective": [0.1] * 3}
+    )
     assert share_between(dynamics) == pytest.approx(2 / 3)
 
 
@@ -121,7 +127,9 @@ def test_swarms_of_one_kind_agree_and_dispersed_ones_differ():
 
 def test_robots_begin_apart_and_inside():
     poses = places_apart(40, (200.0, 225.0), 3.5, np.random.default_rng(2))
-    distances_cm = np.linalg.norm(poses[:, None, :2] - poses[None, :, :2], axis=-1) + 100 * np.eye(40)
+    distances_cm = np.linalg.norm(poses[:, None, :2] - poses[None, :, :2], axis=-1) + 100 * np.eye(
+        40
+    )
     assert distances_cm.min() > 7.0
     assert (poses[:, :2] >= 3.5).all()
     assert (poses[:, :2] <= [196.5, 221.5]).all()
@@ -138,7 +146,9 @@ def test_classifiers_agree_if_the_best_is_high_and_the_chosen_does_not_drop():
     chosen, high = np.tile([0.6, 0.8], (3, 1)), np.tile([0.7, 0.95], (3, 1))
     generations = np.array([0, 99])
     assert classifiers_verdict(BestAccuracies("", generations, chosen, high, high)).agrees
-    assert not classifiers_verdict(BestAccuracies("", generations, chosen[:, ::-1], high, high)).agrees
+    assert not classifiers_verdict(
+        BestAccuracies("", generations, chosen[:, ::-1], high, high)
+    ).agrees
     assert not classifiers_verdict(BestAccuracies("", generations, chosen, chosen, chosen)).agrees
 
 
@@ -158,7 +168,9 @@ def test_pieces_are_done_side_by_side_and_once(tmp_path):
 
 def test_pieces_that_were_stopped_are_told(tmp_path):
     with pytest.raises(Stopped, match="one"):
-        Work(tmp_path, None, workers=2, should_stop=lambda: True).all_arrays(doubled, {"one": (1,), "two": (2,)})
+        Work(tmp_path, None, workers=2, should_stop=lambda: True).all_arrays(
+            doubled, {"one": (1,), "two": (2,)}
+        )
     assert not list(tmp_path.iterdir())
 
 
@@ -170,7 +182,9 @@ def test_a_run_that_was_stopped_is_gone_on_with(tmp_path, monkeypatch):
 
     def once_complete():
         asked.append(None)
-        return len(asked) == 2  # the first question comes before the piece, the second after a generation
+        return (
+            len(asked) == 2
+        )  # the first question comes before the piece, the second after a generation
 
     work = Work(tmp_path, {"runs": sizes}, fast=True, should_stop=once_complete)
     with pytest.raises(Stopped):

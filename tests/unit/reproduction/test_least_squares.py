@@ -48,14 +48,18 @@ def test_signals_are_divided_by_their_scale():
 
 def test_samples_that_do_not_belong_to_the_models_are_refused():
     samples = Samples(np.zeros((5, 3, 2)), np.zeros((2, 1, 3, 2)))
-    with pytest.raises(ValueError, match="as many genuine samples for each of the 2 models; got 5 in all"):
+    with pytest.raises(
+        ValueError, match="as many genuine samples for each of the 2 models; got 5 in all"
+    ):
         squared_errors(samples)
 
 
 @pytest.mark.parametrize("scale", [(1.0, 0.0), (1.0, 2.0, 3.0)])
 def test_a_scale_that_does_not_fit_is_refused(scale):
     samples = Samples(np.zeros((2, 3, 2)), np.zeros((2, 1, 3, 2)))
-    with pytest.raises(ValueError, match=r"`scale` must be 2 finite numbers above 0, or one; got \[1\.0, "):
+    with pytest.raises(
+        ValueError, match=r"`scale` must be 2 finite numbers above 0, or one; got \[1\.0, "
+    ):
         squared_errors(samples, scale)
 
 

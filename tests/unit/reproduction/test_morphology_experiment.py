@@ -46,7 +46,9 @@ def test_the_field_of_view_counts_as_any_parameter(theta):
 
 
 def test_runs_in_a_mirror_image_or_with_another_view_are_the_reason_why_a_claim_differs():
-    found = verdict_of([TRUTH, [0.97, -1.13, -0.68, -0.98, 6.21], TRUTH + np.array([0, 0, -0.6, 0, 0])])
+    found = verdict_of(
+        [TRUTH, [0.97, -1.13, -0.68, -0.98, 6.21], TRUTH + np.array([0, 0, -0.6, 0, 0])]
+    )
     assert "in 2 of 3 runs (seeds 2002, 2003)" in found.observed
     assert found.reason.startswith("a mirror image of the truth")
     assert found.reason.endswith("(seeds 2002); docs/decisions/0016")

@@ -71,19 +71,30 @@ def test_errors_and_coverage_are_over_seeds_and_parameters():
     low, high = TRUTH - 0.1, TRUTH + 0.1
     inside = np.array([[low, high], [low, high]])
     inside[0, 1, :2] = -2.0
-    found = summary_of(outcome("npe", 1000, 0.25, 2.0, inside), outcome("mixture", 10, 0.1)).set_index("method")
-    assert found.loc["NPE", ["MAE", "coverage", "processor_s"]].tolist() == pytest.approx([0.25, 6 / 8, 2.0])
+    found = summary_of(
+        outcome("npe", 1000, 0.25, 2.0, inside), outcome("mixture", 10, 0.1)
+    ).set_index("method")
+    assert found.loc["NPE", ["MAE", "coverage", "processor_s"]].tolist() == pytest.approx(
+        [0.25, 6 / 8, 2.0]
+    )
     assert found.loc["mixture", ["coverage", "width"]].isna().all()
 
 
 def test_an_interval_that_is_not_known_holds_nothing_and_is_counted():
     ends = np.array([[TRUTH - 0.1, TRUTH + 0.1]] * 2)
     ends[1, :, :3] = np.nan
-    found = summary_of(outcome("turing-learning", 1000, 0.25, intervals=ends), outcome("mixture", 10, 0.1))
+    found = summary_of(
+        outcome("turing-learning", 1000, 0.25, intervals=ends), outcome("mixture", 10, 0.1)
+    )
     assert found.loc[0, ["coverage", "unknown", "width"]].tolist() == pytest.approx([5 / 8, 3, 0.2])
     assert "Turing Learning 3 with 1,000 trials" in remarks("Aggregation", found)[-1]
     nowhere = np.full((2, 2, 4), np.nan)
-    assert summary_of(outcome("turing-learning", 1000, 0.25, intervals=nowhere)).loc[0, ["width"]].isna().all()
+    assert (
+        summary_of(outcome("turing-learning", 1000, 0.25, intervals=nowhere))
+        .loc[0, ["width"]]
+        .isna()
+        .all()
+    )
 
 
 def test_what_is_not_known_is_null_in_a_piece_and_empty_in_the_table():
@@ -92,7 +103,9 @@ def test_what_is_not_known_is_null_in_a_piece_and_empty_in_the_table():
     assert (piece["low"], piece["high"]) == ([None, 0.0, 0.0, 0.0], [None, 1.0, 1.0, 1.0])
     found = runs_frame(AGGREGATION, {("turing-learning", 1000): [piece]}, (1,))
     for end in ("low", "high"):
-        np.testing.assert_array_equal(found.filter(regex=f"^{end}_").to_numpy()[0], getattr(inferred, end))
+        np.testing.assert_array_equal(
+            found.filter(regex=f"^{end}_").to_numpy()[0], getattr(inferred, end)
+        )
     table = found.drop(columns="processor_s").to_csv(index=False, float_format="%.6g")
     assert table.splitlines()[1].endswith(",0,,,0,1,0,1,0,1")
 
@@ -105,7 +118,10 @@ def test_it_is_said_who_is_more_accurate_and_where_the_others_win():
     first, second, wins = remarks("Aggregation", found)
     assert first.index("NPE 0.2000") < first.index("Turing Learning 0.3000")
     assert second.index("Turing Learning 0.0100") < second.index("NPE 0.0500")
-    assert "NPE with 100 simulated trials has a smaller median error (0.2000, 0.3000) than Turing Learning" in wins
+    assert (
+        "NPE with 100 simulated trials has a smaller median error (0.2000, 0.3000) than Turing Learning"
+        in wins
+    )
     assert "NPE with 1,000" not in wins
     assert (
         "mixture with 10 observed trials has a smaller median error (0.0010, 0.0100) and less time (0.5 s, 20.0 s)"
@@ -128,7 +144,8 @@ def test_trials_that_do_not_make_whole_groups_and_generations_are_refused(tmp_pa
 @pytest.mark.usefixtures("without_packages")
 def test_by_name_it_is_refused_without_its_packages_before_anything_is_done(tmp_path):
     with pytest.raises(
-        ConfigurationError, match=r"got 4\.5\+, which needs pyabc, sbi, sklearn\. Run: pip install 'turing-lea"
+        ConfigurationError,
+        match=r"got 4\.5\+, which needs pyabc, sbi, sklearn\. Run: pip install 'turing-lea",
     ):
         reproduce(ID, fast=True, out=tmp_path)
     assert list(tmp_path.iterdir()) == []
@@ -138,7 +155,9 @@ def test_by_name_it_is_refused_without_its_packages_before_anything_is_done(tmp_
 def test_of_all_it_is_left_out_without_its_packages_and_that_is_said():
     said = []
     left = possible_experiments("all", said.append)
-    assert [one.id for one in left] == [name for name, one in EXPERIMENTS.items() if not one.packages]
+    assert [one.id for one in left] == [
+        name for name, one in EXPERIMENTS.items() if not one.packages
+    ]
     assert said == [
         "4.5+: left out, it needs pyabc, sbi, sklearn. Run: pip install 'turing-learning[baselines]'",
         "5: left out, it needs cv2, serial. Run: pip install 'turing-learning[robot,vision]'",
@@ -173,7 +192,10 @@ def test_a_mixture_finds_the_levels_of_the_wheels():
 
 
 STILL = replace(
-    AGGREGATION, agents=2, controller=(0.4, 0.4, 0.4, 0.4), trial=replace(AGGREGATION.trial, duration_s=2.0)
+    AGGREGATION,
+    agents=2,
+    controller=(0.4, 0.4, 0.4, 0.4),
+    trial=replace(AGGREGATION.trial, duration_s=2.0),
 )
 """Two agents that do the same whatever they see: only the first two parameters, nearly always, show."""
 
@@ -203,12 +225,16 @@ def test_abc_smc_gives_the_same_for_the_same_seed(still):
 def test_abc_smc_can_be_stopped_and_refuses_too_few_models(still):
     pytest.importorskip("pyabc")
     assert infer_by_abc_smc(*still, 120, 1, should_stop=lambda: True) is None
-    with pytest.raises(ValueError, match="`evaluations` must be an integer of at least 100; got 99"):
+    with pytest.raises(
+        ValueError, match="`evaluations` must be an integer of at least 100; got 99"
+    ):
         infer_by_abc_smc(*still, 99, 1)
 
 
 @pytest.mark.parametrize("rounds", [1, 2])
-def test_a_neural_posterior_comes_near_says_nothing_and_writes_nothing(still, rounds, tmp_path, monkeypatch, capfd):
+def test_a_neural_posterior_comes_near_says_nothing_and_writes_nothing(
+    still, rounds, tmp_path, monkeypatch, capfd
+):
     pytest.importorskip("sbi")
     monkeypatch.chdir(tmp_path)
     found = infer_by_npe(*still, 400, seed=1, rounds=rounds)
@@ -220,7 +246,10 @@ def test_a_neural_posterior_comes_near_says_nothing_and_writes_nothing(still, ro
 def test_a_neural_posterior_can_be_stopped_and_refuses_too_few_models(still):
     pytest.importorskip("sbi")
     assert infer_by_npe(*still, 100, 1, should_stop=lambda: True) is None
-    with pytest.raises(ValueError, match="`evaluations` must be at least 20 in each of 1 or more rounds; got 30 in 2"):
+    with pytest.raises(
+        ValueError,
+        match="`evaluations` must be at least 20 in each of 1 or more rounds; got 30 in 2",
+    ):
         infer_by_npe(*still, 30, 1, rounds=2)
 
 

@@ -24,7 +24,9 @@ def peers(monkeypatch):
     import peers
 
     yield peers
-    for name in set(sys.modules) - before:  # scripts of these folders, which others have by the same names
+    for name in (
+        set(sys.modules) - before
+    ):  # scripts of these folders, which others have by the same names
         if str(ROOT / "ex") in str(getattr(sys.modules[name], "__file__", "")):
             del sys.modules[name]
 
@@ -36,7 +38,9 @@ def given(peers):
     def condense(motion):
         return peers.summaries(motion).mean(axis=1)
 
-    return peers.Problem(("level", "spread"), TRUTH, LOW, HIGH, move, recorded, condense, peers.summaries(recorded))
+    return peers.Problem(
+        ("level", "spread"), TRUTH, LOW, HIGH, move, recorded, condense, peers.summaries(recorded)
+    )
 
 
 @pytest.mark.filterwarnings("ignore")  # as the script does
@@ -65,4 +69,6 @@ def test_raw_motion_of_a_case_has_the_summaries_of_its_groups(peers):
     models = walk.prior(3, np.random.default_rng(2))
     groups = walk.group(models, np.random.default_rng(3))
     assert groups.shape == (3, peers.GROUP, 100, 2)
-    np.testing.assert_array_equal(walk.condense(groups), walk.simulate(models, np.random.default_rng(3)))
+    np.testing.assert_array_equal(
+        walk.condense(groups), walk.simulate(models, np.random.default_rng(3))
+    )

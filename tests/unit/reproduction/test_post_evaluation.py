@@ -6,7 +6,11 @@ import pytest
 from turing_learning.analysis import decision_accuracy
 from turing_learning.classifiers import ElmanClassifier
 from turing_learning.reproduction import _post_evaluation
-from turing_learning.reproduction._post_evaluation import count_agents, decision_accuracies, grid_models
+from turing_learning.reproduction._post_evaluation import (
+    count_agents,
+    decision_accuracies,
+    grid_models,
+)
 from turing_learning.swarm import AGGREGATION, Robot, Trial, initial_poses, observe
 
 RNG = np.random.default_rng(0)
@@ -47,12 +51,17 @@ def naive_accuracy(classifier, genomes, scenario, models, trials, seed):
     for genome in genomes:
         right = {True: [], False: []}
         for model, key in zip(models, keys, strict=True):
-            controllers = np.tile(np.asarray(scenario.controller), (len(key), scenario.individuals, 1))
+            controllers = np.tile(
+                np.asarray(scenario.controller), (len(key), scenario.individuals, 1)
+            )
             controllers[:, scenario.agents :] = model
             samples = observe(scenario, controllers, poses.copy(), key, 1).swapaxes(0, 1)
             for k, individual in enumerate(samples):
                 is_model = k >= scenario.agents
-                says_model = all(classifier.judge(genome[None], sample[None])[0, 0] < 0.5 for sample in individual)
+                says_model = all(
+                    classifier.judge(genome[None], sample[None])[0, 0] < 0.5
+                    for sample in individual
+                )
                 right[is_model].append(says_model == is_model)
         accuracies.append((np.mean(right[True]) + np.mean(right[False])) / 2)
     return np.array(accuracies)
@@ -81,7 +90,9 @@ def test_the_accuracy_is_that_of_all_judgments_taken_together(scenario):
     classifier, listener = ElmanClassifier(scale=scenario.input_scale, threads=1), Listener()
     found = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=3, seed=4, threads=1)
     post_evaluate(listener, GENOMES[:1], scenario, MODELS, trials=3, seed=4, threads=1)
-    judged = np.stack([classifier.judge(GENOMES, trial) >= 0.5 for trial in listener.heard], axis=-1)
+    judged = np.stack(
+        [classifier.judge(GENOMES, trial) >= 0.5 for trial in listener.heard], axis=-1
+    )
     agents, models = judged[:, :14], judged[:, 14:]
     np.testing.assert_allclose(found, decision_accuracy(agents, models), rtol=1e-12)
 
@@ -103,7 +114,9 @@ def test_initial_poses_are_common_to_all_models(scenario):
     assert not np.array_equal(trials[0], trials[1])
 
 
-def test_the_accuracy_does_not_depend_on_threads_and_on_what_is_judged_at_once(scenario, monkeypatch):
+def test_the_accuracy_does_not_depend_on_threads_and_on_what_is_judged_at_once(
+    scenario, monkeypatch
+):
     classifier = ElmanClassifier(scale=scenario.input_scale)
     whole = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=2, threads=1)
     monkeypatch.setattr(_post_evaluation, "BLOCK_BYTES", 1)
@@ -133,7 +146,9 @@ def test_who_was_judged_genuine_once_is_not_judged_again(scenario):
 
 
 @pytest.mark.parametrize("sparse", [0.0, 0.5, 1.0])
-def test_who_is_picked_out_and_who_is_judged_with_all_others_makes_no_difference(sparse, scenario, monkeypatch):
+def test_who_is_picked_out_and_who_is_judged_with_all_others_makes_no_difference(
+    sparse, scenario, monkeypatch
+):
     monkeypatch.setattr(_post_evaluation, "FEW_UNDECIDED", sparse)
     classifier = ElmanClassifier(scale=scenario.input_scale, threads=1)
     expected = naive_accuracy(classifier, GENOMES, scenario, MODELS, trials=3, seed=4)
@@ -145,7 +160,8 @@ def test_counts_of_parts_add_up_to_those_of_all(scenario):
     classifier = ElmanClassifier(scale=scenario.input_scale, threads=1)
     options = {"trials": 2, "seed": 3, "threads": 1}
     parts = [
-        count_agents(classifier, GENOMES, scenario, MODELS, part=part, **options) for part in (slice(3), slice(3, None))
+        count_agents(classifier, GENOMES, scenario, MODELS, part=part, **options)
+        for part in (slice(3), slice(3, None))
     ]
     whole = count_agents(classifier, GENOMES, scenario, MODELS, **options)
     np.testing.assert_array_equal(sum(parts), whole)
@@ -159,5 +175,8 @@ def test_counting_stops_between_classifiers_when_it_is_asked_to(scenario, monkey
         asked.append(True)
         return len(asked) > 1
 
-    assert count_agents(listener, GENOMES, scenario, MODELS, trials=3, seed=0, should_stop=should_stop) is None
+    assert (
+        count_agents(listener, GENOMES, scenario, MODELS, trials=3, seed=0, should_stop=should_stop)
+        is None
+    )
     assert len(listener.heard) == 3

@@ -29,7 +29,9 @@ def files(folder):
 @pytest.mark.parametrize("name", POSSIBLE)
 def test_every_claim_of_an_experiment_gets_a_verdict(conducted, name):
     results = ExperimentFolder(conducted / name).results()
-    assert [results.verdict(claim).claim for claim in EXPERIMENTS[name].claims] == list(EXPERIMENTS[name].claims)
+    assert [results.verdict(claim).claim for claim in EXPERIMENTS[name].claims] == list(
+        EXPERIMENTS[name].claims
+    )
 
 
 @pytest.mark.parametrize("name", POSSIBLE)
@@ -54,7 +56,9 @@ def test_what_was_done_is_not_done_again_and_the_results_are_the_same(conducted,
 def test_an_experiment_that_is_stopped_goes_on_to_the_same_results(conducted, tmp_path):
     said = []
     with pytest.raises(Stopped):
-        reproduce("4.5", fast=True, out=tmp_path, say=said.append, should_stop=lambda: len(said) == 2)
+        reproduce(
+            "4.5", fast=True, out=tmp_path, say=said.append, should_stop=lambda: len(said) == 2
+        )
     (standing,) = (one for one in standings(tmp_path) if one.experiment.id == "4.5")
     assert standing.state == "begun, 2 pieces of work"
     reproduce("4.5", fast=True, out=tmp_path)
@@ -64,13 +68,18 @@ def test_an_experiment_that_is_stopped_goes_on_to_the_same_results(conducted, tm
 def test_common_initial_configurations_and_other_noise_for_every_model(rows):
     found = rows("4.3", "aggregation-dispersion")
     assert [row["preset"] for row in found] == ["", *["default"] * 6, *["paper"] * 6]
-    assert [row["model"] for row in found] == ["agents", *(["best_model"] * 3 + ["estimate"] * 3) * 2]
+    assert [row["model"] for row in found] == [
+        "agents",
+        *(["best_model"] * 3 + ["estimate"] * 3) * 2,
+    ]
     assert all(float(row["trial_1"]) > 0 for row in found)
 
 
 def test_the_models_that_are_judged_are_the_best_of_the_last_generation(conducted, rows):
     found = rows("4.3", "aggregation-models")
-    with (conducted / "4.3" / "pieces" / "study-aggregation-default" / "runs.csv").open(newline="") as file:
+    with (conducted / "4.3" / "pieces" / "study-aggregation-default" / "runs.csv").open(
+        newline=""
+    ) as file:
         studied = list(csv.DictReader(file))
     own = [row for row in found if row["preset"] == "default" and row["model"] == "best_model"]
     assert [float(row["vl1"]) for row in own] == pytest.approx(
@@ -113,25 +122,33 @@ def test_the_fast_form_does_not_go_where_full_results_go():
 
 
 def test_an_unknown_experiment_is_refused(tmp_path):
-    with pytest.raises(ConfigurationError, match=r"`experiment` must be one of 3\.2, 4\.3, .*all; got '9'"):
+    with pytest.raises(
+        ConfigurationError, match=r"`experiment` must be one of 3\.2, 4\.3, .*all; got '9'"
+    ):
         reproduce("9", out=tmp_path)
 
 
 def test_a_share_of_a_worker_is_refused_before_anything_is_done(tmp_path):
-    with pytest.raises(ConfigurationError, match=r"^`workers` must be an integer of at least 1; got 1\.5\.$"):
+    with pytest.raises(
+        ConfigurationError, match=r"^`workers` must be an integer of at least 1; got 1\.5\.$"
+    ):
         reproduce("4.5", fast=True, out=tmp_path / "all", workers=1.5)
     assert not (tmp_path / "all").exists()
 
 
 def test_a_folder_of_the_fast_form_is_refused_for_the_full_one(conducted):
-    with pytest.raises(RunFolderError, match=r"`out` must be a folder of the same form, 'full'; got 'fast'"):
+    with pytest.raises(
+        RunFolderError, match=r"`out` must be a folder of the same form, 'full'; got 'fast'"
+    ):
         reproduce("3.2", out=conducted)
 
 
 def test_a_folder_of_other_sizes_is_refused(conducted, monkeypatch):
     other = replace(EXPERIMENTS["3.2"], fast=EXPERIMENTS["3.2"].fast | {"trials": 99})
     monkeypatch.setitem(EXPERIMENTS, "3.2", other)
-    with pytest.raises(RunFolderError, match=r"`out` must be a folder of the same sizes, .*'trials': 99.*; got"):
+    with pytest.raises(
+        RunFolderError, match=r"`out` must be a folder of the same sizes, .*'trials': 99.*; got"
+    ):
         reproduce("3.2", fast=True, out=conducted)
 
 
@@ -142,7 +159,9 @@ def test_an_unreadable_result_is_refused(tmp_path):
         standings(tmp_path)
 
 
-@pytest.mark.parametrize("content", ["[]", '{"format_version": 1}', '{"format_version": 0}', "[" * 100_000])
+@pytest.mark.parametrize(
+    "content", ["[]", '{"format_version": 1}', '{"format_version": 0}', "[" * 100_000]
+)
 def test_results_that_hold_something_else_are_refused(content, tmp_path):
     (tmp_path / "3.2").mkdir()
     (tmp_path / "3.2" / "results.json").write_text(content)
@@ -176,5 +195,7 @@ def test_a_full_disk_ends_an_experiment_that_can_go_on(tmp_path, monkeypatch):
         write_atomically(path, content)
 
     monkeypatch.setattr("turing_learning.store.write_atomically", full)
-    with pytest.raises(RunStorageError, match=r"`out` must be a folder with space left; .*No space left"):
+    with pytest.raises(
+        RunStorageError, match=r"`out` must be a folder with space left; .*No space left"
+    ):
         door.reproduce("3.2", fast=True, out=tmp_path)

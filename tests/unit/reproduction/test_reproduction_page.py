@@ -58,15 +58,26 @@ def test_the_page_begins_with_the_score_and_a_sentence_for_each_claim_that_diffe
     path = as_if_full / "3.2" / "results.json"
     results = json.loads(path.read_text())
     for agrees in (True, False):
-        path.write_text(json.dumps(results | {"verdicts": [one | {"agrees": agrees} for one in results["verdicts"]]}))
+        path.write_text(
+            json.dumps(
+                results | {"verdicts": [one | {"agrees": agrees} for one in results["verdicts"]]}
+            )
+        )
         start = page(as_if_full, "there").partition("## All claims")[0]
         assert f"**{int(agrees)} agree** and **{int(not agrees)} differ**" in start
-        assert ("[3.2-snapshots](there/3.2/README.md): Robots gather as printed" in start) is not agrees
+        assert (
+            "[3.2-snapshots](there/3.2/README.md): Robots gather as printed" in start
+        ) is not agrees
 
 
 def test_every_claim_that_differs_has_a_sentence():
     found = [ExperimentFolder(ROOT / "experiments" / name).results() for name in EXPERIMENTS]
-    differ = {one.claim for results in found for one in results.verdicts if not one.agrees and not one.variant}
+    differ = {
+        one.claim
+        for results in found
+        for one in results.verdicts
+        if not one.agrees and not one.variant
+    }
     assert differ == set(prose()["differences"])
 
 
@@ -108,7 +119,9 @@ def test_the_committed_page_is_one_that_is_replaced():
 def test_a_page_from_python_replaces_no_other_file(tmp_path):
     path = tmp_path / "page.md"
     path.write_text("my notes")
-    with pytest.raises(ConfigurationError, match=r"`path` must be a file that does not exist; got .*page\.md"):
+    with pytest.raises(
+        ConfigurationError, match=r"`path` must be a file that does not exist; got .*page\.md"
+    ):
         write_page(tmp_path / "experiments", path)
     assert list(tmp_path.iterdir()) == [path]
     assert path.read_text() == "my notes"

@@ -11,11 +11,17 @@ from turing_learning.reproduction._methods import (
 
 def test_the_expected_error_is_that_of_many_drawn_pairs():
     rng = np.random.default_rng(0)
-    chances, outputs, model = np.array([0.2, 0.5, 0.3]), np.array([1.0, -1.0, 0.5]), np.array([0.3, 0.1, -0.4])
+    chances, outputs, model = (
+        np.array([0.2, 0.5, 0.3]),
+        np.array([1.0, -1.0, 0.5]),
+        np.array([0.3, 0.1, -0.4]),
+    )
     inputs = rng.choice(3, size=(2, 200_000), p=chances)
     squares = np.square(model[inputs[0]] - outputs[inputs[1]])
     # the standard error of the mean of 200,000 squares is about 0.0025; four of them
-    assert expected_squared_error(model, [chances], outputs) == pytest.approx(squares.mean(), abs=4 * 0.0025)
+    assert expected_squared_error(model, [chances], outputs) == pytest.approx(
+        squares.mean(), abs=4 * 0.0025
+    )
 
 
 def test_a_state_that_never_occurs_gets_the_mean():
@@ -24,7 +30,9 @@ def test_a_state_that_never_occurs_gets_the_mean():
 
 @pytest.mark.parametrize("chances", [[[0.5, 0.6]], [[1.5, -0.5]]])
 def test_what_is_no_probability_is_refused(chances):
-    with pytest.raises(ValueError, match="`probabilities` must be 0 or more and sum to 1 in every time step; got"):
+    with pytest.raises(
+        ValueError, match="`probabilities` must be 0 or more and sum to 1 in every time step; got"
+    ):
         least_squares_optimum(chances, [0.0, 1.0])
 
 
@@ -41,5 +49,7 @@ def test_no_cases_are_refused():
 @pytest.mark.parametrize(
     ("difference", "distance", "holds"), [(1e-9, 0.1, True), (1e-3, 0.1, False), (1e-9, 0.0, False)]
 )
-def test_a_statement_holds_if_the_minimum_is_where_it_says_and_not_at_the_agent(difference, distance, holds):
+def test_a_statement_holds_if_the_minimum_is_where_it_says_and_not_at_the_agent(
+    difference, distance, holds
+):
     assert StatementCheck("", 1, difference, distance).holds is holds

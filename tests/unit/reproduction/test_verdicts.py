@@ -2,11 +2,7 @@ import numpy as np
 import pytest
 
 from turing_learning.reproduction._experiment import Runs
-from turing_learning.reproduction._verdicts import (
-    ClaimVerdict,
-    Spreads,
-    shares_not_worse,
-)
+from turing_learning.reproduction._verdicts import ClaimVerdict, Spreads, shares_not_worse
 from turing_learning.reproduction.experiments.case_studies import (
     Case,
     Outcome,
@@ -26,7 +22,11 @@ PRINTED = spreads((0.1, 0.03))
 
 def test_mean_and_standard_deviation_are_those_of_the_runs():
     found = Spreads.of(np.array([[1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]))
-    assert (found.mean.tolist(), found.standard_deviation.tolist(), found.runs) == ([2.0, 0.0], [1.0, 0.0], 3)
+    assert (found.mean.tolist(), found.standard_deviation.tolist(), found.runs) == (
+        [2.0, 0.0],
+        [1.0, 0.0],
+        3,
+    )
     assert found.standard_error[0] == pytest.approx(1 / 3**0.5)
 
 
@@ -50,7 +50,9 @@ def test_errors_agree_up_to_twice_the_printed_standard_error_of_the_difference(o
     assert observed.not_worse(PRINTED) is agrees
 
 
-@pytest.mark.parametrize(("mean", "agrees"), [(0.066, True), (0.064, False), (0.134, True), (0.136, False)])
+@pytest.mark.parametrize(
+    ("mean", "agrees"), [(0.066, True), (0.064, False), (0.134, True), (0.136, False)]
+)
 def test_a_baseline_must_be_neither_worse_nor_better_than_printed(mean, agrees):
     assert spreads((mean, 0.5)).within(PRINTED) is agrees
 
@@ -68,7 +70,10 @@ def test_printed_errors_are_those_of_30_runs():
 
 
 def test_numbers_are_listed_with_their_names():
-    assert spreads((0.1, 0.03), (0.1, 0.03)).listed(("vl0", "vr0"), 2) == "vl0 0.10 (0.03), vr0 0.10 (0.03)"
+    assert (
+        spreads((0.1, 0.03), (0.1, 0.03)).listed(("vl0", "vr0"), 2)
+        == "vl0 0.10 (0.03), vr0 0.10 (0.03)"
+    )
 
 
 def test_a_verdict_without_a_stated_rule_is_refused():
@@ -82,7 +87,9 @@ def test_a_verdict_from_a_comparison_of_arrays_can_be_stored():
 
 
 def test_an_outcome_names_the_reason_of_a_difference():
-    verdict = ClaimVerdict("4.3-sensor-shares", False, "0.9", "0.8", "shares", reason="the simulator")
+    verdict = ClaimVerdict(
+        "4.3-sensor-shares", False, "0.9", "0.8", "shares", reason="the simulator"
+    )
     assert (verdict.word, verdict.outcome) == ("differ", "0.8 (why: the simulator)")
 
 
@@ -105,7 +112,9 @@ def test_values_that_leave_again_and_again_never_settle():
 def test_a_swarm_that_does_not_gather_makes_the_claim_differ(dispersions, agrees):
     # all of four trials alike: no test can be significant, so that only the second condition decides
     agents, models = np.full((3, 4), 10.0), np.array([[d] * 4 for d in dispersions])
-    case = Case(AGGREGATION, "aggregation", {"robots": 5, "trials": 4}, PRINTED, agents[0], agents[1:])
+    case = Case(
+        AGGREGATION, "aggregation", {"robots": 5, "trials": 4}, PRINTED, agents[0], agents[1:]
+    )
     runs = Runs("default", AGGREGATION.parameter_names, (1, 2), {}, {})
     outcome = Outcome(case, runs, np.zeros((2, 2, 4)), np.zeros((1, 4)), {"best_model": models})
     assert emergence_verdict(outcome, "best_model").agrees is agrees

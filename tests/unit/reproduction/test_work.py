@@ -23,7 +23,9 @@ def test_a_piece_of_work_is_done_once(tmp_path):
         return {"value": 7}
 
     for _ in range(3):
-        assert Work(tmp_path / "pieces", None, say=said.append).piece("one", compute) == {"value": 7}
+        assert Work(tmp_path / "pieces", None, say=said.append).piece("one", compute) == {
+            "value": 7
+        }
     assert len(calls) == 1
     assert [text.partition(":")[0] for text in said] == ["one"]
 
@@ -120,7 +122,8 @@ def test_a_study_with_failed_runs_is_no_result(tmp_path, monkeypatch):
     with monkeypatch.context() as patched:
         patched.setattr("turing_learning.studies._backends.start", fail)
         with pytest.raises(
-            ExecutorError, match=r"`study` must have no runs that fail; got 2, the first for: MemoryError"
+            ExecutorError,
+            match=r"`study` must have no runs that fail; got 2, the first for: MemoryError",
         ):
             small_study(Work(tmp_path, None, fast=True))
     assert small_study(Work(tmp_path, None, fast=True)).complete
@@ -131,11 +134,18 @@ def test_a_damaged_piece_is_set_aside_and_done_again(tmp_path, caplog):
         Work(tmp_path, None).piece("one", lambda: {"value": np.arange(3).tolist()}, suffix)
         path = tmp_path / f"one.{suffix}"
         path.write_bytes(path.read_bytes().replace(b"seconds", b"secondt"))
-        assert list(Work(tmp_path, None).piece("one", lambda: {"value": [7]}, suffix)["value"]) == [7]
+        assert list(Work(tmp_path, None).piece("one", lambda: {"value": [7]}, suffix)["value"]) == [
+            7
+        ]
         assert (tmp_path / f"one.{suffix}.damaged").exists()
-        assert f"one.{suffix} is damaged (it has been changed); it is made again" in caplog.messages[-1]
+        assert (
+            f"one.{suffix} is damaged (it has been changed); it is made again"
+            in caplog.messages[-1]
+        )
 
 
-@pytest.mark.parametrize(("errors", "place"), [([3.0, 1.0, 2.0], 2), ([4.0, 1.0, 3.0, 2.0], 3), ([5.0], 0)])
+@pytest.mark.parametrize(
+    ("errors", "place"), [([3.0, 1.0, 2.0], 2), ([4.0, 1.0, 3.0, 2.0], 3), ([5.0], 0)]
+)
 def test_the_median_is_the_middle_error_or_the_smaller_of_two(errors, place):
     assert index_of_median(errors) == place

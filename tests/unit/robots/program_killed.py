@@ -32,7 +32,9 @@ def run(folder: Path, path: Path, state: str, count: int) -> None:
         if path.exists():
             resume_laboratory(path, equipment=doors, on_event=die)
         else:
-            start_laboratory(load_laboratory(folder / "lab.toml"), path, equipment=doors, on_event=die)
+            start_laboratory(
+                load_laboratory(folder / "lab.toml"), path, equipment=doors, on_event=die
+            )
     finally:
         os._exit(1)
 

@@ -95,7 +95,12 @@ class ScriptedLaboratory:
             for name, body in zip(NAMES, self.bodies, strict=True)
         }
         self._render = EmulatedCamera(
-            CALIBRATION, TriangleMarkers(), LABELS, arena_cm=ARENA, wall_cm=5.0, optics=Optics(noise=noise)
+            CALIBRATION,
+            TriangleMarkers(),
+            LABELS,
+            arena_cm=ARENA,
+            wall_cm=5.0,
+            optics=Optics(noise=noise),
         )
         self._round = 0
         self._since = None
@@ -107,7 +112,13 @@ class ScriptedLaboratory:
 
     def heal(self):
         """Undo whatever a test has done, as an operator would."""
-        self.covered, self.carried, self.stuck, self.frozen, self.dead_camera = (), None, (), None, False
+        self.covered, self.carried, self.stuck, self.frozen, self.dead_camera = (
+            (),
+            None,
+            (),
+            None,
+            False,
+        )
         for wire in self.wires.values():
             wire.cut = wire.silent = wire.halve = False
         for body in self.bodies:
@@ -144,13 +155,19 @@ class ScriptedLaboratory:
         poses = HOMES.copy()
         running = self._since is not None and self._state == "R5"
         for k in range(4):
-            elapsed = round(self.clock.now() - self._since, 6) if running and k not in self.stuck else 0.0
+            elapsed = (
+                round(self.clock.now() - self._since, 6) if running and k not in self.stuck else 0.0
+            )
             left, right = self.agent if k < 2 else self._model(k - 2)
             speed, turn = 0.5 * (left + right), right - left
             heading = HOMES[k, 2] + turn * elapsed
             half = 0.5 * turn * elapsed
             way = speed * elapsed * np.sinc(half / math.pi)
-            poses[k] += (way * math.cos(HOMES[k, 2] + half), way * math.sin(HOMES[k, 2] + half), 0.0)
+            poses[k] += (
+                way * math.cos(HOMES[k, 2] + half),
+                way * math.sin(HOMES[k, 2] + half),
+                0.0,
+            )
             poses[k, 2] = heading
         if self.carried is not None and running and self.clock.now() - self._since > 3.5:
             poses[self.carried, :2] = (30.0, 33.0)

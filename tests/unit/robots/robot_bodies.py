@@ -32,7 +32,9 @@ class PublicClient:
 
     def line(self, timeout=60.0):
         while b"\n" not in self.rest:
-            assert select.select([self.descriptor], [], [], timeout)[0], f"silence after {self.rest!r}"
+            assert select.select([self.descriptor], [], [], timeout)[0], (
+                f"silence after {self.rest!r}"
+            )
             self.rest += os.read(self.descriptor, 1024)
         line, self.rest = self.rest.split(b"\n", 1)
         return line.rstrip(b"\r").decode("ascii")

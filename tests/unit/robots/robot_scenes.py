@@ -60,7 +60,9 @@ def _paste(camera, canvas, texture, corners):
     across, down = (corners[1] - corners[0]) / width, (corners[2] - corners[0]) / height
     start = corners[0] + 0.5 * (across + down)
     grid = np.meshgrid(np.linspace(0, 1, 12), np.linspace(0, 1, 12))
-    edge = corners[0] + np.stack([g.ravel() for g in grid], 1) @ np.array([across * width, down * height])
+    edge = corners[0] + np.stack([g.ravel() for g in grid], 1) @ np.array(
+        [across * width, down * height]
+    )
     rows, columns = camera._region(camera._calibration.project(edge), 2)
     fine = 3
     xs = columns.start + (np.arange((columns.stop - columns.start) * fine) + 0.5) / fine - 0.5
@@ -75,7 +77,9 @@ def _paste(camera, canvas, texture, corners):
     inside = ((at > -0.5) & (at < [width - 0.5, height - 0.5])).all(axis=2).astype(np.float32)
     size = (columns.stop - columns.start, rows.stop - rows.start)
     ink = cv2.resize(
-        np.where(inside > 0, 20 + drawn * (215 / 255), 0).astype(np.float32), size, interpolation=cv2.INTER_AREA
+        np.where(inside > 0, 20 + drawn * (215 / 255), 0).astype(np.float32),
+        size,
+        interpolation=cv2.INTER_AREA,
     )
     share = cv2.resize(inside, size, interpolation=cv2.INTER_AREA)
     mixed = canvas[rows, columns] * (1 - share[..., None]) + ink[..., None]

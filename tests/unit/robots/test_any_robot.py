@@ -27,7 +27,13 @@ from turing_learning.robots import (
 from turing_learning.robots._link import PARAMETER_UNIT, opened, sealed
 from turing_learning.robots.emulation._lines import Line
 from turing_learning.robots.tracking._tracker import impossible
-from turing_learning.runs import read_events, read_post_evaluation, read_trials, resume_laboratory, start_laboratory
+from turing_learning.runs import (
+    read_events,
+    read_post_evaluation,
+    read_trials,
+    resume_laboratory,
+    start_laboratory,
+)
 from turing_learning.swarm import Arena, Robot
 
 SPEED = 6.0
@@ -67,8 +73,15 @@ class JsonLine(Line):
             numbers = (round(value / PARAMETER_UNIT) for value in message["parameters"])
             self._tell(sealed(f"X,M,{message['sequence']},{','.join(map(str, numbers))}"))
         elif did == "status":
-            _, _, state, ms, waiting, executing, battery = opened(self._tell(sealed("X,Q"))).split(",")
-            told = {"state": state, "in_state_s": int(ms) / 1000, "waiting": int(waiting), "executing": int(executing)}
+            _, _, state, ms, waiting, executing, battery = opened(self._tell(sealed("X,Q"))).split(
+                ","
+            )
+            told = {
+                "state": state,
+                "in_state_s": int(ms) / 1000,
+                "waiting": int(waiting),
+                "executing": int(executing),
+            }
             told["battery_ok"] = battery == "1"
         elif did in ("start", "halt"):
             self._tell(sealed("X,G" if did == "start" else "X,H"))
@@ -119,7 +132,9 @@ def laboratory(tmp_path, monkeypatch):
     (tmp_path / "my_laboratory.py").write_text(
         f"from any_robot import JsonRobot, UdpPoses\ndef open_poses(setup):\n    return UdpPoses(setup, {port})\n"
     )
-    served = EmulatedLaboratory(replace(LABORATORY, agents=2), seed=3, make_line=lambda robot, _: JsonLine(robot))
+    served = EmulatedLaboratory(
+        replace(LABORATORY, agents=2), seed=3, make_line=lambda robot, _: JsonLine(robot)
+    )
     served.clock.sleep(0.1)  # compiles, before anybody waits for poses
 
     def go():
@@ -131,7 +146,9 @@ def laboratory(tmp_path, monkeypatch):
                 now = served.clock.now()
                 for name in served.names:
                     served.robot(name).line.stay()
-            sender.sendto(json.dumps({"time": now / SPEED, "poses": poses}).encode(), ("127.0.0.1", port))
+            sender.sendto(
+                json.dumps({"time": now / SPEED, "poses": poses}).encode(), ("127.0.0.1", port)
+            )
             time.sleep(max(0.0, (now - ahead) / SPEED - time.monotonic()))
 
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -140,7 +157,11 @@ def laboratory(tmp_path, monkeypatch):
     timing = {"wait_s": 1 / SPEED, "disperse_s": 8 / SPEED, "execute_s": 7 / SPEED}
     text = 'open_replica = "my_laboratory:JsonRobot"\ntracker = "my_laboratory:open_poses"\n'
     text += f"[camera]\nfps = {10 * SPEED}\n[interventions]\nbatteries_every = 0\n[evaluation]\nrepeats = 1\n"
-    text += "[timing]\n" + "".join(f"{name} = {value}\n" for name, value in timing.items()) + "tolerance_s = 1.0\n"
+    text += (
+        "[timing]\n"
+        + "".join(f"{name} = {value}\n" for name, value in timing.items())
+        + "tolerance_s = 1.0\n"
+    )
     for name in served.names:
         role = name.partition("-")[0]
         text += f'[[robots]]\nname = "{name}"\nrole = "{role}"\nmarker = "{name}"\naddress = "{served.robot(name).line.port}"\n'
@@ -156,11 +177,22 @@ def laboratory(tmp_path, monkeypatch):
         sys.modules.pop(name, None)
 
 
-def test_robots_that_speak_json_are_started_observed_halted_and_resumed_like_epucks(laboratory, tmp_path):
+def test_robots_that_speak_json_are_started_observed_halted_and_resumed_like_epucks(
+    laboratory, tmp_path
+):
     served, file = laboratory
     loaded, out = load_laboratory(file), tmp_path / "run"
-    found = {each.what: each for each in inspect(loaded.setup, loaded.configuration.swarm, real_equipment(loaded))}
-    assert list(found) == ["agent agent-1", "agent agent-2", "replica replica-1", "replica replica-2", "tracker"]
+    found = {
+        each.what: each
+        for each in inspect(loaded.setup, loaded.configuration.swarm, real_equipment(loaded))
+    }
+    assert list(found) == [
+        "agent agent-1",
+        "agent agent-2",
+        "replica replica-1",
+        "replica replica-2",
+        "tracker",
+    ]
     assert all(each.fine for each in found.values()), found
     assert found["agent agent-1"].text == "JSON robot 1; battery good; state R0"
     result = start_laboratory(loaded, out, should_stop=lambda: True)
@@ -185,7 +217,10 @@ def test_robots_that_speak_json_are_started_observed_halted_and_resumed_like_epu
             lambda poses, present: poses.__setitem__((slice(6, None), 0, 2), 3.1),
             "individual 0 (a) cannot have moved 0.0 cm and turned 178 degrees like this",
         ),
-        (lambda poses, present: present.__setitem__((3, 1), False), "individual 1 (b) is out of sight"),
+        (
+            lambda poses, present: present.__setitem__((3, 1), False),
+            "individual 1 (b) is out of sight",
+        ),
     ],
 )
 def test_what_no_robot_can_do_is_noticed_in_the_poses_of_any_tracker(change, text):
@@ -197,13 +232,20 @@ def test_what_no_robot_can_do_is_noticed_in_the_poses_of_any_tracker(change, tex
     assert isinstance(fault, Fault)
     assert text in fault.text
     assert (
-        impossible(Track(poses, np.ones((11, 2), bool), ("a", "b"), 0.1), Robot(maximum_speed_cm_s=100.0)) == ()
+        impossible(
+            Track(poses, np.ones((11, 2), bool), ("a", "b"), 0.1), Robot(maximum_speed_cm_s=100.0)
+        )
+        == ()
     )  # a faster robot
 
 
 def track_of(step, heading=0.0, neighbor=100.0, noise=0.0):
     """Return the track of a robot on the floor's middle that moves by a step (2,) in the sixth image, and of one at its left."""
-    poses = np.zeros((11, 2, 3)) + [50.0, 50.0, heading] + noise * np.random.default_rng(1).normal(size=(11, 2, 3))
+    poses = (
+        np.zeros((11, 2, 3))
+        + [50.0, 50.0, heading]
+        + noise * np.random.default_rng(1).normal(size=(11, 2, 3))
+    )
     poses[6:, 0, :2] += step
     poses[:, 1, 1] += neighbor
     return Track(poses, np.ones((11, 2), bool), ("a", "b"), 0.1)
@@ -230,7 +272,9 @@ def test_a_robot_moves_along_its_heading_unless_another_pushes_it(step, options,
     assert all(fault.text.startswith("individual 0 (a)") and fault.frame == 6 for fault in found)
     assert impossible(track_of((0.0, 0.6)), Robot(), Arena(53.0, 225.0)) == ()  # a wall is as good
     along = track_of((0.0, 0.6))
-    assert impossible(replace(along, has_headings=False), Robot(), Arena()) == ()  # where headings are not known
+    assert (
+        impossible(replace(along, has_headings=False), Robot(), Arena()) == ()
+    )  # where headings are not known
 
 
 @pytest.mark.parametrize(
@@ -238,7 +282,10 @@ def test_a_robot_moves_along_its_heading_unless_another_pushes_it(step, options,
     [
         ('markers = "aruco"\nmarker_cm = 5.0', ("3", "17", "49", "5")),
         ('markers = "aruco"\ndictionary = "5X5_250"\nmarker_cm = 5.0', ("3", "17", "249", "5")),
-        ('markers = "aruco"\ndictionary = "APRILTAG_16h5"\nmarker_cm = 5.0', ("3", "17", "29", "5")),
+        (
+            'markers = "aruco"\ndictionary = "APRILTAG_16h5"\nmarker_cm = 5.0',
+            ("3", "17", "29", "5"),
+        ),
         ('markers = "triangles"\nmarker_cm = 4.2', ("green", "green", "red", "blue")),
     ],
 )
@@ -261,7 +308,10 @@ def test_a_rehearsal_wears_the_markers_of_the_file(markers, labels, tmp_path):
 
 
 def test_a_dictionary_that_does_not_exist_is_named():
-    with pytest.raises(ValueError, match=r"`camera\.dictionary` must be a known dictionary; got '4X4_5'.*Did you mean"):
+    with pytest.raises(
+        ValueError,
+        match=r"`camera\.dictionary` must be a known dictionary; got '4X4_5'.*Did you mean",
+    ):
         ArucoMarkers(dictionary="4X4_5").check_label("1")
 
 
@@ -325,7 +375,9 @@ class Peer:
         (b"", 1, "timed out"),
     ],
 )
-def test_a_robot_that_sends_nonsense_is_a_lost_link_within_its_time(data, times, error, monkeypatch):
+def test_a_robot_that_sends_nonsense_is_a_lost_link_within_its_time(
+    data, times, error, monkeypatch
+):
     monkeypatch.syspath_prepend(str(EXAMPLES))
     import any_robot
 
@@ -341,7 +393,9 @@ def test_a_robot_that_sends_nonsense_is_a_lost_link_within_its_time(data, times,
     peer.close()
 
 
-def test_datagrams_that_make_no_sense_are_left_out_and_silence_is_a_lost_tracker(laboratory, monkeypatch):
+def test_datagrams_that_make_no_sense_are_left_out_and_silence_is_a_lost_tracker(
+    laboratory, monkeypatch
+):
     _, file = laboratory
     import any_robot
 
@@ -358,7 +412,11 @@ def test_datagrams_that_make_no_sense_are_left_out_and_silence_is_a_lost_tracker
         begun = time.monotonic()
         while not done.wait(0.004):
             now_s = time.monotonic() - begun
-            seen = {"agent-1": [1.0, 2.0, 0.5], "agent-2": [1.0, 2.0], "replica-1": [1.0, float("inf"), 0.0]}
+            seen = {
+                "agent-1": [1.0, 2.0, 0.5],
+                "agent-2": [1.0, 2.0],
+                "replica-1": [1.0, float("inf"), 0.0],
+            }
             for data in [*nonsense, json.dumps({"time": now_s, "poses": seen}).encode()]:
                 sender.sendto(data, ("127.0.0.1", port))
 

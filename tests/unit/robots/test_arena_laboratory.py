@@ -30,7 +30,9 @@ def states(laboratory):
 def test_robots_wait_for_the_remote_control_and_begin_together(laboratory):
     before = laboratory.poses()
     laboratory.clock.sleep(5.0)
-    np.testing.assert_allclose(laboratory.poses(), before, atol=0.1)  # those that overlapped have been pushed apart
+    np.testing.assert_allclose(
+        laboratory.poses(), before, atol=0.1
+    )  # those that overlapped have been pushed apart
     assert states(laboratory) == ["R0"] * 5
     laboratory.operator.press_remote()
     began = laboratory.clock.now()
@@ -84,7 +86,9 @@ def test_dispersal_separates_robots_that_have_gathered():
     assert (places < np.array(laboratory.arena_cm) - 3.4).all()
 
 
-@pytest.mark.parametrize("controller", [(1.0, 1.0, 1.0, 1.0), (-1.0, -1.0, -1.0, -1.0), (-0.7, -1.0, 1.0, -1.0)])
+@pytest.mark.parametrize(
+    "controller", [(1.0, 1.0, 1.0, 1.0), (-1.0, -1.0, -1.0, -1.0), (-0.7, -1.0, 1.0, -1.0)]
+)
 def test_nobody_stays_at_a_wall_during_a_trial(controller):
     laboratory = small_laboratory(scenario=replace(SMALL, controller=controller))
     laboratory.operator.press_remote()
@@ -115,7 +119,9 @@ def test_robots_that_meet_in_a_trial_move_as_if_they_had_no_infrared_sensors():
         poses = swarm.simulate(scenario, controllers, poses, control_steps=1, threads=1).poses[:, 1]
         np.testing.assert_allclose(laboratory.poses()[:3, :2], poses[0, :3, :2], atol=0.02)
         poses = laboratory.poses()[None]
-        between = np.linalg.norm(poses[0, :3, None, :2] - poses[0, None, :3, :2], axis=-1)[np.triu_indices(3, 1)]
+        between = np.linalg.norm(poses[0, :3, None, :2] - poses[0, None, :3, :2], axis=-1)[
+            np.triu_indices(3, 1)
+        ]
         nearest = min(nearest, between.min())
     assert nearest < 7.1  # they did meet
 
@@ -130,7 +136,9 @@ def test_motion_is_that_of_the_simulated_swarm():
     before = laboratory.poses()
     laboratory.clock.sleep(1.0)
     controllers = np.array([(0.5, 1.0) * 2] + [(0.0,) * 4] * 4)[None]
-    expected = swarm.simulate(scenario, controllers, before[None], control_steps=10, threads=1).poses[0, -1]
+    expected = swarm.simulate(
+        scenario, controllers, before[None], control_steps=10, threads=1
+    ).poses[0, -1]
     np.testing.assert_allclose(laboratory.poses()[0], expected[0], atol=0.02)
 
 
@@ -164,7 +172,9 @@ def test_the_same_seed_gives_the_same_bits_and_another_one_others():
 def test_an_image_is_rendered_only_when_one_is_taken(laboratory, monkeypatch):
     rendered = []
     render = laboratory._eye.render
-    monkeypatch.setattr(laboratory._eye, "render", lambda *told: rendered.append(1) or render(*told))
+    monkeypatch.setattr(
+        laboratory._eye, "render", lambda *told: rendered.append(1) or render(*told)
+    )
     laboratory.clock.sleep(20.0)
     assert rendered == []
     laboratory.camera.take()
@@ -264,7 +274,9 @@ def test_images_of_an_emulated_laboratory_have_the_noise_and_the_delay_of_its_tr
 def test_what_a_laboratory_cannot_be_is_refused():
     with pytest.raises(ValueError, match=r"`scenario.arena` must have walls; got an unbounded one"):
         EmulatedLaboratory(swarm.AGGREGATION)
-    with pytest.raises(ValueError, match=r"`scenario.replicas` must be at most 4, one for each color; got 5"):
+    with pytest.raises(
+        ValueError, match=r"`scenario.replicas` must be at most 4, one for each color; got 5"
+    ):
         EmulatedLaboratory(replace(SMALL, replicas=5))
 
 
@@ -287,7 +299,8 @@ def test_robots_and_places_that_do_not_exist_are_refused(laboratory):
     with pytest.raises(ValueError, match=r"`name` must be one of agent-1, .*; got 'agent-9'"):
         laboratory.link("agent-9")
     with pytest.raises(
-        ValueError, match=r"`pose` must be inside the arena of 90.0 x 100.0 cm; got \(95.0, 10.0, 0.0\)"
+        ValueError,
+        match=r"`pose` must be inside the arena of 90.0 x 100.0 cm; got \(95.0, 10.0, 0.0\)",
     ):
         laboratory.faults.carry("agent-1", 95.0, 10.0)
 
@@ -330,7 +343,9 @@ def test_a_robot_waits_for_a_random_part_of_a_cycle_before_each_trial():
     pauses = []
     for robot in laboratory._robots:
         take = robot.emulated.take_pause
-        robot.emulated.take_pause = lambda interval_s, take=take: pauses.append(take(interval_s)) or pauses[-1]
+        robot.emulated.take_pause = lambda interval_s, take=take: (
+            pauses.append(take(interval_s)) or pauses[-1]
+        )
     laboratory.clock.sleep(37.0)
     waited = [pause for pause in pauses if pause > 0]
     assert len(waited) == 2 * len(laboratory.names)  # once in each loop

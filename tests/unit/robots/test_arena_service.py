@@ -46,7 +46,9 @@ def connect(address):
 
 
 def test_a_public_client_drives_any_robot_and_hears_a_replica(service):
-    agent, replica = (PublicClient(connect(service.addresses[name])) for name in ("agent-1", "replica-1"))
+    agent, replica = (
+        PublicClient(connect(service.addresses[name])) for name in ("agent-1", "replica-1")
+    )
     for client in (agent, replica):
         if not service.addresses["agent-1"].startswith("socket://"):
             assert [client.line()[-6:] for _ in range(2)] == ["e-Puck", "r help"]

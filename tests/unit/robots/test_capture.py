@@ -28,13 +28,17 @@ def test_images_are_taken_one_by_one_until_there_are_none(video):
     with Capture(video) as capture:
         assert [capture.take().shape for _ in range(3)] == [(48, 64, 3)] * 3
         with pytest.raises(
-            CameraError, match=r"`source` must give images; got none more from '.*trial\.avi'\. Check that"
+            CameraError,
+            match=r"`source` must give images; got none more from '.*trial\.avi'\. Check that",
         ):
             capture.take()
 
 
 def test_a_video_that_does_not_exist_is_refused(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"must be a camera's number, a video file or a URL; got '.*none\.avi'"):
+    with pytest.raises(
+        FileNotFoundError,
+        match=r"must be a camera's number, a video file or a URL; got '.*none\.avi'",
+    ):
         Capture(tmp_path / "none.avi")
 
 
@@ -42,13 +46,16 @@ def test_a_file_that_is_no_video_is_refused(tmp_path):
     path = tmp_path / "notes.avi"
     path.write_text("no video")
     with pytest.raises(
-        CameraError, match=r"must be a camera or a video that opens; got '.*notes\.avi'\. Check that it plays"
+        CameraError,
+        match=r"must be a camera or a video that opens; got '.*notes\.avi'\. Check that it plays",
     ):
         Capture(path)
 
 
 def test_a_camera_that_is_not_there_is_refused():
-    with pytest.raises(CameraError, match=r"got camera 97\. Check its cable, and that no other program uses it"):
+    with pytest.raises(
+        CameraError, match=r"got camera 97\. Check its cable, and that no other program uses it"
+    ):
         Capture(97)
 
 
@@ -59,7 +66,12 @@ class Device:
     """
 
     def __init__(self, interval_s=0.05, decoding_s=0.0, buffered=0, lost=(), images=200):
-        self.interval_s, self.decoding_s, self.buffered, self.lost = interval_s, decoding_s, buffered, lost
+        self.interval_s, self.decoding_s, self.buffered, self.lost = (
+            interval_s,
+            decoding_s,
+            buffered,
+            lost,
+        )
         self.left, self.number, self.settings, self.camera = images, -1, {}, None
         self.time_s = self.awake_s = 0.0
 
@@ -150,7 +162,10 @@ def test_a_program_that_is_busy_meanwhile_misses_no_image(live):
 
 def test_an_image_that_was_lost_shows_in_the_time_stamps(live):
     device = Device(lost=range(8, 10))
-    assert "must give an image every 0.05 s; got one left out before image" in seen(live(device), device)[1]
+    assert (
+        "must give an image every 0.05 s; got one left out before image"
+        in seen(live(device), device)[1]
+    )
 
 
 def test_a_camera_that_gives_no_more_images_fails_once_all_are_taken(live):
@@ -172,7 +187,14 @@ def test_images_that_nobody_takes_are_not_kept(live):
 
 def test_a_camera_is_asked_for_settings_and_says_what_it_grants(live):
     device = Device()
-    asked = {"width": 1280, "height": 960, "fps": 10.0, "fourcc": "MJPG", "exposure": 156.0, "white_balance": None}
+    asked = {
+        "width": 1280,
+        "height": 960,
+        "fps": 10.0,
+        "fourcc": "MJPG",
+        "exposure": 156.0,
+        "white_balance": None,
+    }
     camera = live(device, asked)
     assert camera.granted == "fourcc MJPG, width 1280, height 960, fps 10, exposure 156"
     assert next(iter(device.settings)) == cv2.CAP_PROP_FOURCC

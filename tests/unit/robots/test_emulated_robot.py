@@ -65,7 +65,11 @@ def test_a_public_client_reads_proximity(client):
 
 
 def test_a_public_client_chains_binary_requests(client, robot):
-    request = bytes([256 - ord("D")]) + struct.pack("<hh", -5, 300) + bytes([256 - ord("E"), 256 - ord("N"), 0])
+    request = (
+        bytes([256 - ord("D")])
+        + struct.pack("<hh", -5, 300)
+        + bytes([256 - ord("E"), 256 - ord("N"), 0])
+    )
     answer = client.binary(request, 20)
     assert struct.unpack("<10h", answer) == (-5, 300, 10, 200, -3, 4, 5, 6, 7, 3000)
     assert robot.wheels == (-5, 300)
@@ -178,7 +182,9 @@ def sealed(text):
 
 
 def test_a_model_waits_in_the_buffer_until_state_r3(robot):
-    assert answers(robot, sealed("X,M,17,-7000,10000,9999,-1").encode() + b"\r") == [sealed("x,M,17")]
+    assert answers(robot, sealed("X,M,17,-7000,10000,9999,-1").encode() + b"\r") == [
+        sealed("x,M,17")
+    ]
     assert robot.executing is None
     robot.enter("R3")
     assert robot.executing.sequence == 17
@@ -192,7 +198,9 @@ def test_a_model_with_a_wrong_checksum_is_not_taken(robot):
     assert robot.executing is None
 
 
-@pytest.mark.parametrize("text", ["X,M,17", "X,M,17,10001", "X,M,70000,1", "X,M,1,a", "X,M,-1,1", "X,Y", "X,M"])
+@pytest.mark.parametrize(
+    "text", ["X,M,17", "X,M,17,10001", "X,M,70000,1", "X,M,1,a", "X,M,-1,1", "X,Y", "X,M"]
+)
 def test_a_message_that_makes_no_sense_is_refused(robot, text):
     assert answers(robot, sealed(text).encode() + b"\r") == [sealed("x,E,message")]
 

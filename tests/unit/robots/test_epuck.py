@@ -55,7 +55,12 @@ def test_a_model_arrives_and_is_told_by_the_status(epuck, robot):
     assert epuck.status().waiting == 9
     robot.enter("R3")
     status = epuck.status()
-    assert (status.state, status.waiting, status.executing, status.battery_ok) == ("R3", -1, 9, True)
+    assert (status.state, status.waiting, status.executing, status.battery_ok) == (
+        "R3",
+        -1,
+        9,
+        True,
+    )
     assert robot.executing.parameters == (0.1234, -1.0, 1.0, 0.0)
 
 
@@ -70,7 +75,10 @@ def test_signals_are_waited_for_and_kept_while_commands_are_answered(epuck, serv
 
 def test_a_signal_that_does_not_come_is_told(epuck, served):
     epuck.version()
-    with pytest.raises(TimeoutError, match=r"`START` must be signalled within 0\.05 s; got nothing from .*Check the"):
+    with pytest.raises(
+        TimeoutError,
+        match=r"`START` must be signalled within 0\.05 s; got nothing from .*Check the",
+    ):
         epuck.wait_for("START", 0.05)
 
 
@@ -81,7 +89,8 @@ def test_the_robot_greets_again_after_a_reset(epuck):
 
 def test_a_port_that_does_not_exist_is_refused():
     with pytest.raises(
-        LinkError, match=r"at which a robot listens; got '/dev/no-robot' .*Check that the robot is switched"
+        LinkError,
+        match=r"at which a robot listens; got '/dev/no-robot' .*Check that the robot is switched",
     ):
         open_link("/dev/no-robot")
 
@@ -131,7 +140,11 @@ def test_settings_of_the_driver_are_checked(settings, message):
     [
         (65536, (0.0,), "`sequence` must be an integer from 0 to 65535; got 65536"),
         (1, (), "`parameters` must be 1 to 16 numbers; got 0"),
-        (1, (1.2, 0.0), r"`parameters` must be in \[-1, 1\]; got \[1\.2, 0\.0\]\. Apply tanh before"),
+        (
+            1,
+            (1.2, 0.0),
+            r"`parameters` must be in \[-1, 1\]; got \[1\.2, 0\.0\]\. Apply tanh before",
+        ),
         (1, (float("nan"),), r"`parameters` must be in \[-1, 1\]; got \[nan\]"),
     ],
 )
@@ -205,7 +218,12 @@ def recorded(answers):
 
 @pytest.mark.parametrize(
     ("answer", "good"),
-    [(b"b,1\r\n", True), (b"b,0\r\n", False), (b"b,1034 (87%)\r\n", True), (b"b,870 (9%)\r\n", False)],
+    [
+        (b"b,1\r\n", True),
+        (b"b,0\r\n", False),
+        (b"b,1034 (87%)\r\n", True),
+        (b"b,870 (9%)\r\n", False),
+    ],
 )
 def test_the_battery_of_an_epuck_and_of_an_epuck2_is_understood(answer, good):
     robot, _ = recorded({b"b\r": answer})
@@ -215,14 +233,18 @@ def test_the_battery_of_an_epuck_and_of_an_epuck2_is_understood(answer, good):
 
 def test_a_reset_that_no_robot_answers_is_followed_by_its_version():
     welcome = b'\f\aWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
-    robot, line = recorded({b"V\r": welcome + b"v,Version 1.1.3 March 2010 (Michael Bonani)\r\nHW version: 0\r\n"})
+    robot, line = recorded(
+        {b"V\r": welcome + b"v,Version 1.1.3 March 2010 (Michael Bonani)\r\nHW version: 0\r\n"}
+    )
     robot.reset()
     assert line.sent.endswith(b"R\rV\r")
     assert robot.version().startswith("Version 1.1.3")
     assert robot.garbled == 0
 
 
-@pytest.mark.parametrize("broken", [b"D,900,9", b"\xbc\x2c\x01", b"\xbc\x2c\x01\x2c\x01", b"V\r\n", b"", b"\xff"])
+@pytest.mark.parametrize(
+    "broken", [b"D,900,9", b"\xbc\x2c\x01", b"\xbc\x2c\x01\x2c\x01", b"V\r\n", b"", b"\xff"]
+)
 def test_a_broken_command_is_ended_stopped_and_followed_by_any_other(robot, body, broken):
     robot.receive(b"D,300,300\r" + broken)
     robot.receive(RESYNCHRONIZE)
@@ -232,7 +254,9 @@ def test_a_broken_command_is_ended_stopped_and_followed_by_any_other(robot, body
 
 def test_an_epuck_without_the_firmware_of_a_replica_is_named(robot, monkeypatch):
     obey = robot._obey
-    monkeypatch.setattr(robot, "_obey", lambda line: NOT_FOUND if line.startswith("X") else obey(line))
+    monkeypatch.setattr(
+        robot, "_obey", lambda line: NOT_FOUND if line.startswith("X") else obey(line)
+    )
     with TcpServer(robot) as server, open_link(server.port) as link:
         epuck = EPuck(link, timeout_s=20.0, retries=1)
         assert epuck.version().startswith("Version")

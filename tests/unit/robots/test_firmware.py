@@ -54,7 +54,9 @@ def replica():
 
 def near(direction_degrees, reading):
     """Readings with one surface at a direction."""
-    nearest = np.argmin(np.abs(np.angle(np.exp(1j * (SENSOR_ANGLES - np.radians(direction_degrees))))))
+    nearest = np.argmin(
+        np.abs(np.angle(np.exp(1j * (SENSOR_ANGLES - np.radians(direction_degrees)))))
+    )
     return tuple(reading if k == nearest else 60 for k in range(8))
 
 
@@ -161,7 +163,9 @@ def test_dispersing_robots_turn_to_different_directions():
     assert len(turns) >= 8
 
 
-@pytest.mark.parametrize(("direction", "turns"), [(17, True), (-47, True), (90, False), (151, False)])
+@pytest.mark.parametrize(
+    ("direction", "turns"), [(17, True), (-47, True), (90, False), (151, False)]
+)
 def test_a_dispersing_robot_turns_where_something_is_in_its_way(replica, direction, turns):
     replica.go_to("R2")
     for _ in range(20):
@@ -186,7 +190,13 @@ def test_a_wall_behind_a_robot_that_drives_backward_turns_it_its_own_way():
 
 @pytest.mark.parametrize(
     ("wheels", "direction"),
-    [((1.0, 1.0), 151), ((-0.7, -1.0), 17), ((-0.7, -1.0), 47), ((1.0, -1.0), 17), ((0.0, 0.0), 17)],
+    [
+        ((1.0, 1.0), 151),
+        ((-0.7, -1.0), 17),
+        ((-0.7, -1.0), 47),
+        ((1.0, -1.0), 17),
+        ((0.0, 0.0), 17),
+    ],
 )
 def test_a_wall_that_is_not_in_the_way_changes_nothing(wheels, direction):
     assert avoid_walls(wheels, near(direction, 4000)) == wheels

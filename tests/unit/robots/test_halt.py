@@ -31,7 +31,9 @@ class Replica:
 
     def __init__(self):
         self.clock, self.signals, self.cycle = Clock(), [], 0
-        self.robot = EmulatedRobot(Body(), clock=self.clock, tell=self.signals.append, rng=np.random.default_rng(1))
+        self.robot = EmulatedRobot(
+            Body(), clock=self.clock, tell=self.signals.append, rng=np.random.default_rng(1)
+        )
         self.robot.receive(MODEL)
         self.robot.start(0.0)
 
@@ -88,7 +90,9 @@ def test_a_trial_in_which_a_replica_stood_is_not_reported_as_done():
 
 
 @pytest.mark.parametrize(("alive", "asked"), [(False, True), (True, True), (False, False)])
-def test_a_replica_that_is_asked_nothing_for_five_loops_halts_unless_it_never_met_a_pc(alive, asked):
+def test_a_replica_that_is_asked_nothing_for_five_loops_halts_unless_it_never_met_a_pc(
+    alive, asked
+):
     replica = Replica()
     if not asked:
         replica.robot.restart()
@@ -112,7 +116,9 @@ def test_an_emulated_robot_stands_within_three_seconds_after_its_pc_was_killed(l
                 return laboratory.robot("replica-1").emulated.state, laboratory.poses()[3].tolist()
 
         address = service.addresses["replica-1"]
-        with subprocess.Popen([sys.executable, "-c", PC, address], stdout=subprocess.PIPE, text=True) as pc:
+        with subprocess.Popen(
+            [sys.executable, "-c", PC, address], stdout=subprocess.PIPE, text=True
+        ) as pc:
             assert pc.stdout.readline() == "there\n"
             obey(laboratory, "remote")
             before, deadline = state_and_pose()[1], time.monotonic() + 60

@@ -22,7 +22,9 @@ from turing_learning.runs import (
 
 TRIALS = 20
 SHORT = FILE.replace("duration_s = 1.0", "duration_s = 0.5")
-PLAIN = "\n".join(line for line in SHORT.splitlines() if "generations" not in line and "population" not in line)
+PLAIN = "\n".join(
+    line for line in SHORT.splitlines() if "generations" not in line and "population" not in line
+)
 
 
 @pytest.fixture(scope="module")
@@ -35,13 +37,18 @@ def folder(tmp_path_factory):
 
 def laboratory(folder, **run):
     return load_laboratory(
-        folder / "lab.toml", {f"run.{name}": value for name, value in ({"trials": TRIALS} | run).items()}
+        folder / "lab.toml",
+        {f"run.{name}": value for name, value in ({"trials": TRIALS} | run).items()},
     )
 
 
 def begin(folder, out, on_event=lambda event: None, **options):
     return start_laboratory(
-        laboratory(folder), out, equipment=ScriptedLaboratory().equipment(), on_event=on_event, **options
+        laboratory(folder),
+        out,
+        equipment=ScriptedLaboratory().equipment(),
+        on_event=on_event,
+        **options,
     )
 
 
@@ -62,7 +69,9 @@ def require_same(path, expected):
     for piece in (expected / "buffer").iterdir():
         with np.load(piece) as wanted, np.load(path / "buffer" / piece.name) as found:
             for name in wanted.files:
-                np.testing.assert_array_equal(found[name], wanted[name], err_msg=f"{piece.name} {name}")
+                np.testing.assert_array_equal(
+                    found[name], wanted[name], err_msg=f"{piece.name} {name}"
+                )
 
 
 class Counting:
@@ -81,16 +90,23 @@ class Counting:
 def test_a_trial_is_one_execution_whatever_the_number_of_replicas(finished):
     result = load_run(finished)
     assert (result.trials, result.complete) == (TRIALS, True)
-    stored = sorted(str(path.relative_to(finished / "trials")) for path in (finished / "trials").rglob("trial-*.npz"))
+    stored = sorted(
+        str(path.relative_to(finished / "trials"))
+        for path in (finished / "trials").rglob("trial-*.npz")
+    )
     assert len(stored) == TRIALS
     assert stored[0].startswith(
         "batch-0000/attempt-2/trial-0"
     )  # nobody had pressed the remote control before the first
     pieces = [np.load(path) for path in sorted((finished / "buffer").iterdir())]
-    assert sum(len(piece["parameters"]) for piece in pieces) == 2 * TRIALS  # two replicas, each with its own model
+    assert (
+        sum(len(piece["parameters"]) for piece in pieces) == 2 * TRIALS
+    )  # two replicas, each with its own model
     observed = read_trials(finished, "batch-0000")
     np.testing.assert_allclose(pieces[0]["parameters"], observed.models.reshape(-1, 4), atol=5e-5)
-    np.testing.assert_array_equal(pieces[0]["genuine"], observed.samples().genuine.astype(np.float32))
+    np.testing.assert_array_equal(
+        pieces[0]["genuine"], observed.samples().genuine.astype(np.float32)
+    )
     assert all(-1 <= value <= 1 for value in result.estimate.values())
     assert "report.html" in {path.name for path in finished.iterdir()}
 
@@ -101,7 +117,9 @@ def test_its_last_models_are_not_observed_again(finished):
     assert again(finished).complete
 
 
-@pytest.mark.parametrize(("killed", "error"), [(4, KeyboardInterrupt), (13, KeyboardInterrupt), (13, LaboratoryError)])
+@pytest.mark.parametrize(
+    ("killed", "error"), [(4, KeyboardInterrupt), (13, KeyboardInterrupt), (13, LaboratoryError)]
+)
 def test_trials_that_were_executed_are_not_executed_again(folder, finished, killed, error):
     first, second, path = Counting(killed, error), Counting(), folder / f"{error.__name__}-{killed}"
     with pytest.raises(error):
@@ -114,16 +132,27 @@ def test_trials_that_were_executed_are_not_executed_again(folder, finished, kill
 
 
 def test_stored_trials_count_as_long_as_they_are_of_the_models_that_are_wanted(folder):
-    setup, swarm, speeds = laboratory(folder).setup, laboratory(folder).configuration.swarm, np.full((6, 4), 0.5)
+    setup, swarm, speeds = (
+        laboratory(folder).setup,
+        laboratory(folder).configuration.swarm,
+        np.full((6, 4), 0.5),
+    )
     trials, events = [], Counting()
     with LaboratorySource(
-        setup, swarm, ScriptedLaboratory().equipment(), watch=lambda event: trials.append(event.trial)
+        setup,
+        swarm,
+        ScriptedLaboratory().equipment(),
+        watch=lambda event: trials.append(event.trial),
     ) as source:
         samples = source.observe(speeds, "batch-0003")
     first, second, third = (trial for trial in trials if trial is not None)
     known = [first, replace(second, models=-second.models), third]
     with LaboratorySource(
-        setup, swarm, ScriptedLaboratory().equipment(), watch=events, stored=lambda stage: (1, known)
+        setup,
+        swarm,
+        ScriptedLaboratory().equipment(),
+        watch=events,
+        stored=lambda stage: (1, known),
     ) as source:
         again = source.observe(speeds, "batch-0003")
     assert events.executed == [("batch-0003", 1), ("batch-0003", 2)]
@@ -134,12 +163,18 @@ def test_stored_trials_count_as_long_as_they_are_of_the_models_that_are_wanted(f
 def test_a_finished_run_gets_more_trials(folder, finished):
     path, settings = folder / "more", {"trials": TRIALS + 4, "extended": [[TRIALS, TRIALS]]}
     begin(folder, path)
-    with pytest.raises(RunFolderError, match=r"`trials` must be more than the 20 that the run has spent; got 20"):
+    with pytest.raises(
+        RunFolderError, match=r"`trials` must be more than the 20 that the run has spent; got 20"
+    ):
         again(path, trials=TRIALS)
     counted = Counting()
     assert again(path, trials=TRIALS + 4, on_event=counted).trials == TRIALS + 4
     assert len(counted.executed) == 4
-    start_laboratory(laboratory(folder, **settings), folder / "at-once", equipment=ScriptedLaboratory().equipment())
+    start_laboratory(
+        laboratory(folder, **settings),
+        folder / "at-once",
+        equipment=ScriptedLaboratory().equipment(),
+    )
     require_same(path, folder / "at-once")
 
 
@@ -147,14 +182,21 @@ def test_a_laboratory_has_300_trials_unless_its_file_says_how_generations_are(fo
     (folder / "plain.toml").write_text(PLAIN)
     assert load_laboratory(folder / "plain.toml").configuration.run.trials == 300
     assert load_laboratory(folder / "plain.toml", {"run.trials": 50}).configuration.run.trials == 50
-    for setting in ({"run.generations": 3}, {"models.parents": 10}, {"models.redraw": 0.1}, {"coevolution.archive": 5}):
+    for setting in (
+        {"run.generations": 3},
+        {"models.parents": 10},
+        {"models.redraw": 0.1},
+        {"coevolution.archive": 5},
+    ):
         assert load_laboratory(folder / "plain.toml", setting).configuration.run.trials == 0
     (folder / "paper.toml").write_text(f'preset = "paper"\n{PLAIN}')
     assert load_laboratory(folder / "paper.toml").configuration.run.trials == 0
 
 
 def test_first_models_of_a_run_of_trials_have_all_wheel_speeds(folder):
-    with pytest.raises(ConfigurationError, match=r"`models.initial_low` must be -1 and 1 with run.trials"):
+    with pytest.raises(
+        ConfigurationError, match=r"`models.initial_low` must be -1 and 1 with run.trials"
+    ):
         load_laboratory(folder / "lab.toml", {"run.trials": 50, "models.initial_low": -0.5})
 
 

@@ -57,7 +57,9 @@ def test_forty_thousand_requests_of_an_image_take_little_memory(robot):
 
 
 def test_an_image_that_is_larger_than_the_buffer_becomes_the_usual_one(robot):
-    assert robot.receive(b"J,1,255,128,8\rI\r") == b"j\r\ni,1,40,40,8,3200\r\n"  # as in the makers' Asercom.c
+    assert (
+        robot.receive(b"J,1,255,128,8\rI\r") == b"j\r\ni,1,40,40,8,3200\r\n"
+    )  # as in the makers' Asercom.c
 
 
 def test_a_battery_that_cannot_be_read_costs_its_answer_alone(robot):
@@ -108,13 +110,22 @@ def test_a_robot_that_a_pc_has_started_stands_when_nothing_is_heard(robot, clock
 
 def some_bytes(rng):
     """Return commands of both protocols, sound, spoilt, or neither."""
-    numbers = [str(int(rng.integers(-2, 3)) * 10 ** int(rng.integers(40))) for _ in range(rng.integers(19))]
+    numbers = [
+        str(int(rng.integers(-2, 3)) * 10 ** int(rng.integers(40))) for _ in range(rng.integers(19))
+    ]
     some = rng.choice(["X,A", "X,Q", "X,G", "X,H", "X,M", "X,", f"X,M,{rng.integers(70_000)}"])
-    sound = bytearray(message(",".join([str(some), *numbers[:8]]) if rng.random() < 0.5 else str(some)))
+    sound = bytearray(
+        message(",".join([str(some), *numbers[:8]]) if rng.random() < 0.5 else str(some))
+    )
     letter = chr(rng.integers(32, 127))
     text = f"{letter}{''.join(',' + number for number in numbers)}{'9' * rng.integers(0, 400)}\r".encode()
     noise = rng.bytes(int(rng.integers(0, 60)))
-    binary = b"\0" + bytes([256 - rng.integers(1, 128)]) + rng.bytes(int(rng.integers(0, 40))) + bytes(40)
+    binary = (
+        b"\0"
+        + bytes([256 - rng.integers(1, 128)])
+        + rng.bytes(int(rng.integers(0, 40)))
+        + bytes(40)
+    )
     pick = rng.integers(5)
     if pick == 0 and len(sound) > 2:
         sound[rng.integers(len(sound))] = rng.integers(256)
@@ -143,7 +154,11 @@ def test_no_message_of_20_000_raises_fills_the_memory_or_moves_a_robot_that_nobo
             assert len(robot.receive(some_bytes(rng))) <= LARGEST_ANSWER
             if case % 50 == 0:
                 robot.receive(
-                    bytes(40) + b"\r" + message("X,M,3,9000,9000,9000,9000") + message("X,G") + b"D,500,500\r"
+                    bytes(40)
+                    + b"\r"
+                    + message("X,M,3,9000,9000,9000,9000")
+                    + message("X,G")
+                    + b"D,500,500\r"
                 )
             clock.now += 0.05
             moved += robot.step(clock.now, 0, QUIET) != (0.0, 0.0)
@@ -259,12 +274,19 @@ def test_a_control_cycle_that_hangs_does_not_leave_the_wheels_turning():
 
 def test_a_robot_is_reached_from_its_own_computer_or_by_named_peers_alone():
     with pytest.raises(
-        ValueError, match=r"`peers` must name who may move the robot at host '0\.0\.0\.0'; got nobody\."
+        ValueError,
+        match=r"`peers` must name who may move the robot at host '0\.0\.0\.0'; got nobody\.",
     ):
         live(Wheels(), host="0.0.0.0", ended=lambda: True)
-    with Served(Wheels(), host="0.0.0.0", peers=["10.0.0.0/24"]) as served, served.connect() as line:
+    with (
+        Served(Wheels(), host="0.0.0.0", peers=["10.0.0.0/24"]) as served,
+        served.connect() as line,
+    ):
         assert line.recv(1) == b""  # hung up
-    with Served(Wheels(), host="0.0.0.0", peers=["10.0.0.1", "127.0.0.1"]) as served, served.connect() as line:
+    with (
+        Served(Wheels(), host="0.0.0.0", peers=["10.0.0.1", "127.0.0.1"]) as served,
+        served.connect() as line,
+    ):
         assert PublicClient(line.fileno()).ask("C") == "c,0"
 
 

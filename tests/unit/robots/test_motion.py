@@ -24,7 +24,9 @@ def test_motion_against_the_heading_is_negative():
 
 
 def test_poses_of_a_wrong_shape_are_refused():
-    with pytest.raises(ValueError, match=r"`poses` must be of shape \(T \+ 1, A, 3\) with T >= 1; got \(1, 2, 3\)"):
+    with pytest.raises(
+        ValueError, match=r"`poses` must be of shape \(T \+ 1, A, 3\) with T >= 1; got \(1, 2, 3\)"
+    ):
         signed_speeds(np.zeros((1, 2, 3)), 0.1)
 
 

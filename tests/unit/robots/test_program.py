@@ -10,7 +10,9 @@ from turing_learning.robots import LaboratoryError, LaboratorySource, load_labor
 from turing_learning.robots._link import LARGEST_SEQUENCE, Model
 from turing_learning.robots.program._equipment import TerminalOperator
 
-MODELS = np.array([(-0.5, 0.3, 0.0, 0.0), (1.0, 0.2, 0.0, 0.0), (-1.0, -0.2, 0.0, 0.0), (0.3, -0.3, 0.0, 0.0)])
+MODELS = np.array(
+    [(-0.5, 0.3, 0.0, 0.0), (1.0, 0.2, 0.0, 0.0), (-1.0, -0.2, 0.0, 0.0), (0.3, -0.3, 0.0, 0.0)]
+)
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +89,9 @@ def test_samples_are_those_of_the_agents_in_all_trials_and_of_each_model(run):
     assert samples.genuine.shape == (4, 10, 2)
     assert samples.counterfeit.shape == (4, 1, 10, 2)
     left, right = np.tanh(MODELS[:, :2]).T
-    np.testing.assert_allclose(samples.counterfeit[:, 0, :, 1].mean(axis=1), right - left, atol=0.08)
+    np.testing.assert_allclose(
+        samples.counterfeit[:, 0, :, 1].mean(axis=1), right - left, atol=0.08
+    )
     assert np.allclose(samples.genuine[..., 1].mean(axis=1), -0.3, atol=0.05)
     assert np.allclose(samples.genuine[..., 0].mean(axis=1), -0.85, atol=0.05)
 
@@ -109,7 +113,9 @@ def test_the_states_follow_the_replicas_signals(run):
 
 def test_models_travel_as_their_tanh_in_the_order_of_the_trials(run):
     run.collect()
-    np.testing.assert_allclose(np.concatenate([trial.models for _, trial in run.trials]), np.tanh(MODELS), atol=5e-5)
+    np.testing.assert_allclose(
+        np.concatenate([trial.models for _, trial in run.trials]), np.tanh(MODELS), atol=5e-5
+    )
     assert [trial.sequences for _, trial in run.trials] == [(0, 1), (2, 3)]
     assert [attempt for attempt, _ in run.trials] == [1, 1]
 
@@ -136,7 +142,10 @@ def test_robots_that_have_not_begun_are_started_by_the_operator(run):
         wire.robot.enter("R0")
     run.collect()
     (asked,) = run.lab.asked
-    assert asked == "Replica r1 has not begun. Put all robots in their places, and press the remote control."
+    assert (
+        asked
+        == "Replica r1 has not begun. Put all robots in their places, and press the remote control."
+    )
 
 
 def cut(run):
@@ -144,9 +153,12 @@ def cut(run):
 
 
 @pytest.mark.parametrize(
-    ("state", "observed"), [("P1", [0, 0, 1]), ("P2", [0, 1]), ("P3", [0, 1]), ("P4", [0, 1, 1]), ("P5", [0, 1, 1])]
+    ("state", "observed"),
+    [("P1", [0, 0, 1]), ("P2", [0, 1]), ("P3", [0, 1]), ("P4", [0, 1, 1]), ("P5", [0, 1, 1])],
 )
-def test_a_link_lost_in_any_state_repeats_trials_that_are_not_confirmed(run, state, observed, undisturbed):
+def test_a_link_lost_in_any_state_repeats_trials_that_are_not_confirmed(
+    run, state, observed, undisturbed
+):
     run.at(state, lambda: cut(run), count=2)
     samples = run.collect()
     assert run.disturbed[0].fault.startswith("the link to replica r2 is lost (")
@@ -201,17 +213,24 @@ def test_a_replica_that_never_signals_is_told_to_the_operator(run, undisturbed):
     samples = run.collect()
     assert run.disturbed[0].fault == "STOP has not come from r1"
     assert [bool(event.asked) for event in run.disturbed] == [False, False, True]
-    assert run.lab.asked[0].startswith("STOP has not come from r1. The trial will be repeated. See to the replicas")
+    assert run.lab.asked[0].startswith(
+        "STOP has not come from r1. The trial will be repeated. See to the replicas"
+    )
     require_same(samples, undisturbed)
 
 
 def test_a_signal_that_was_missed_is_noticed_by_the_count_of_trials(run):
     def skip():
-        run.lab.wires[NAMES[1]].robot.signal("START")  # the replica's count goes on, and nobody hears it
+        run.lab.wires[NAMES[1]].robot.signal(
+            "START"
+        )  # the replica's count goes on, and nobody hears it
 
     run.at("P3", skip)
     run.collect()
-    assert run.disturbed[0].fault == "START of trial 3 has come from r2, 2 was expected: one was missed"
+    assert (
+        run.disturbed[0].fault
+        == "START of trial 3 has come from r2, 2 was expected: one was missed"
+    )
 
 
 def test_another_model_than_the_one_sent_is_noticed(run, undisturbed):
@@ -219,7 +238,9 @@ def test_another_model_than_the_one_sent_is_noticed(run, undisturbed):
 
     def replace():
         robot = run.lab.wires[NAMES[0]].robot
-        run.lab.clock.call_at(run.lab.clock.now() + 9.5, lambda: setattr(robot, "executing", Model(999, (0.1,) * 4)))
+        run.lab.clock.call_at(
+            run.lab.clock.now() + 9.5, lambda: setattr(robot, "executing", Model(999, (0.1,) * 4))
+        )
 
     run.at("P3", replace)
     samples = run.collect()
@@ -238,7 +259,9 @@ def test_another_model_than_the_one_sent_is_noticed(run, undisturbed):
         ("P2", 2, lambda lab: setattr(lab.bodies[0], "battery", False), "replica r1 has a low battery", "Change the battery"),
     ],
 )  # fmt: skip
-def test_a_fault_is_named_and_its_trial_is_not_used(run, undisturbed, state, count, change, fault, asked):
+def test_a_fault_is_named_and_its_trial_is_not_used(
+    run, undisturbed, state, count, change, fault, asked
+):
     run.at(state, lambda: change(run.lab), count)
     samples = run.collect()
     assert re.match(fault, run.disturbed[0].fault)
@@ -264,8 +287,14 @@ def test_a_trial_of_which_an_image_was_lost_is_repeated_at_once(run, undisturbed
     take = leaving_out(run, 1.0)
     run.at("P4", lambda: setattr(run.lab, "take", take), count=2)
     samples = run.collect()
-    assert run.disturbed[0].fault.startswith("`camera` must give an image every 0.1 s; got one left out before image")
-    assert [(trial.number, bool(trial.faults)) for _, trial in run.trials] == [(0, True), (0, False), (1, False)]
+    assert run.disturbed[0].fault.startswith(
+        "`camera` must give an image every 0.1 s; got one left out before image"
+    )
+    assert [(trial.number, bool(trial.faults)) for _, trial in run.trials] == [
+        (0, True),
+        (0, False),
+        (1, False),
+    ]
     started = [trial.started_s for _, trial in run.trials]
     np.testing.assert_allclose(np.diff(started), 18.0, atol=0.1)  # no loop of the robots is lost
     assert run.lab.asked == []
@@ -285,7 +314,10 @@ def test_a_camera_that_loses_all_the_time_is_told_to_the_operator(run):
     run.lab.on_ask = lambda what: setattr(run.lab, "take", take)
     run.collect()
     (asked,) = run.lab.asked
-    assert "The trial will be repeated. Look after the camera and the PC: `camera` must give an image every" in asked
+    assert (
+        "The trial will be repeated. Look after the camera and the PC: `camera` must give an image every"
+        in asked
+    )
     assert len(run.disturbed) == 11
 
 
@@ -298,7 +330,9 @@ def test_a_marker_that_was_out_of_sight_for_a_moment_wakes_nobody(run, undisturb
 
 def test_a_jump_of_nearly_all_robots_at_once_is_one_of_the_camera(run, undisturbed):
     poses = run.lab.poses
-    run.at("P4", lambda: run.lab.after(4.52, "poses", lambda: poses() + np.array([12.0, 12.0, 0.0])))
+    run.at(
+        "P4", lambda: run.lab.after(4.52, "poses", lambda: poses() + np.array([12.0, 12.0, 0.0]))
+    )
     run.at("P5", lambda: setattr(run.lab, "poses", poses))
     require_same(run.collect(), undisturbed)
     assert "cannot have moved" in run.disturbed[0].fault
@@ -359,7 +393,10 @@ def test_the_operator_is_told_the_first_faults_of_a_trial_and_how_many_more_ther
     run.collect()
     (asked,) = run.lab.asked
     assert asked.count("is missing. Check its marker.") == 1 + 3  # the fault, and the first of all
-    assert "And 1 more; if they are of nearly all robots, look after the camera and the PC. Then put all" in asked
+    assert (
+        "And 1 more; if they are of nearly all robots, look after the camera and the PC. Then put all"
+        in asked
+    )
 
 
 def halted(run):

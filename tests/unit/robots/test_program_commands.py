@@ -18,7 +18,14 @@ from turing_learning.trajectories import load_trajectories
 PAGE = (Path(__file__).parents[3] / "docs" / "robots" / "laboratory.md").read_text(encoding="utf-8")
 (PRINTED,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
 
-BRIEF = ["--set", "models.population=4", "--set", "classifiers.population=4", "--set", "scenario.trial.duration_s=0.5"]
+BRIEF = [
+    "--set",
+    "models.population=4",
+    "--set",
+    "classifiers.population=4",
+    "--set",
+    "scenario.trial.duration_s=0.5",
+]
 
 
 @pytest.fixture
@@ -61,9 +68,18 @@ def test_check_says_what_is_bad_and_refuses(laboratory, doors, call):
 
 def test_run_and_resume_leave_a_complete_run(laboratory, doors, call, monkeypatch):
     answers = iter([False, True])
-    monkeypatch.setattr("turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False))
+    monkeypatch.setattr(
+        "turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False)
+    )
     code, out, err = call(
-        "robots", "run", "--generations", "3", "--out", "run", "--set", "scenario.trial.duration_s=0.5"
+        "robots",
+        "run",
+        "--generations",
+        "3",
+        "--out",
+        "run",
+        "--set",
+        "scenario.trial.duration_s=0.5",
     )
     assert code == 130
     assert "stopped after 2 generations; resume with: turing-learning resume run" in err
@@ -78,12 +94,19 @@ def test_run_and_resume_leave_a_complete_run(laboratory, doors, call, monkeypatc
     assert "estimate" in out
 
 
-def test_a_run_with_a_budget_in_trials_is_stopped_resumed_and_extended(laboratory, doors, call, monkeypatch):
+def test_a_run_with_a_budget_in_trials_is_stopped_resumed_and_extended(
+    laboratory, doors, call, monkeypatch
+):
     answers = iter([False, True])
-    monkeypatch.setattr("turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False))
+    monkeypatch.setattr(
+        "turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False)
+    )
     short = ("--out", "run", "--set", "scenario.trial.duration_s=0.5")
     code, _, err = call("robots", "run", "--trials", "20", "--generations", "3", *short)
-    assert (code, "`--trials` must be given without --generations; got 20 beside 3" in err) == (2, True)
+    assert (code, "`--trials` must be given without --generations; got 20 beside 3" in err) == (
+        2,
+        True,
+    )
     code, out, err = call("robots", "run", "--trials", "20", *short)
     assert code == 130
     assert re.search(r"stopped after \d+ trials; resume with: turing-learning resume run", err)
@@ -94,23 +117,39 @@ def test_a_run_with_a_budget_in_trials_is_stopped_resumed_and_extended(laborator
     assert "trial 22/22" in out
     assert "trial 20/22" not in out
     assert load_run("run").trials == 22
-    assert "`trials` must be more than the 22 that the run has spent" in call("resume", "run", "--trials", "22")[2]
+    assert (
+        "`trials` must be more than the 22 that the run has spent"
+        in call("resume", "run", "--trials", "22")[2]
+    )
 
 
 def test_a_rehearsal_that_was_stopped_is_gone_on_with_as_a_rehearsal(laboratory, call, monkeypatch):
     answers = iter([False, True])
-    monkeypatch.setattr("turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False))
+    monkeypatch.setattr(
+        "turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False)
+    )
     code, _, err = call(
-        "robots", "run", "--emulated", "--generations", "3", "--out", "run", "--set", "scenario.trial.duration_s=0.5"
+        "robots",
+        "run",
+        "--emulated",
+        "--generations",
+        "3",
+        "--out",
+        "run",
+        "--set",
+        "scenario.trial.duration_s=0.5",
     )
     assert code == 130
     command = err.strip().partition("resume with: turing-learning ")[2].split()
     assert command == ["resume", "run"]
     with pytest.raises(
-        ConfigurationError, match="`equipment` must be given for a rehearsal, which must not meet real robots"
+        ConfigurationError,
+        match="`equipment` must be given for a rehearsal, which must not meet real robots",
     ):
         resume_laboratory("run")
-    monkeypatch.setattr("turing_learning.robots.real_equipment", lambda laboratory: pytest.fail("real robots"))
+    monkeypatch.setattr(
+        "turing_learning.robots.real_equipment", lambda laboratory: pytest.fail("real robots")
+    )
     assert call(*command)[0] == 0
 
 
@@ -125,7 +164,9 @@ def test_the_best_of_the_last_models_is_told_when_they_have_been_observed_again(
     code, out, _ = call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF)
     assert code == 0
     assert "last models observed again, 1/2\nlast models observed again, 2/2\n" in out
-    best = re.compile(r"the last models, observed again 2 times; the best: vl0 \S+ vr0 .*; absolute errors: vl0 \d")
+    best = re.compile(
+        r"the last models, observed again 2 times; the best: vl0 \S+ vr0 .*; absolute errors: vl0 \d"
+    )
     assert best.search(out)
     assert best.search(call("show", "run")[1])
 
@@ -141,13 +182,22 @@ def test_a_finished_run_is_resumed_without_robots(evaluated, doors, call):
     assert call(*given, "--force")[0] == 2  # begins anew, and needs them
 
 
-def test_a_run_stopped_while_its_last_models_are_observed_again_says_so_and_goes_on(evaluated, call, monkeypatch):
+def test_a_run_stopped_while_its_last_models_are_observed_again_says_so_and_goes_on(
+    evaluated, call, monkeypatch
+):
     answers = iter([False, False, True])
-    monkeypatch.setattr("turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False))
-    code, out, err = call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF)
+    monkeypatch.setattr(
+        "turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False)
+    )
+    code, out, err = call(
+        "robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF
+    )
     assert code == 130
     assert "the last models have been observed again 1 of 2 times" in out
-    assert "stopped before the last models had been observed again; resume with: turing-learning resume run" in err
+    assert (
+        "stopped before the last models had been observed again; resume with: turing-learning resume run"
+        in err
+    )
     code, out, _ = call("resume", "run")
     assert code == 0
     assert "last models observed again, 2/2" in out
@@ -171,9 +221,13 @@ def test_what_a_run_has_is_refused_where_it_is_gone_on_with(laboratory, doors, c
     )
 
 
-def test_robots_that_a_stored_run_does_not_find_are_said_to_be_in_its_folder(evaluated, doors, call, monkeypatch):
+def test_robots_that_a_stored_run_does_not_find_are_said_to_be_in_its_folder(
+    evaluated, doors, call, monkeypatch
+):
     answers = iter([True])
-    monkeypatch.setattr("turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False))
+    monkeypatch.setattr(
+        "turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False)
+    )
     assert call("robots", "run", "--generations", "2", "--out", "run", *BRIEF)[0] == 130
     doors.wires["r-orange"].cut = True
     code, out, err = call("robots", "run", "--resume", "run")
@@ -200,8 +254,17 @@ def test_a_run_with_real_robots_does_not_go_on_with_emulated_ones(laboratory, ca
 def test_what_is_no_run_in_a_laboratory_is_not_gone_on_with(laboratory, call):
     code, _, err = call("robots", "run", "--resume", "nothing")
     assert code == 2
-    assert err.startswith("error: `run` must be a run folder; got nothing without a readable manifest.json.")
-    small = ["--set", "models.population=4", "--set", "classifiers.population=4", "--set", "scenario.agents=2"]
+    assert err.startswith(
+        "error: `run` must be a run folder; got nothing without a readable manifest.json."
+    )
+    small = [
+        "--set",
+        "models.population=4",
+        "--set",
+        "classifiers.population=4",
+        "--set",
+        "scenario.agents=2",
+    ]
     short = ["--set", "scenario.trial.duration_s=0.5", "--threads", "1", "--generations", "1"]
     assert call("infer", "aggregation", *small, *short, "--out", "other")[0] == 0
     code, _, err = call("robots", "run", "--resume", "other")
@@ -252,14 +315,18 @@ def test_without_a_calibration_nothing_real_is_looked_at(laboratory, call):
         code, _, err = call("robots", *command)
         assert code == 2
         assert err.startswith("error: `camera.calibration` must be a readable file; got ")
-        assert err.endswith("camera.json (No such file or directory). Calibrate the camera first.\n")
+        assert err.endswith(
+            "camera.json (No such file or directory). Calibrate the camera first.\n"
+        )
 
 
 def test_a_table_that_cannot_be_written_is_refused_in_one_line(laboratory, call):
     _film(laboratory / "trial.avi", covered=False)
     code, _, err = call("robots", "track", "trial.avi", "--out", "none/trial.csv")
     assert code == 2
-    assert err.startswith("error: `out` must be a file that can be written; got none/trial.csv (No such file or dir")
+    assert err.startswith(
+        "error: `out` must be a file that can be written; got none/trial.csv (No such file or dir"
+    )
 
 
 def test_nothing_runs_in_a_laboratory_that_is_not_in_order(laboratory, doors, call):
@@ -281,9 +348,16 @@ def test_a_file_that_is_wrong_is_refused_in_one_line(laboratory, call):
 
 def _film(path, covered):
     render = EmulatedCamera(
-        CALIBRATION, TriangleMarkers(), LABELS, arena_cm=ARENA, wall_cm=5.0, optics=Optics(noise=2.0)
+        CALIBRATION,
+        TriangleMarkers(),
+        LABELS,
+        arena_cm=ARENA,
+        wall_cm=5.0,
+        optics=Optics(noise=2.0),
     )
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 10, CALIBRATION.lens.image_size)
+    writer = cv2.VideoWriter(
+        str(path), cv2.VideoWriter_fourcc(*"MJPG"), 10, CALIBRATION.lens.image_size
+    )
     writer.set(cv2.VIDEOWRITER_PROP_QUALITY, 100)
     for frame in range(6):
         poses = HOMES + np.array([0.3 * frame, 0.0, 0.05 * frame])
@@ -343,7 +417,9 @@ MISSING = {"cv2": ("OpenCV", "vision"), "serial": ("pyserial", "robot")}
         ("serial", "robots run --out new"),
     ],
 )
-def test_a_library_that_is_not_installed_is_named_in_one_line(hidden, command, laboratory, call, monkeypatch):
+def test_a_library_that_is_not_installed_is_named_in_one_line(
+    hidden, command, laboratory, call, monkeypatch
+):
     monkeypatch.setitem(sys.modules, hidden, None)
     (laboratory / "trial.avi").touch()
     code, out, err = call(*command.split())
@@ -364,7 +440,9 @@ def test_an_extra_is_named_before_a_calibration_that_is_missing(laboratory, call
 def test_after_a_plain_installation_the_commands_need_no_extra_before_they_name_it(laboratory):
     hide = "".join(f"sys.modules[{name!r}] = None; " for name in MISSING)
     program = f"import sys; {hide}from turing_learning.cli import main; main(['robots', 'check'])"
-    done = subprocess.run([sys.executable, "-c", program], cwd=laboratory, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=laboratory, capture_output=True, text=True, check=False
+    )
     both = "error: OpenCV and pyserial must be installed; got no such modules. Run: pip install 'turing-learning[vision,robot]'"
     assert (done.returncode, done.stderr.splitlines()[-1]) == (2, both)
     assert "Traceback" not in done.stderr

@@ -21,7 +21,9 @@ def load(tmp_path):
 
 
 def paper_file():
-    robots = "".join(f'[[robots]]\nname = "a{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(8))
+    robots = "".join(
+        f'[[robots]]\nname = "a{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(8)
+    )
     for k, color in enumerate(("orange", "purple")):
         robots += f'[[robots]]\nname = "{color}"\nrole = "replica"\nmarker = "{color}"\naddress = "/dev/rfcomm{k}"\n'
     return f'[camera]\ncalibration = "camera.json"\n{robots}'
@@ -50,7 +52,9 @@ def test_a_setup_survives_its_json(load):
 
 
 def test_options_come_before_the_file(load):
-    laboratory = load(FILE, overrides={"run.generations": 7}, labels={"run.generations": "--generations"})
+    laboratory = load(
+        FILE, overrides={"run.generations": 7}, labels={"run.generations": "--generations"}
+    )
     assert laboratory.configuration.run.generations == 7
 
 
@@ -91,21 +95,32 @@ def test_what_is_wrong_is_refused_in_one_message(load, change, message):
         (29.97, ("duration_s = 1.0", "duration_s = 7"), r"got 7 s \[.*lab\.toml:.*\]\. Set .* = 6\.973640307\.$"),
     ],
 )  # fmt: skip
-def test_a_trial_that_ends_between_two_images_is_refused_with_one_that_does_not(load, fps, change, message):
+def test_a_trial_that_ends_between_two_images_is_refused_with_one_that_does_not(
+    load, fps, change, message
+):
     text = FILE.replace("[camera]", f"[camera]\nfps = {fps}")
     with pytest.raises(
-        ConfigurationError, match=r"^`scenario\.trial\.duration_s` must be a whole number of images at camera\.fps, "
+        ConfigurationError,
+        match=r"^`scenario\.trial\.duration_s` must be a whole number of images at camera\.fps, ",
     ) as told:
         load(text.replace(*change))
     assert re.search(message, str(told.value))
     followed = str(told.value).rsplit(" = ", 1)[1].rstrip(".")
-    trial = load(text.replace("duration_s = 1.0", f"duration_s = {followed}")).configuration.scenario.trial
-    assert trial.duration_s / trial.control_interval_s == pytest.approx(round(float(followed) * fps), abs=1e-6)
+    trial = load(
+        text.replace("duration_s = 1.0", f"duration_s = {followed}")
+    ).configuration.scenario.trial
+    assert trial.duration_s / trial.control_interval_s == pytest.approx(
+        round(float(followed) * fps), abs=1e-6
+    )
 
 
 def test_a_history_that_a_post_evaluation_cannot_use_is_refused(load):
-    text = FILE.replace("repeats = 0", "repeats = 1").replace("generations = 3", 'generations = 3\nhistory = "thin"')
-    with pytest.raises(ConfigurationError, match=r'`run\.history` must be "full" for a post-evaluation; got "thin"'):
+    text = FILE.replace("repeats = 0", "repeats = 1").replace(
+        "generations = 3", 'generations = 3\nhistory = "thin"'
+    )
+    with pytest.raises(
+        ConfigurationError, match=r'`run\.history` must be "full" for a post-evaluation; got "thin"'
+    ):
         load(text)
 
 

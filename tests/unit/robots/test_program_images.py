@@ -12,7 +12,12 @@ class Camera:
     """Gives image k at 0.1 k s plus its delay; numbers in `lost` are never given."""
 
     def __init__(self, clock, delays=None, lost=(), interval_s=0.1, kept=0):
-        self.clock, self.delays, self.lost, self.interval_s = clock, delays or {}, set(lost), interval_s
+        self.clock, self.delays, self.lost, self.interval_s = (
+            clock,
+            delays or {},
+            set(lost),
+            interval_s,
+        )
         self.number, self.kept, self.given = -1, kept, []
 
     def take(self):
@@ -22,7 +27,9 @@ class Camera:
         self.number += 1
         while self.number in self.lost:
             self.number += 1
-        self.clock.sleep(self.number * self.interval_s + self.delays.get(self.number, 0.0) - self.clock.now())
+        self.clock.sleep(
+            self.number * self.interval_s + self.delays.get(self.number, 0.0) - self.clock.now()
+        )
         self.given.append(self.number)
         return np.full((2, 2, 3), self.number, np.uint8)
 
@@ -59,7 +66,9 @@ def test_a_last_image_that_comes_late_is_used():
 
 @pytest.mark.parametrize("lost", [5, 12, 19])
 def test_an_image_that_was_left_out_is_noticed(lost):
-    with pytest.raises(CameraError, match=r"must give an image every 0\.1 s; got one left out before image \d+"):
+    with pytest.raises(
+        CameraError, match=r"must give an image every 0\.1 s; got one left out before image \d+"
+    ):
         numbers(lost=[lost])
 
 
@@ -102,7 +111,13 @@ def test_an_image_that_is_lost_alone_is_known_by_the_time_stamps(lost):
 
 
 @pytest.mark.parametrize(
-    "options", [{"lost": [8, 9]}, {"lost": [4, 7, 10]}, {"delays": {8: 0.08, 9: 0.08, 10: 0.02}}, {"interval_s": 0.12}]
+    "options",
+    [
+        {"lost": [8, 9]},
+        {"lost": [4, 7, 10]},
+        {"delays": {8: 0.08, 9: 0.08, 10: 0.02}},
+        {"interval_s": 0.12},
+    ],
 )
 def test_more_than_single_images_are_not_bridged(options):
     assert "must give an image every 0.1 s" in stamped(**options)[1]

@@ -92,7 +92,9 @@ def test_what_is_wrong_is_told_and_the_rest_is_looked_at(look, change, what, tex
 
 
 def test_a_calibration_that_places_robots_outside_the_arena_is_told(look):
-    moved = Calibration(CALIBRATION.lens, CALIBRATION.rotation, CALIBRATION.translation + np.array([0.0, 25.0, 0.0]))
+    moved = Calibration(
+        CALIBRATION.lens, CALIBRATION.rotation, CALIBRATION.translation + np.array([0.0, 25.0, 0.0])
+    )
     tracker = Tracker(TriangleMarkers(), moved, ("blue", "blue", "orange", "purple"))
     found = look(tracker=tracker)
     assert "must place robots inside the arena of 60 x 68 cm" in found["calibration"].text
@@ -106,7 +108,12 @@ def test_two_robots_with_the_same_marker_are_told(look, monkeypatch):
     lab = ScriptedLaboratory(noise=2.0)
     labels = (*LABELS[:3], "orange")
     lab._render = EmulatedCamera(
-        CALIBRATION, TriangleMarkers(), labels, arena_cm=ARENA, wall_cm=5.0, optics=Optics(noise=2.0)
+        CALIBRATION,
+        TriangleMarkers(),
+        labels,
+        arena_cm=ARENA,
+        wall_cm=5.0,
+        optics=Optics(noise=2.0),
     )
     text = look(lab)["markers"].text
     assert "2 orange markers in sight, 1 expected; 0 purple markers in sight, 1 expected" in text

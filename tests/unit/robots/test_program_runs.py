@@ -49,7 +49,9 @@ def folder(tmp_path_factory):
 
 def begin(folder, out, file="lab.toml", lab=None, **options):
     lab = lab or ScriptedLaboratory()
-    return start_laboratory(load_laboratory(folder / file), out, equipment=lab.equipment(), **options)
+    return start_laboratory(
+        load_laboratory(folder / file), out, equipment=lab.equipment(), **options
+    )
 
 
 @pytest.fixture(scope="module")
@@ -120,7 +122,10 @@ def test_a_line_of_the_log_that_was_cut_is_left_out(tmp_path):
 
 def test_the_laboratory_lies_in_the_run_folder(finished):
     assert is_laboratory_run(finished)
-    assert json.loads((finished / "laboratory.json").read_text())["camera"]["calibration"] == "camera.json"
+    assert (
+        json.loads((finished / "laboratory.json").read_text())["camera"]["calibration"]
+        == "camera.json"
+    )
     assert (finished / "camera.json").read_bytes() == (finished.parent / "camera.json").read_bytes()
 
 
@@ -152,12 +157,16 @@ def test_an_edited_laboratory_is_resumed_once_it_is_trusted(folder, edited):
     assert load_run(path).generations == 1
     for door in (resume_laboratory, stored_laboratory, awaits_robots):
         with pytest.raises(
-            RunFolderError, match=rf"{edited} \(it has been changed\).* trust it: `.* --trust`, or `turing_"
+            RunFolderError,
+            match=rf"{edited} \(it has been changed\).* trust it: `.* --trust`, or `turing_",
         ):
             door(path)
     trust_laboratory(path)
     assert (
-        resume_laboratory(path, equipment=ScriptedLaboratory().equipment(), should_stop=lambda: True).generations == 2
+        resume_laboratory(
+            path, equipment=ScriptedLaboratory().equipment(), should_stop=lambda: True
+        ).generations
+        == 2
     )
 
 
@@ -167,7 +176,9 @@ def test_functions_that_an_edited_laboratory_names_are_not_imported(folder, tmp_
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "evil_robots.py").write_text("raise SystemExit('imported')")
     content = json.loads((path / "laboratory.json").read_text())
-    (path / "laboratory.json").write_text(json.dumps(content | {"open_replica": "evil_robots:open"}))
+    (path / "laboratory.json").write_text(
+        json.dumps(content | {"open_replica": "evil_robots:open"})
+    )
     with pytest.raises(RunFolderError, match="trust it"):
         resume_laboratory(path)
     assert "evil_robots" not in sys.modules
@@ -175,7 +186,9 @@ def test_functions_that_an_edited_laboratory_names_are_not_imported(folder, tmp_
 
 def test_what_is_no_run_in_a_laboratory_is_not_trusted(tmp_path, small):
     start(small(), tmp_path / "run")
-    with pytest.raises(RunFolderError, match=r"must take place in a laboratory; got .*run without laboratory\.json"):
+    with pytest.raises(
+        RunFolderError, match=r"must take place in a laboratory; got .*run without laboratory\.json"
+    ):
         trust_laboratory(tmp_path / "run")
 
 
@@ -229,7 +242,9 @@ def test_a_disturbed_run_has_as_many_generations_and_the_same_outcome(folder, fi
     ):
         assert words in told
     np.testing.assert_allclose(
-        result.history["model"].to_numpy(), load_run(finished).history["model"].to_numpy(), atol=1e-9
+        result.history["model"].to_numpy(),
+        load_run(finished).history["model"].to_numpy(),
+        atol=1e-9,
     )
 
 
@@ -237,10 +252,25 @@ def test_a_disturbed_run_has_as_many_generations_and_the_same_outcome(folder, fi
 def test_a_run_killed_in_every_state_ends_as_one_that_was_not(folder, finished):
     path, script = folder / "killed", Path(__file__).with_name("program_killed.py")
     killed = subprocess.run(
-        [sys.executable, script, folder, path], timeout=300, capture_output=True, text=True, check=False
+        [sys.executable, script, folder, path],
+        timeout=300,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert killed.returncode == 0, killed.stderr
-    assert killed.stdout.split() == ["P1", "0", "P2", "1", "P3", "2", "P4", "3", "P5", "4"]  # those that STOP confirmed
+    assert killed.stdout.split() == [
+        "P1",
+        "0",
+        "P2",
+        "1",
+        "P3",
+        "2",
+        "P4",
+        "3",
+        "P5",
+        "4",
+    ]  # those that STOP confirmed
     assert not load_run(path).complete
     result = resume_laboratory(path, equipment=ScriptedLaboratory().equipment())
     assert result.complete
@@ -253,7 +283,9 @@ def test_a_run_killed_in_every_state_ends_as_one_that_was_not(folder, finished):
 
 
 @pytest.mark.parametrize(("ends", "rejected"), [("P1", 0), ("disturbed", 1)])
-def test_a_trial_without_a_stop_is_executed_again_by_a_run_that_is_resumed(folder, tmp_path, finished, ends, rejected):
+def test_a_trial_without_a_stop_is_executed_again_by_a_run_that_is_resumed(
+    folder, tmp_path, finished, ends, rejected
+):
     lab, path, seen = ScriptedLaboratory(), tmp_path / "unconfirmed", []
 
     def die(event):
@@ -317,7 +349,8 @@ def test_a_post_evaluation_that_cannot_be_read_is_refused(tmp_path, content):
     file = tmp_path / "post_evaluation.json"
     file.write_text(content)
     with pytest.raises(
-        RunFolderError, match=r"`run` must have a readable post_evaluation.json; got .*, which holds"
+        RunFolderError,
+        match=r"`run` must have a readable post_evaluation.json; got .*, which holds",
     ) as told:
         read_post_evaluation(tmp_path)
     assert str(told.value).endswith("Restore the file, or remove it and resume.")
@@ -327,21 +360,30 @@ def test_detectors_are_calibrated_with_what_was_observed(folder, monkeypatch):
     path = folder / "observed"
     result = begin(folder, path, file="evaluated.toml")
     assert result.in_laboratory
-    monkeypatch.setattr("turing_learning.detection._run.simulate_behaviors", lambda *_: pytest.fail("simulated"))
+    monkeypatch.setattr(
+        "turing_learning.detection._run.simulate_behaviors", lambda *_: pytest.fail("simulated")
+    )
     with np.load(path / "calibration.npz") as kept:
         genuine, abnormal = kept["genuine"], kept["abnormal"]
     learned = read_trials(path, "generation-0000").speeds()[:, :-2].reshape(-1, 5, 2)
-    held_out = np.concatenate([read_trials(path, f"post-evaluation-{k}").speeds()[:, :-2] for k in (1, 2)])
+    held_out = np.concatenate(
+        [read_trials(path, f"post-evaluation-{k}").speeds()[:, :-2] for k in (1, 2)]
+    )
     assert len(genuine) == 2 * len(learned)  # one generation, two post-evaluations
     np.testing.assert_array_equal(genuine[: len(learned)], learned)
-    assert all((sample == held_out.reshape(-1, 5, 2)).all(axis=(1, 2)).any() for sample in genuine[len(learned) :])
+    assert all(
+        (sample == held_out.reshape(-1, 5, 2)).all(axis=(1, 2)).any()
+        for sample in genuine[len(learned) :]
+    )
     models = result.history["model"].to_numpy()[0]
     far = np.abs(models - list(result.estimate.values())).mean(axis=1) >= 0.2
     assert len(abnormal) == np.count_nonzero(far)
     run = run_classifiers(result)
     for found, written in zip(run.calibration, (genuine, abnormal), strict=True):
         np.testing.assert_array_equal(found[:, 0], written)
-    with pytest.raises(ConfigurationError, match="for individuals to be simulated; got one in a laboratory"):
+    with pytest.raises(
+        ConfigurationError, match="for individuals to be simulated; got one in a laboratory"
+    ):
         run.simulated_scenario()
 
 
@@ -364,7 +406,9 @@ def test_repeats_may_be_changed_between_sessions(folder):
     assert (path / "calibration.npz").exists()
     with_repeats(path, 3)
     assert awaits_robots(path)
-    resume_laboratory(path, equipment=ScriptedLaboratory().equipment(), should_stop=iter([False, True]).__next__)
+    resume_laboratory(
+        path, equipment=ScriptedLaboratory().equipment(), should_stop=iter([False, True]).__next__
+    )
     more = read_post_evaluation(path)
     assert (more.complete, more.repeats, more.best_model, len(more.fitness)) == (False, 3, None, 2)
     np.testing.assert_array_equal(more.fitness[0], fewer.fitness[0])
@@ -379,15 +423,21 @@ def test_a_finished_run_goes_without_its_trials(folder, caplog):
     assert (path / "calibration.npz").read_bytes() == kept
     assert caplog.text == ""
     (path / "calibration.npz").write_bytes(b"PK")
-    with pytest.raises(DamagedError, match=r"calibration.npz as it was written; got .*it has been changed"):
+    with pytest.raises(
+        DamagedError, match=r"calibration.npz as it was written; got .*it has been changed"
+    ):
         Detector.from_run(load_run(path))
     assert resume_laboratory(path, equipment=ScriptedLaboratory().equipment()).complete
     assert (path / "calibration.npz.damaged").read_bytes() == b"PK"
     with pytest.raises(
-        ConfigurationError, match="`run` must have stored motion to calibrate with; got one in a laboratory that"
+        ConfigurationError,
+        match="`run` must have stored motion to calibrate with; got one in a laboratory that",
     ):
         Detector.from_run(load_run(path))
-    assert "Nothing is kept to calibrate detectors with: `stage` must be one of which the run has trials" in caplog.text
+    assert (
+        "Nothing is kept to calibrate detectors with: `stage` must be one of which the run has trials"
+        in caplog.text
+    )
 
 
 def test_the_last_models_of_a_thin_history_cannot_be_observed_again(folder):
@@ -396,12 +446,14 @@ def test_the_last_models_of_a_thin_history_cannot_be_observed_again(folder):
     thin = load_laboratory(folder / "lab.toml", {"run.history": "thin", "run.generations": 1})
     start_laboratory(thin, path, equipment=lab.equipment())
     with pytest.raises(
-        ConfigurationError, match=r"got .* with run.history = \"thin\".* Run it again in the laboratory"
+        ConfigurationError,
+        match=r"got .* with run.history = \"thin\".* Run it again in the laboratory",
     ):
         run_classifiers(load_run(path))
     with_repeats(path, 2)
     with pytest.raises(
-        ConfigurationError, match=r'`run.history` must be "full" for a post-evaluation; got "thin" \[.*laboratory'
+        ConfigurationError,
+        match=r'`run.history` must be "full" for a post-evaluation; got "thin" \[.*laboratory',
     ):
         resume_laboratory(path, equipment=lab.equipment())
 
@@ -409,14 +461,16 @@ def test_the_last_models_of_a_thin_history_cannot_be_observed_again(folder):
 def test_a_run_that_was_not_observed_again_has_nothing_to_calibrate_detectors_with(finished):
     assert not (finished / "calibration.npz").exists()
     with pytest.raises(
-        ConfigurationError, match=r"must have stored motion .* resume it, with `evaluation.repeats` of at least 1"
+        ConfigurationError,
+        match=r"must have stored motion .* resume it, with `evaluation.repeats` of at least 1",
     ):
         Detector.from_run(load_run(finished))
 
 
 def test_a_run_in_a_laboratory_is_not_checked_by_simulations(finished):
     with pytest.raises(
-        ConfigurationError, match="`run` must be of a system that can be simulated; got one in a laboratory"
+        ConfigurationError,
+        match="`run` must be of a system that can be simulated; got one in a laboratory",
     ):
         load_run(finished).check()
     assert not (finished / "check").exists()
@@ -428,8 +482,12 @@ def test_trials_can_be_read_as_they_were_observed(finished, tmp_path):
     assert trials.poses.shape == (rounds, 6, len(trials.labels), 3)
     assert trials.interval_s == pytest.approx(0.1)
     sent = trials.models.reshape(rounds * replicas, 4)
-    np.testing.assert_allclose(sent, load_run(finished).history["model"][1], atol=5e-5)  # four digits go over the lines
-    with pytest.raises(RunFolderError, match=r"`stage` must be one of which the run has trials; got 'generation-9'"):
+    np.testing.assert_allclose(
+        sent, load_run(finished).history["model"][1], atol=5e-5
+    )  # four digits go over the lines
+    with pytest.raises(
+        RunFolderError, match=r"`stage` must be one of which the run has trials; got 'generation-9'"
+    ):
         read_trials(finished, "generation-9")
     with pytest.raises(RunFolderError, match=r"`run` must be a run folder; got"):
         read_trials(tmp_path, "generation-0001")
@@ -450,6 +508,9 @@ def test_trials_can_be_read_as_they_were_observed(finished, tmp_path):
 
 def test_a_calibration_that_is_not_there_is_refused_before_anything_moves(folder, tmp_path):
     (tmp_path / "lab.toml").write_text(SHORT)
-    with pytest.raises(ConfigurationError, match=r"`camera\.calibration` must be a readable file; got .*camera\.json"):
+    with pytest.raises(
+        ConfigurationError,
+        match=r"`camera\.calibration` must be a readable file; got .*camera\.json",
+    ):
         begin(tmp_path, tmp_path / "run")
     assert not (tmp_path / "run").exists()

@@ -46,8 +46,23 @@ def library(tmp_path_factory):
         pytest.skip("there is no C compiler")
     folder = tmp_path_factory.mktemp("firmware")
     (folder / "board.c").write_text(BOARD)
-    command = [compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", "-fsanitize=undefined", "-fno-sanitize-recover"]
-    command += ["-shared", "-fPIC", "-I", str(FOLDER), str(FOLDER / "replica.c"), str(folder / "board.c")]
+    command = [
+        compiler,
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-fsanitize=undefined",
+        "-fno-sanitize-recover",
+    ]
+    command += [
+        "-shared",
+        "-fPIC",
+        "-I",
+        str(FOLDER),
+        str(FOLDER / "replica.c"),
+        str(folder / "board.c"),
+    ]
     subprocess.run([*command, "-o", str(folder / "replica.so")], check=True)
     return ctypes.CDLL(str(folder / "replica.so"))
 
@@ -78,8 +93,12 @@ class Both:
         self.sent, self.wheels, self.said = b"", (0, 0), b""
         choices = Choices(seed)
         self._kept = [
-            ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_int)(lambda *wheels: setattr(self, "wheels", wheels)),
-            ctypes.CFUNCTYPE(None, ctypes.c_char_p)(lambda text: setattr(self, "sent", self.sent + text)),
+            ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_int)(
+                lambda *wheels: setattr(self, "wheels", wheels)
+            ),
+            ctypes.CFUNCTYPE(None, ctypes.c_char_p)(
+                lambda text: setattr(self, "sent", self.sent + text)
+            ),
             ctypes.CFUNCTYPE(ctypes.c_int)(lambda: int(self.body.battery)),
             ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int, ctypes.c_int)(choices.pick),
         ]
@@ -105,13 +124,18 @@ class Both:
     def step(self, sight, proximity):
         self.c.replica_step(self.now_ms, sight, (ctypes.c_int * 8)(*proximity))
         wheels = self.robot.step(self.clock.now, sight, proximity)
-        assert self.wheels == tuple(round(10_000 * wheel) for wheel in wheels), (self.clock.now, self.robot.state)
+        assert self.wheels == tuple(round(10_000 * wheel) for wheel in wheels), (
+            self.clock.now,
+            self.robot.state,
+        )
         assert self.sent == self.said
 
     def go(self, cycles, rng, hear=lambda cycle: b""):
         for cycle in range(cycles):
             self.hear(hear(cycle))
-            self.step(int(rng.integers(2)), (rng.integers(0, 700, 8) * (rng.random() < 0.3)).tolist())
+            self.step(
+                int(rng.integers(2)), (rng.integers(0, 700, 8) * (rng.random() < 0.3)).tolist()
+            )
             self.clock.now = round(self.clock.now + 0.1, 3)
 
 
@@ -158,7 +182,15 @@ def some_line(rng):
 def test_noise_messages_and_loops_have_the_same_bytes_and_wheels(library, controller, seed):
     rng, both = np.random.default_rng(seed), Both(library, controller, seed)
     both.go(2500, rng, lambda cycle: some_line(rng) if rng.random() < 0.15 else b"")
-    for part in (b"x,START,", b"x,STOP,", b"x,E,checksum*", b"x,E,message*", b"x,Q,R5,", b"x,M,7*", b"e,100,-200"):
+    for part in (
+        b"x,START,",
+        b"x,STOP,",
+        b"x,E,checksum*",
+        b"x,E,message*",
+        b"x,Q,R5,",
+        b"x,M,7*",
+        b"e,100,-200",
+    ):
         assert part in both.sent
     for byte in b"\0\0\0\0\0\rV\r":
         library.replica_receive(byte, both.now_ms)
@@ -223,7 +255,16 @@ def test_the_main_program_of_the_epuck2_fits_the_functions_of_its_board(tmp_path
     for name, text in STUBS.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text + "\n")
-    command = [compiler, "-std=gnu11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I", str(tmp_path)]
+    command = [
+        compiler,
+        "-std=gnu11",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-fsyntax-only",
+        "-I",
+        str(tmp_path),
+    ]
     subprocess.run([*command, str(FOLDER / "e-puck2" / "main.c")], check=True)
 
 
@@ -249,7 +290,9 @@ def test_a_pi_puck_answers_at_one_of_two_channels_and_its_error_is_one_that_live
                 raise OSError(121, "Remote I/O error")
             read[:] = bytes(47)
 
-    messages = SimpleNamespace(write=lambda address, data: bytearray(data), read=lambda address, size: bytearray(size))
+    messages = SimpleNamespace(
+        write=lambda address, data: bytearray(data), read=lambda address, size: bytearray(size)
+    )
     monkeypatch.setitem(sys.modules, "smbus2", SimpleNamespace(SMBus=Bus, i2c_msg=messages))
     assert pi_puck.exchange(bytes(20)) == bytes(47)
     assert Bus.opened == [12, 4]
@@ -275,7 +318,11 @@ def test_a_pi_puck_executes_a_model_that_its_pc_sends_and_stands_at_the_end(monk
         assert len(data) == 20
         assert reduce(xor, data) == 0
         speeds.append(struct.unpack_from("<hh", data))
-        return struct.pack("<8h", *range(8)) + bytes(30) + bytes([reduce(xor, struct.pack("<8h", *range(8)))])
+        return (
+            struct.pack("<8h", *range(8))
+            + bytes(30)
+            + bytes([reduce(xor, struct.pack("<8h", *range(8)))])
+        )
 
     class Eye:
         def take(self):

@@ -34,14 +34,17 @@ def test_models_are_bounded_by_the_hyperbolic_tangent():
 
 def test_stages_have_other_noise_and_the_same_stage_the_same():
     one, same, other = (
-        SimulatedLaboratory(SHORT, seed=3).observe(np.tile(TRUTH, (2, 1)), stage).genuine for stage in ("a", "a", "b")
+        SimulatedLaboratory(SHORT, seed=3).observe(np.tile(TRUTH, (2, 1)), stage).genuine
+        for stage in ("a", "a", "b")
     )
     np.testing.assert_array_equal(one, same)
     assert not np.array_equal(one, other)
 
 
 def test_models_that_leave_a_replica_without_one_are_refused():
-    with pytest.raises(ValueError, match=r"`models` must be a multiple of 2 replicas, not 0; got 3\."):
+    with pytest.raises(
+        ValueError, match=r"`models` must be a multiple of 2 replicas, not 0; got 3\."
+    ):
         SimulatedLaboratory(SHORT).observe(np.zeros((3, 4)), "stage")
 
 

@@ -16,7 +16,9 @@ from turing_learning.robots.program._equipment import TerminalOperator
 
 
 def test_the_first_signal_announces_the_second_interrupts_and_later_ones_only_say_so(capsys):
-    request = StopRequest(lambda: "stopping after this batch (about 3 min); Ctrl-C again halts the robots now")
+    request = StopRequest(
+        lambda: "stopping after this batch (about 3 min); Ctrl-C again halts the robots now"
+    )
     request.receive(signal.SIGINT, None)
     assert request()
     assert "about 3 min); Ctrl-C again halts the robots now" in capsys.readouterr().err
@@ -48,12 +50,23 @@ def laboratory(tmp_path, monkeypatch):
     CALIBRATION.save(tmp_path / "camera.json")
     (tmp_path / "lab.toml").write_text(FILE)
     scripted = ScriptedLaboratory(noise=2.0)
-    monkeypatch.setattr("turing_learning.robots.real_equipment", lambda laboratory: scripted.equipment())
+    monkeypatch.setattr(
+        "turing_learning.robots.real_equipment", lambda laboratory: scripted.equipment()
+    )
     return scripted
 
 
 def test_a_run_that_ends_says_who_was_halted_and_who_may_still_move(laboratory, call):
-    code, out, _ = call("robots", "run", "--generations", "1", "--out", "run", "--set", "scenario.trial.duration_s=0.5")
+    code, out, _ = call(
+        "robots",
+        "run",
+        "--generations",
+        "1",
+        "--out",
+        "run",
+        "--set",
+        "scenario.trial.duration_s=0.5",
+    )
     assert code == 0
     assert "robots halted: r1, r2." in out
     assert "Without an address, and perhaps still moving: a1, a2. Stop them by hand." in out
@@ -78,7 +91,10 @@ def test_two_signals_halt_the_robots_of_the_arenas_own_file(call, tmp_path, monk
         assert code == 130
         assert "Ctrl-C again halts the robots now" in err
         assert "robots halted: replica-1, replica-2." in out
-        assert "Without an address, and perhaps still moving: agent-1, agent-2, agent-3. Stop them by hand." in out
+        assert (
+            "Without an address, and perhaps still moving: agent-1, agent-2, agent-3. Stop them by hand."
+            in out
+        )
         assert "resume with: turing-learning resume run" in err
         for name in ("replica-1", "replica-2"):
             assert service.laboratory.robot(name).emulated.state == "R0"

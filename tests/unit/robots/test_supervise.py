@@ -16,7 +16,9 @@ AXLE_CM = 5.1
 
 @pytest.fixture
 def laboratory():
-    return load_laboratory(EXAMPLES / "simulator.toml", {"run.generations": 1, "models.population": 4})
+    return load_laboratory(
+        EXAMPLES / "simulator.toml", {"run.generations": 1, "models.population": 4}
+    )
 
 
 @pytest.fixture
@@ -36,9 +38,13 @@ def test_the_example_in_pymunk_executes_the_models_that_are_sent(laboratory, dis
     start_laboratory(replace(laboratory, setup=setup), tmp_path / "run", equipment=equipment)
     trials = read_trials(tmp_path / "run", "generation-0000")
     assert trials.poses.shape == (2, 51, 8, 3)
-    assert not [event["fault"] for event in read_events(tmp_path / "run") if event["kind"] == "disturbed"]
+    assert not [
+        event["fault"] for event in read_events(tmp_path / "run") if event["kind"] == "disturbed"
+    ]
     speeds = trials.speeds()
-    states = np.concatenate([np.tile([(-0.7, -1.0, 1.0, -1.0)], (2, 6, 1)), trials.models], axis=1).reshape(2, 8, 2, 2)
+    states = np.concatenate(
+        [np.tile([(-0.7, -1.0, 1.0, -1.0)], (2, 6, 1)), trials.models], axis=1
+    ).reshape(2, 8, 2, 2)
     linear = SPEED_CM_S * states.mean(axis=-1)
     angular = SPEED_CM_S * (states[..., 1] - states[..., 0]) / AXLE_CM
     for state in range(2):
@@ -47,7 +53,9 @@ def test_the_example_in_pymunk_executes_the_models_that_are_sent(laboratory, dis
         if state == 0:
             either = near
         either = either | near
-    assert np.median(either.mean(axis=-1)) > 0.5  # others are between two cycles, at walls, or pushed
+    assert (
+        np.median(either.mean(axis=-1)) > 0.5
+    )  # others are between two cycles, at walls, or pushed
 
 
 class Still:

@@ -38,16 +38,26 @@ def run(named, tmp_path):
     """A run of that laboratory that was stopped after its first generation, with other devices."""
     doors = ScriptedLaboratory(noise=2.0).equipment()
     start_laboratory(
-        load_laboratory(tmp_path / "lab.toml"), tmp_path / "run", equipment=doors, should_stop=lambda: True
+        load_laboratory(tmp_path / "lab.toml"),
+        tmp_path / "run",
+        equipment=doors,
+        should_stop=lambda: True,
     )
     return tmp_path / "run"
 
 
-@pytest.mark.parametrize("command", ["robots check", "robots run --out new", "robots check --config lab.toml"])
-def test_a_command_with_a_file_executes_no_function_that_is_not_trusted(command, named, call, tmp_path):
+@pytest.mark.parametrize(
+    "command", ["robots check", "robots run --out new", "robots check --config lab.toml"]
+)
+def test_a_command_with_a_file_executes_no_function_that_is_not_trusted(
+    command, named, call, tmp_path
+):
     code, _, err = call(*command.split())
     assert code == 2
-    assert "error: `open_replica` must be trusted before it is executed; got 'foreign_robots:open_robot'" in err
+    assert (
+        "error: `open_replica` must be trusted before it is executed; got 'foreign_robots:open_robot'"
+        in err
+    )
     assert "Read foreign_robots; then add --trust" in err
     assert not named.exists()
     assert not (tmp_path / "new").exists()
@@ -61,14 +71,18 @@ def test_a_shell_command_for_an_address_is_not_executed(tmp_path, call):
     assert not (tmp_path / "done").exists()
 
 
-def test_check_executes_what_is_trusted_and_refuses_a_robot_that_lacks_methods(named, call, tmp_path):
+def test_check_executes_what_is_trusted_and_refuses_a_robot_that_lacks_methods(
+    named, call, tmp_path
+):
     assert "good  replica r1: " in call("robots", "check", "--trust")[1]
     assert named.exists()
     (tmp_path / "half_robots.py").write_text(
         "class Half:\n    def __init__(self, address): pass\n    def status(self): pass\n"
     )
     text = (tmp_path / "lab.toml").read_text()
-    (tmp_path / "lab.toml").write_text(text.replace("foreign_robots:open_robot", "half_robots:Half"))
+    (tmp_path / "lab.toml").write_text(
+        text.replace("foreign_robots:open_robot", "half_robots:Half")
+    )
     code, out, _ = call("robots", "check", "--trust")
     assert code == 2
     assert (
@@ -83,7 +97,15 @@ def test_a_rehearsal_executes_none(named, call):
 
 
 @pytest.mark.parametrize(
-    "command", ["show run", "report run", "resume run", "robots run --resume run", "check run", "pool run run"]
+    "command",
+    [
+        "show run",
+        "report run",
+        "resume run",
+        "robots run --resume run",
+        "check run",
+        "pool run run",
+    ],
 )
 def test_no_command_executes_what_a_folder_names(command, run, named, call):
     call(*command.split())
@@ -100,7 +122,9 @@ def test_reading_a_folder_from_python_executes_nothing(run, named):
 def test_resume_refuses_names_that_are_not_trusted_edited_or_not(run, named, call):
     assert "must be trusted before it is executed" in call("resume", "run")[2]
     content = json.loads((run / "laboratory.json").read_text())
-    (run / "laboratory.json").write_text(json.dumps(content | {"tracker": "foreign_robots:open_robot"}))
+    (run / "laboratory.json").write_text(
+        json.dumps(content | {"tracker": "foreign_robots:open_robot"})
+    )
     assert "it has been changed" in call("resume", "run")[2]
     assert not named.exists()
     (run / "laboratory.json").write_text(json.dumps(content))

@@ -13,7 +13,17 @@ IMAGES = 51
 SPARE = 2  # control cycles, for phases
 
 
-def trials(seed, *, agents=8, replicas=2, controller=None, lag=0, spread=0.0, noise_cm=0.03, noise_rad=0.005):
+def trials(
+    seed,
+    *,
+    agents=8,
+    replicas=2,
+    controller=None,
+    lag=0,
+    spread=0.0,
+    noise_cm=0.03,
+    noise_rad=0.005,
+):
     """Yield poses (51, A, 3) and the models that were sent (R, 4), trial by trial; every robot has its own phase."""
     rng = np.random.default_rng(seed)
     robot = replace(LABORATORY.robot, actuation_lag_cycles=lag, wheel_scale_spread=spread)
@@ -25,7 +35,14 @@ def trials(seed, *, agents=8, replicas=2, controller=None, lag=0, spread=0.0, no
         controllers = np.concatenate([np.tile(genuine, (agents, 1)), models])[None]
         start = initial_poses(scenario, 1, rng)
         steps = IMAGES - 1 + SPARE
-        motion = simulate(scenario, controllers, start, control_steps=steps, seed=int(rng.integers(2**31)), threads=1)
+        motion = simulate(
+            scenario,
+            controllers,
+            start,
+            control_steps=steps,
+            seed=int(rng.integers(2**31)),
+            threads=1,
+        )
         way = np.diff(motion.poses[0], axis=0)
         way[..., 2] = wrap(way[..., 2])
         poses = (motion.poses[0, :-1] + phases * way)[:IMAGES]

@@ -14,7 +14,9 @@ MODEL = ElmanModel(hidden=3)
 
 
 def configured(small, **settings):
-    return with_settings(small(), {"models.hidden": 3} | {key.replace("__", "."): v for key, v in settings.items()})
+    return with_settings(
+        small(), {"models.hidden": 3} | {key.replace("__", "."): v for key, v in settings.items()}
+    )
 
 
 def untimed(folder):
@@ -45,7 +47,9 @@ def test_the_weights_are_named_and_are_those_of_the_last_generation(whole):
     result = tl.load_run(whole)
     assert tuple(result.networks["best_model"]) == MODEL.parameter_names
     assert result.history["best_model"].shape == (7, 23)
-    np.testing.assert_array_equal(result.history["best_model"][-1], list(result.networks["best_model"].values()))
+    np.testing.assert_array_equal(
+        result.history["best_model"][-1], list(result.networks["best_model"].values())
+    )
 
 
 def test_the_estimate_is_a_median_of_outputs_and_its_network_the_typical_one_nearest_to_it(whole):
@@ -54,7 +58,9 @@ def test_the_estimate_is_a_median_of_outputs_and_its_network_the_typical_one_nea
     outputs = MODEL.described(typical)
     np.testing.assert_allclose(list(result.estimate.values()), np.median(outputs, axis=0))
     distances = np.abs(outputs - np.median(outputs, axis=0)).sum(axis=1)
-    np.testing.assert_array_equal(list(result.networks["estimate"].values()), typical[np.argmin(distances)])
+    np.testing.assert_array_equal(
+        list(result.networks["estimate"].values()), typical[np.argmin(distances)]
+    )
 
 
 def test_the_report_shows_outputs_and_not_weights(whole):
@@ -73,7 +79,9 @@ def test_networks_have_not_settled_after_a_few_generations(small):
     assert result.verdict == "still moving"
 
 
-def test_a_run_of_networks_that_was_stopped_ends_as_one_that_was_not(whole, small, tmp_path, stop_after):
+def test_a_run_of_networks_that_was_stopped_ends_as_one_that_was_not(
+    whole, small, tmp_path, stop_after
+):
     start(configured(small, run__history="thin"), tmp_path / "run", should_stop=stop_after(5))
     resume(tmp_path / "run")
     assert untimed(tmp_path / "run") == untimed(whole)
@@ -90,7 +98,9 @@ def test_the_observer_sees_outputs_beside_the_agents_parameters(small):
     last = seen[-1]
     assert last.parameter_names == ("vl0", "vr0", "vl1", "vr1")
     assert last.generation.best_model.shape == (23,)
-    np.testing.assert_array_equal(last.shown(last.generation.best_model), MODEL.described(last.generation.best_model))
+    np.testing.assert_array_equal(
+        last.shown(last.generation.best_model), MODEL.described(last.generation.best_model)
+    )
     assert last.outlook is not None
 
 
@@ -115,7 +125,9 @@ def test_networks_may_be_inferred_from_separated_groups(small, tmp_path, stop_af
 def test_separated_groups_are_judged_otherwise_than_mixed_ones(small, hidden):
     mixed, separated = (
         tl.infer(
-            config=configured(small, models__hidden=hidden, scenario__grouping=grouping, run__history="thin")
+            config=configured(
+                small, models__hidden=hidden, scenario__grouping=grouping, run__history="thin"
+            )
         ).history["model_fitness_quantiles"]
         for grouping in ("mixed", "separated")
     )
@@ -123,7 +135,9 @@ def test_separated_groups_are_judged_otherwise_than_mixed_ones(small, hidden):
 
 
 def test_networks_are_refused_for_a_system_of_ones_own():
-    with pytest.raises(ConfigurationError, match=r"`models\.hidden` must be 0 for a custom system, .*got 2"):
+    with pytest.raises(
+        ConfigurationError, match=r"`models\.hidden` must be 0 for a custom system, .*got 2"
+    ):
         tl.infer(
             genuine=np.random.default_rng(0).normal(size=(20, 5, 2)),
             simulate=lambda parameters, rng: np.zeros((len(parameters), 5, 2)),

@@ -17,9 +17,16 @@ from turing_learning.runs import Run, RunFolder, RunFolderError, RunStorageError
 from turing_learning.runs._report import check_listing, draw_check
 from turing_learning.systems import CustomSystemError
 
-SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
+SETTINGS = {
+    "models.population": 8,
+    "classifiers.population": 8,
+    "run.threads": 1,
+    "run.history": "thin",
+}
 SWARM = {"models.population": 4, "classifiers.population": 4, "scenario.trial.duration_s": 1.0}
-QUICK = Effort(samples=20, generations=8, population=8, points=6, profile_generations=4, profile_population=8)
+QUICK = Effort(
+    samples=20, generations=8, population=8, points=6, profile_generations=4, profile_population=8
+)
 BRIEF = replace(QUICK, points=0)
 
 
@@ -87,7 +94,9 @@ def test_a_recovery_of_a_live_system_learns_from_as_many_samples_as_are_observed
     result = tl.infer(genuine=live, generations=3, **given)
     (recovery,) = result.check(effort=QUICK).recoveries
     assert recovery.truth == result.estimate
-    assert recoveries[0].live(np.random.default_rng(0)).shape == live(np.random.default_rng(0)).shape
+    assert (
+        recoveries[0].live(np.random.default_rng(0)).shape == live(np.random.default_rng(0)).shape
+    )
 
 
 def test_a_check_observes_a_live_system_only_to_train_classifiers_and_to_test_them():
@@ -97,7 +106,9 @@ def test_a_check_observes_a_live_system_only_to_train_classifiers_and_to_test_th
         calls.append(rng)
         return live(rng)
 
-    result = tl.infer(genuine=live, simulate=walk, parameters=RANGES, generations=3, settings=SETTINGS, seed=1)
+    result = tl.infer(
+        genuine=live, simulate=walk, parameters=RANGES, generations=3, settings=SETTINGS, seed=1
+    )
     result.check(genuine=observed, effort=BRIEF, recoveries=0)
     assert len(calls) == 2
 
@@ -118,7 +129,10 @@ def test_a_loaded_run_is_told_its_system_again_and_finds_what_is_kept(stored):
     with pytest.raises(ConfigurationError, match="`genuine` must be given for a custom system"):
         loaded.check(effort=QUICK)
     calls = []
-    assert loaded.check(genuine=recorded(), simulate=walk, effort=QUICK, stage=calls.append) == stored[1]
+    assert (
+        loaded.check(genuine=recorded(), simulate=walk, effort=QUICK, stage=calls.append)
+        == stored[1]
+    )
     assert calls == []
 
 
@@ -143,13 +157,11 @@ def no_room(*arguments, **options):
 
 @pytest.mark.parametrize(
     "writer",
-    [
-        "store.write_atomically",
-        "runs._check.save_figures",
-        "runs._folder.write_atomically",
-    ],
+    ["store.write_atomically", "runs._check.save_figures", "runs._folder.write_atomically"],
 )
-def test_a_check_without_room_says_so_and_goes_on_with_the_same_result(stored, tmp_path, monkeypatch, writer):
+def test_a_check_without_room_says_so_and_goes_on_with_the_same_result(
+    stored, tmp_path, monkeypatch, writer
+):
     result = infer(out=tmp_path / "run")
     with monkeypatch.context() as patch:
         patch.setattr(f"turing_learning.{writer}", no_room)
@@ -168,7 +180,8 @@ def test_a_check_of_a_run_that_cannot_be_written_is_refused(stored, monkeypatch)
 
     monkeypatch.setattr(RunFolder, "locked", read_only)
     with pytest.raises(
-        RunFolderError, match=r"`run` must be a folder that can be written; got .* \(Read-only file sys"
+        RunFolderError,
+        match=r"`run` must be a folder that can be written; got .* \(Read-only file sys",
     ):
         stored[0].check(effort=QUICK)
 
@@ -183,7 +196,9 @@ def test_what_is_not_known_of_a_run_that_has_not_moved_is_said_in_file_figure_an
     assert [each["interval_share"] for each in kept["parameters"]] == [None, None]
     assert kept["recoveries"][0]["interval"] == {"speed": [None, None], "turn_noise": [None, None]}
     assert result.check(effort=QUICK) == found
-    assert [line.split()[:2] for line in str(found).splitlines() if line.startswith("speed")] == [["speed", "-"]]
+    assert [line.split()[:2] for line in str(found).splitlines() if line.startswith("speed")] == [
+        ["speed", "-"]
+    ]
     assert check_listing(found).rows[0][1] is None
     drawing = draw_check(found, result)[0]
     assert not drawing.figure.axes[0].patches
@@ -196,7 +211,9 @@ def test_what_is_not_known_of_a_run_that_has_not_moved_is_said_in_file_figure_an
 def test_other_settings_are_refused_unless_forced(tmp_path):
     result = infer(out=tmp_path / "run")
     result.check(effort=BRIEF, recoveries=0)
-    with pytest.raises(RunFolderError, match="`run` must be checked with the settings that its check began with"):
+    with pytest.raises(
+        RunFolderError, match="`run` must be checked with the settings that its check began with"
+    ):
         result.check(effort=BRIEF, recoveries=0, seed=1)
     assert result.check(effort=BRIEF, recoveries=0, seed=1, force=True).recoveries == ()
     assert content(result.path)["settings"]["seed"] == 1
@@ -219,7 +236,8 @@ def test_a_check_of_a_run_that_goes_on_says_so(tmp_path, stop_after):
     tl.resume(stopped.path, genuine=recorded(), simulate=walk)
     given = {"genuine": recorded(), "simulate": walk, "effort": BRIEF, "recoveries": 0}
     with pytest.raises(
-        RunFolderError, match=r"got another, after 6 generations \[.*\]\. The run has gone on since: replace"
+        RunFolderError,
+        match=r"got another, after 6 generations \[.*\]\. The run has gone on since: replace",
     ):
         tl.load_run(stopped.path).check(**given)
     assert tl.load_run(stopped.path).check(**given, force=True).unfinished is None
@@ -229,7 +247,8 @@ def test_a_run_that_cannot_be_checked_keeps_nothing_of_it(tmp_path):
     result = infer(out=tmp_path / "run")
     calls = []
     with pytest.raises(
-        ConfigurationError, match="`groups` must tell at least 2 groups of held-out samples apart; got 1"
+        ConfigurationError,
+        match="`groups` must tell at least 2 groups of held-out samples apart; got 1",
     ):
         result.check(effort=QUICK, groups=np.zeros(40), stage=calls.append)
     few = infer(out=tmp_path / "few", held_out=[3])
@@ -241,18 +260,31 @@ def test_a_run_that_cannot_be_checked_keeps_nothing_of_it(tmp_path):
 
 def test_agents_that_nobody_knows_are_compared_with_nothing(tmp_path):
     result = tl.infer(
-        "aggregation", generations=3, seed=1, settings=SWARM | {"scenario.known": False}, out=tmp_path / "run"
+        "aggregation",
+        generations=3,
+        seed=1,
+        settings=SWARM | {"scenario.known": False},
+        out=tmp_path / "run",
     )
     assert (result.truth, result.absolute_error, result.estimate_mae) == (None, None, None)
     assert "there is no truth to compare it with" in (tmp_path / "run/report.html").read_text()
-    (recovery,) = result.check(effort=BRIEF, recovery_generations=3).recoveries  # whose truth is the estimate
+    (recovery,) = result.check(
+        effort=BRIEF, recovery_generations=3
+    ).recoveries  # whose truth is the estimate
     assert recovery.truth == result.estimate
     assert np.isfinite(list(recovery.error_share.values())).all()
 
 
 def test_a_report_whose_history_is_gone_is_left_as_it_was(tmp_path):
     full = SETTINGS | {"run.history": "full"}
-    tl.infer(genuine=recorded(), simulate=walk, parameters=RANGES, generations=3, settings=full, out=tmp_path / "run")
+    tl.infer(
+        genuine=recorded(),
+        simulate=walk,
+        parameters=RANGES,
+        generations=3,
+        settings=full,
+        out=tmp_path / "run",
+    )
     shutil.rmtree(tmp_path / "run/history.zarr")
     (tmp_path / "run/report.html").write_text("as it was")
     calls = []
@@ -274,14 +306,18 @@ def test_a_forced_check_looks_again(tmp_path):
 
 
 def test_other_samples_are_refused(stored):
-    with pytest.raises(ConfigurationError, match="`genuine` must be the samples that the run began with"):
+    with pytest.raises(
+        ConfigurationError, match="`genuine` must be the samples that the run began with"
+    ):
         stored[0].check(genuine=recorded(seed=9), effort=QUICK)
 
 
 def test_labels_group_the_held_out_samples():
     found = infer().check(effort=QUICK, groups=np.arange(40) % 3, recoveries=0)
     assert (found.test.genuine_groups, found.test.grouping) == (3, "groups")
-    with pytest.raises(ConfigurationError, match="`groups` must be one label for each of the 40 samples; got shape"):
+    with pytest.raises(
+        ConfigurationError, match="`groups` must be one label for each of the 40 samples; got shape"
+    ):
         infer().check(effort=QUICK, groups=np.arange(8))
 
 
@@ -293,7 +329,9 @@ def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few()
     for count, word in ((6, "individuals"), (3, "individuals in blocks of time")):
         positions = np.cumsum(np.random.default_rng(0).normal(0.5, 0.1, (600, count, 2)), axis=0)
         names = tuple(map(str, range(count)))
-        windows = Trajectories(positions, np.ones((600, count), dtype=bool), 10.0, names).windows(10)
+        windows = Trajectories(positions, np.ones((600, count), dtype=bool), 10.0, names).windows(
+            10
+        )
         samples = np.concatenate((windows.learning, windows.held_out))
         data = Genuine(samples, np.arange(len(windows.learning), len(samples)))
         groups, grouping = held_out_groups(windows, data, None)
@@ -323,11 +361,21 @@ def test_a_run_on_robots_is_checked_without_being_told_anything(tmp_path):
     result = tl.infer("aggregation", generations=5, settings=small, seed=1, out=tmp_path / "run")
     found = tl.load_run(result.path).check(effort=QUICK)
     assert found.test.grouping == "trials"
-    assert [each.name for each in found.quantities] == ["speed", "turn", "neighbor_distance", "polarization"]
+    assert [each.name for each in found.quantities] == [
+        "speed",
+        "turn",
+        "neighbor_distance",
+        "polarization",
+    ]
     recovery = tl.load_run(result.path / "check" / "recovery-1")
     assert recovery.truth == pytest.approx(result.estimate)
-    assert {path.stem for path in (result.path / "figures").iterdir()} == {"check-profiles", "check-quantities"}
-    with pytest.raises(ConfigurationError, match="`simulate` must be left out for simulated robots"):
+    assert {path.stem for path in (result.path / "figures").iterdir()} == {
+        "check-profiles",
+        "check-quantities",
+    }
+    with pytest.raises(
+        ConfigurationError, match="`simulate` must be left out for simulated robots"
+    ):
         result.check(simulate=walk)
 
 
@@ -339,18 +387,27 @@ def test_networks_are_checked_as_what_they_do_and_no_weight_is_profiled():
     assert [each.parameter for each in found.parameters] == ["vl0", "vr0", "vl1", "vr1"]
     assert found.recoveries[0].truth == result.estimate
     still = dict.fromkeys(result.networks["estimate"], 0.0)  # both outputs are 0
-    standing = replace(result, networks={"best_model": still, "estimate": still}).check(effort=QUICK, recoveries=0)
-    simulated = {each.name: np.average(each.edges[1:], weights=each.simulated) for each in standing.quantities}
+    standing = replace(result, networks={"best_model": still, "estimate": still}).check(
+        effort=QUICK, recoveries=0
+    )
+    simulated = {
+        each.name: np.average(each.edges[1:], weights=each.simulated)
+        for each in standing.quantities
+    }
     assert abs(simulated["speed"]) < 1  # cm/s, the width of a bin
     assert {each.name: each.simulated for each in found.quantities} != {
         each.name: each.simulated for each in standing.quantities
     }
 
 
-def test_a_field_of_view_is_checked_over_its_whole_range_and_recovered_as_that_of_the_agents(monkeypatch):
+def test_a_field_of_view_is_checked_over_its_whole_range_and_recovered_as_that_of_the_agents(
+    monkeypatch,
+):
     recovered, begin = [], Run.begin
     monkeypatch.setattr(
-        Run, "begin", lambda found, *rest, **more: recovered.append(found) or begin(found, *rest, **more)
+        Run,
+        "begin",
+        lambda found, *rest, **more: recovered.append(found) or begin(found, *rest, **more),
     )
     small = SETTINGS | SWARM | {"scenario.agents": 2}
     result = tl.infer("aggregation-field-of-view-60", generations=3, settings=small, seed=1)
@@ -366,7 +423,10 @@ def test_a_field_of_view_is_checked_over_its_whole_range_and_recovered_as_that_o
     ("options", "message"),
     [
         ({"recoveries": -1}, "`recoveries` must be an integer of at least 0; got -1"),
-        ({"recovery_generations": 0}, "`recovery_generations` must be an integer of at least 1; got 0"),
+        (
+            {"recovery_generations": 0},
+            "`recovery_generations` must be an integer of at least 1; got 0",
+        ),
         ({"seed": -1}, "`seed` must be an integer of at least 0; got -1"),
     ],
 )
@@ -376,7 +436,9 @@ def test_what_is_no_setting_is_refused(stored, options, message):
 
 
 def test_too_few_held_out_samples_are_refused():
-    with pytest.raises(ConfigurationError, match="`held_out` must keep at least 4 samples for testing; got 1"):
+    with pytest.raises(
+        ConfigurationError, match="`held_out` must keep at least 4 samples for testing; got 1"
+    ):
         infer(held_out=[3]).check(effort=QUICK)
 
 
@@ -384,8 +446,16 @@ def test_a_scenario_is_genuine_motion_for_any_simulator():
     def still(parameters, rng):
         return parameters[:, :1, None] * np.ones((1, 100, 2))
 
-    given = {"simulate": still, "parameters": {"speed": (-20, 20)}, "generations": 2, "settings": SETTINGS, "seed": 3}
-    named, scenario = (tl.infer(genuine=genuine, **given) for genuine in ("aggregation", tl.swarm.AGGREGATION))
+    given = {
+        "simulate": still,
+        "parameters": {"speed": (-20, 20)},
+        "generations": 2,
+        "settings": SETTINGS,
+        "seed": 3,
+    }
+    named, scenario = (
+        tl.infer(genuine=genuine, **given) for genuine in ("aggregation", tl.swarm.AGGREGATION)
+    )
     assert named.estimate == scenario.estimate
     samples = tl.swarm.ObservedSwarm(tl.swarm.AGGREGATION)(np.random.default_rng(1))
     assert samples.shape == (110, 100, 2)
@@ -425,7 +495,9 @@ def test_an_option_that_no_check_has_is_refused_by_its_name(stored, option, mess
 @pytest.mark.parametrize("there", [False, True])
 def test_a_run_whose_folder_is_elsewhere_writes_nothing_where_it_was(tmp_path, history, there):
     path = tmp_path / "run"
-    result = tl.infer("aggregation", generations=1, settings=SWARM | {"run.history": history}, out=path)
+    result = tl.infer(
+        "aggregation", generations=1, settings=SWARM | {"run.history": history}, out=path
+    )
     path.rename(tmp_path / "elsewhere")
     if there:
         path.mkdir()
@@ -461,7 +533,9 @@ def test_a_simulator_that_fails_in_a_profile_may_be_checked_without():
             raise ZeroDivisionError("too far")
         return walk(parameters, rng)
 
-    with pytest.raises(CustomSystemError, match=r"Repair the simulator\. Or check without profiles, with points=0"):
+    with pytest.raises(
+        CustomSystemError, match=r"Repair the simulator\. Or check without profiles, with points=0"
+    ):
         result.check(simulate=narrow, effort=QUICK, recoveries=0)
     found = result.check(simulate=narrow, effort=BRIEF, recoveries=0)
     assert found.profiles == ()

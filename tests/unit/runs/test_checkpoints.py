@@ -13,7 +13,9 @@ from turing_learning.runs._folder import (
 
 
 def checkpoint(generation):
-    return Checkpoint(generation, {"a/b": np.arange(generation, dtype=float), "n": np.array(generation)})
+    return Checkpoint(
+        generation, {"a/b": np.arange(generation, dtype=float), "n": np.array(generation)}
+    )
 
 
 def latest(folder):
@@ -31,11 +33,15 @@ def test_a_checkpoint_reads_back_as_it_was_written(tmp_path):
 def test_the_last_two_checkpoints_are_kept(tmp_path):
     for generation in (1, 2, 3, 10):
         save_checkpoint(tmp_path, checkpoint(generation))
-    assert sorted(path.name[:17] for path in tmp_path.iterdir()) == ["generation-000003", "generation-000010"]
+    assert sorted(path.name[:17] for path in tmp_path.iterdir()) == [
+        "generation-000003",
+        "generation-000010",
+    ]
 
 
 @pytest.mark.parametrize(
-    "damage", [lambda b: b[:-1], lambda b: b"", lambda b: bytes([b[0] ^ 1]) + b[1:], lambda b: b + b"x"]
+    "damage",
+    [lambda b: b[:-1], lambda b: b"", lambda b: bytes([b[0] ^ 1]) + b[1:], lambda b: b + b"x"],
 )
 def test_a_truncated_or_altered_checkpoint_is_passed_over(damage, tmp_path):
     before = save_checkpoint(tmp_path, checkpoint(1))

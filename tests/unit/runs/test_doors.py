@@ -20,13 +20,34 @@ SMALL = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
         ({"generations": HUGE}, "`run.generations` must be less than or equal to 10000000"),
         ({"generations": 10**5000}, "`run.generations` must be a value of usual size"),
         ({"generations": 10**5000, "trials": 90}, "`trials` must be given without `generations`"),
-        ({"settings": {"models.population": HUGE}}, "`models.parents` must be less than or equal to"),
-        ({"settings": {"run.checkpoint_every": HUGE}}, "`run.checkpoint_every` must be less than or equal to"),
-        ({"settings": {"models.initial_low": 1.0}}, "`models.initial_low` must be below initial_high; got 1.0 and 1.0"),
-        ({"settings": {"scenario.trial.duration_s": 1e308}}, "`scenario.trial.duration_s` must be a whole number of"),
-        ({"settings": {"scenario.trial.duration_s": 1e-308}}, "`scenario.trial.duration_s` must be a whole number of"),
-        ({"settings": {"scenario.controller": [1e308, 1, 1, 1]}}, "`scenario.controller` must be 0 or of a size"),
-        ({"settings": {"scenario.title": "\ud800"}}, "`scenario.title` must be a value of usual size, or a text"),
+        (
+            {"settings": {"models.population": HUGE}},
+            "`models.parents` must be less than or equal to",
+        ),
+        (
+            {"settings": {"run.checkpoint_every": HUGE}},
+            "`run.checkpoint_every` must be less than or equal to",
+        ),
+        (
+            {"settings": {"models.initial_low": 1.0}},
+            "`models.initial_low` must be below initial_high; got 1.0 and 1.0",
+        ),
+        (
+            {"settings": {"scenario.trial.duration_s": 1e308}},
+            "`scenario.trial.duration_s` must be a whole number of",
+        ),
+        (
+            {"settings": {"scenario.trial.duration_s": 1e-308}},
+            "`scenario.trial.duration_s` must be a whole number of",
+        ),
+        (
+            {"settings": {"scenario.controller": [1e308, 1, 1, 1]}},
+            "`scenario.controller` must be 0 or of a size",
+        ),
+        (
+            {"settings": {"scenario.title": "\ud800"}},
+            "`scenario.title` must be a value of usual size, or a text",
+        ),
     ],
 )
 def test_a_run_is_rejected_by_its_door(tmp_path, monkeypatch, options, message):
@@ -48,7 +69,11 @@ def test_a_run_is_rejected_by_its_door(tmp_path, monkeypatch, options, message):
     ],
 )
 def test_a_custom_system_is_rejected_by_its_door(tmp_path, options, message):
-    given = {"genuine": np.ones((9, 2, 1)), "simulate": lambda p, rng: p, "parameters": {"a": (0, 1)}} | options
+    given = {
+        "genuine": np.ones((9, 2, 1)),
+        "simulate": lambda p, rng: p,
+        "parameters": {"a": (0, 1)},
+    } | options
     with pytest.raises(ConfigurationError) as refused:
         tl.infer(**given, out=tmp_path / "run")
     assert message in str(refused.value)
@@ -65,7 +90,9 @@ def test_what_is_no_path_is_no_run():
 
 def test_doors_of_runs_that_are_there(small, tmp_path):
     result = start(small(history="thin", generations=1), tmp_path / "run")
-    with pytest.raises(ConfigurationError, match=r"`recoveries` must be an integer of at least 0; got 1\.5"):
+    with pytest.raises(
+        ConfigurationError, match=r"`recoveries` must be an integer of at least 0; got 1\.5"
+    ):
         result.check(recoveries=1.5)
 
 
@@ -73,7 +100,10 @@ def test_doors_of_runs_that_are_there(small, tmp_path):
     ("options", "message"),
     [
         ({"robots": 1.5}, "`robots` must be an integer from 1 to 1000; got 1.5"),
-        ({"duration_s": "x"}, "`duration` must be a finite number above 0 and of at most 3600; got 'x'"),
+        (
+            {"duration_s": "x"},
+            "`duration` must be a finite number above 0 and of at most 3600; got 'x'",
+        ),
         ({"seed": 1.5}, "`seed` must be an integer of at least 0; got 1.5"),
         ({"controller": "abcd"}, "`controller` must be 4 finite numbers"),
         ({"controller": [HUGE] * 4}, "`controller` must be 4 finite numbers"),

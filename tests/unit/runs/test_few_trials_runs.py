@@ -52,8 +52,12 @@ def test_a_run_spends_its_trials_and_states_them(whole):
 
 
 def test_where_classifiers_tell_the_models_at_the_end_no_interval_is_stated(monkeypatch):
-    monkeypatch.setattr("turing_learning.runs._summary.LEAST_P", 0.0)  # matching has nothing against the model
-    still = 8 + 0.01 * np.random.default_rng(1).standard_normal((60, 12, 1))  # the model's speed is never so steady
+    monkeypatch.setattr(
+        "turing_learning.runs._summary.LEAST_P", 0.0
+    )  # matching has nothing against the model
+    still = 8 + 0.01 * np.random.default_rng(1).standard_normal(
+        (60, 12, 1)
+    )  # the model's speed is never so steady
     result = tl.infer(
         genuine=still,
         simulate=drift,
@@ -79,7 +83,10 @@ def test_it_is_described_in_trials(whole):
     assert "After 90 trials the estimate differs" in page
     assert "Parameters over trials" in page
     assert "generations.csv" not in page
-    for axes in (whole.plot.fitness(Figure().subplots()), *whole.plot.parameters(Figure().subplots(1, 4))):
+    for axes in (
+        whole.plot.fitness(Figure().subplots()),
+        *whole.plot.parameters(Figure().subplots(1, 4)),
+    ):
         assert (axes.get_xlabel(), axes.get_xlim()) == ("Trials", (0, 90))
         assert [line.get_xdata()[-1] for line in axes.lines[:2]] == [90, 90]
 
@@ -88,12 +95,16 @@ def test_a_stopped_run_is_resumed_to_the_same_bits(whole, tmp_path):
     stopped = inferred(tmp_path / "run", should_stop=lambda: True)
     assert (stopped.complete, stopped.generations) == (False, 1)
     assert all(math.isnan(end) for ends in stopped.interval.values() for end in ends)
-    assert stopped.history["typical_model"].to_numpy()[-1].tolist() == pytest.approx(list(stopped.estimate.values()))
+    assert stopped.history["typical_model"].to_numpy()[-1].tolist() == pytest.approx(
+        list(stopped.estimate.values())
+    )
     resumed = tl.resume(tmp_path / "run")
     assert resumed.estimate == whole.estimate
     assert repr(resumed.interval) == repr(whole.interval)
     for name in sorted(path.name for path in (whole.path / "buffer").iterdir()):
-        one, other = (np.load(folder / "buffer" / name) for folder in (whole.path, tmp_path / "run"))
+        one, other = (
+            np.load(folder / "buffer" / name) for folder in (whole.path, tmp_path / "run")
+        )
         assert all(np.array_equal(one[key], other[key]) for key in one.files)
 
 
@@ -128,7 +139,13 @@ def test_a_lost_run_settles_on_a_center_and_is_resumed_to_the_same_bits(monkeypa
 def solution(place, distance, settled=True):
     draws = place + 0.1 * np.random.default_rng(5).standard_normal((600, 2))
     none = np.full(2, np.nan)
-    known = {"estimate": none, "covariance": none, "interval_low": none, "interval_high": none, "identified": none}
+    known = {
+        "estimate": none,
+        "covariance": none,
+        "interval_low": none,
+        "interval_high": none,
+        "identified": none,
+    }
     return Matched(
         **known,
         draws=draws,
@@ -144,7 +161,12 @@ def solution(place, distance, settled=True):
 
 
 def test_solutions_that_are_told_equally_well_are_mixed():
-    several = [solution(0.0, 9.0), solution(0.4, 2.0), solution(-0.8, 1.0, settled=False), solution(0.9, 30.0)]
+    several = [
+        solution(0.0, 9.0),
+        solution(0.4, 2.0),
+        solution(-0.8, 1.0, settled=False),
+        solution(0.9, 30.0),
+    ]
     found = combined(several, np.full(2, 1.0))
     assert (found.settled, found.distance) == (True, 2.0)
     assert len(found.draws) == 600
@@ -172,7 +194,9 @@ def test_a_finished_run_is_extended_to_the_bits_of_its_definition(whole, extende
     assert (extended.trials, extended.complete) == (100, True)
     assert extended.generations > whole.generations
     assert tl.load_run(extended.path) == extended
-    defined = tl.infer("aggregation", trials=100, seed=3, settings={**SMALL, "run.extended": [[90, 90]]})
+    defined = tl.infer(
+        "aggregation", trials=100, seed=3, settings={**SMALL, "run.extended": [[90, 90]]}
+    )
     assert defined.estimate == extended.estimate
     assert repr(defined.interval) == repr(extended.interval)
 
@@ -207,8 +231,15 @@ def test_what_cannot_be_extended_is_rejected(whole, tmp_path):
     stopped = inferred(tmp_path / "stopped", should_stop=lambda: True)
     with pytest.raises(RunFolderError, match="`run` must be finished, to get more trials; got"):
         tl.resume(stopped.path, trials=200)
-    tl.infer("aggregation", generations=1, settings={**SMALL, "models.population": 6}, out=tmp_path / "generations")
-    with pytest.raises(RunFolderError, match="`run` must be one of trials, to get more of them; got"):
+    tl.infer(
+        "aggregation",
+        generations=1,
+        settings={**SMALL, "models.population": 6},
+        out=tmp_path / "generations",
+    )
+    with pytest.raises(
+        RunFolderError, match="`run` must be one of trials, to get more of them; got"
+    ):
         tl.resume(tmp_path / "generations", trials=200)
 
 
@@ -218,7 +249,12 @@ def speeds(out=None, trials=200, **options):
     known = {"genuine": genuine, "simulate": drift}
     settings = {"run.threads": 1}
     return known, tl.infer(
-        **known, parameters=ranges, trials=trials, settings=settings, out=out, **{"seed": 1, **options}
+        **known,
+        parameters=ranges,
+        trials=trials,
+        settings=settings,
+        out=out,
+        **{"seed": 1, **options},
     )
 
 
@@ -228,30 +264,48 @@ def test_a_run_stops_within_its_tolerance_and_can_be_extended(tmp_path):
     assert result.trials < 200
     low, high = result.interval["speed"]
     assert (high - low) / 2 <= 0.1 * 20
-    assert result.interval["inert"] == [0, 20]  # not identified: does not keep the run from stopping
+    assert result.interval["inert"] == [
+        0,
+        20,
+    ]  # not identified: does not keep the run from stopping
     assert tl.load_run(tmp_path / "run") == result
     more = tl.resume(tmp_path / "run", trials=150, tolerance=0.0, **known)
     assert (more.trials, more.complete) == (150, True)
     settings = {"run.extended": [[200, result.trials]], "run.threads": 1}
     ranges = {"speed": (0.0, 20.0), "inert": (0.0, 20.0)}
-    assert tl.infer(**known, parameters=ranges, trials=150, seed=1, settings=settings).estimate == more.estimate
+    assert (
+        tl.infer(**known, parameters=ranges, trials=150, seed=1, settings=settings).estimate
+        == more.estimate
+    )
 
 
 def test_covariance_and_draws_are_those_of_the_matched_estimate(tmp_path):
     _, result = speeds(tmp_path / "run", trials=200)
     draws = result.draws()
-    np.testing.assert_allclose(np.cov(draws.T), [list(row.values()) for row in result.covariance.values()])
+    np.testing.assert_allclose(
+        np.cov(draws.T), [list(row.values()) for row in result.covariance.values()]
+    )
     np.testing.assert_allclose(result.interval["speed"], np.quantile(draws[:, 0], [0.05, 0.95]))
     np.testing.assert_allclose(list(result.estimate.values()), np.median(draws, axis=0))
-    assert json.loads((tmp_path / "run" / "result.json").read_text())["covariance"] == result.covariance
+    assert (
+        json.loads((tmp_path / "run" / "result.json").read_text())["covariance"]
+        == result.covariance
+    )
     assert result.draws(5, seed=2).shape == (5, 2)
-    np.testing.assert_array_equal(tl.load_run(tmp_path / "run").draws(5, seed=2), result.draws(5, seed=2))
+    np.testing.assert_array_equal(
+        tl.load_run(tmp_path / "run").draws(5, seed=2), result.draws(5, seed=2)
+    )
 
 
 @pytest.mark.parametrize("ends", [(-1.0, 1.0), None])
 @pytest.mark.parametrize(
     ("share", "matched", "estimate", "high"),
-    [(0.0, 0.98, 0.95, 0.98), (0.0, 0.995, 0.95, None), (0.1, 0.98, 0.95, None), (0.6, 0.98, None, None)],
+    [
+        (0.0, 0.98, 0.95, 0.98),
+        (0.0, 0.995, 0.95, None),
+        (0.1, 0.98, 0.95, None),
+        (0.6, 0.98, None, None),
+    ],
 )
 def test_where_models_end_the_interval_reaches_the_end(share, matched, estimate, high, ends):
     end = np.inf if ends is None else 1.0
@@ -283,7 +337,12 @@ def test_a_custom_system_is_inferred_from_few_trials_of_its_simulator():
 
     ranges = {"speed": (0.0, 20.0), "inert": (0.0, 20.0)}
     result = tl.infer(
-        genuine=genuine, simulate=simulate, parameters=ranges, trials=200, seed=1, settings={"run.threads": 1}
+        genuine=genuine,
+        simulate=simulate,
+        parameters=ranges,
+        trials=200,
+        seed=1,
+        settings={"run.threads": 1},
     )
     assert sum(calls) >= 200
     assert result.trials == 200
@@ -292,12 +351,17 @@ def test_a_custom_system_is_inferred_from_few_trials_of_its_simulator():
 
 def test_no_model_of_a_custom_system_is_tried_beyond_a_range_that_ends_at_its_bounds(tmp_path):
     speeds(tmp_path / "run", trials=60)
-    tried = np.concatenate([np.load(path)["parameters"] for path in (tmp_path / "run" / "buffer").iterdir()])
+    tried = np.concatenate(
+        [np.load(path)["parameters"] for path in (tmp_path / "run" / "buffer").iterdir()]
+    )
     assert np.abs(tried).max() <= 1  # beyond, a model is the mirror image of another
 
 
 def test_trials_and_generations_are_not_given_together():
-    with pytest.raises(ConfigurationError, match=r"`trials` must be given without `generations`; got 100 beside 5\."):
+    with pytest.raises(
+        ConfigurationError,
+        match=r"`trials` must be given without `generations`; got 100 beside 5\.",
+    ):
         tl.infer("aggregation", trials=100, generations=5)
 
 
@@ -305,9 +369,18 @@ def test_trials_and_generations_are_not_given_together():
     ("settings", "message"),
     [
         ({"run.trials": 5}, r"`run\.trials` must be 0, or at least 20; got 5"),
-        ({"run.trials": 100, "models.hidden": 3}, r"`run\.trials` must be 0 where models are networks"),
-        ({"run.tolerance": 0.1, "run.generations": 5}, r"`run\.tolerance` must be 0 without `run\.trials`; got 0\.1"),
-        ({"run.trials": 100, "run.extended": [[200, 100]]}, r"`run\.extended` must be pairs of trials"),
+        (
+            {"run.trials": 100, "models.hidden": 3},
+            r"`run\.trials` must be 0 where models are networks",
+        ),
+        (
+            {"run.tolerance": 0.1, "run.generations": 5},
+            r"`run\.tolerance` must be 0 without `run\.trials`; got 0\.1",
+        ),
+        (
+            {"run.trials": 100, "run.extended": [[200, 100]]},
+            r"`run\.extended` must be pairs of trials",
+        ),
     ],
 )
 def test_trials_that_cannot_be_are_rejected(settings, message):
@@ -325,14 +398,18 @@ def test_a_history_that_is_shorter_than_the_result_is_not_shown(whole, tmp_path)
     max((path / "checkpoints").iterdir()).unlink()
     result = tl.load_run(path)
     assert result.estimate == whole.estimate
-    with pytest.raises(RunFolderError, match=r"its last checkpoint as it was written; got .*generations is left"):
+    with pytest.raises(
+        RunFolderError, match=r"its last checkpoint as it was written; got .*generations is left"
+    ):
         _ = result.history
 
 
 def test_a_pool_mixes_the_draws_of_the_runs_that_have_settled():
     runs = [speeds(seed=seed, trials=100)[1] for seed in (4, 5, 6)]
     assert all(run.covariance is not None for run in runs)
-    pooled = tl.pool([*runs[:2], replace(runs[2], covariance=None)])  # as if the third had not settled
+    pooled = tl.pool(
+        [*runs[:2], replace(runs[2], covariance=None)]
+    )  # as if the third had not settled
     draws = np.concatenate([run.draws()[:, 0] for run in runs[:2]])
     np.testing.assert_allclose(pooled.interval["speed"], np.quantile(draws, [0.05, 0.95]))
     assert pooled.interval["inert"] == [0, 20]
@@ -360,7 +437,14 @@ def test_runs_that_have_not_settled_have_an_estimate_and_no_interval():
 
 def test_a_run_of_trials_is_checked(tmp_path):
     known, result = speeds(tmp_path / "run")
-    effort = Effort(samples=30, generations=20, population=10, points=6, profile_generations=20, profile_population=10)
+    effort = Effort(
+        samples=30,
+        generations=20,
+        population=10,
+        points=6,
+        profile_generations=20,
+        profile_population=10,
+    )
     check = result.check(effort=effort, recoveries=2)
     assert check.verdicts == result.verdicts == tl.load_run(tmp_path / "run").verdicts
     assert check.judgment.line in str(result)
@@ -369,7 +453,10 @@ def test_a_run_of_trials_is_checked(tmp_path):
     assert speed.pinned_down
     assert inert.reasons
     assert tl.load_run(tmp_path / "run").check(effort=effort, recoveries=2, **known) == check
-    with pytest.raises(ConfigurationError, match="`recovery_generations` must be left out for a run of trials; got 5"):
+    with pytest.raises(
+        ConfigurationError,
+        match="`recovery_generations` must be left out for a run of trials; got 5",
+    ):
         result.check(recovery_generations=5)
 
 
@@ -382,7 +469,11 @@ def test_a_run_whose_simulator_fails_says_so_and_is_resumed_to_the_same_bits(tmp
             raise OSError("no license")
         return drift(parameters, rng)
 
-    given = {"genuine": drift(np.full((30, 2), 0.4), np.random.default_rng(5)), "seed": 3, "trials": 24}
+    given = {
+        "genuine": drift(np.full((30, 2), 0.4), np.random.default_rng(5)),
+        "seed": 3,
+        "trials": 24,
+    }
     given |= {"parameters": {"speed": (-1, 1), "nothing": (-1, 1)}, "settings": {"run.threads": 1}}
     expected = tl.infer(simulate=drift, **given)
     with pytest.raises(CustomSystemError, match="no license"):
@@ -399,7 +490,9 @@ def squares(parameters, rng):
 
 def test_two_solutions_are_found_and_stated():
     genuine = squares(np.full((60, 1), 1.5), np.random.default_rng(1))
-    result = tl.infer(genuine=genuine, simulate=squares, parameters={"root": (-3.0, 3.0)}, trials=400, seed=1)
+    result = tl.infer(
+        genuine=genuine, simulate=squares, parameters={"root": (-3.0, 3.0)}, trials=400, seed=1
+    )
     assert result.verdict == "several solutions"
     assert sorted(np.sign(mode.estimate["root"]) for mode in result.modes) == [-1, 1]
     assert sum(mode.weight for mode in result.modes) == pytest.approx(1, abs=0.01)

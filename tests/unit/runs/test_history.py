@@ -25,7 +25,9 @@ def values(number):
     made = {}
     for name, (_, kind, _) in FULL.items():
         shape = LAYOUT.shape(name)
-        made[name] = np.array(number % 3, np.int8) if kind == "<i1" else rng.random(shape).astype(kind)
+        made[name] = (
+            np.array(number % 3, np.int8) if kind == "<i1" else rng.random(shape).astype(kind)
+        )
     return made
 
 
@@ -104,7 +106,9 @@ def test_a_history_that_lacks_a_file_is_recognized(name, tmp_path):
 def test_a_history_of_other_sizes_is_recognized(tmp_path):
     path = tmp_path / "history.zarr"
     seals = HistoryRecorder(LAYOUT, create_store(path, LAYOUT)).seals()
-    other = Layout(generations=10, models=4, parameters=("a", "b"), classifiers=4, weights=5, chunk=4)
+    other = Layout(
+        generations=10, models=4, parameters=("a", "b"), classifiers=4, weights=5, chunk=4
+    )
     assert intact(path, LAYOUT, 0, seals)
     assert not intact(path, other, 0, seals)
     assert not intact(tmp_path / "missing.zarr", LAYOUT, 0, seals)
@@ -134,7 +138,9 @@ def flushed(tmp_path):
 def test_a_damaged_chunk_is_written_over_also_by_part_of_its_generations(name, flushed):
     path, seals = flushed
     (path / name).write_bytes(b"")
-    recorder = HistoryRecorder(LAYOUT, open_store(path), {name: each[:1] for name, each in seals.items()})
+    recorder = HistoryRecorder(
+        LAYOUT, open_store(path), {name: each[:1] for name, each in seals.items()}
+    )
     record(recorder, 4, 5)
     recorder.flush()
     assert intact(path, LAYOUT, 5, recorder.seals())
@@ -162,7 +168,9 @@ def test_damage_names_its_generations_and_other_coordinates_are_no_history_of_th
     content = (path / "model" / "0.0.0").read_bytes()
     (path / "model" / "0.0.0").write_bytes(altered(content))
     assert damaged_generations(path, LAYOUT, 6, seals) == [(0, 4)]
-    with pytest.raises(DamagedError, match=r"as it was written; got damage in generations 0 to 3 \["):
+    with pytest.raises(
+        DamagedError, match=r"as it was written; got damage in generations 0 to 3 \["
+    ):
         require_sound(path, LAYOUT, 6, seals)
     (path / "model" / "0.0.0").write_bytes(content)
     require_sound(path, LAYOUT, 6, seals)

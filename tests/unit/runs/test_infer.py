@@ -41,7 +41,9 @@ def untimed(folder):
 
 
 def contents(folder):
-    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    return {
+        path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()
+    }
 
 
 @pytest.fixture(scope="module")
@@ -133,7 +135,8 @@ def test_arguments_come_before_the_configuration(small):
 
 def test_a_refused_argument_is_named():
     with pytest.raises(
-        ConfigurationError, match=re.escape("`run.seed` must be greater than or equal to 0; got -1 [argument seed].")
+        ConfigurationError,
+        match=re.escape("`run.seed` must be greater than or equal to 0; got -1 [argument seed]."),
     ):
         tl.infer("aggregation", seed=-1)
 
@@ -174,7 +177,9 @@ def test_a_sensor_for_objects_that_are_not_there_is_refused_in_new_runs(tmp_path
 
 
 def test_a_stored_run_with_such_a_sensor_goes_on_and_is_checked(tmp_path, stop_after):
-    configuration = load_configuration(None, "default", UNSEEN | {"run.generations": 4}, scenario="object-clustering")
+    configuration = load_configuration(
+        None, "default", UNSEEN | {"run.generations": 4}, scenario="object-clustering"
+    )
     stopped = start(configuration, tmp_path / "run", should_stop=stop_after(2))
     assert not stopped.complete
     result = resume(tmp_path / "run")
@@ -209,7 +214,9 @@ def test_a_run_without_any_checkpoint_starts_at_generation_0(stopped):
 
 
 def test_resuming_removes_what_a_killed_process_left(stopped):
-    left = [stopped / name for name in (".result.json.12.partial", "history.zarr/model/0.0.ab.partial")]
+    left = [
+        stopped / name for name in (".result.json.12.partial", "history.zarr/model/0.0.ab.partial")
+    ]
     for path in left:
         path.write_bytes(b"half")
     resume(stopped)
@@ -223,7 +230,9 @@ def test_a_damaged_checkpoint_is_told_and_the_previous_one_is_used(stopped, whol
     with caplog.at_level(logging.WARNING, logger="turing_learning"):
         resume(stopped, observer=lambda progress: seen.append(progress.completed))
     assert seen == [4, 5, 6, 7]
-    assert caplog.messages == [f"Checkpoint {newest.name} is damaged; the run is resumed from generation 3."]
+    assert caplog.messages == [
+        f"Checkpoint {newest.name} is damaged; the run is resumed from generation 3."
+    ]
     assert untimed(stopped) == untimed(whole)
 
 
@@ -231,17 +240,23 @@ def test_a_damaged_history_is_told_and_the_run_begins_again(stopped, whole, capl
     (stopped / "history.zarr" / "model" / "0.0.0").unlink()
     with caplog.at_level(logging.WARNING, logger="turing_learning"):
         resume(stopped)
-    assert caplog.messages == [f"The history in {stopped} is damaged; the run is resumed from generation 0."]
+    assert caplog.messages == [
+        f"The history in {stopped} is damaged; the run is resumed from generation 0."
+    ]
     assert untimed(stopped) == untimed(whole)
 
 
 @pytest.mark.parametrize("name", ["classifier/1.0.0", "model/1.0.0", "selection/1"])
-def test_a_run_whose_history_is_damaged_late_goes_on_from_the_checkpoint_before(name, stopped, whole, caplog):
+def test_a_run_whose_history_is_damaged_late_goes_on_from_the_checkpoint_before(
+    name, stopped, whole, caplog
+):
     chunk = stopped / "history.zarr" / name
     chunk.write_bytes(chunk.read_bytes()[:-5])
     with caplog.at_level(logging.WARNING, logger="turing_learning"):
         resume(stopped)
-    assert caplog.messages == [f"The history in {stopped} is damaged; the run is resumed from generation 3."]
+    assert caplog.messages == [
+        f"The history in {stopped} is damaged; the run is resumed from generation 3."
+    ]
     assert untimed(stopped) == untimed(whole)
     assert xr.open_zarr(stopped / "history.zarr").identical(xr.open_zarr(whole / "history.zarr"))
 
@@ -252,11 +267,15 @@ def test_a_finished_run_that_lost_its_result_gets_it_back(left, finished, whole)
     if left is not None:
         (finished / "result.json").write_bytes(left)
     changed = ("result.json", "seals.txt")
-    others = {name: content for name, content in contents(finished).items() if name.name not in changed}
+    others = {
+        name: content for name, content in contents(finished).items() if name.name not in changed
+    }
     assert tl.load_run(finished).to_json() == json.loads((whole / "result.json").read_text())
     resume(finished)
     assert tl.load_run(finished).to_json() == json.loads((whole / "result.json").read_text())
-    found = {name: content for name, content in contents(finished).items() if name.name not in changed}
+    found = {
+        name: content for name, content in contents(finished).items() if name.name not in changed
+    }
     assert found == others | ({} if left is None else {Path("result.json.damaged"): left})
 
 
@@ -266,14 +285,18 @@ def test_an_edited_result_is_made_again_and_the_edited_one_kept_beside_it(finish
     path.write_text(edited)
     with caplog.at_level(logging.WARNING, logger="turing_learning"):
         assert tl.load_run(finished).estimate == tl.load_run(whole).estimate
-    assert caplog.messages == [f"{path} is damaged; the result is made again from the last checkpoint."]
+    assert caplog.messages == [
+        f"{path} is damaged; the result is made again from the last checkpoint."
+    ]
     assert path.read_text() == edited
     resume(finished)
     assert path.read_bytes() == (whole / "result.json").read_bytes()
     assert (finished / "result.json.damaged").read_text() == edited
 
 
-@pytest.mark.parametrize("name", ["model/1.0.0", "classifier_fitness/0.0", "generation/0", "parameter/0", ".zmetadata"])
+@pytest.mark.parametrize(
+    "name", ["model/1.0.0", "classifier_fitness/0.0", "generation/0", "parameter/0", ".zmetadata"]
+)
 @pytest.mark.parametrize("damage", ["flip", "lose", "folder", "other"])
 def test_a_history_that_is_not_as_it_was_written_is_not_read(finished, name, damage):
     path = finished / "history.zarr" / name
@@ -307,7 +330,11 @@ def test_a_checkpoint_of_another_run_is_not_resumed(small, tmp_path, stop_after)
 
 
 def untimed_result(configuration):
-    return {key: value for key, value in tl.infer(config=configuration).to_json().items() if key not in TIMINGS}
+    return {
+        key: value
+        for key, value in tl.infer(config=configuration).to_json().items()
+        if key not in TIMINGS
+    }
 
 
 def test_a_run_is_a_loop_that_is_left_to_stop_it(small, tmp_path, whole):
@@ -316,7 +343,10 @@ def test_a_run_is_a_loop_that_is_left_to_stop_it(small, tmp_path, whole):
         if progress.completed == 5:
             break
     assert (run.result.generations, run.complete) == (5, False)
-    with pytest.raises(RuntimeError, match=r"`run` must be open; got one that was closed\. Open it again: .*Run\.open"):
+    with pytest.raises(
+        RuntimeError,
+        match=r"`run` must be open; got one that was closed\. Open it again: .*Run\.open",
+    ):
         next(iter(run))
     with Run.open(tmp_path / "run") as again:
         assert [progress.completed for progress in again] == [6, 7]
@@ -346,7 +376,9 @@ def test_a_loop_that_raises_has_saved_the_run(small, tmp_path, whole):
     assert untimed(tmp_path / "run") == untimed(whole)
 
 
-def test_a_run_with_a_source_of_its_callers_is_not_resumed_in_plain_simulation(small, tmp_path, whole):
+def test_a_run_with_a_source_of_its_callers_is_not_resumed_in_plain_simulation(
+    small, tmp_path, whole
+):
     configuration = small()
 
     def source(_configuration):
@@ -357,7 +389,8 @@ def test_a_run_with_a_source_of_its_callers_is_not_resumed_in_plain_simulation(s
             break
     for again in (resume, lambda path: list(Run.open(path))):
         with pytest.raises(
-            RunFolderError, match=r"which began with a source of its caller's. Give it again: .*Run.open"
+            RunFolderError,
+            match=r"which began with a source of its caller's. Give it again: .*Run.open",
         ):
             again(tmp_path / "run")
     assert [progress.completed for progress in Run.open(tmp_path / "run", source)] == [6, 7]
@@ -400,7 +433,8 @@ def test_a_finished_run_that_lost_result_and_checkpoints_runs_again(finished, wh
 def test_nothing_is_overwritten_without_force(finished, small):
     before = contents(finished)
     with pytest.raises(
-        RunFolderError, match=r"must be a new or empty folder; got .* which holds a run. Resume it with"
+        RunFolderError,
+        match=r"must be a new or empty folder; got .* which holds a run. Resume it with",
     ):
         start(small(), finished)
     assert contents(finished) == before
@@ -413,7 +447,10 @@ def test_force_replaces_a_run_and_nothing_but_a_run(finished, small, tmp_path, s
     other = tmp_path / "other"
     other.mkdir()
     (other / "thesis.txt").write_text("precious")
-    with pytest.raises(RunFolderError, match=re.escape("holds 'thesis.txt' and is not a run. Choose another folder.")):
+    with pytest.raises(
+        RunFolderError,
+        match=re.escape("holds 'thesis.txt' and is not a run. Choose another folder."),
+    ):
         start(small(), other, force=True)
     assert (other / "thesis.txt").read_text() == "precious"
     assert len(list(other.iterdir())) == 1
@@ -429,7 +466,9 @@ def test_a_file_in_the_place_of_the_folder_is_refused(small, tmp_path):
 
 def test_a_folder_that_is_not_a_run_is_refused(tmp_path):
     for door in (resume, tl.load_run):
-        with pytest.raises(RunFolderError, match=re.escape(f"`run` must be a run folder; got {tmp_path} without")):
+        with pytest.raises(
+            RunFolderError, match=re.escape(f"`run` must be a run folder; got {tmp_path} without")
+        ):
             door(tmp_path)
 
 
@@ -443,7 +482,10 @@ def test_a_manifest_that_is_none_is_refused(text, tmp_path):
 def test_a_manifest_without_a_state_is_refused(finished):
     RunFolder(finished).update_manifest(state=None)
     for door in (tl.load_run, resume):
-        with pytest.raises(RunFolderError, match=r"whose manifest has no state \[.*manifest.json\]. Restore the file."):
+        with pytest.raises(
+            RunFolderError,
+            match=r"whose manifest has no state \[.*manifest.json\]. Restore the file.",
+        ):
             door(finished)
 
 
@@ -475,7 +517,11 @@ def test_what_is_said_twice_and_not_the_same_is_refused(given, message):
 
 
 def test_what_is_said_twice_and_the_same_is_fine(small):
-    settings = {"run.generations": 2, "run": {"threads": 1}, "classifiers.input_scale": np.array([12.8, 5.0])}
+    settings = {
+        "run.generations": 2,
+        "run": {"threads": 1},
+        "classifiers.input_scale": np.array([12.8, 5.0]),
+    }
     result = tl.infer(config=small(), generations=2, threads=1, settings=settings)
     assert result.generations == 2
     assert settings["run"] == {"threads": 1}
@@ -491,7 +537,8 @@ def test_a_run_that_cannot_be_written_is_refused(stopped, monkeypatch):
 
     monkeypatch.setattr(RunFolder, "locked", read_only)
     with pytest.raises(
-        RunFolderError, match=r"`run` must be a folder that can be written; got .* \(Permission denied\)"
+        RunFolderError,
+        match=r"`run` must be a folder that can be written; got .* \(Permission denied\)",
     ):
         resume(stopped)
 
@@ -500,7 +547,9 @@ def test_a_format_from_the_future_is_refused_and_left_alone(finished):
     RunFolder(finished).update_manifest(format_version=2)
     before = contents(finished)
     for door in (resume, tl.load_run):
-        with pytest.raises(RunFolderError, match=re.escape("`format_version` must be at most 1; got 2 [")):
+        with pytest.raises(
+            RunFolderError, match=re.escape("`format_version` must be at most 1; got 2 [")
+        ):
             door(finished)
     assert contents(finished) == before
 
@@ -531,7 +580,9 @@ def test_a_folder_in_use_is_refused_and_names_who_uses_it(stopped, small):
     resume(stopped)
 
 
-def test_a_full_disk_ends_with_a_message_and_a_run_that_can_be_resumed(small, whole, tmp_path, monkeypatch):
+def test_a_full_disk_ends_with_a_message_and_a_run_that_can_be_resumed(
+    small, whole, tmp_path, monkeypatch
+):
     from turing_learning.runs import _folder as folders
 
     written = folders.write_atomically
@@ -545,7 +596,8 @@ def test_a_full_disk_ends_with_a_message_and_a_run_that_can_be_resumed(small, wh
 
     monkeypatch.setattr(folders, "write_atomically", filling_up)
     with pytest.raises(
-        RunStorageError, match=r"\(No space left on device\). Make room, then resume with `turing-learning resume"
+        RunStorageError,
+        match=r"\(No space left on device\). Make room, then resume with `turing-learning resume",
     ):
         start(small(), tmp_path / "run")
     assert tl.load_run(tmp_path / "run").generations == 3
@@ -584,9 +636,13 @@ def test_estimate_and_interval_leave_out_the_first_half_of_a_short_run(finished)
     assert np.isnan(list(result.interval.values())).all()
 
 
-def test_an_interval_that_is_not_known_is_null_in_the_file_and_a_dash_with_a_reason_in_text(finished):
+def test_an_interval_that_is_not_known_is_null_in_the_file_and_a_dash_with_a_reason_in_text(
+    finished,
+):
     result = tl.load_run(finished)
-    assert json.loads((finished / "result.json").read_text())["interval"] == {key: [None, None] for key in result.truth}
+    assert json.loads((finished / "result.json").read_text())["interval"] == {
+        key: [None, None] for key in result.truth
+    }
     assert result == tl.load_run(finished)
     lines = str(result).splitlines()
     assert [line.split()[2] for line in lines[2:6]] == ["-"] * 4
@@ -610,15 +666,25 @@ def test_a_run_that_still_moves_tells_what_it_wandered_over_and_no_interval(smal
     ("shrinks", "fitness", "found"),
     [(0.05, 0.5, Verdict.CONVERGED), (0.05, 0.6, Verdict.TOLD), (0.5, 0.5, Verdict.MOVING)],
 )
-def test_a_run_has_converged_if_its_models_have_contracted_and_classifiers_guess(small, shrinks, fitness, found):
+def test_a_run_has_converged_if_its_models_have_contracted_and_classifiers_guess(
+    small, shrinks, fitness, found
+):
     configuration, rng = small(generations=100), np.random.default_rng(1)
     traces = Traces(100, 4)
     truth = np.array(configuration.scenario.truth)
     for k in range(100):
         scale = 1.0 if k < 50 else shrinks
         models = truth + scale * rng.standard_normal((8, 4))
-        values = {"best_model": models[0], "typical_model": truth + 0.01 * rng.standard_normal(4), "selection": 0}
-        values |= {"model": models, "model_fitness": np.full(8, 0.5), "classifier_fitness": np.full(8, fitness)}
+        values = {
+            "best_model": models[0],
+            "typical_model": truth + 0.01 * rng.standard_normal(4),
+            "selection": 0,
+        }
+        values |= {
+            "model": models,
+            "model_fitness": np.full(8, 0.5),
+            "classifier_fitness": np.full(8, fitness),
+        }
         traces.record(values, 0.1)
     result = summarize(traces, Ending(1.0, complete=True, readout={}), Record(configuration, 100))
     assert result.verdict == found
@@ -640,11 +706,17 @@ def test_checks_and_pools_say_theirs_beside_the_run(finished):
     result = tl.load_run(finished)
     folder = RunFolder(finished)
     folder.write("pool.json", {"estimate": result.estimate, "verdicts": ["runs disagree"]})
-    content = {"settings": {"estimate": result.estimate}, "verdicts": ["model rejected"], **REJECTED}
+    content = {
+        "settings": {"estimate": result.estimate},
+        "verdicts": ["model rejected"],
+        **REJECTED,
+    }
     folder.write("check/check.json", content)
     assert result.verdicts == ("model rejected", "runs disagree", "still moving")
     assert result.verdict == "model rejected"
-    folder.write("check/check.json", content | {"settings": {"estimate": {}}})  # of another estimate
+    folder.write(
+        "check/check.json", content | {"settings": {"estimate": {}}}
+    )  # of another estimate
     assert result.verdict == "runs disagree"
     assert json.loads((finished / "result.json").read_text())["verdicts"] == ["still moving"]
 
@@ -652,7 +724,10 @@ def test_checks_and_pools_say_theirs_beside_the_run(finished):
 def test_a_report_replaces_an_earlier_one_and_no_other_file_unless_forced(finished, tmp_path):
     result, page = tl.load_run(finished), tmp_path / "page.html"
     page.write_text("mine")
-    with pytest.raises(ConfigurationError, match=r"`path` must be a file that does not exist; got .*page.html. Choose"):
+    with pytest.raises(
+        ConfigurationError,
+        match=r"`path` must be a file that does not exist; got .*page.html. Choose",
+    ):
         result.report(page)
     assert page.read_text() == "mine"
     written = result.report(page, force=True).read_bytes()
@@ -666,8 +741,14 @@ def test_a_report_replaces_an_earlier_one_and_no_other_file_unless_forced(finish
         ("five.toml", "`path` must end with .html; got .*five.toml"),
         ("", "`path` must end with .html; got "),
         ("folder.html", "`path` must be a file; got .*folder.html, a folder"),
-        ("nowhere/report.html", r"can be written; got .*report.html \(there is no folder .*nowhere\)"),
-        (f"{'a' * 300}.html", r"`path` must be a file that can be written; got .*\(File name too long\)"),
+        (
+            "nowhere/report.html",
+            r"can be written; got .*report.html \(there is no folder .*nowhere\)",
+        ),
+        (
+            f"{'a' * 300}.html",
+            r"`path` must be a file that can be written; got .*\(File name too long\)",
+        ),
     ],
 )
 def test_a_report_where_none_can_be_is_refused(finished, tmp_path, name, message):
@@ -679,7 +760,23 @@ def test_a_report_where_none_can_be_is_refused(finished, tmp_path, name, message
 
 def test_a_result_alone_has_no_history():
     result = tl.Evolution(
-        "a", 1, 1, True, None, {"x": 0.0}, {"x": 0.0}, {"x": [-1.0, 2.0]}, None, None, None, None, None, 0, 1.0, 1.0, 8
+        "a",
+        1,
+        1,
+        True,
+        None,
+        {"x": 0.0},
+        {"x": 0.0},
+        {"x": [-1.0, 2.0]},
+        None,
+        None,
+        None,
+        None,
+        None,
+        0,
+        1.0,
+        1.0,
+        8,
     )
     with pytest.raises(RuntimeError, match="`history` must belong to a run; got a result alone"):
         _ = result.history
@@ -709,9 +806,27 @@ def test_new_folders_never_meet(small, tmp_path):
 def test_the_papers_errors_stand_only_beside_the_papers_scenarios():
     aggregation = replace(tl.swarm.AGGREGATION, title="Mine", description="")
     laboratory = replace(LABORATORY, name="aggregation")
-    assert paper_absolute_errors(aggregation) == {"vl0": 0.01, "vr0": 0.01, "vl1": 0.07, "vr1": 0.06}
-    assert list(paper_absolute_errors(tl.swarm.OBJECT_CLUSTERING).values()) == [0.03, 0.04, 0.02, 0.03, 0.08, 0.08]
-    assert list(paper_absolute_errors(tl.swarm.AGGREGATION_VIEW_60).values()) == [0.04, 0.03, 0.05, 0.05, 0.20]
+    assert paper_absolute_errors(aggregation) == {
+        "vl0": 0.01,
+        "vr0": 0.01,
+        "vl1": 0.07,
+        "vr1": 0.06,
+    }
+    assert list(paper_absolute_errors(tl.swarm.OBJECT_CLUSTERING).values()) == [
+        0.03,
+        0.04,
+        0.02,
+        0.03,
+        0.08,
+        0.08,
+    ]
+    assert list(paper_absolute_errors(tl.swarm.AGGREGATION_VIEW_60).values()) == [
+        0.04,
+        0.03,
+        0.05,
+        0.05,
+        0.20,
+    ]
     assert paper_absolute_errors(laboratory) == {"vl0": 0.08, "vr0": 0.01, "vl1": 0.05, "vr1": 0.02}
     for change in (
         {"name": "mine"},
@@ -732,17 +847,21 @@ def test_nothing_that_is_stored_holds_a_pickle(finished):
             assert json.loads(content)["filters"] is None, path
 
 
-REPLACED = (
-    r"`run` must be in its folder; got .*same, where another run has taken its place\. Make it again, with an `out`"
-)
+REPLACED = r"`run` must be in its folder; got .*same, where another run has taken its place\. Make it again, with an `out`"
 
 
-def test_a_result_whose_folder_holds_another_run_by_now_neither_reads_nor_writes_there(small, tmp_path):
+def test_a_result_whose_folder_holds_another_run_by_now_neither_reads_nor_writes_there(
+    small, tmp_path
+):
     path = tmp_path / "same"
     first, second = (start(small(seed=seed), path, force=True) for seed in (1, 2))
     before = contents(path)
     uses = (lambda: first.history, first.report, lambda: first.check(effort=Effort(samples=40)))
-    for use in (*uses, lambda: first.report(tmp_path / "page.html"), lambda: tl.pool([first, second])):
+    for use in (
+        *uses,
+        lambda: first.report(tmp_path / "page.html"),
+        lambda: tl.pool([first, second]),
+    ):
         with pytest.raises(RunFolderError, match=REPLACED):
             use()
     assert contents(path) == before
@@ -756,7 +875,9 @@ def test_a_run_that_was_gone_on_with_is_still_the_one_that_an_earlier_result_is_
     assert earlier.history.sizes["generation"] == 5
 
 
-def test_results_of_relative_folders_keep_theirs_when_the_process_goes_elsewhere(small, tmp_path, monkeypatch):
+def test_results_of_relative_folders_keep_theirs_when_the_process_goes_elsewhere(
+    small, tmp_path, monkeypatch
+):
     results = []
     for seed, name in ((1, "a"), (2, "b")):
         (tmp_path / name).mkdir()
@@ -785,7 +906,11 @@ def crossed(result):
 def test_a_result_crosses_processes_with_its_numbers_and_opens_its_folder_there(small, finished):
     result = tl.load_run(finished)
     there = crossed(crossed(result))
-    assert (there.to_json(), there.path, there.configuration) == (result.to_json(), result.path, result.configuration)
+    assert (there.to_json(), there.path, there.configuration) == (
+        result.to_json(),
+        result.path,
+        result.configuration,
+    )
     assert there.history.equals(result.history)
     assert there.report() == result.report()
     start(small(seed=2), finished, force=True)
@@ -799,7 +924,10 @@ def test_a_result_crosses_processes_with_its_numbers_and_opens_its_folder_there(
 def test_a_result_of_a_run_in_memory_crosses_processes_with_its_numbers_alone(small):
     result = tl.infer(config=small())
     assert crossed(result).to_json() == result.to_json()
-    with pytest.raises(RuntimeError, match=r"got a result alone, as one of a run in memory .* a folder, with `out`\."):
+    with pytest.raises(
+        RuntimeError,
+        match=r"got a result alone, as one of a run in memory .* a folder, with `out`\.",
+    ):
         crossed(result).history  # noqa: B018
 
 

@@ -38,7 +38,9 @@ def stored(path):
         return len(arrays["traces/seconds"])
 
 
-def test_a_checkpoint_holds_the_traces_since_the_last_block_alone(blocks, small, tmp_path, stop_after):
+def test_a_checkpoint_holds_the_traces_since_the_last_block_alone(
+    blocks, small, tmp_path, stop_after
+):
     usual = start(small(history="thin"), tmp_path / "usual")
     path = tmp_path / "run"
     start(small(history="thin"), path, should_stop=stop_after(5))
@@ -52,7 +54,9 @@ def test_a_checkpoint_holds_the_traces_since_the_last_block_alone(blocks, small,
     assert RunFolder(path).traces()["best_model"].shape[0] == usual.generations
 
 
-def test_a_run_that_is_resumed_with_other_packages_says_so_and_records_it(small, tmp_path, stop_after, caplog):
+def test_a_run_that_is_resumed_with_other_packages_says_so_and_records_it(
+    small, tmp_path, stop_after, caplog
+):
     start(small(), tmp_path / "run", should_stop=stop_after(2))
     folder = RunFolder(tmp_path / "run")
     folder.update_manifest(versions=folder.manifest()["versions"] | {"numpy": "1.0"})

@@ -21,7 +21,9 @@ NAMES = ["vl0", "vr0", "vl1", "vr1", "theta"]
 
 
 def infer(**arguments):
-    return tl.infer("aggregation-field-of-view-60", generations=7, seed=2, settings=SMALL, **arguments)
+    return tl.infer(
+        "aggregation-field-of-view-60", generations=7, seed=2, settings=SMALL, **arguments
+    )
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +35,9 @@ def test_the_field_of_view_is_a_fifth_parameter_in_rad(result):
     assert list(result.estimate) == NAMES
     assert result.truth["theta"] == pytest.approx(math.pi / 3)
     assert 0 < result.best_model["theta"] < 2 * math.pi
-    assert result.absolute_error["theta"] == pytest.approx(abs(result.best_model["theta"] - math.pi / 3))
+    assert result.absolute_error["theta"] == pytest.approx(
+        abs(result.best_model["theta"] - math.pi / 3)
+    )
     assert result.paper_absolute_error is None  # 2 agents, observed for 1 s
 
 
@@ -76,7 +80,9 @@ def test_a_field_of_view_can_be_known_without_being_inferred():
     settings = SMALL | {"scenario.sensor.field_of_view": 1.0}
     result = tl.infer("aggregation", generations=2, seed=1, settings=settings)
     assert list(result.estimate) == NAMES[:4]
-    assert result.estimate != tl.infer("aggregation", generations=2, seed=1, settings=SMALL).estimate
+    assert (
+        result.estimate != tl.infer("aggregation", generations=2, seed=1, settings=SMALL).estimate
+    )
 
 
 def test_replicas_see_with_their_own_field_of_view():
@@ -104,7 +110,11 @@ def test_what_is_no_field_of_view_or_representation_is_refused(setting, message)
 
 @pytest.mark.parametrize(("preset", "beyond"), [("default", True), ("paper", False)])
 def test_only_jumps_leave_the_views_of_the_first_models(tmp_path, preset, beyond):
-    still = {"models.initial_step_size": 1e-9, "models.minimum_step_size": 0.0, "models.population": 100}
+    still = {
+        "models.initial_step_size": 1e-9,
+        "models.minimum_step_size": 0.0,
+        "models.population": 100,
+    }
     run = tl.infer(
         "aggregation-field-of-view-60",
         preset=preset,

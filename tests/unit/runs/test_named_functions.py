@@ -76,7 +76,9 @@ def rename_in_configuration(path, word):
 
 def rename_in_manifest(path, word):
     """Let the manifest name another module."""
-    text = (path / "manifest.json").read_text().replace(f"named_parts:{word}", f"other_parts:{word}")
+    text = (
+        (path / "manifest.json").read_text().replace(f"named_parts:{word}", f"other_parts:{word}")
+    )
     (path / "manifest.json").write_text(text)
 
 
@@ -89,7 +91,9 @@ def without_the_seal_of_the_manifest(path):
     (path / "seals.txt").write_text("".join(line for line in lines if "manifest.json" not in line))
 
 
-@pytest.mark.parametrize("unseal", [without_seals, without_the_seal_of_the_manifest, lambda path: None])
+@pytest.mark.parametrize(
+    "unseal", [without_seals, without_the_seal_of_the_manifest, lambda path: None]
+)
 @pytest.mark.parametrize(
     ("rename", "word"),
     [
@@ -98,12 +102,16 @@ def without_the_seal_of_the_manifest(path):
         (rename_in_manifest, "simulate"),
     ],
 )
-def test_functions_that_an_edited_folder_names_are_not_imported(named, tmp_path, unseal, rename, word):
+def test_functions_that_an_edited_folder_names_are_not_imported(
+    named, tmp_path, unseal, rename, word
+):
     (tmp_path / "other_parts.py").write_text("raise SystemExit('imported')")
     result = tl.load_run(named)
     rename(named, word)
     unseal(named)
-    assert "other_parts" in "".join(path.read_text() for path in named.glob("*.[tj]*") if path.name != "result.json")
+    assert "other_parts" in "".join(
+        path.read_text() for path in named.glob("*.[tj]*") if path.name != "result.json"
+    )
     for door in (
         lambda: tl.load_run(named),
         lambda: tl.resume(named, genuine=recorded()),

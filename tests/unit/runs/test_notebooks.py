@@ -21,8 +21,12 @@ def test_a_result_is_one_line_and_a_table(results):
     table = result.to_dataframe()
     assert table.index.tolist() == ["vl0", "vr0", "vl1", "vr1"]
     assert table["estimate"].to_dict() == result.estimate
-    assert (table["estimate"] - table["truth"]).abs().to_dict() == pytest.approx(result.estimate_absolute_error)
-    assert table[["low", "high"]].to_numpy() == pytest.approx(np.array(list(result.interval.values())), nan_ok=True)
+    assert (table["estimate"] - table["truth"]).abs().to_dict() == pytest.approx(
+        result.estimate_absolute_error
+    )
+    assert table[["low", "high"]].to_numpy() == pytest.approx(
+        np.array(list(result.interval.values())), nan_ok=True
+    )
     html = result._repr_html_()
     assert "aggregation, seed 1" in html
     assert html.count("<tr") == 2 + 4  # pandas puts the name of the index into a row
@@ -46,11 +50,22 @@ def test_a_history_names_what_it_holds(tmp_path):
 
     for thin in ("full", "thin"):
         settings = {"run.history": thin, "models.population": 8, "classifiers.population": 8}
-        options = {"genuine": samples, "simulate": simulate, "parameters": parameters, "settings": settings}
-        found = [tl.infer(**options, generations=2, seed=1, **more).history for more in ({}, {"out": tmp_path / thin})]
+        options = {
+            "genuine": samples,
+            "simulate": simulate,
+            "parameters": parameters,
+            "settings": settings,
+        }
+        found = [
+            tl.infer(**options, generations=2, seed=1, **more).history
+            for more in ({}, {"out": tmp_path / thin})
+        ]
         for history in found:
             assert history["parameter"].attrs == {"long_name": "parameter", "units": ["cm", "cm"]}
-            assert history["best_model"].attrs == {"long_name": "parameter of the best model", "units": "cm"}
+            assert history["best_model"].attrs == {
+                "long_name": "parameter of the best model",
+                "units": "cm",
+            }
             assert {"long_name", "flag_values", "flag_meanings"} == set(history["selection"].attrs)
             assert all(history[name].attrs["long_name"] for name in history.variables)
         assert found[0].equals(found[1])
@@ -72,6 +87,12 @@ def test_pooled_runs_are_a_table(results):
 
 def test_a_check_is_a_table():
     test = TwoSampleTest(0.5, 0.4, 0.6, 10, 10, 10, 10, "samples")
-    check = Check(test, (PinnedDown("speed", 0.1, None, None), PinnedDown("<turn>", 0.9, None, None)), (), (), ())
+    check = Check(
+        test,
+        (PinnedDown("speed", 0.1, None, None), PinnedDown("<turn>", 0.9, None, None)),
+        (),
+        (),
+        (),
+    )
     assert check.to_dataframe()["pinned_down"].to_dict() == {"speed": True, "<turn>": False}
     assert "&lt;turn&gt;" in check._repr_html_()

@@ -60,7 +60,11 @@ EXCLUDED = [
     ("every parameter is pinned down", "some parameter is not"),
     ("every parameter is pinned down", "no parameter is"),
     ("no parameter is", "some parameter is"),
-    *(("nothing speaks against it", verdict) for verdict in Verdict if verdict is not Verdict.CONVERGED),
+    *(
+        ("nothing speaks against it", verdict)
+        for verdict in Verdict
+        if verdict is not Verdict.CONVERGED
+    ),
 ]
 """Claims that no reader should meet together; words of a verdict are claims of their own."""
 
@@ -73,18 +77,32 @@ def claims_of(text):
 
 def claims_of_json(judgment):
     """Return what `check.json` claims by numbers and flags, without its sentences."""
-    fits = {True: {"it passes"}, False: {"fresh classifiers tell it"}, None: {"the check cannot say"}}
+    fits = {
+        True: {"it passes"},
+        False: {"fresh classifiers tell it"},
+        None: {"the check cannot say"},
+    }
     search = {True: {"searches succeed"}, False: {"searches miss"}, None: set()}
-    return fits[judgment["fits"]] | search[judgment["search_succeeds"]] | claims_of(", ".join(judgment["verdicts"]))
+    return (
+        fits[judgment["fits"]]
+        | search[judgment["search_succeeds"]]
+        | claims_of(", ".join(judgment["verdicts"]))
+    )
 
 
 def contradictions(claims):
-    return [pair for pair in combinations(sorted(claims), 2) if pair in EXCLUDED or pair[::-1] in EXCLUDED]
+    return [
+        pair
+        for pair in combinations(sorted(claims), 2)
+        if pair in EXCLUDED or pair[::-1] in EXCLUDED
+    ]
 
 
 def text_of(markup):
     """Return what a reader sees of a page, without the list of what the words mean in general."""
-    page = re.sub(r'<details id="reading">.*?</details>|<style>.*?</style>', " ", markup, flags=re.S)
+    page = re.sub(
+        r'<details id="reading">.*?</details>|<style>.*?</style>', " ", markup, flags=re.S
+    )
     return html.unescape(re.sub(r"\s+", " ", re.sub("<[^>]*>", "", page)))
 
 
@@ -102,8 +120,13 @@ def draw_accuracy(rng):
 
 
 def draw_test(rng):
-    p_value, critical = rng.choice([0.001, 0.03, 0.05, 0.051, 0.4, 1.0]), rng.choice([0.5, 0.53, 0.56, 0.6, 0.65])
-    return TwoSampleTest(draw_accuracy(rng), float(p_value), float(critical), 40, 8, 200, 40, "samples")
+    p_value, critical = (
+        rng.choice([0.001, 0.03, 0.05, 0.051, 0.4, 1.0]),
+        rng.choice([0.5, 0.53, 0.56, 0.6, 0.65]),
+    )
+    return TwoSampleTest(
+        draw_accuracy(rng), float(p_value), float(critical), 40, 8, 200, 40, "samples"
+    )
 
 
 def draw_recoveries(rng):
@@ -118,7 +141,12 @@ def draw_recoveries(rng):
 
 
 def draw_parameters(rng):
-    found, of_trials, profiled, tight = [], rng.random() < 0.7, rng.random() < 0.8, rng.choice([0, 0.5, 1])
+    found, of_trials, profiled, tight = (
+        [],
+        rng.random() < 0.7,
+        rng.random() < 0.8,
+        rng.choice([0, 0.5, 1]),
+    )
     for name in NAMES:
         width, open_share = rng.choice([None, 0.01, 0.1, 0.7]), 0.2 if profiled else None
         sides = tuple((rng.random(2) < tight).tolist()) if of_trials else None
@@ -128,7 +156,9 @@ def draw_parameters(rng):
 
 
 def draw_check(rng):
-    found = Check(draw_test(rng), draw_parameters(rng), (), draw_recoveries(rng), (), said=draw_word(rng))
+    found = Check(
+        draw_test(rng), draw_parameters(rng), (), draw_recoveries(rng), (), said=draw_word(rng)
+    )
     return replace(found, unfinished=(3, 10)) if rng.random() < 0.1 else found
 
 
@@ -141,7 +171,9 @@ def claims_of_check(check):
     return {
         "lines": claims_of("\n".join(lines)),
         "rows": claims_of("\n".join(rows)),
-        "page": claims_of("\n".join([listing.note, *(f"ROW {cells[-1]}" for cells in listing.rows)])),
+        "page": claims_of(
+            "\n".join([listing.note, *(f"ROW {cells[-1]}" for cells in listing.rows)])
+        ),
         "sentences in JSON": claims_of(" ".join(stored["sentences"])),
         "flags in JSON": claims_of_json(stored),
     }
@@ -185,11 +217,15 @@ def test_run_check_page_and_notebook_say_the_same(run):
         rng = np.random.default_rng(seed)
         check = draw_check(rng)
         apart = rng.random() < 0.3
-        folder.write("pool.json", {"estimate": run.estimate, "verdicts": ["runs disagree"] if apart else []})
+        folder.write(
+            "pool.json", {"estimate": run.estimate, "verdicts": ["runs disagree"] if apart else []}
+        )
         folder.write("check/check.json", stored(check, run.estimate))
         result = replace(run, found=check.said)
         check = result.checked
-        page = report_page(Report("Run", "Done.", [], judgment=result.judgment, check=check_listing(check)))
+        page = report_page(
+            Report("Run", "Done.", [], judgment=result.judgment, check=check_listing(check))
+        )
         head, *_, last = str(result).splitlines()
         found = claims_of_check(check) | {
             "run": claims_of(f"{head}\n{last}"),
@@ -207,18 +243,30 @@ def test_a_pool_does_not_say_that_nothing_speaks_against_it_where_some_of_its_ru
     for seed in range(200):
         rng = np.random.default_rng(seed)
         said = tuple(
-            tuple(rng.choice([*Verdict], rng.integers(1, 3), replace=False)) if rng.random() < 0.5 else ("converged",)
+            tuple(rng.choice([*Verdict], rng.integers(1, 3), replace=False))
+            if rng.random() < 0.5
+            else ("converged",)
             for _ in range(rng.integers(2, 5))
         )
         apart = bool(rng.random() < 0.3)
-        numbers = {"speed": 0.5}, end, {"speed": 3.0 if apart else 1.0}, {"speed": [0.5] * len(said)}, None, None, None
+        numbers = (
+            {"speed": 0.5},
+            end,
+            {"speed": 3.0 if apart else 1.0},
+            {"speed": [0.5] * len(said)},
+            None,
+            None,
+            None,
+        )
         pooled = tl.runs.Pooled("walk", 3, tuple(range(len(said))), *numbers, found=said, checked=1)
         head, *remarks, last = str(pooled).splitlines()
         assert contradictions(claims_of(last)) == [], seed
         against = {verdict for each in said for verdict in each} - {Verdict.CONVERGED}
         assert ("Nothing speaks against" in last) == (not against and not apart), seed
         for verdict in against - set.intersection(*map(set, said)):
-            assert any(re.fullmatch(rf"\d of {len(said)} runs: {verdict}", remark) for remark in remarks), seed
+            assert any(
+                re.fullmatch(rf"\d of {len(said)} runs: {verdict}", remark) for remark in remarks
+            ), seed
         assert pooled.verdict in head
 
 
@@ -232,6 +280,10 @@ def test_a_model_that_the_check_of_one_run_rejects_is_rejected_for_all():
 
 def test_contradictions_are_found():
     said = "The search has failed. Fresh classifiers cannot tell held-out samples from the model. Verdict: "
-    assert ("can still tell", "it passes") in contradictions(claims_of(said + "classifiers can still tell."))
+    assert ("can still tell", "it passes") in contradictions(
+        claims_of(said + "classifiers can still tell.")
+    )
     fine = "The estimate passes. Verdict: converged. The check shows for no parameter that"
-    assert contradictions(claims_of(fine + "\nROW pinned down")) == [("no parameter is", "some parameter is")]
+    assert contradictions(claims_of(fine + "\nROW pinned down")) == [
+        ("no parameter is", "some parameter is")
+    ]

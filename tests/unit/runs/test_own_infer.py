@@ -26,7 +26,11 @@ SMALL = {
     "run.history": "thin",
 }
 FULL = {"run.history": "full"}  # with figures and a report, which take a second
-FISH = {"name": "fish", "title": "Fish in a tank", "parameters": RANGES | {"speed": tl.Parameter(0, 20, unit="cm/s")}}
+FISH = {
+    "name": "fish",
+    "title": "Fish in a tank",
+    "parameters": RANGES | {"speed": tl.Parameter(0, 20, unit="cm/s")},
+}
 
 
 def infer(genuine=None, simulate=walk, parameters=RANGES, generations=7, settings=None, **options):
@@ -62,7 +66,9 @@ def test_a_disk_that_is_full_says_how_python_goes_on(tmp_path, monkeypatch):
         with pytest.raises(RunStorageError) as refused:
             infer(out=path)
     call = f"turing_learning.resume({str(path)!r}, genuine=...)"
-    assert str(refused.value).endswith(f"(No space left on device). Make room, then resume with `{call}`.")
+    assert str(refused.value).endswith(
+        f"(No space left on device). Make room, then resume with `{call}`."
+    )
     with pytest.raises(RunFolderError) as taken:
         infer(out=path)
     assert f"which holds a run. Resume it with `{call}`, choose" in str(taken.value)
@@ -76,7 +82,12 @@ def test_the_result_names_the_parameters_in_their_units(whole):
     result = tl.load_run(whole)
     assert list(result.estimate) == list(result.best_model) == ["speed", "turn_noise"]
     assert 0 <= result.estimate["speed"] <= 20
-    assert (result.scenario, result.truth, result.mae, result.absolute_error) == ("fish", None, None, None)
+    assert (result.scenario, result.truth, result.mae, result.absolute_error) == (
+        "fish",
+        None,
+        None,
+        None,
+    )
 
 
 def test_a_result_in_another_process_has_its_history_and_no_simulator(tmp_path):
@@ -89,8 +100,19 @@ def test_a_result_in_another_process_has_its_history_and_no_simulator(tmp_path):
 
 def test_the_run_folder_is_that_of_any_run_without_what_needs_a_truth(whole):
     names = {path.name for path in whole.iterdir()}
-    assert {"config.toml", "manifest.json", "result.json", "history.zarr", "figures", "report.html"} <= names
-    assert {path.stem for path in (whole / "figures").iterdir()} == {"parameters", "fitness", "step-sizes"}
+    assert {
+        "config.toml",
+        "manifest.json",
+        "result.json",
+        "history.zarr",
+        "figures",
+        "report.html",
+    } <= names
+    assert {path.stem for path in (whole / "figures").iterdir()} == {
+        "parameters",
+        "fitness",
+        "step-sizes",
+    }
 
 
 def test_the_report_shows_units_and_no_replay(whole):
@@ -115,7 +137,11 @@ def test_the_stored_configuration_reads_back_and_holds_scales_and_held_out_sampl
 
 
 def test_a_configuration_with_open_sides_reads_back_equal(tmp_path):
-    ranges = {"a": (None, None), "b": (0, None), "c": tl.Parameter(None, 5, scale="log", initial=(0.1, 3))}
+    ranges = {
+        "a": (None, None),
+        "b": (0, None),
+        "c": tl.Parameter(None, 5, scale="log", initial=(0.1, 3)),
+    }
     simulate = lambda parameters, rng: walk(np.abs(parameters[:, :2]), rng)  # noqa: E731
     infer(out=tmp_path / "run", simulate=simulate, parameters=ranges, generations=1)
     configuration = RunFolder(tmp_path / "run").configuration()
@@ -126,7 +152,10 @@ def test_a_configuration_with_open_sides_reads_back_equal(tmp_path):
 
 def test_a_run_in_memory_infers_the_same_as_one_on_disk(whole):
     result = infer(name="fish", settings=FULL)
-    assert (result.estimate, result.best_model) == (tl.load_run(whole).estimate, tl.load_run(whole).best_model)
+    assert (result.estimate, result.best_model) == (
+        tl.load_run(whole).estimate,
+        tl.load_run(whole).best_model,
+    )
     assert result.failed_simulations == {"count": 0, "listed": []}
 
 
@@ -172,7 +201,9 @@ def test_failures_are_listed_and_survive_a_resumed_run(tmp_path, stop_after):
     assert all(entry["parameters"]["speed"] > 12 for entry in failed["listed"])
     assert failed["listed"][0]["reason"] == "it returned nan (or masked) [step 7, signal signal0]"
     assert untimed(tmp_path / "run") == untimed(tmp_path / "whole")
-    assert f"{failed['count']} simulations failed" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert f"{failed['count']} simulations failed" in (tmp_path / "run" / "report.html").read_text(
+        encoding="utf-8"
+    )
 
 
 @pytest.mark.parametrize("length", [{"trials": 20}, {"generations": 1, "settings": SMALL}])
@@ -184,7 +215,10 @@ def test_a_failure_in_the_first_batch_ends_the_run_unless_it_is_a_number(length)
 
     options = {"genuine": recorded(), "simulate": simulate, "parameters": RANGES, "seed": 2}
     answer = None
-    with pytest.raises(CustomSystemError, match=r"it raised ValueError: too fast \[.*\] \[generation 0, speed = 1\d"):
+    with pytest.raises(
+        CustomSystemError,
+        match=r"it raised ValueError: too fast \[.*\] \[generation 0, speed = 1\d",
+    ):
         tl.infer(**options, **length)
     answer = np.inf
     assert tl.infer(**options, **length).failed_simulations["count"] > 0
@@ -236,7 +270,8 @@ def test_workers_infer_what_this_process_infers():
 def test_a_simulator_that_breaks_ends_the_run_which_can_be_resumed(whole, tmp_path):
     path = tmp_path / "run"
     with pytest.raises(
-        CustomSystemError, match=r"\[generation 5\], the first with speed = .* cm/s, turn_noise = .*license expired"
+        CustomSystemError,
+        match=r"\[generation 5\], the first with speed = .* cm/s, turn_noise = .*license expired",
     ) as caught:
         infer(out=path, simulate=Breaking(5), settings=FULL, **FISH)
     ahead = f"5 generations are stored; resume with `turing_learning.resume({str(path)!r}, genuine=..., simulate=...)`."
@@ -250,21 +285,29 @@ def test_a_simulator_that_breaks_ends_the_run_which_can_be_resumed(whole, tmp_pa
 def test_a_run_without_a_folder_that_breaks_is_not_said_to_go_on():
     with pytest.raises(CustomSystemError) as caught:
         infer(simulate=Breaking(5))
-    assert str(caught.value).endswith("Nothing is stored of a run without `out`; give one, to be able to resume.")
+    assert str(caught.value).endswith(
+        "Nothing is stored of a run without `out`; give one, to be able to resume."
+    )
     assert "turing_learning.resume" not in str(caught.value)
 
 
 def test_a_run_that_breaks_in_the_first_generation_can_begin_again(whole, tmp_path):
     path = tmp_path / "run"
-    with pytest.raises(CustomSystemError, match=r"`simulate` must return samples of every model; it raised OSError"):
+    with pytest.raises(
+        CustomSystemError, match=r"`simulate` must return samples of every model; it raised OSError"
+    ):
         infer(out=path, simulate=Breaking(0))
     assert tl.resume(path, genuine=recorded(), simulate=walk).complete
 
 
-def test_a_run_whose_functions_are_those_of_a_module_needs_nothing_but_its_folder(whole, tmp_path, stop_after):
+def test_a_run_whose_functions_are_those_of_a_module_needs_nothing_but_its_folder(
+    whole, tmp_path, stop_after
+):
     path, given = tmp_path / "run", {"genuine": own_models.herd, "simulate": "own_models:walk"}
     infer(**given, out=path, should_stop=stop_after(4), settings=FULL)
-    assert {name: RunFolder(path).manifest()[name] for name in given} == given | {"genuine": "own_models:herd"}
+    assert {name: RunFolder(path).manifest()[name] for name in given} == given | {
+        "genuine": "own_models:herd"
+    }
     here = infer(genuine=own_models.herd)
     assert tl.resume(path).estimate == here.estimate
     quick = Effort(samples=10, generations=1, population=4, points=0)
@@ -274,27 +317,38 @@ def test_a_run_whose_functions_are_those_of_a_module_needs_nothing_but_its_folde
     (tmp_path / "gone" / "result.json").unlink()
     for checkpoint in (tmp_path / "gone" / "checkpoints").iterdir():
         checkpoint.unlink()
-    with pytest.raises(RunFolderError, match=r'`genuine` must be "module:function", .*own_models:nothing'):
+    with pytest.raises(
+        RunFolderError, match=r'`genuine` must be "module:function", .*own_models:nothing'
+    ):
         tl.resume(tmp_path / "gone")
 
 
 def test_own_systems_go_on_from_python_only(tmp_path, stop_after):
     path = tmp_path / "run"
-    infer(out=path, simulate=lambda parameters, rng: walk(parameters, rng), should_stop=stop_after(4))
+    infer(
+        out=path, simulate=lambda parameters, rng: walk(parameters, rng), should_stop=stop_after(4)
+    )
     with pytest.raises(
-        RunFolderError, match=r"`genuine` must be given .* Give `genuine` and `simulate` as the run began with"
+        RunFolderError,
+        match=r"`genuine` must be given .* Give `genuine` and `simulate` as the run began with",
     ):
         tl.resume(path)
-    with pytest.raises(RunFolderError, match="`simulate` must be given for a custom system, which no folder holds"):
+    with pytest.raises(
+        RunFolderError, match="`simulate` must be given for a custom system, which no folder holds"
+    ):
         tl.resume(path, genuine=recorded())
     with pytest.raises(
-        RunFolderError, match=r"`genuine` must be the samples that the run began with, of SHA-256 \w{12}\.\.\.; got"
+        RunFolderError,
+        match=r"`genuine` must be the samples that the run began with, of SHA-256 \w{12}\.\.\.; got",
     ):
         tl.resume(path, genuine=recorded(seed=4), simulate=walk)
-    with pytest.raises(RunFolderError, match=r"`length` must be at most that of the shortest sample, 20; got 50"):
+    with pytest.raises(
+        RunFolderError, match=r"`length` must be at most that of the shortest sample, 20; got 50"
+    ):
         tl.resume(path, genuine=recorded()[:, :20], simulate=walk)
     with pytest.raises(
-        RunFolderError, match="`genuine` must be an array of samples, as when the run began; got a function"
+        RunFolderError,
+        match="`genuine` must be an array of samples, as when the run began; got a function",
     ):
         tl.resume(path, genuine=lambda rng: recorded(), simulate=walk)
     with pytest.raises(RunFolderError, match="`timeout_s` must be given together with `workers`"):
@@ -308,7 +362,9 @@ def test_a_finished_run_needs_no_simulator(whole):
 def test_a_finished_run_is_compared_with_what_is_given(whole, tmp_path):
     assert tl.resume(whole, genuine=recorded()).complete
     assert tl.resume(whole, genuine=recorded(), simulate=walk).complete
-    with pytest.raises(RunFolderError, match=r"`genuine` must be the samples that the run began with, of SHA-256"):
+    with pytest.raises(
+        RunFolderError, match=r"`genuine` must be the samples that the run began with, of SHA-256"
+    ):
         tl.resume(whole, genuine=recorded(seed=4), simulate=walk)
     small = {
         "models.population": 8,
@@ -317,7 +373,9 @@ def test_a_finished_run_is_compared_with_what_is_given(whole, tmp_path):
         "scenario.trial.duration_s": 1.0,
     }
     tl.infer("aggregation", generations=1, settings=small, out=tmp_path / "swarm")
-    with pytest.raises(RunFolderError, match="`genuine` must be left out for simulated robots; got ndarray"):
+    with pytest.raises(
+        RunFolderError, match="`genuine` must be left out for simulated robots; got ndarray"
+    ):
         tl.resume(tmp_path / "swarm", genuine=recorded())
 
 
@@ -337,14 +395,18 @@ def test_split_samples_keep_their_names(tmp_path):
     assert (system.signals, system.held_out) == (("speed", "turn"), tuple(range(40, 45)))
 
 
-RECORDING = tl.Trajectories(np.zeros((9, 1, 2)), np.ones((9, 1), dtype=bool), fps=30.0, individuals=("a",))
+RECORDING = tl.Trajectories(
+    np.zeros((9, 1, 2)), np.ones((9, 1), dtype=bool), fps=30.0, individuals=("a",)
+)
 WALK = BurstAndCoast(individuals=1, steps=12, interval_s=0.04)
 
 
 class Windows:
     """Samples as `Trajectories.windows` cuts them."""
 
-    learning, held_out = (WALK(np.full((count, 4), 0.5), np.random.default_rng(count))[:, 0] for count in (20, 5))
+    learning, held_out = (
+        WALK(np.full((count, 4), 0.5), np.random.default_rng(count))[:, 0] for count in (20, 5)
+    )
     names, interval_s = ("speed", "turn"), 0.04
 
 
@@ -360,14 +422,19 @@ class Windows:
             "`simulate` must have the signals of the samples, speed, turn, in this order; got turn, speed. Give the family of "
             "models signals=('speed', 'turn').",
         ),
-        ({"signals": ("speed",)}, "the signals of the samples, speed, turn, in this order; got speed."),
+        (
+            {"signals": ("speed",)},
+            "the signals of the samples, speed, turn, in this order; got speed.",
+        ),
         (
             {"steps": 13},
             "`simulate` must have as many steps as the samples, 12; got 13. Give the family of models steps=12.",
         ),
     ],
 )
-def test_a_family_that_simulates_other_samples_is_refused_wherever_it_is_given(tmp_path, stop_after, change, message):
+def test_a_family_that_simulates_other_samples_is_refused_wherever_it_is_given(
+    tmp_path, stop_after, change, message
+):
     other, path = replace(WALK, **change), tmp_path / "run"
     with pytest.raises(ConfigurationError, match=re.escape(message)):
         infer(Windows(), other, WALK.parameters, out=path)
@@ -422,10 +489,16 @@ def test_headings_on_one_side_only_are_refused_wherever_a_simulator_is_given(
 
 def test_headings_do_not_matter_where_they_change_no_signal_or_nothing_is_known_of_them():
     near, windows = replace(FACING, individuals=2, signals=("neighbor_distance",)), Windows()
-    assert infer(windows, FACING, WALK.parameters, generations=1).configuration.scenario.headings == ""
+    assert (
+        infer(windows, FACING, WALK.parameters, generations=1).configuration.scenario.headings == ""
+    )
     windows.headings, windows.names = False, near.signals
-    windows.learning = windows.held_out = near(np.full((20, 4), 0.5), np.random.default_rng(1))[:, 0]
-    assert infer(windows, near, near.parameters, generations=1).configuration.scenario.headings == ""
+    windows.learning = windows.held_out = near(np.full((20, 4), 0.5), np.random.default_rng(1))[
+        :, 0
+    ]
+    assert (
+        infer(windows, near, near.parameters, generations=1).configuration.scenario.headings == ""
+    )
 
 
 def test_a_stored_run_of_before_headings_were_known_opens(tmp_path):
@@ -438,7 +511,8 @@ def test_a_stored_run_of_before_headings_were_known_opens(tmp_path):
 def test_a_recording_of_another_frame_rate_is_refused_in_a_check():
     result = infer(Windows(), WALK, WALK.parameters, generations=1)
     with pytest.raises(
-        ConfigurationError, match="`recording` must have the frame rate of the samples, 25 per second; got 30"
+        ConfigurationError,
+        match="`recording` must have the frame rate of the samples, 25 per second; got 30",
     ):
         result.check(recording=RECORDING)
 
@@ -450,7 +524,9 @@ def test_what_samples_do_not_say_is_not_held_against_a_family():
 
 def test_a_configuration_gives_everything_but_the_system():
     base = load_configuration(overrides=SMALL | {"run.generations": 2})
-    assert tl.infer(genuine=recorded(), simulate=walk, parameters=RANGES, config=base).generations == 2
+    assert (
+        tl.infer(genuine=recorded(), simulate=walk, parameters=RANGES, config=base).generations == 2
+    )
 
 
 def test_a_file_may_give_the_settings_and_no_scenario(tmp_path):
@@ -459,7 +535,8 @@ def test_a_file_may_give_the_settings_and_no_scenario(tmp_path):
     assert infer(config=path, generations=None).generations == 2
     path.write_text('scenario = "aggregation"\n')
     with pytest.raises(
-        ConfigurationError, match=r"`scenario` must be left out for a custom system; got 'aggregation' \["
+        ConfigurationError,
+        match=r"`scenario` must be left out for a custom system; got 'aggregation' \[",
     ):
         infer(config=path)
 
@@ -471,19 +548,23 @@ def test_an_input_scale_of_ones_own_comes_before_that_of_the_data(tmp_path):
 
 def test_a_stored_configuration_alone_does_not_run(whole, tmp_path):
     with pytest.raises(
-        ConfigurationError, match="`genuine` must be given for a custom system, which no folder holds completely"
+        ConfigurationError,
+        match="`genuine` must be given for a custom system, which no folder holds completely",
     ):
         start(RunFolder(whole).configuration(), tmp_path / "new")
     assert not (tmp_path / "new").exists()
     with pytest.raises(
-        ConfigurationError, match="`scenario` must be one of simulated robots where nothing else is given; got 'fish'"
+        ConfigurationError,
+        match="`scenario` must be one of simulated robots where nothing else is given; got 'fish'",
     ):
         load_variants(whole / "config.toml")
 
 
 def test_settings_reach_runs_of_robots_too():
     result = tl.infer(
-        "aggregation", generations=1, settings=SMALL | {"scenario.agents": 2, "scenario.trial.duration_s": 1.0}
+        "aggregation",
+        generations=1,
+        settings=SMALL | {"scenario.agents": 2, "scenario.trial.duration_s": 1.0},
     )
     assert result.generations == 1
 
@@ -492,15 +573,24 @@ def test_settings_reach_runs_of_robots_too():
     ("arguments", "message"),
     [
         ({"parameters": None}, "`parameters` must be given for a custom system; got nothing."),
-        ({"scenario": "aggregation"}, "`scenario` must be left out for a custom system; got 'aggregation'."),
+        (
+            {"scenario": "aggregation"},
+            "`scenario` must be left out for a custom system; got 'aggregation'.",
+        ),
         (
             {"parameters": {"a": (1, 2, 3)}},
             "`parameters` must have two bounds (low, high) or a `Parameter` for each name; got (1, 2, 3) ['a'].",
         ),
-        ({"parameters": {"a": (3, 1)}}, "`low` must be below `high`; got 3.0 and 1.0. [parameter 'a']"),
+        (
+            {"parameters": {"a": (3, 1)}},
+            "`low` must be below `high`; got 3.0 and 1.0. [parameter 'a']",
+        ),
         ({"parameters": {"a b": (0, 1)}}, "`parameters` must have names of 1 to 60 letters"),
         ({"worker": 2}, "`worker` must be a known option; got 2. Did you mean `workers`?"),
-        ({"generation": 3}, "`generation` must be a known option; got 3. Did you mean `generations`?"),
+        (
+            {"generation": 3},
+            "`generation` must be a known option; got 3. Did you mean `generations`?",
+        ),
         ({"workers": "2"}, "`workers` must be an integer of at least 1; got '2'."),
         ({"workers": -1}, "`workers` must be an integer of at least 1; got -1."),
         (
@@ -509,12 +599,18 @@ def test_settings_reach_runs_of_robots_too():
             "genuine=recording.windows(length_s=4.0), where recording is what `load_trajectories` returned; "
             "of several: genuine=pooled_windows(recordings, length_s=4.0).",
         ),
-        ({"genuine": RECORDING.speeds()}, "`genuine` must be samples, into which a recording is cut; got Signals."),
+        (
+            {"genuine": RECORDING.speeds()},
+            "`genuine` must be samples, into which a recording is cut; got Signals.",
+        ),
         (
             {"genuine": recorded() + 0j},
             "`genuine` must be samples (K, T, D) of real numbers; got shape (50, 2) of complex128",
         ),
-        ({"batches": 2, "vectorized": False}, "`batches` must be left out where vectorized is False; got 2."),
+        (
+            {"batches": 2, "vectorized": False},
+            "`batches` must be left out where vectorized is False; got 2.",
+        ),
         ({"batches": 0}, "`batches` must be an integer of at least 1; got 0."),
         ({"signals": "x"}, "`signals` must be a tuple of names; got 'x'. For one signal: ('x',)."),
         ({"genuine": "fish.csv"}, "A file is read with `load_trajectories`."),
@@ -524,7 +620,10 @@ def test_settings_reach_runs_of_robots_too():
         ),
         ({"signals": ("x",)}, "`signals` must be as many names as the data has signals"),
         ({"simulate": 3}, "`simulate` must be a function of (parameters, rng); got int."),
-        ({"genuine": np.full((3, 4, 2), np.nan)}, "got nan (or masked) [sample 0, step 0, signal 0]"),
+        (
+            {"genuine": np.full((3, 4, 2), np.nan)},
+            "got nan (or masked) [sample 0, step 0, signal 0]",
+        ),
         ({"settings": {"models.parnts": 3}}, "Did you mean `models.parents`?"),
     ],
 )
@@ -542,12 +641,15 @@ def test_a_signal_that_does_not_vary_is_told_in_words(caplog):
     infer(genuine=still, generations=1)
     (record,) = caplog.records
     assert (
-        "Genuine samples do not vary in every signal: signal1 is 0.3, at every step of all of them." in record.message
+        "Genuine samples do not vary in every signal: signal1 is 0.3, at every step of all of them."
+        in record.message
     )
 
 
 def test_a_recording_in_which_nobody_moves_is_refused(tmp_path):
-    frames = tl.Trajectories(np.ones((400, 2, 2)), np.ones((400, 2), dtype=bool), fps=25.0, individuals=("a", "b"))
+    frames = tl.Trajectories(
+        np.ones((400, 2, 2)), np.ones((400, 2), dtype=bool), fps=25.0, individuals=("a", "b")
+    )
     with pytest.raises(
         ConfigurationError,
         match=r"must be windows of motion that varies; got the same at every step of all of them: speed is 0, turn is 0. See",
@@ -557,18 +659,24 @@ def test_a_recording_in_which_nobody_moves_is_refused(tmp_path):
 
 
 def test_options_of_own_systems_are_refused_for_robots():
-    with pytest.raises(ConfigurationError, match=re.escape("`workers` must be left out for simulated robots; got 2.")):
+    with pytest.raises(
+        ConfigurationError,
+        match=re.escape("`workers` must be left out for simulated robots; got 2."),
+    ):
         tl.infer("aggregation", workers=2)
 
 
 def test_a_misspelt_argument_is_named_for_robots_too():
     with pytest.raises(
-        ConfigurationError, match=r"`generation` must be a known option; got 3. Did you mean `generations`"
+        ConfigurationError,
+        match=r"`generation` must be a known option; got 3. Did you mean `generations`",
     ):
         tl.infer("aggregation", generation=3)
 
 
 def test_samples_are_refused_when_a_run_of_robots_goes_on(small, tmp_path, stop_after):
     start(small(), tmp_path / "run", should_stop=stop_after(2))
-    with pytest.raises(RunFolderError, match="`simulate` must be left out for simulated robots; got function"):
+    with pytest.raises(
+        RunFolderError, match="`simulate` must be left out for simulated robots; got function"
+    ):
         tl.resume(tmp_path / "run", simulate=walk)

@@ -55,7 +55,12 @@ def test_an_interval_that_is_not_known_is_explained_below_the_table(result):
     half = known | {"vr0": [UNKNOWN, UNKNOWN]}
     table = run_table(replace(result, interval=half, found=(Verdict.CONVERGED,)))
     assert table.note == f"The 90 % interval is unknown for vr0: {WHY_UNKNOWN}."
-    assert column(table, "90 % interval") == ["0.2500 to 0.7500", None, "0.2500 to 0.7500", "0.2500 to 0.7500"]
+    assert column(table, "90 % interval") == [
+        "0.2500 to 0.7500",
+        None,
+        "0.2500 to 0.7500",
+        "0.2500 to 0.7500",
+    ]
 
 
 def column(table, heading):
@@ -77,7 +82,9 @@ def test_the_table_holds_the_papers_figures_and_their_source(result):
 
 
 def test_without_truth_the_table_shows_what_was_inferred(result):
-    unknown = dict.fromkeys(("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae"))
+    unknown = dict.fromkeys(
+        ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae")
+    )
     table = run_table(replace(result, **unknown))
     assert table.columns == ["Parameter", "Inferred", "90 % interval", "Best model"]
     assert not table.foot
@@ -89,4 +96,7 @@ def test_a_run_whose_selection_stopped_says_when(result, tmp_path, monkeypatch):
     monkeypatch.setattr(type(result), "history", history)
     page = result.report(tmp_path / "page.html").read_text()
     assert "health warning" in page
-    assert "Selection stopped in 1 of 2 generations: 1 (all rejected). Many of them near the end" in page
+    assert (
+        "Selection stopped in 1 of 2 generations: 1 (all rejected). Many of them near the end"
+        in page
+    )

@@ -17,7 +17,11 @@ SAMPLES = np.zeros((10, 5, 1))
 
 
 def infer(**changes):
-    given = {"genuine": SAMPLES, "simulate": lambda parameters, rng: SAMPLES, "parameters": {"speed": (0, 1)}}
+    given = {
+        "genuine": SAMPLES,
+        "simulate": lambda parameters, rng: SAMPLES,
+        "parameters": {"speed": (0, 1)},
+    }
     return tl.infer(**given | changes)
 
 
@@ -26,7 +30,9 @@ def test_a_refusal_is_a_value_error(kind):
     assert issubclass(kind, ValueError)
 
 
-@pytest.mark.parametrize("kind", [CustomSystemError, RunStorageError, LaboratoryError, ExecutorError])
+@pytest.mark.parametrize(
+    "kind", [CustomSystemError, RunStorageError, LaboratoryError, ExecutorError]
+)
 def test_what_ends_a_run_is_none(kind):
     assert not issubclass(kind, ValueError)
 

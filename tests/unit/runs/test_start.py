@@ -6,7 +6,12 @@ import turing_learning as tl
 
 
 def run(start):
-    settings = {"models.population": 8, "classifiers.population": 8, "models.start": start, "models.initial_low": 0.2}
+    settings = {
+        "models.population": 8,
+        "classifiers.population": 8,
+        "models.start": start,
+        "models.initial_low": 0.2,
+    }
     return tl.infer("aggregation", generations=2, seed=1, settings=settings, progress=False)
 
 

@@ -40,7 +40,9 @@ def test_a_thin_history_has_the_models_and_quartiles_of_the_fitness(pair):
         np.testing.assert_array_equal(thin[name], full[name])
     for population in ("model", "classifier"):
         expected = np.quantile(full[f"{population}_fitness"], (0, 0.25, 0.5, 0.75, 1), axis=1).T
-        np.testing.assert_allclose(thin[f"{population}_fitness_quantiles"], expected, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(
+            thin[f"{population}_fitness_quantiles"], expected, rtol=0, atol=1e-12
+        )
     assert thin["quantile"].to_numpy().tolist() == [0, 0.25, 0.5, 0.75, 1]
     assert thin["selection"].attrs == full["selection"].attrs
 

@@ -25,13 +25,28 @@ def test_a_given_controller_is_executed():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"controller": [1.0]}, r"`controller` must be 4 finite numbers \(vl0, vr0, vl1, vr1\); got \[1.0\]."),
+        (
+            {"controller": [1.0]},
+            r"`controller` must be 4 finite numbers \(vl0, vr0, vl1, vr1\); got \[1.0\].",
+        ),
         ({"controller": [1.0, 1.0, 1.0, float("nan")]}, "`controller` must be 4 finite numbers"),
         ({"robots": 0}, "`robots` must be an integer from 1 to 1000; got 0."),
-        ({"duration_s": 0.0}, "`duration` must be a finite number above 0 and of at most 3600; got 0."),
-        ({"duration_s": float("nan")}, "`duration` must be a finite number above 0 and of at most 3600; got nan."),
-        ({"duration_s": 0.01}, r"`duration` must be a whole number of control intervals of 0\.1 s; got 0\.01\."),
-        ({"duration_s": 3.05}, r"`duration` must be a whole number of control intervals of 0\.1 s; got 3\.05\."),
+        (
+            {"duration_s": 0.0},
+            "`duration` must be a finite number above 0 and of at most 3600; got 0.",
+        ),
+        (
+            {"duration_s": float("nan")},
+            "`duration` must be a finite number above 0 and of at most 3600; got nan.",
+        ),
+        (
+            {"duration_s": 0.01},
+            r"`duration` must be a whole number of control intervals of 0\.1 s; got 0\.01\.",
+        ),
+        (
+            {"duration_s": 3.05},
+            r"`duration` must be a whole number of control intervals of 0\.1 s; got 3\.05\.",
+        ),
         ({"threads": 0}, "`threads` must be an integer of at least 1; got 0."),
         ({"seed": -1}, "`seed` must be an integer of at least 0; got -1."),
     ],
@@ -46,7 +61,9 @@ def replay():
     return trial_replay(AGGREGATION, robots=2, duration_s=1.0)
 
 
-@pytest.mark.parametrize(("suffix", "head"), [(".html", b"<!"), (".gif", b"GIF8"), (".MP4", b"ftyp")])
+@pytest.mark.parametrize(
+    ("suffix", "head"), [(".html", b"<!"), (".gif", b"GIF8"), (".MP4", b"ftyp")]
+)
 def test_the_suffix_says_what_is_written(replay, suffix, head, tmp_path):
     if suffix == ".MP4":
         pytest.importorskip("av")
@@ -58,7 +75,8 @@ def test_a_trial_is_not_written_over_a_file_unless_forced(replay, tmp_path):
     path = tmp_path / "a.html"
     path.write_text("mine")
     with pytest.raises(
-        ConfigurationError, match=r"`out` must be a file that does not exist; got .*a.html. Choose another"
+        ConfigurationError,
+        match=r"`out` must be a file that does not exist; got .*a.html. Choose another",
     ):
         write_trial(replay, path)
     assert path.read_text() == "mine"
@@ -67,19 +85,24 @@ def test_a_trial_is_not_written_over_a_file_unless_forced(replay, tmp_path):
 
 
 def test_an_unknown_suffix_is_refused(replay, tmp_path):
-    with pytest.raises(ConfigurationError, match=r"`out` must end with one of .html, .gif, .mp4; got .*a.txt"):
+    with pytest.raises(
+        ConfigurationError, match=r"`out` must end with one of .html, .gif, .mp4; got .*a.txt"
+    ):
         write_trial(replay, tmp_path / "a.txt")
 
 
 def test_a_folder_that_is_missing_is_refused(replay, tmp_path):
     with pytest.raises(
-        ConfigurationError, match=r"can be written; got .* \(there is no folder .*no\)\. Choose another"
+        ConfigurationError,
+        match=r"can be written; got .* \(there is no folder .*no\)\. Choose another",
     ):
         write_trial(replay, tmp_path / "no" / "a.html")
 
 
 def test_a_name_that_no_file_can_have_is_refused(replay, tmp_path):
-    with pytest.raises(ConfigurationError, match=r"can be written; got .*\.html \(File name too long\)"):
+    with pytest.raises(
+        ConfigurationError, match=r"can be written; got .*\.html \(File name too long\)"
+    ):
         write_trial(replay, tmp_path / f"{'a' * 300}.html")
 
 
@@ -88,5 +111,7 @@ def test_a_file_that_cannot_be_written_is_refused(replay, tmp_path, monkeypatch)
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(turing_learning.report, "write_page", full)
-    with pytest.raises(ConfigurationError, match=r"can be written; got .*a\.html \(No space left on device\)"):
+    with pytest.raises(
+        ConfigurationError, match=r"can be written; got .*a\.html \(No space left on device\)"
+    ):
         write_trial(replay, tmp_path / "a.html")

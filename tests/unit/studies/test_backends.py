@@ -14,7 +14,8 @@ def test_without_the_extra_a_cluster_is_refused(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with (
         pytest.raises(
-            ConfigurationError, match=r"^`cluster` must be left out without the extra `cluster`; got 'tcp://x:1'"
+            ConfigurationError,
+            match=r"^`cluster` must be left out without the extra `cluster`; got 'tcp://x:1'",
         ),
         ExitStack() as stack,
     ):
@@ -45,6 +46,7 @@ def test_a_cluster_that_does_not_work_is_named(tmp_path):
         raise OSError("lost")
 
     with pytest.raises(
-        ConfigurationError, match=r"^`cluster` must be able to work; got 'tcp://x:1' \(OSError\('lost'\)\)"
+        ConfigurationError,
+        match=r"^`cluster` must be able to work; got 'tcp://x:1' \(OSError\('lost'\)\)",
     ):
         require_visible(SimpleNamespace(run=run), tmp_path, "tcp://x:1")

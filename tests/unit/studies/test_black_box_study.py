@@ -19,13 +19,17 @@ def test_tables_of_networks_of_several_sizes_state_their_steady_outputs(small, e
         "aggregation", runs=1, generations=7, settings=small, grid={"models.hidden": [0, 1, 3]}, executor=executor,
         out=tmp_path / "study",
     )  # fmt: skip
-    assert [len((run.result.get("networks") or {}).get("best_model", ())) for run in result.runs] == [0, 7, 23]
+    assert [
+        len((run.result.get("networks") or {}).get("best_model", ())) for run in result.runs
+    ] == [0, 7, 23]
     found = rows(tmp_path / "study" / "runs.csv")
     weights = np.array(list(result.runs[2].result["networks"]["best_model"].values()))
     outputs = ElmanModel(hidden=3).described(weights)
     stated = [float(found[2][f"best_model_{name}"]) for name in ("vl0", "vr0", "vl1", "vr1")]
     np.testing.assert_allclose(stated, outputs)
-    last = [row for row in rows(tmp_path / "study" / "convergence.csv") if row["models.hidden"] == "3"][-1]
+    last = [
+        row for row in rows(tmp_path / "study" / "convergence.csv") if row["models.hidden"] == "3"
+    ][-1]
     assert float(last["best_model_vl1"]) == stated[2]
 
 

@@ -23,7 +23,14 @@ SYSTEM = {"genuine": DATA, "parameters": RANGES, "name": "walk", "signals": ("st
 
 
 def walks(out, **arguments):
-    given = {"runs": 2, "first_seed": 5, "generations": 4, "settings": SIZES, "simulate": "imitators:walk", "out": out}
+    given = {
+        "runs": 2,
+        "first_seed": 5,
+        "generations": 4,
+        "settings": SIZES,
+        "simulate": "imitators:walk",
+        "out": out,
+    }
     return study(**(SYSTEM | given | arguments))
 
 
@@ -69,9 +76,13 @@ def test_simulators_of_several_calls_and_instances_of_modules_work(executor, tmp
 
 
 def test_another_simulator_or_other_samples_are_another_study(found, executor):
-    with pytest.raises(RunFolderError, match=r"^`simulate` must be 'imitators:walk', as in the study that is in"):
+    with pytest.raises(
+        RunFolderError, match=r"^`simulate` must be 'imitators:walk', as in the study that is in"
+    ):
         walks(found.path, executor=executor, simulate="imitators:failing")
-    with pytest.raises(RunFolderError, match=r"^`scenario\.\w+` must be .*, as in the study that is in the folder"):
+    with pytest.raises(
+        RunFolderError, match=r"^`scenario\.\w+` must be .*, as in the study that is in the folder"
+    ):
         walks(found.path, executor=executor, genuine=DATA + 1)
 
 
@@ -84,7 +95,9 @@ def test_damaged_samples_are_named(executor, tmp_path):
     walks(tmp_path / "a", executor=executor, should_stop=lambda: True)
     np.save(tmp_path / "a" / "genuine.npy", DATA + 1)
     result = resume_study(tmp_path / "a", executor=executor)
-    assert result.failed[0].reason.startswith("DamagedError: `study` must hold genuine.npy as it was written")
+    assert result.failed[0].reason.startswith(
+        "DamagedError: `study` must hold genuine.npy as it was written"
+    )
     with pytest.raises(DamagedError):
         tl.studies.StudyFolder(tmp_path / "a").read("genuine.npy")
 
@@ -92,8 +105,14 @@ def test_damaged_samples_are_named(executor, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"simulate": "imitators:none"}, r"^`simulate` must be \"module:function\", .* got 'imitators:none' \(module"),
-        ({"simulate": "no_such_module:walk"}, r"^`simulate` must .* got 'no_such_module:walk' \(No module named"),
+        (
+            {"simulate": "imitators:none"},
+            r"^`simulate` must be \"module:function\", .* got 'imitators:none' \(module",
+        ),
+        (
+            {"simulate": "no_such_module:walk"},
+            r"^`simulate` must .* got 'no_such_module:walk' \(No module named",
+        ),
         ({"simulate": "imitators"}, r"^`simulate` must be \"module:function\""),
         ({"simulate": "imitators:NUMBER"}, r"^`simulate` must .* got 'imitators:NUMBER', a int"),
         (
@@ -101,10 +120,19 @@ def test_damaged_samples_are_named(executor, tmp_path):
             r"^`simulate` must be \"module:function\", or a function of a module",
         ),
         ({"simulate": None}, r"^`simulate` must be given for a custom system; got nothing"),
-        ({"scenario": "aggregation"}, r"^`scenario` must be left out for a custom system; got 'aggregation'"),
-        ({"genuine": lambda rng: DATA, "held_out": None}, r"^`genuine` must be samples in a study, whose workers"),
+        (
+            {"scenario": "aggregation"},
+            r"^`scenario` must be left out for a custom system; got 'aggregation'",
+        ),
+        (
+            {"genuine": lambda rng: DATA, "held_out": None},
+            r"^`genuine` must be samples in a study, whose workers",
+        ),
         ({"genuine": DATA[:, :, 0]}, r"^`genuine` must be samples \(K, T, D\)"),
-        ({"wrokers": 2}, r"^`wrokers` must be a known option of a study; got 2\. Did you mean `workers`\?"),
+        (
+            {"wrokers": 2},
+            r"^`wrokers` must be a known option of a study; got 2\. Did you mean `workers`\?",
+        ),
         ({"timeout_s": 1.0}, r"^`timeout_s` must be a known option of a study; got 1\.0"),
     ],
 )
@@ -115,5 +143,7 @@ def test_what_no_worker_could_execute_is_refused(changes, message, tmp_path):
 
 
 def test_a_configuration_file_of_a_custom_system_needs_its_simulator(found):
-    with pytest.raises(ConfigurationError, match="a custom system, whose simulator no file can hold"):
+    with pytest.raises(
+        ConfigurationError, match="a custom system, whose simulator no file can hold"
+    ):
         plan_study(config=found.path / "config.toml")

@@ -16,11 +16,15 @@ def failure(study):
 
 
 def test_a_worker_survives_what_goes_wrong_and_writes_it_down(tmp_path):
-    workers = Workers(partial(execute_in_worker, str(tmp_path), [1]), 1, warm_up=(None,), script=False)
+    workers = Workers(
+        partial(execute_in_worker, str(tmp_path), [1]), 1, warm_up=(None,), script=False
+    )
     assert workers.submit(1).result() == "failed"
     workers.close()
     assert failure(tmp_path)["kind"] == "RunFolderError"
-    assert failure(tmp_path)["reason"].startswith("RunFolderError: `study` must be a study folder; got ")
+    assert failure(tmp_path)["reason"].startswith(
+        "RunFolderError: `study` must be a study folder; got "
+    )
 
 
 def test_a_run_is_left_waiting_once_its_file_asks_for_a_stop(tmp_path):

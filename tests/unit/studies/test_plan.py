@@ -22,14 +22,22 @@ def test_the_first_seed_is_that_of_the_file_unless_it_is_given(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text("scenario = 'aggregation'\n[run]\nseed = 7\n[grid]\nmodels.parents = [5, 6]\n")
     assert [one["run.seed"] for one in plan_study(config=file, runs=2).settings] == [7, 8, 7, 8]
-    assert [one["run.seed"] for one in plan_study(config=file, runs=1, first_seed=3).settings] == [3, 3]
+    assert [one["run.seed"] for one in plan_study(config=file, runs=1, first_seed=3).settings] == [
+        3,
+        3,
+    ]
     assert [one["run.seed"] for one in plan_study("aggregation", runs=2).settings] == [1, 2]
 
 
 def test_runs_are_thin_and_have_one_thread_unless_asked_otherwise(tmp_path):
     assert plan_study("aggregation").base.run.history == "thin"
     assert plan_study("aggregation").base.run.threads == 1
-    assert plan_study("aggregation", settings={"run.history": "full", "run.threads": 4}).base.run.history == "full"
+    assert (
+        plan_study(
+            "aggregation", settings={"run.history": "full", "run.threads": 4}
+        ).base.run.history
+        == "full"
+    )
     file = tmp_path / "full.toml"
     file.write_text('[run]\nhistory = "full"\nthreads = 2\n')
     base = plan_study("aggregation", config=file).base
@@ -39,7 +47,9 @@ def test_runs_are_thin_and_have_one_thread_unless_asked_otherwise(tmp_path):
 def test_a_grid_stands_for_all_combinations_each_with_all_seeds():
     grid = {"models.population": [10, 20], "classifiers.hidden": [3, 5]}
     plan = plan_study("aggregation", runs=2, grid=grid)
-    found = [(one["models.parents"], one["classifiers.hidden"], one["run.seed"]) for one in plan.settings]
+    found = [
+        (one["models.parents"], one["classifiers.hidden"], one["run.seed"]) for one in plan.settings
+    ]
     assert found == [(p, h, s) for p in (5, 10) for h in (3, 5) for s in (1, 2)]
     assert plan.configuration(8).models.offspring == 10
     assert plan.group(8) == {"models.parents": 10, "models.offspring": 10, "classifiers.hidden": 5}
@@ -48,8 +58,12 @@ def test_a_grid_stands_for_all_combinations_each_with_all_seeds():
 def test_a_file_may_hold_a_grid_or_a_list(tmp_path):
     file = tmp_path / "study.toml"
     file.write_text("[run]\ngenerations = 9\n[grid]\nmodels.parents = [5, 6]\n")
-    assert [one["models.parents"] for one in plan_study("aggregation", runs=1, config=file).settings] == [5, 6]
-    file.write_text("[run]\ngenerations = 9\n[[list]]\nmodels.parents = 5\n[[list]]\n[list.classifiers]\nhidden = 2\n")
+    assert [
+        one["models.parents"] for one in plan_study("aggregation", runs=1, config=file).settings
+    ] == [5, 6]
+    file.write_text(
+        "[run]\ngenerations = 9\n[[list]]\nmodels.parents = 5\n[[list]]\n[list.classifiers]\nhidden = 2\n"
+    )
     plan = plan_study("aggregation", runs=1, config=file)
     assert [plan.configuration(number).models.parents for number in plan.numbers] == [5, 50]
     assert [plan.configuration(number).classifiers.hidden for number in plan.numbers] == [5, 2]
@@ -60,7 +74,10 @@ def test_random_behaviors_draw_the_controller_from_the_seed_of_the_run():
     plan = plan_study("random-behaviors", runs=2, first_seed=3)
     assert plan.configuration(2).scenario.controller == random_controller(4)
     assert plan.configuration(1).scenario.name == BEHAVIORS.name
-    assert plan_study("random-behaviors", runs=1, first_seed=4).base.scenario == plan.configuration(2).scenario
+    assert (
+        plan_study("random-behaviors", runs=1, first_seed=4).base.scenario
+        == plan.configuration(2).scenario
+    )
     assert plan.group(1) == plan.group(2) == {}
 
 
@@ -83,9 +100,15 @@ def test_random_controllers_are_uniform():
             r"^`first_seed` must be an integer between 0 and \d+, so that 30 seeds follow; got 1\.5\.$",
         ),
         ({"runs": 2_000_000}, r"^`runs` must be at most 1000000 in all; got 2000000\.$"),
-        ({"first_seed": -1}, r"^`first_seed` must be an integer between 0 and \d+, so that 30 seeds follow; got -1\.$"),
+        (
+            {"first_seed": -1},
+            r"^`first_seed` must be an integer between 0 and \d+, so that 30 seeds follow; got -1\.$",
+        ),
         ({"first_seed": LARGEST_SEED}, r"^`first_seed` must be an integer between 0"),
-        ({"settings": {"run.seed": 4}}, r"^`run.seed` must be left out of a study; got 4\. Give the seeds with"),
+        (
+            {"settings": {"run.seed": 4}},
+            r"^`run.seed` must be left out of a study; got 4\. Give the seeds with",
+        ),
         (
             {"grid": {"models.parents": [5, 0]}},
             r"^`models.parents` must be greater than or equal to 1; got 0 "
@@ -95,7 +118,10 @@ def test_random_controllers_are_uniform():
             {"grid": {"models.parens": [5]}},
             r"`models.parens` .*configuration 1 of the study.*Did you mean `models.parents`",
         ),
-        ({"grid": {"models.parents": 5}}, r"^`grid.models.parents` must be a list of one value or more; got 5"),
+        (
+            {"grid": {"models.parents": 5}},
+            r"^`grid.models.parents` must be a list of one value or more; got 5",
+        ),
         (
             {"grid": {"models.parents": []}},
             r"^`grid.models.parents` must be a list of one value or more; got \[\]\. Give one, or leave it out\.$",
@@ -128,20 +154,24 @@ def test_what_is_wrong_is_named_before_anything_runs(arguments, message):
 
 
 def test_a_sensor_for_objects_that_are_not_there_is_refused():
-    with pytest.raises(ConfigurationError, match=r"`scenario.objects.count` must be at least 1 .*vl1 and vr1"):
+    with pytest.raises(
+        ConfigurationError, match=r"`scenario.objects.count` must be at least 1 .*vl1 and vr1"
+    ):
         plan_study("object-clustering", grid={"scenario.objects.count": [10, 0]})
 
 
 def test_agents_of_a_study_are_known():
     with pytest.raises(
-        ConfigurationError, match=r"^`scenario.known` must be true in a study, whose agents are simulated"
+        ConfigurationError,
+        match=r"^`scenario.known` must be true in a study, whose agents are simulated",
     ):
         plan_study("aggregation", settings={"scenario.known": False})
 
 
 def test_the_controller_of_random_behaviors_cannot_be_given():
     with pytest.raises(
-        ConfigurationError, match=r"^`scenario.controller` must be left out of a study of random behaviors"
+        ConfigurationError,
+        match=r"^`scenario.controller` must be left out of a study of random behaviors",
     ):
         plan_study("random-behaviors", settings={"scenario.controller": [1, 1, 1, 1]})
 
@@ -149,7 +179,8 @@ def test_the_controller_of_random_behaviors_cannot_be_given():
 def test_all_configurations_must_have_the_same_parameters():
     grid = {"scenario": ["aggregation", "object-clustering"]}
     with pytest.raises(
-        ConfigurationError, match=r"^`scenario` must have the same model parameters .* got 4 in .* 6 in"
+        ConfigurationError,
+        match=r"^`scenario` must have the same model parameters .* got 4 in .* 6 in",
     ):
         plan_study(grid=grid)
 
@@ -158,9 +189,18 @@ def test_all_configurations_must_have_the_same_parameters():
     ("text", "message"),
     [
         ("grid = 3\n", r"^`grid` must be a table of lists; got 3 \[.*study.toml:1\]\.$"),
-        ("list = []\n", r"^`list` must be one table \[\[list\]\] for each configuration; got \[\] \[.*:1\]\.$"),
-        ("[grid]\n[[list]]\n", r"^`grid` must be given once, and without a list; got grid and list\.$"),
-        ("[[list]]\nrun.seed = 3\n", r"^`run.seed` must be left out of a study's list; got 3 \[.*study.toml:2\]\."),
+        (
+            "list = []\n",
+            r"^`list` must be one table \[\[list\]\] for each configuration; got \[\] \[.*:1\]\.$",
+        ),
+        (
+            "[grid]\n[[list]]\n",
+            r"^`grid` must be given once, and without a list; got grid and list\.$",
+        ),
+        (
+            "[[list]]\nrun.seed = 3\n",
+            r"^`run.seed` must be left out of a study's list; got 3 \[.*study.toml:2\]\.",
+        ),
     ],
 )
 def test_a_wrong_file_is_named(text, message, tmp_path):
@@ -172,7 +212,8 @@ def test_a_wrong_file_is_named(text, message, tmp_path):
 
 def test_a_number_of_generations_that_is_said_twice_and_not_the_same_is_refused(tmp_path):
     with pytest.raises(
-        ConfigurationError, match=r"`run.generations` must be given once; got generations=2 and settings="
+        ConfigurationError,
+        match=r"`run.generations` must be given once; got generations=2 and settings=",
     ):
         study("aggregation", generations=2, settings={"run.generations": 3}, out=tmp_path / "study")
     assert not (tmp_path / "study").exists()

@@ -52,7 +52,8 @@ def rows(path):
 def test_a_study_is_a_set_of_runs_as_infer_makes_them(finished, small):
     assert [run.seed for run in finished.runs] == [5, 6, 7]
     alone = tl.infer(
-        config=tl.studies.plan_study("aggregation", first_seed=6, runs=1, settings=small).base, generations=7
+        config=tl.studies.plan_study("aggregation", first_seed=6, runs=1, settings=small).base,
+        generations=7,
     )
     assert finished.runs[1].result["best_model"] == alone.best_model
     assert finished.runs[1].result["estimate"] == alone.estimate
@@ -60,7 +61,14 @@ def test_a_study_is_a_set_of_runs_as_infer_makes_them(finished, small):
 
 def test_a_study_of_trials_keeps_no_samples(executor, tmp_path):
     settings = {"scenario.agents": 2, "scenario.trial.duration_s": 1.0, "classifiers.population": 8}
-    result = study("aggregation", runs=2, trials=30, settings=settings, executor=executor, out=tmp_path / "study")
+    result = study(
+        "aggregation",
+        runs=2,
+        trials=30,
+        settings=settings,
+        executor=executor,
+        out=tmp_path / "study",
+    )
     assert [run.result["trials"] for run in result.runs] == [30, 30]
     assert not list((tmp_path / "study").rglob("buffer/*.npz"))
     alone = tl.infer("aggregation", trials=30, seed=2, settings={**settings, "run.threads": 1})
@@ -73,7 +81,9 @@ def test_a_study_of_trials_keeps_no_samples(executor, tmp_path):
 
 def test_statistics_are_those_of_the_runs(finished):
     errors = [run.result["absolute_error"]["vl1"] for run in finished.runs]
-    found = next(one for one in finished.summaries if one.parameter == "vl1" and one.model == "best_model")
+    found = next(
+        one for one in finished.summaries if one.parameter == "vl1" and one.model == "best_model"
+    )
     assert found.runs == 3
     assert found.mean == pytest.approx(np.mean(errors))
     assert found.standard_deviation == pytest.approx(np.std(errors, ddof=1))
@@ -98,7 +108,9 @@ def test_a_study_is_sealed_from_the_start(small, executor, tmp_path, caplog):
 
 def test_the_folder_holds_tables_figures_and_report(finished):
     assert {path.name for path in (finished.path / "figures").iterdir()} == {
-        f"{name}.{kind}" for name in ("boxes", "convergence", "histogram") for kind in ("png", "svg")
+        f"{name}.{kind}"
+        for name in ("boxes", "convergence", "histogram")
+        for kind in ("png", "svg")
     }
     page = (finished.path / "report.html").read_text()
     assert "Aggregation: a study of 3 runs" in page
@@ -110,9 +122,14 @@ def test_the_folder_holds_tables_figures_and_report(finished):
 
 
 def test_convergence_is_the_median_over_the_runs(finished):
-    histories = [tl.load_run(path).history["best_model"].to_numpy() for path in sorted(finished.path.glob("runs/*"))]
+    histories = [
+        tl.load_run(path).history["best_model"].to_numpy()
+        for path in sorted(finished.path.glob("runs/*"))
+    ]
     found = rows(finished.path / "convergence.csv")[4]
-    assert float(found["best_model_vr1"]) == pytest.approx(np.median([history[4, 3] for history in histories]))
+    assert float(found["best_model_vr1"]) == pytest.approx(
+        np.median([history[4, 3] for history in histories])
+    )
     maes = [np.abs(history[4] - [-0.7, -1, 1, -1]).mean() for history in histories]
     assert float(found["best_mae"]) == pytest.approx(np.median(maes))
 
@@ -139,7 +156,15 @@ def test_the_table_does_not_depend_on_the_workers(finished, small, tmp_path):
             "aggregation", runs=3, first_seed=5, generations=7, settings=small, executor=executor, out=tmp_path / "a"
         )  # fmt: skip
     assert tables(tmp_path / "a") == tables(finished.path)
-    study("aggregation", runs=3, first_seed=5, generations=7, settings=small, workers=2, out=tmp_path / "b")
+    study(
+        "aggregation",
+        runs=3,
+        first_seed=5,
+        generations=7,
+        settings=small,
+        workers=2,
+        out=tmp_path / "b",
+    )
     assert tables(tmp_path / "b") == tables(finished.path)
 
 
@@ -161,16 +186,32 @@ def test_a_study_is_loaded_and_resumed_without_change(finished, executor):
 
 
 def test_the_same_settings_go_on_and_others_are_refused_by_name(finished, small, executor):
-    arguments = {"runs": 3, "first_seed": 5, "generations": 7, "executor": executor, "out": finished.path}
+    arguments = {
+        "runs": 3,
+        "first_seed": 5,
+        "generations": 7,
+        "executor": executor,
+        "out": finished.path,
+    }
     assert study("aggregation", settings=small, **arguments) == finished
-    assert study("aggregation", settings=small | {"scenario.description": "11 robots gather."}, **arguments) == finished
+    assert (
+        study(
+            "aggregation",
+            settings=small | {"scenario.description": "11 robots gather."},
+            **arguments,
+        )
+        == finished
+    )
     for changes, named in [
         ({"settings": small | {"classifiers.hidden": 4}}, "`classifiers.hidden` must be 5"),
         ({"generations": 8}, "`run.generations` must be 7"),
         ({"runs": 4}, "`runs` must be 3"),
         ({"first_seed": 6}, "`run.seed` must be 5"),
     ]:
-        with pytest.raises(RunFolderError, match=f"^{re.escape(named)}.* as in the study that is in the folder; got "):
+        with pytest.raises(
+            RunFolderError,
+            match=f"^{re.escape(named)}.* as in the study that is in the folder; got ",
+        ):
             study("aggregation", **({"settings": small} | arguments | changes))
 
 
@@ -185,14 +226,18 @@ def test_force_replaces_a_study(small, executor, tmp_path):
 
 def test_a_folder_of_something_else_is_refused(executor, tmp_path):
     (tmp_path / "letter.txt").write_text("dear")
-    with pytest.raises(RunFolderError, match=r"hold this study; got .* which holds 'letter.txt' and is not a study"):
+    with pytest.raises(
+        RunFolderError, match=r"hold this study; got .* which holds 'letter.txt' and is not a study"
+    ):
         study("aggregation", runs=1, executor=executor, out=tmp_path, force=True)
     assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]
 
 
 def test_a_folder_that_cannot_be_made_is_refused(executor, tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(RunFolderError, match=r"^`out` must be a folder that can be written; got .*file/study"):
+    with pytest.raises(
+        RunFolderError, match=r"^`out` must be a folder that can be written; got .*file/study"
+    ):
         study("aggregation", runs=1, executor=executor, out=tmp_path / "file" / "study")
 
 
@@ -203,14 +248,30 @@ def test_a_grid_is_summarized_configuration_by_configuration(small, executor, tm
     )  # fmt: skip
     assert result.groups == ({"run.estimate_window": 1}, {"run.estimate_window": 2})
     assert len(result.summaries) == 2 * 4 * 2
-    assert [row["run.estimate_window"] for row in rows(tmp_path / "grid" / "runs.csv")] == ["1", "1", "2", "2"]
+    assert [row["run.estimate_window"] for row in rows(tmp_path / "grid" / "runs.csv")] == [
+        "1",
+        "1",
+        "2",
+        "2",
+    ]
     assert (tmp_path / "grid" / "figures" / "configurations.svg").exists()
     assert "estimate_window 2" in (tmp_path / "grid" / "report.html").read_text()
 
 
 def test_random_behaviors_have_their_own_figures(small, executor, tmp_path):
-    result = study("random-behaviors", runs=3, generations=3, settings=small, executor=executor, out=tmp_path / "study")
-    assert {path.stem for path in (tmp_path / "study" / "figures").iterdir()} == {"histogram", "errors", "convergence"}
+    result = study(
+        "random-behaviors",
+        runs=3,
+        generations=3,
+        settings=small,
+        executor=executor,
+        out=tmp_path / "study",
+    )
+    assert {path.stem for path in (tmp_path / "study" / "figures").iterdir()} == {
+        "histogram",
+        "errors",
+        "convergence",
+    }
     truths = {tuple(run.result["truth"].values()) for run in result.runs}
     assert len(truths) == 3
 
@@ -221,10 +282,17 @@ def test_the_papers_errors_stand_only_beside_the_papers_random_behaviors(small, 
     sizes = {key: value for key, value in small.items() if not key.startswith("scenario.")}
     sizes["scenario.description"] = "11 robots"
     result = study(
-        "random-behaviors", runs=1, generations=1, settings=sizes, grid=grid, executor=executor, out=tmp_path / "s"
+        "random-behaviors",
+        runs=1,
+        generations=1,
+        settings=sizes,
+        grid=grid,
+        executor=executor,
+        out=tmp_path / "s",
     )
     found = [
-        {one.parameter: one.paper for one in result.summaries if one.group["scenario.agents"] == n} for n in (10, 2)
+        {one.parameter: one.paper for one in result.summaries if one.group["scenario.agents"] == n}
+        for n in (10, 2)
     ]
     assert found == [papers, dict.fromkeys(papers)]
 
@@ -293,7 +361,9 @@ def test_generations_of_a_run_that_has_ended_count_once(tmp_path):
 
 
 def test_a_run_of_a_study_is_executed_by_its_number(finished, small, tmp_path):
-    path = prepared(tmp_path / "study", runs=3, first_seed=5, settings=small | {"run.generations": 7})
+    path = prepared(
+        tmp_path / "study", runs=3, first_seed=5, settings=small | {"run.generations": 7}
+    )
     for number in (3, 1):
         assert run_one(path, number).result is not None
     assert not collect_study(path).complete
@@ -306,7 +376,14 @@ def test_a_run_of_a_study_is_executed_by_its_number(finished, small, tmp_path):
 
 def test_a_study_of_full_histories_has_the_report_of_each_run(small, executor, tmp_path):
     settings = small | {"run.history": "full"}
-    study("aggregation", runs=1, generations=3, settings=settings, executor=executor, out=tmp_path / "study")
+    study(
+        "aggregation",
+        runs=1,
+        generations=3,
+        settings=settings,
+        executor=executor,
+        out=tmp_path / "study",
+    )
     assert (tmp_path / "study" / "runs" / "0001" / "report.html").exists()
     assert tl.load_run(tmp_path / "study" / "runs" / "0001").history["model"].shape == (3, 8, 4)
 
@@ -318,7 +395,9 @@ def test_a_run_killed_after_its_result_is_not_complete_and_is_finished_without_a
     def kill():
         raise KeyboardInterrupt
 
-    path = prepared(tmp_path / "study", runs=1, settings=small | {"run.generations": 3, "run.history": history})
+    path = prepared(
+        tmp_path / "study", runs=1, settings=small | {"run.generations": 3, "run.history": history}
+    )
     with monkeypatch.context() as patch:
         patch.setattr("turing_learning.runs._run.now", kill)
         with pytest.raises(KeyboardInterrupt):
@@ -344,16 +423,31 @@ def test_an_executor_that_breaks_ends_the_study_which_can_be_resumed(small, exec
         ExecutorError,
         match=r"stay alive until the study ends; got BrokenExecutor: a process died\. Go on .* resume '.*/my study'`\.$",
     ):
-        study("aggregation", runs=1, generations=3, settings=small, executor=Broken(), out=tmp_path / "my study")
+        study(
+            "aggregation",
+            runs=1,
+            generations=3,
+            settings=small,
+            executor=Broken(),
+            out=tmp_path / "my study",
+        )
     assert resume_study(tmp_path / "my study", executor=executor).complete
 
 
 def test_an_executor_that_is_shut_down_is_named(small, executor, tmp_path):
     executor.shutdown()
     with pytest.raises(
-        ExecutorError, match=r"^`executor` must stay alive until the study ends; got RuntimeError: cannot"
+        ExecutorError,
+        match=r"^`executor` must stay alive until the study ends; got RuntimeError: cannot",
     ):
-        study("aggregation", runs=1, generations=3, settings=small, executor=executor, out=tmp_path / "study")
+        study(
+            "aggregation",
+            runs=1,
+            generations=3,
+            settings=small,
+            executor=executor,
+            out=tmp_path / "study",
+        )
 
 
 @pytest.mark.parametrize(
@@ -361,7 +455,10 @@ def test_an_executor_that_is_shut_down_is_named(small, executor, tmp_path):
     [
         ({"workers": 0}, r"^`workers` must be an integer of at least 1; got 0\.$"),
         ({"workers": 1.5}, r"^`workers` must be an integer of at least 1; got 1\.5\.$"),
-        ({"workers": 2, "cluster": "tcp://x:1"}, r"^`workers` must be left out beside `cluster`; got both"),
+        (
+            {"workers": 2, "cluster": "tcp://x:1"},
+            r"^`workers` must be left out beside `cluster`; got both",
+        ),
     ],
 )
 def test_wrong_hands_are_refused(arguments, message, tmp_path):
@@ -371,7 +468,10 @@ def test_wrong_hands_are_refused(arguments, message, tmp_path):
 
 
 def test_a_folder_that_is_no_study_is_named(tmp_path):
-    with pytest.raises(RunFolderError, match=r"^`study` must be a study folder; got .* without a readable study\.json"):
+    with pytest.raises(
+        RunFolderError,
+        match=r"^`study` must be a study folder; got .* without a readable study\.json",
+    ):
         load_study(tmp_path)
 
 
@@ -384,19 +484,27 @@ def test_changed_and_later_studies_are_refused(small, executor, tmp_path):
         load_study(path)
     for changed in ({"format_version": 1}, content | {"scenario": "other"}):
         (path / "study.json").write_text(json.dumps(changed))
-        with pytest.raises(DamagedError, match=r"^`study` must hold study\.json as it was written; got "):
+        with pytest.raises(
+            DamagedError, match=r"^`study` must hold study\.json as it was written; got "
+        ):
             load_study(path)
     StudyFolder(path).create({})
-    with pytest.raises(RunFolderError, match=r"^`study` must be as it was when it began; got .* cannot be read"):
+    with pytest.raises(
+        RunFolderError, match=r"^`study` must be as it was when it began; got .* cannot be read"
+    ):
         load_study(path)
     StudyFolder(path).create(content)
     with (path / "config.toml").open("a") as file:
         file.write("\n")
-    with pytest.raises(RunFolderError, match=r"^`config.toml` must be as it was when the study began"):
+    with pytest.raises(
+        RunFolderError, match=r"^`config.toml` must be as it was when the study began"
+    ):
         load_study(path)
 
 
-def test_a_run_of_another_configuration_is_not_taken_for_one_of_the_study(small, executor, tmp_path):
+def test_a_run_of_another_configuration_is_not_taken_for_one_of_the_study(
+    small, executor, tmp_path
+):
     path = prepared(tmp_path / "study", runs=1, settings=small | {"run.generations": 2})
     other = plan_study("aggregation", first_seed=2, settings=small | {"run.generations": 2}).base
     start(other, path / "runs" / "0001", should_stop=lambda: True)
@@ -438,8 +546,18 @@ def test_a_study_that_is_moved_while_it_runs_stops_and_says_so(small, executor, 
         if progress.done == 2 and path.exists():
             path.rename(tmp_path / "elsewhere")
 
-    with pytest.raises(RunStorageError, match=r"^`study` must stay where it is while it is written; got "):
-        study("aggregation", runs=2, generations=2, settings=small, executor=executor, out=path, observer=move)
+    with pytest.raises(
+        RunStorageError, match=r"^`study` must stay where it is while it is written; got "
+    ):
+        study(
+            "aggregation",
+            runs=2,
+            generations=2,
+            settings=small,
+            executor=executor,
+            out=path,
+            observer=move,
+        )
     assert resume_study(tmp_path / "elsewhere", executor=executor).complete
 
 
@@ -457,7 +575,11 @@ def written(content):
 def another_digit(runs):
     path = runs / "0002" / "result.json"
     path.write_text(
-        re.sub(r'(?<="vl0": )(-?)(\d)', lambda found: f"{found[1]}{(int(found[2]) + 1) % 10}", path.read_text())
+        re.sub(
+            r'(?<="vl0": )(-?)(\d)',
+            lambda found: f"{found[1]}{(int(found[2]) + 1) % 10}",
+            path.read_text(),
+        )
     )
 
 
@@ -477,7 +599,9 @@ def another_run(runs):
         another_digit, result_of_another_run, another_run,
     ],
 )  # fmt: skip
-def test_a_run_that_is_not_as_it_was_written_is_left_out_and_made_again(damage, finished, executor, tmp_path, caplog):
+def test_a_run_that_is_not_as_it_was_written_is_left_out_and_made_again(
+    damage, finished, executor, tmp_path, caplog
+):
     path = shutil.copytree(finished.path, tmp_path / "study")
     damage(path / "runs")
     assert [run.state for run in load_study(path).runs] == ["complete", "stopped", "complete"]
@@ -504,5 +628,7 @@ def test_runs_that_are_none_are_refused(runs, finished, tmp_path):
     shutil.copytree(finished.path, tmp_path / "study", ignore=shutil.ignore_patterns("runs"))
     folder = StudyFolder(tmp_path / "study")
     folder.create(folder.head() | {"runs": runs})
-    with pytest.raises(RunFolderError, match=r"^`study` must be as it was when it began; got .* cannot be read"):
+    with pytest.raises(
+        RunFolderError, match=r"^`study` must be as it was when it began; got .* cannot be read"
+    ):
         load_study(tmp_path / "study")

@@ -17,7 +17,9 @@ def networks(count, seed=0, model=MODEL):
 
 def scattered(trials, robots, seed=0, side_cm=300.0):
     """Return poses near enough for robots to see each other now and then."""
-    return tl.swarm.initial_poses(AGGREGATION, trials, np.random.default_rng(seed), robots=robots, side_cm=side_cm)
+    return tl.swarm.initial_poses(
+        AGGREGATION, trials, np.random.default_rng(seed), robots=robots, side_cm=side_cm
+    )
 
 
 def turn_rates(weights, sensors):
@@ -26,7 +28,9 @@ def turn_rates(weights, sensors):
     return (right - left) / 5.1
 
 
-@pytest.mark.parametrize("robots", [5, 44])  # more than 40 are advanced in tiles, one trial at a time
+@pytest.mark.parametrize(
+    "robots", [5, 44]
+)  # more than 40 are advanced in tiles, one trial at a time
 def test_a_driven_robot_does_what_its_network_says_of_its_readings(robots):
     driver = np.full((3, robots), -1)
     driver[:, -2:] = [[0, 1], [1, 2], [2, 2]]
@@ -53,10 +57,17 @@ def test_agents_of_the_same_trial_stay_reactive():
     driver = np.full((2, 4), -1)
     driver[:, 3] = 0
     poses = scattered(2, 4)
-    poses[:, :3, 2], poses[:, 3, :2] = 0.0, -9000.0  # nobody looks at the driven robot, which is far away
+    poses[:, :3, 2], poses[:, 3, :2] = (
+        0.0,
+        -9000.0,
+    )  # nobody looks at the driven robot, which is far away
     controllers = np.broadcast_to(AGGREGATION.controller, (2, 4, 4))
     with_network = tl.swarm.simulate(
-        AGGREGATION, controllers, poses, control_steps=20, drivers=Drivers(networks(1), HIDDEN, driver)
+        AGGREGATION,
+        controllers,
+        poses,
+        control_steps=20,
+        drivers=Drivers(networks(1), HIDDEN, driver),
     )
     without = tl.swarm.simulate(AGGREGATION, controllers, poses, control_steps=20)
     np.testing.assert_array_equal(with_network.speeds[:, :3], without.speeds[:, :3])
@@ -68,7 +79,8 @@ def test_drivers_of_no_robot_change_nothing():
     controllers = np.broadcast_to(AGGREGATION.controller, (3, 11, 4))
     drivers = Drivers(networks(1), HIDDEN, np.full((3, 11), -1))
     given, none = (
-        tl.swarm.simulate(AGGREGATION, controllers, poses, control_steps=50, drivers=one) for one in (drivers, None)
+        tl.swarm.simulate(AGGREGATION, controllers, poses, control_steps=50, drivers=one)
+        for one in (drivers, None)
     )
     np.testing.assert_array_equal(given.poses, none.poses)
 
@@ -82,7 +94,9 @@ def test_a_network_that_says_the_same_as_a_controller_moves_alike_through_contac
     drivers = Drivers(weights, model.hidden, np.zeros((4, 5), int))
     driven = tl.swarm.simulate(scenario, controllers, poses, control_steps=40, drivers=drivers)
     reactive = tl.swarm.simulate(scenario, controllers, poses, control_steps=40)
-    assert np.abs(np.diff(reactive.poses[:, :, 5:, :2], axis=1)).max() > 0.1  # objects have been pushed
+    assert (
+        np.abs(np.diff(reactive.poses[:, :, 5:, :2], axis=1)).max() > 0.1
+    )  # objects have been pushed
     np.testing.assert_allclose(driven.poses[:, :15], reactive.poses[:, :15], atol=1e-6)
 
 
@@ -99,20 +113,40 @@ def test_the_memory_is_reset_before_every_trial():
     poses = np.repeat(scattered(1, 2), 70, axis=0)  # more than are advanced side by side
     drivers = Drivers(networks(1), HIDDEN, np.zeros((70, 2), int))
     result = tl.swarm.simulate(
-        AGGREGATION, np.zeros((70, 2, 4)), poses, control_steps=5, wheel_noise=0.0, drivers=drivers, threads=1
+        AGGREGATION,
+        np.zeros((70, 2, 4)),
+        poses,
+        control_steps=5,
+        wheel_noise=0.0,
+        drivers=drivers,
+        threads=1,
     )
-    np.testing.assert_array_equal(result.speeds, np.broadcast_to(result.speeds[:1], result.speeds.shape))
+    np.testing.assert_array_equal(
+        result.speeds, np.broadcast_to(result.speeds[:1], result.speeds.shape)
+    )
 
 
 @pytest.mark.parametrize(
     ("weights", "driver", "message"),
     [
-        (np.zeros((1, 7)), [[0]], r"`weights` must be of shape \(K, Q\) = \(any, 23\); got \(1, 7\)"),
+        (
+            np.zeros((1, 7)),
+            [[0]],
+            r"`weights` must be of shape \(K, Q\) = \(any, 23\); got \(1, 7\)",
+        ),
         (np.full((1, 23), np.nan), [[0]], "`weights` must be finite; got nan"),
         (np.zeros((2, 23)), [[0, 2]], r"`driver` must hold numbers of 2 networks .* got 0 to 2"),
         (np.zeros((2, 23)), [[-2, 0]], r"`driver` must hold .* or -1 for none; got -2 to 0"),
-        (np.zeros((2, 23)), [[0.7, -1]], r"`driver` must be an array of integers; got an array of float64"),
-        (np.zeros((1, 23)) + 1j, [[0]], r"`weights` must be an array of numbers; got an array of complex128"),
+        (
+            np.zeros((2, 23)),
+            [[0.7, -1]],
+            r"`driver` must be an array of integers; got an array of float64",
+        ),
+        (
+            np.zeros((1, 23)) + 1j,
+            [[0]],
+            r"`weights` must be an array of numbers; got an array of complex128",
+        ),
         (np.zeros((1, 23)).astype(str), [[0]], r"`weights` must be an array of numbers"),
         (np.ma.masked_equal(np.zeros((1, 23)), 0), [[0]], r"`weights` must have no masked values"),
         (np.zeros((2, 23)), [0, 1], r"`driver` must be of shape \(R, A\); got \(2,\)"),
@@ -137,5 +171,9 @@ def test_drivers_do_not_change_with_the_callers_arrays():
 
 def test_drivers_of_other_robots_are_refused():
     drivers = Drivers(networks(1), HIDDEN, np.zeros((1, 3), int))
-    with pytest.raises(ValueError, match=r"`drivers.driver` must be of shape \(R, A\) = \(1, 2\); got \(1, 3\)"):
-        tl.swarm.simulate(AGGREGATION, np.zeros((1, 2, 4)), scattered(1, 2), control_steps=1, drivers=drivers)
+    with pytest.raises(
+        ValueError, match=r"`drivers.driver` must be of shape \(R, A\) = \(1, 2\); got \(1, 3\)"
+    ):
+        tl.swarm.simulate(
+            AGGREGATION, np.zeros((1, 2, 4)), scattered(1, 2), control_steps=1, drivers=drivers
+        )

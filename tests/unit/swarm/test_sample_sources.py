@@ -13,7 +13,9 @@ NETWORK = ElmanModel(hidden=3)
 
 
 def collect(kind, models, seed=0, scenario=AGGREGATION, threads=1, model=None):
-    return kind(scenario, threads, model).collect(np.asarray(models, dtype=float), np.random.default_rng(seed))
+    return kind(scenario, threads, model).collect(
+        np.asarray(models, dtype=float), np.random.default_rng(seed)
+    )
 
 
 def networks(count):
@@ -28,14 +30,18 @@ def networks(count):
         (SeparatedSwarm, {}, 77, (7, 11)),
     ],
 )
-def test_samples_are_of_every_individual_in_a_trial_per_model_and_group(kind, changes, genuine, counterfeit):
+def test_samples_are_of_every_individual_in_a_trial_per_model_and_group(
+    kind, changes, genuine, counterfeit
+):
     samples = collect(kind, np.zeros((7, 4)), scenario=replace(AGGREGATION, **changes))
     assert samples.genuine.shape == (genuine, 100, 2)
     assert samples.counterfeit.shape == (*counterfeit, 100, 2)
 
 
 def test_objects_are_in_both_groups():
-    samples = collect(SeparatedSwarm, [OBJECT_CLUSTERING.controller] * 3, scenario=OBJECT_CLUSTERING)
+    samples = collect(
+        SeparatedSwarm, [OBJECT_CLUSTERING.controller] * 3, scenario=OBJECT_CLUSTERING
+    )
     assert samples.genuine.shape == (15, 100, 2)
     assert samples.counterfeit.shape == (3, 5, 100, 2)
 
@@ -58,15 +64,22 @@ def test_replicas_of_networks_are_driven_by_them_and_agents_are_not(kind):
 
 def test_no_agent_ever_meets_a_replica_of_a_separated_swarm():
     some, others = np.random.default_rng(1).uniform(-1, 1, (2, 7, 4))
-    scenario = replace(AGGREGATION, trial=replace(AGGREGATION.trial, start_side_cm=60.0))  # everybody meets somebody
-    first, second = (collect(SeparatedSwarm, models, scenario=scenario) for models in (some, others))
+    scenario = replace(
+        AGGREGATION, trial=replace(AGGREGATION.trial, start_side_cm=60.0)
+    )  # everybody meets somebody
+    first, second = (
+        collect(SeparatedSwarm, models, scenario=scenario) for models in (some, others)
+    )
     np.testing.assert_array_equal(first.genuine, second.genuine)
     assert (first.counterfeit != second.counterfeit).any()
 
 
 def test_agents_and_replicas_of_the_true_model_do_the_same_from_other_starts():
     samples = collect(SeparatedSwarm, [AGGREGATION.controller] * 40)
-    means = [np.abs(one).mean(axis=(0, 1)) for one in (samples.genuine, samples.counterfeit.reshape(-1, 100, 2))]
+    means = [
+        np.abs(one).mean(axis=(0, 1))
+        for one in (samples.genuine, samples.counterfeit.reshape(-1, 100, 2))
+    ]
     # 440 samples each; the mean turn rate of a sample has a standard deviation of about 0.45 rad/s, so that of the difference
     # of the means is 0.03
     np.testing.assert_allclose(means[0], means[1], atol=0.15)
@@ -74,7 +87,9 @@ def test_agents_and_replicas_of_the_true_model_do_the_same_from_other_starts():
 
 
 @BOTH
-@pytest.mark.parametrize("models", [np.random.default_rng(1).normal(size=(20, 4)), networks(70)], ids=["gray", "black"])
+@pytest.mark.parametrize(
+    "models", [np.random.default_rng(1).normal(size=(20, 4)), networks(70)], ids=["gray", "black"]
+)
 def test_samples_depend_on_the_generator_alone_not_on_threads(kind, models):
     model = None if models.shape[1] == 4 else NETWORK
     first, second = (collect(kind, models, 5, threads=threads, model=model) for threads in (1, 3))
@@ -86,5 +101,7 @@ def test_samples_depend_on_the_generator_alone_not_on_threads(kind, models):
 @BOTH
 @pytest.mark.parametrize(("model", "count"), [(None, 4), (NETWORK, 23)])
 def test_models_of_another_width_are_refused(kind, model, count):
-    with pytest.raises(ValueError, match=rf"`models` must be of shape \(M, P\) = \(any, {count}\); got \(2, 6\)"):
+    with pytest.raises(
+        ValueError, match=rf"`models` must be of shape \(M, P\) = \(any, {count}\); got \(2, 6\)"
+    ):
         collect(kind, np.zeros((2, 6)), model=model)

@@ -24,7 +24,11 @@ def test_presets_are_the_papers_case_studies():
     assert AGGREGATION.controller == (-0.7, -1.0, 1.0, -1.0)
     assert (AGGREGATION.agents, AGGREGATION.replicas, AGGREGATION.objects.count) == (10, 1, 0)
     assert OBJECT_CLUSTERING.controller == (0.5, 1.0, 1.0, 0.5, 0.1, 0.5)
-    assert (OBJECT_CLUSTERING.agents, OBJECT_CLUSTERING.replicas, OBJECT_CLUSTERING.objects.count) == (4, 1, 10)
+    assert (
+        OBJECT_CLUSTERING.agents,
+        OBJECT_CLUSTERING.replicas,
+        OBJECT_CLUSTERING.objects.count,
+    ) == (4, 1, 10)
     assert all(scenario.name == name for name, scenario in SCENARIOS.items())
 
 
@@ -38,7 +42,9 @@ def test_samples_have_a_hundred_steps_and_are_scaled_by_the_robots_largest_speed
 
 
 def test_a_sensor_reads_kinds_by_their_place_and_passes_through_others():
-    assert [OBJECT_CLUSTERING.sensor.reading_of(kind) for kind in ("background", "object", "robot")] == [0, 1, 2]
+    assert [
+        OBJECT_CLUSTERING.sensor.reading_of(kind) for kind in ("background", "object", "robot")
+    ] == [0, 1, 2]
     assert AGGREGATION.sensor.reading_of("object") == 0
 
 
@@ -62,30 +68,63 @@ def test_scenarios_are_frozen():
     ("build", "message"),
     [
         (lambda: Robot(radius_cm=-1), r"`robot.radius_cm` must be a finite number above 0; got -1"),
-        (lambda: Robot(mass_g=float("nan")), r"`robot.mass_g` must be a finite number above 0; got nan"),
+        (
+            lambda: Robot(mass_g=float("nan")),
+            r"`robot.mass_g` must be a finite number above 0; got nan",
+        ),
         (lambda: Robot(wheel_noise=1), r"`robot.wheel_noise` must be .* below 1; got 1"),
-        (lambda: Robot(wheel_scale_spread=1), r"`robot.wheel_scale_spread` must be .* below 1; got 1"),
+        (
+            lambda: Robot(wheel_scale_spread=1),
+            r"`robot.wheel_scale_spread` must be .* below 1; got 1",
+        ),
         (lambda: Robot(slip=-0.1), r"`robot.slip` must be .* at least 0 and below 1; got -0.1"),
-        (lambda: Robot(actuation_lag_cycles=-1), r"`robot.actuation_lag_cycles` must be .* from 0 to 1000; got -1"),
-        (lambda: Objects(gravity_cm_s2=-1), r"`objects.gravity_cm_s2` must be .* at least 0; got -1"),
+        (
+            lambda: Robot(actuation_lag_cycles=-1),
+            r"`robot.actuation_lag_cycles` must be .* from 0 to 1000; got -1",
+        ),
+        (
+            lambda: Objects(gravity_cm_s2=-1),
+            r"`objects.gravity_cm_s2` must be .* at least 0; got -1",
+        ),
         (lambda: Sensor(mistakes=1.1), r"`sensor.mistakes` must be .* of at most 1; got 1.1"),
-        (lambda: Tracking(position_noise_cm=-1), r"`tracker.position_noise_cm` must be .* at least 0; got -1"),
-        (lambda: Tracking(heading_noise_rad=-1), r"`tracker.heading_noise_rad` must be .* at least 0; got -1"),
-        (lambda: AGGREGATION.in_world("enky"), r"`world` must be a known world; got 'enky'. Did you mean `enki`?"),
+        (
+            lambda: Tracking(position_noise_cm=-1),
+            r"`tracker.position_noise_cm` must be .* at least 0; got -1",
+        ),
+        (
+            lambda: Tracking(heading_noise_rad=-1),
+            r"`tracker.heading_noise_rad` must be .* at least 0; got -1",
+        ),
+        (
+            lambda: AGGREGATION.in_world("enky"),
+            r"`world` must be a known world; got 'enky'. Did you mean `enki`?",
+        ),
         (lambda: Objects(count=-1), r"`objects.count` must be .* at least 0; got -1"),
         (lambda: Objects(friction=-0.1), r"`objects.friction` must be .* at least 0; got -0.1"),
         (lambda: Arena(width_cm=10), r"must be both given or both left out; got \(10, None\)"),
         (lambda: Arena(10, 0), r"`arena.height_cm` must be a finite number above 0; got 0"),
-        (lambda: Sensor(("robot",)), r"`sensor.readings` must be 'background', then any of .*; got \('robot',\)"),
+        (
+            lambda: Sensor(("robot",)),
+            r"`sensor.readings` must be 'background', then any of .*; got \('robot',\)",
+        ),
         (lambda: Trial(physics_steps=0), r"`trial.physics_steps` must be .* at least 1; got 0"),
-        (lambda: Trial(duration_s=0.25), r"`trial.duration_s` must be a whole number of control intervals of 0.1 s"),
+        (
+            lambda: Trial(duration_s=0.25),
+            r"`trial.duration_s` must be a whole number of control intervals of 0.1 s",
+        ),
         (lambda: replace(AGGREGATION, agents=0), r"`scenario.agents` must be .* at least 1; got 0"),
-        (lambda: replace(AGGREGATION, replicas=0), r"`scenario.replicas` must be .* at least 1; got 0"),
+        (
+            lambda: replace(AGGREGATION, replicas=0),
+            r"`scenario.replicas` must be .* at least 1; got 0",
+        ),
         (
             lambda: replace(AGGREGATION, controller=(1.0,)),
             r"`scenario.controller` must be 4 wheel speeds, two for each",
         ),
-        (lambda: replace(AGGREGATION, controller=(1.0, 1, 1, float("inf"))), "must be finite wheel speeds"),
+        (
+            lambda: replace(AGGREGATION, controller=(1.0, 1, 1, float("inf"))),
+            "must be finite wheel speeds",
+        ),
         (
             lambda: replace(AGGREGATION, arena=Arena(50.0, 6.5)),
             r"`scenario.arena.height_cm` must be more than the diameter of what moves in it, 7; got 6.5",

@@ -19,7 +19,9 @@ def test_agents_execute_their_controller_and_replicas_their_model():
     models = np.array([[0.1, 0.2, 0.3, 0.4], [0.5, 0.6, 0.7, 0.8]])
     robots = execution_of(SCENARIO, ReactiveModel(2).behavior(models), EXECUTED)
     agent = AGGREGATION.controller
-    np.testing.assert_array_equal(robots.controllers, [[agent, models[0], models[1]], [models[1], agent, agent]])
+    np.testing.assert_array_equal(
+        robots.controllers, [[agent, models[0], models[1]], [models[1], agent, agent]]
+    )
     assert robots.fields_of_view is None
     assert robots.drivers is None
 
@@ -33,7 +35,10 @@ def test_agents_see_with_the_view_of_the_scenario_and_replicas_with_that_of_thei
 
 def test_behaviors_of_lists_and_series_are_those_of_arrays():
     speeds, views = [[0.1, 0.2, 0.3, 0.4], [0.5, 0.6, 0.7, 0.8]], [0.5, 3.0]
-    pandas, labels = pytest.importorskip("pandas"), [1, 0]  # a series counts by its places, not by its labels
+    pandas, labels = (
+        pytest.importorskip("pandas"),
+        [1, 0],
+    )  # a series counts by its places, not by its labels
     framed = pandas.DataFrame(speeds, index=labels), pandas.Series(views, index=labels)
     expected = execution_of(SCENARIO, Behavior(np.array(speeds), np.array(views)), EXECUTED)
     for wheel_speeds, field_of_view in ((speeds, views), framed):
@@ -43,7 +48,9 @@ def test_behaviors_of_lists_and_series_are_those_of_arrays():
 
 
 def test_a_behavior_of_words_is_refused():
-    with pytest.raises(ValueError, match="`wheel_speeds` must be an array of numbers; got an array of <U3"):
+    with pytest.raises(
+        ValueError, match="`wheel_speeds` must be an array of numbers; got an array of <U3"
+    ):
         Behavior([["0.1", "0.2"]])
 
 
@@ -52,7 +59,9 @@ def test_replicas_are_driven_by_their_network_and_agents_by_none():
     robots = execution_of(SCENARIO, ElmanModel(hidden=1).behavior(networks), EXECUTED)
     np.testing.assert_array_equal(robots.drivers.driver, EXECUTED)
     np.testing.assert_array_equal(robots.drivers.weights, networks)
-    np.testing.assert_array_equal(robots.controllers[0], [AGGREGATION.controller, (1.0,) * 4, (1.0,) * 4])
+    np.testing.assert_array_equal(
+        robots.controllers[0], [AGGREGATION.controller, (1.0,) * 4, (1.0,) * 4]
+    )
 
 
 def test_a_network_may_be_fed_with_what_a_field_of_view_sees():
@@ -61,14 +70,24 @@ def test_a_network_may_be_fed_with_what_a_field_of_view_sees():
     robots = execution_of(SCENARIO, model.behavior(networks), np.array([[-1, -1, 0, 1]]))
     poses = tl.swarm.initial_poses(SCENARIO, 1, np.random.default_rng(1), robots=4, side_cm=side)
     seen = tl.swarm.simulate(
-        SCENARIO, robots.controllers, poses, control_steps=60, wheel_noise=0.0, drivers=robots.drivers
+        SCENARIO,
+        robots.controllers,
+        poses,
+        control_steps=60,
+        wheel_noise=0.0,
+        drivers=robots.drivers,
     )
     for k, network in enumerate(networks):
         readings = seen.sensors[0, :-1, 2 + k]
         left, right = 12.8 * model.respond(network, readings).T
         np.testing.assert_allclose(seen.speeds[0, 2 + k, :, 1], (right - left) / 5.1, atol=1e-9)
     rays = tl.swarm.simulate(
-        AGGREGATION, robots.controllers, poses, control_steps=60, wheel_noise=0.0, drivers=robots.drivers
+        AGGREGATION,
+        robots.controllers,
+        poses,
+        control_steps=60,
+        wheel_noise=0.0,
+        drivers=robots.drivers,
     )
     assert (seen.sensors != rays.sensors).any()
 

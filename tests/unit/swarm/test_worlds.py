@@ -21,7 +21,9 @@ STEPS = 60
 
 def moved(scenario, *, trials=4, steps=STEPS, side_cm=None):
     poses = initial_poses(scenario, trials, np.random.default_rng(3), side_cm=side_cm)
-    controllers = np.broadcast_to(scenario.controller, (trials, scenario.individuals, len(scenario.controller)))
+    controllers = np.broadcast_to(
+        scenario.controller, (trials, scenario.individuals, len(scenario.controller))
+    )
     return simulate(scenario, controllers, poses, control_steps=steps, seed=5, threads=1)
 
 
@@ -33,7 +35,9 @@ def with_robot(scenario, **settings):
     return replace(scenario, robot=replace(scenario.robot, **settings))
 
 
-@pytest.mark.parametrize("scenario", [AGGREGATION, OBJECT_CLUSTERING], ids=lambda scenario: scenario.name)
+@pytest.mark.parametrize(
+    "scenario", [AGGREGATION, OBJECT_CLUSTERING], ids=lambda scenario: scenario.name
+)
 @pytest.mark.parametrize("setting", ["wheel_scale_spread", "slip"])
 def test_an_imperfection_that_vanishes_changes_no_bit(scenario, setting):
     plain, other = moved(scenario), moved(with_robot(scenario, **{setting: 1e-300}))
@@ -57,7 +61,9 @@ def test_under_the_gravity_of_the_earth_a_pushed_object_stops_at_once():
     gap = {}
     for world in ("enki", "paper"):
         scenario = with_robot(OBJECT_CLUSTERING.in_world(world), actuation_lag_cycles=0)
-        end = simulate(scenario, np.ones((1, 1, 6)), poses, control_steps=13, wheel_noise=0.0).poses[0, -1]
+        end = simulate(
+            scenario, np.ones((1, 1, 6)), poses, control_steps=13, wheel_noise=0.0
+        ).poses[0, -1]
         gap[world] = end[1, 0] - end[0, 0] - 8.5
     assert gap["enki"] > 2
     assert 0 <= gap["paper"] < 0.5
@@ -75,7 +81,9 @@ def test_each_wheel_keeps_its_own_scale_throughout_a_trial():
 
 
 def test_slip_loses_half_of_its_share_in_the_mean():
-    scenario = replace(with_robot(AGGREGATION, slip=0.4, wheel_noise=0.0), controller=(0.5, 0.5, 0.5, 0.5))
+    scenario = replace(
+        with_robot(AGGREGATION, slip=0.4, wheel_noise=0.0), controller=(0.5, 0.5, 0.5, 0.5)
+    )
     speeds = moved(scenario, trials=20, steps=50, side_cm=5000.0).speeds[..., 0]
     # 20 trials of 11 robots and 50 cycles, two wheels each: the standard error is 6.4 * 0.4 / sqrt(12 * 22000) = 0.005 cm/s.
     assert speeds.mean() == pytest.approx(6.4 * 0.8, abs=5 * 0.005)
@@ -83,7 +91,9 @@ def test_slip_loses_half_of_its_share_in_the_mean():
 
 def test_mistaken_readings_are_as_often_wrong_as_stated_and_any_other_state():
     scenario = with_robot(OBJECT_CLUSTERING, wheel_noise=0.0)
-    scenario = replace(scenario, controller=(0.0,) * 6)  # nothing moves, so that right readings stay
+    scenario = replace(
+        scenario, controller=(0.0,) * 6
+    )  # nothing moves, so that right readings stay
     mistaken = replace(scenario, sensor=replace(scenario.sensor, mistakes=0.2))
     right, read = (moved(each, trials=10, steps=400).sensors for each in (scenario, mistaken))
     # Bodies that overlap are pushed apart first.
@@ -142,7 +152,9 @@ SHARES = {
 def test_agents_have_each_sensor_reading_as_often_as_measured(name, world):
     scenario, duration_s, expected = SHARES[name, world]
     trials = 40
-    sensors = moved(scenario.in_world(world), trials=trials, steps=round(duration_s * 10)).sensors[:, :-1]
+    sensors = moved(scenario.in_world(world), trials=trials, steps=round(duration_s * 10)).sensors[
+        :, :-1
+    ]
     shares = [(sensors == state).mean(axis=(1, 2)) for state in range(len(expected))]
     for share, value in zip(shares, expected, strict=True):
         assert share.mean() == pytest.approx(value, abs=4 * share.std() / trials**0.5 + 0.002)

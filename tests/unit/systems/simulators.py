@@ -23,7 +23,9 @@ def spawning(parameters, rng):
     generators = rng.spawn(len(parameters))
     if len(parameters) > 1 and (parameters[:, 0] > 0.5).any():
         raise ArithmeticError("too fast")
-    return np.stack([noise_of_one(one, each) for one, each in zip(parameters, generators, strict=True)])
+    return np.stack(
+        [noise_of_one(one, each) for one, each in zip(parameters, generators, strict=True)]
+    )
 
 
 def hang_above_half(parameters, rng):

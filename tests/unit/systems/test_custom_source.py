@@ -28,7 +28,9 @@ from turing_learning.systems import (
 from turing_learning.systems._genuine import read_genuine
 
 DATA = np.random.default_rng(5).normal(3, 1, size=(12, STEPS, SIGNALS))
-MODELS = np.linspace(-1, 1, 8)[:, None] * np.ones((1, 2))  # three of them above 0.5 in the first parameter's units
+MODELS = np.linspace(-1, 1, 8)[:, None] * np.ones(
+    (1, 2)
+)  # three of them above 0.5 in the first parameter's units
 
 
 def own_system(**changes):
@@ -47,7 +49,9 @@ def own_system(**changes):
 
 
 def source(simulate=noise, genuine=DATA, workers=None, timeout_s=None, **changes):
-    data = read_genuine(genuine, held_out=None if callable(genuine) else 0.25, rng=np.random.default_rng(0))
+    data = read_genuine(
+        genuine, held_out=None if callable(genuine) else 0.25, rng=np.random.default_rng(0)
+    )
     return CustomSource(own_system(**changes), data, simulate, workers=workers, timeout_s=timeout_s)
 
 
@@ -68,7 +72,10 @@ def test_an_own_source_is_a_sample_source():
 
 def test_samples_have_the_shapes_of_the_protocol():
     samples = collect(source())
-    assert (samples.genuine.shape, samples.counterfeit.shape) == ((8, STEPS, SIGNALS), (8, 1, STEPS, SIGNALS))
+    assert (samples.genuine.shape, samples.counterfeit.shape) == (
+        (8, STEPS, SIGNALS),
+        (8, 1, STEPS, SIGNALS),
+    )
 
 
 def test_models_reach_the_simulator_in_the_units_of_the_parameters():
@@ -78,7 +85,9 @@ def test_models_reach_the_simulator_in_the_units_of_the_parameters():
         seen.append(parameters)
         return noise(parameters, rng)
 
-    collect(source(simulate, parameters={"a": Parameter(0, 20), "b": Parameter(0.01, 100, scale="log")}))
+    collect(
+        source(simulate, parameters={"a": Parameter(0, 20), "b": Parameter(0.01, 100, scale="log")})
+    )
     np.testing.assert_allclose(seen[0][:, 0], np.linspace(0, 20, 8))
     np.testing.assert_allclose(seen[0][:, 1], np.geomspace(0.01, 100, 8))
 
@@ -90,9 +99,13 @@ def test_the_same_models_and_random_numbers_give_the_same_samples():
 
 
 def test_both_kinds_of_samples_are_centered_alike():
-    samples = collect(source(lambda parameters, rng: np.full((len(parameters), STEPS, SIGNALS), 5.0)))
+    samples = collect(
+        source(lambda parameters, rng: np.full((len(parameters), STEPS, SIGNALS), 5.0))
+    )
     np.testing.assert_array_equal(samples.counterfeit[0, 0, 0], [2.0, 3.0])
-    assert {tuple(row) for row in samples.genuine[:, 0]} <= {tuple(row) for row in DATA[:, 0] - [3.0, 2.0]}
+    assert {tuple(row) for row in samples.genuine[:, 0]} <= {
+        tuple(row) for row in DATA[:, 0] - [3.0, 2.0]
+    }
 
 
 def test_held_out_samples_are_never_shown():
@@ -118,8 +131,14 @@ def test_a_live_source_is_observed_in_every_generation():
 @pytest.mark.parametrize(
     ("live", "message"),
     [
-        (lambda rng: np.full((2, STEPS, SIGNALS), np.nan), "got nan (or masked) [sample 0, step 0, signal 0]"),
-        (lambda rng: np.ones((2, STEPS, 1)), "`genuine` must yield 2 signals as in the beginning; got 1"),
+        (
+            lambda rng: np.full((2, STEPS, SIGNALS), np.nan),
+            "got nan (or masked) [sample 0, step 0, signal 0]",
+        ),
+        (
+            lambda rng: np.ones((2, STEPS, 1)),
+            "`genuine` must yield 2 signals as in the beginning; got 1",
+        ),
         (lambda rng: 1 / 0, "division by zero"),
     ],
 )
@@ -191,7 +210,8 @@ def test_a_call_that_hangs_or_kills_its_worker_costs_only_its_model(simulate, re
 
 def test_a_simulator_that_cannot_be_sent_is_refused():
     with pytest.raises(
-        ValueError, match=r"`simulate` must be a function that another process can import; got <function"
+        ValueError,
+        match=r"`simulate` must be a function that another process can import; got <function",
     ):
         source(lambda parameters, rng: None, workers=2)
 
@@ -251,7 +271,10 @@ def test_an_exception_or_a_wrong_shape_in_the_first_generation_names_the_paramet
 
 
 def test_the_line_that_raised_is_named():
-    assert re.search(r"too fast \[.*simulators.py:\d+\]", refused(source(failing(noise_of_one, "raise"), batches=0)))
+    assert re.search(
+        r"too fast \[.*simulators.py:\d+\]",
+        refused(source(failing(noise_of_one, "raise"), batches=0)),
+    )
 
 
 def together(simulate):
@@ -266,7 +289,9 @@ def test_a_group_that_fails_is_simulated_again_model_by_model():
 
 
 def test_the_model_that_makes_a_group_fail_in_the_first_generation_is_named():
-    assert "[generation 0, a = 0.714286 cm, b = 0.714286]" in refused(source(together(failing(noise_of_one, "raise"))))
+    assert "[generation 0, a = 0.714286 cm, b = 0.714286]" in refused(
+        source(together(failing(noise_of_one, "raise")))
+    )
 
 
 def test_a_simulator_that_fails_for_groups_only_is_told():
@@ -282,7 +307,10 @@ def test_a_simulator_that_fails_for_groups_only_is_told():
 
 def test_a_group_of_the_wrong_shape_in_the_first_generation_is_told_as_such():
     text = refused(source(lambda parameters, rng: np.zeros((STEPS, SIGNALS))))
-    assert "it returned shape (5, 2) instead of (M, T, D) = (8, 5, 2) or (M, C, T, D) [generation 0, a = -1 cm" in text
+    assert (
+        "it returned shape (5, 2) instead of (M, T, D) = (8, 5, 2) or (M, C, T, D) [generation 0, a = -1 cm"
+        in text
+    )
     assert "set vectorized=False" in text
 
 
@@ -297,7 +325,10 @@ def test_models_with_another_number_of_samples_fail():
 
     one = source(simulate, batches=0)
     collect(one, generation=1)
-    assert one.failures.summary()["listed"][0]["reason"] == "it returned 2 samples of a model, and 1 of others"
+    assert (
+        one.failures.summary()["listed"][0]["reason"]
+        == "it returned 2 samples of a model, and 1 of others"
+    )
 
 
 def test_a_generation_in_which_more_than_half_fail_ends_the_run():
@@ -338,7 +369,9 @@ def test_failed_models_are_rejected_by_every_classifier_and_archived_one():
     )
     assert isinstance(judgments, Judgments)
     for outputs in (judgments.counterfeit, judgments.refereed):
-        np.testing.assert_array_equal(outputs[:, :, 0], np.broadcast_to(~one.failed, outputs.shape[:2]))
+        np.testing.assert_array_equal(
+            outputs[:, :, 0], np.broadcast_to(~one.failed, outputs.shape[:2])
+        )
 
 
 def test_judgments_are_left_alone_where_nothing_failed():
@@ -348,7 +381,9 @@ def test_judgments_are_left_alone_where_nothing_failed():
         def judge(self, genomes, samples):
             return np.full((len(genomes), len(samples)), 0.9)
 
-    judgments = GuardedInterrogation(source(), Believer())(MODELS, np.zeros((3, 1)), np.random.default_rng(1))
+    judgments = GuardedInterrogation(source(), Believer())(
+        MODELS, np.zeros((3, 1)), np.random.default_rng(1)
+    )
     assert judgments.counterfeit.all()
     assert judgments.referee_outputs is None
 
@@ -360,11 +395,11 @@ def test_a_log_of_failures_goes_on_from_its_state():
     again = FailureLog(("a", "b"))
     again.restore(log.state())
     assert again.summary() == log.summary()
-    assert (log.summary()["count"], len(log.summary()["listed"]), len(log.summary()["listed"][0]["reason"])) == (
-        103,
-        100,
-        300,
-    )
+    assert (
+        log.summary()["count"],
+        len(log.summary()["listed"]),
+        len(log.summary()["listed"][0]["reason"]),
+    ) == (103, 100, 300)
 
 
 def test_an_empty_log_has_a_state():
@@ -395,7 +430,10 @@ def test_a_setting_that_breaks_its_rule_is_refused(options, message):
     [
         ({"name": "my fish"}, "`name` must be of 1 to 60 letters, digits, _ and -; got 'my fish'."),
         ({"parameters": {}}, "`parameters` must name one parameter or more; got {}."),
-        ({"parameters": {"v (cm)": Parameter(0, 1)}}, "got 'v (cm)'. Give the unit to `Parameter`."),
+        (
+            {"parameters": {"v (cm)": Parameter(0, 1)}},
+            "got 'v (cm)'. Give the unit to `Parameter`.",
+        ),
         ({"signals": ("x", "x")}, "`signals` must have different names; got x, x."),
         (
             {"signals": ("x",)},

@@ -11,7 +11,14 @@ from simulators import noise, noise_of_one
 from test_custom_source import DATA, collect, own_system, source
 
 import turing_learning as tl
-from turing_learning.systems import Command, CustomSource, CustomSystemError, per_model, read_table, table_values
+from turing_learning.systems import (
+    Command,
+    CustomSource,
+    CustomSystemError,
+    per_model,
+    read_table,
+    table_values,
+)
 from turing_learning.systems._genuine import read_genuine
 
 PARAMETERS = {"mean": (0.0, 10.0), "sd": (0.1, 3.0)}
@@ -82,34 +89,59 @@ def test_a_call_whose_workers_died_costs_its_model_alone():
 def test_a_broken_executor_stops_the_run_with_a_remedy(error):
     with Lossy(error or BrokenExecutor("the scheduler is gone")) as lossy:
         one = by(lossy, noise_of_one, batches=0)
-        message = "`executor` must stay; it broke: BrokenExecutor" if error is None else "RuntimeError: no route"
-        with pytest.raises(CustomSystemError, match=f"{message}.*can be resumed, with another executor"):
+        message = (
+            "`executor` must stay; it broke: BrokenExecutor"
+            if error is None
+            else "RuntimeError: no route"
+        )
+        with pytest.raises(
+            CustomSystemError, match=f"{message}.*can be resumed, with another executor"
+        ):
             collect(one, generation=1)
 
 
 def test_a_closed_executor_is_told():
     threads = ThreadPoolExecutor(1)
     threads.shutdown()
-    with pytest.raises(CustomSystemError, match="`executor` must take calls; got RuntimeError: cannot schedule"):
+    with pytest.raises(
+        CustomSystemError, match="`executor` must take calls; got RuntimeError: cannot schedule"
+    ):
         collect(by(threads))
 
 
 def test_an_executor_is_one_and_stands_alone():
-    with pytest.raises(ValueError, match=r"`executor` must be an executor of concurrent.futures; got int"):
+    with pytest.raises(
+        ValueError, match=r"`executor` must be an executor of concurrent.futures; got int"
+    ):
         by(3)
     data = read_genuine(DATA, held_out=0.25, rng=np.random.default_rng(0))
-    with ThreadPoolExecutor(1) as threads, pytest.raises(ValueError, match="`workers` must be left out beside"):
+    with (
+        ThreadPoolExecutor(1) as threads,
+        pytest.raises(ValueError, match="`workers` must be left out beside"),
+    ):
         CustomSource(own_system(), data, noise, workers=2, executor=threads)
 
 
 def test_a_run_with_an_executor_is_stopped_and_resumed_to_the_same_bits(tmp_path):
     genuine = 5 + np.random.default_rng(1).standard_normal((20, 10, 1))
     system = {"genuine": genuine, "simulate": draw_walk}
-    options = {"parameters": PARAMETERS, "vectorized": False, "seed": 1, "trials": 60, "progress": False}
+    options = {
+        "parameters": PARAMETERS,
+        "vectorized": False,
+        "seed": 1,
+        "trials": 60,
+        "progress": False,
+    }
     whole = tl.infer(**system, **options)
     with ThreadPoolExecutor(3) as threads:
         stops = iter([False, False, True])
-        tl.infer(**system, **options, executor=threads, out=tmp_path / "run", should_stop=lambda: next(stops, True))
+        tl.infer(
+            **system,
+            **options,
+            executor=threads,
+            out=tmp_path / "run",
+            should_stop=lambda: next(stops, True),
+        )
         again = tl.resume(tmp_path / "run", **system, executor=threads)
     assert again.estimate == whole.estimate
 
@@ -125,9 +157,7 @@ def test_a_function_of_a_notebook_is_refused_for_processes_in_one_line(monkeypat
 
     here.__module__ = "__main__"
     monkeypatch.setattr(sys, "modules", {**sys.modules, "__main__": type(sys)("__main__")})
-    message = (
-        r"`simulate` must be a function that another process can import; got here of a notebook\. Write it to a file"
-    )
+    message = r"`simulate` must be a function that another process can import; got here of a notebook\. Write it to a file"
     with pytest.raises(ValueError, match=message):
         source(here, workers=2)
 
@@ -148,8 +178,16 @@ def failing_for_some(parameters, rng, how):
 def test_in_the_first_batch_an_exception_ends_the_run_and_nan_does_not(length):
     """As own-system.md says, by trials and by generations."""
     genuine = 5 + np.random.default_rng(1).standard_normal((20, 10, 1))
-    options = {"genuine": genuine, "parameters": PARAMETERS, "vectorized": False, "seed": 1, "progress": False}
-    with pytest.raises(CustomSystemError, match=r"it raised ArithmeticError: too fast .* \[generation 0, mean = "):
+    options = {
+        "genuine": genuine,
+        "parameters": PARAMETERS,
+        "vectorized": False,
+        "seed": 1,
+        "progress": False,
+    }
+    with pytest.raises(
+        CustomSystemError, match=r"it raised ArithmeticError: too fast .* \[generation 0, mean = "
+    ):
         tl.infer(simulate=lambda p, rng: failing_for_some(p, rng, "raise"), **options, **length)
     result = tl.infer(simulate=lambda p, rng: failing_for_some(p, rng, "nan"), **options, **length)
     failures = result.failed_simulations
@@ -173,7 +211,14 @@ def test_a_function_of_named_parameters_is_a_simulator():
     seed = int(np.random.default_rng(3).integers(2**31 - 1))
     np.testing.assert_array_equal(sample[:, 0], run_model(5.0, 1.0, seed).value)
     genuine = [run_model(5.0, 1.0, seed)[["value"]] for seed in range(20)]
-    result = tl.infer(genuine=genuine, simulate=simulate, parameters=PARAMETERS, trials=200, seed=1, progress=False)
+    result = tl.infer(
+        genuine=genuine,
+        simulate=simulate,
+        parameters=PARAMETERS,
+        trials=200,
+        seed=1,
+        progress=False,
+    )
     assert result.configuration.system.signals == ("value",)
     assert result.estimate["mean"] == pytest.approx(5, abs=0.5)
 
@@ -255,7 +300,12 @@ def test_a_prior_is_refused_with_the_reason():
 
 def test_a_client_of_dask_yields_what_this_process_yields():
     distributed = pytest.importorskip("distributed")
-    options = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    options = {
+        "n_workers": 2,
+        "threads_per_worker": 1,
+        "processes": False,
+        "dashboard_address": None,
+    }
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
         there = by(client.get_executor(pure=False), noise_of_one, batches=0)
         with source(noise_of_one, batches=0) as here:

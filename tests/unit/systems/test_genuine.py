@@ -41,7 +41,8 @@ def test_samples_that_are_split_stay_so():
     np.testing.assert_array_equal(data.learning, windows.learning)
     np.testing.assert_array_equal(data.testing, windows.held_out)
     with pytest.raises(
-        ValueError, match=re.escape("`held_out` must be left out for samples that are split already; got 0.5.")
+        ValueError,
+        match=re.escape("`held_out` must be left out for samples that are split already; got 0.5."),
     ):
         read(windows, held_out=0.5)
 
@@ -61,7 +62,9 @@ def test_a_live_source_is_observed_and_holds_nothing_out():
 
 
 def test_a_live_source_has_no_samples_that_could_be_held_out():
-    with pytest.raises(ValueError, match=r"^`held_out` must be left out for a live source, .*; got 0\.3\.$"):
+    with pytest.raises(
+        ValueError, match=r"^`held_out` must be left out for a live source, .*; got 0\.3\.$"
+    ):
         read(lambda rng: rng.normal(size=(6, 3, 1)), held_out=0.3)
 
 
@@ -69,7 +72,10 @@ def test_the_digest_tells_other_values_and_other_shapes():
     base = samples()
     changed = base.copy()
     changed[0, 0, 0] += 1e-12
-    digests = {read(data).digest for data in (base, changed, base.reshape(5, 8, 2), base.astype(np.float64))}
+    digests = {
+        read(data).digest
+        for data in (base, changed, base.reshape(5, 8, 2), base.astype(np.float64))
+    }
     assert len(digests) == 3
 
 
@@ -103,21 +109,29 @@ def test_a_value_that_is_not_finite_is_refused_with_its_place(value):
     data = samples()
     data[4, 2, 1] = value
     shown = "nan (or masked)" if np.isnan(value) else value
-    message = (
-        f"`genuine` must be finite and at most 1e+09 in size; got {shown} [sample 4, step 2, signal 1]. Cut the gap out"
-    )
+    message = f"`genuine` must be finite and at most 1e+09 in size; got {shown} [sample 4, step 2, signal 1]. Cut the gap out"
     with pytest.raises(ValueError, match=re.escape(message)):
         read(data)
 
 
 @pytest.mark.parametrize(
-    "given", [lambda data: data, list, lambda data: [list(data[0]), *data[1:]], lambda data: lambda rng: data]
+    "given",
+    [
+        lambda data: data,
+        list,
+        lambda data: [list(data[0]), *data[1:]],
+        lambda data: lambda rng: data,
+    ],
 )
 def test_a_masked_value_is_refused_as_nan_is(given):
-    data = np.ma.masked_array(np.rint(samples()).astype(int), mask=np.zeros(samples().shape, dtype=bool))
+    data = np.ma.masked_array(
+        np.rint(samples()).astype(int), mask=np.zeros(samples().shape, dtype=bool)
+    )
     np.testing.assert_array_equal(read(given(data)).samples, data.data)
     data[0, 2, 1] = np.ma.masked
-    with pytest.raises(ValueError, match=r"must be finite .* got nan \(or masked\) \[sample 0, step 2, signal 1\]"):
+    with pytest.raises(
+        ValueError, match=r"must be finite .* got nan \(or masked\) \[sample 0, step 2, signal 1\]"
+    ):
         read(given(data))
 
 

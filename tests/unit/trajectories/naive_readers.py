@@ -6,12 +6,20 @@ import math
 
 def read(name, content):
     lines = content.decode("utf-8-sig").split("\n")
-    rows = [[cell.strip() for cell in _cells(line, SEPARATORS[name](lines[0]))] for line in lines if line.strip()]
+    rows = [
+        [cell.strip() for cell in _cells(line, SEPARATORS[name](lines[0]))]
+        for line in lines
+        if line.strip()
+    ]
     return {key: xy for key, xy in READERS[name](rows) if not math.isnan(xy[0])}
 
 
 def _cells(line, separator):
-    return next(csv.reader([line.rstrip("\r")], delimiter=separator)) if '"' in line else line.split(separator)
+    return (
+        next(csv.reader([line.rstrip("\r")], delimiter=separator))
+        if '"' in line
+        else line.split(separator)
+    )
 
 
 def _is_number(cell):
@@ -46,7 +54,10 @@ def _toxtrac(rows):
     arenas = {float(row[1]) for row in rows}
     for row in rows:
         arena, track = int(float(row[1])), int(float(row[2]))
-        yield (float(row[0]), f"{arena}:{track}" if len(arenas) > 1 else str(track)), _xy(row[3], row[4])
+        yield (
+            (float(row[0]), f"{arena}:{track}" if len(arenas) > 1 else str(track)),
+            _xy(row[3], row[4]),
+        )
 
 
 def _named(x, y, who="id", words=0):
@@ -74,7 +85,10 @@ def _deeplabcut(rows):
             cell[name, part, coord] = value
         for name in dict.fromkeys(who[1:]):
             if (name, "thorax", "x") in cell:
-                yield (float(row[0]), name), _xy(cell[name, "thorax", "x"], cell[name, "thorax", "y"])
+                yield (
+                    (float(row[0]), name),
+                    _xy(cell[name, "thorax", "x"], cell[name, "thorax", "y"]),
+                )
 
 
 def _most(line):

@@ -4,7 +4,16 @@ import sys
 import h5py
 import numpy as np
 import pytest
-from tracker_files import SAID, WRITERS, expected, idtracker_ai_h5, idtracker_ai_npy, sleap, trex, walk
+from tracker_files import (
+    SAID,
+    WRITERS,
+    expected,
+    idtracker_ai_h5,
+    idtracker_ai_npy,
+    sleap,
+    trex,
+    walk,
+)
 
 from turing_learning.trajectories import load_trajectories
 from turing_learning.trajectories.readers import _arrays
@@ -15,7 +24,8 @@ SAY = {"fps": 25, "pixels_per_cm": 10}
 def test_a_pickle_is_not_opened_without_an_explicit_word(tmp_path):
     path = idtracker_ai_npy(tmp_path, walk())
     with pytest.raises(
-        ValueError, match=r"must not be a pickle; got an npy file .* allow_pickle=True in Python opens it"
+        ValueError,
+        match=r"must not be a pickle; got an npy file .* allow_pickle=True in Python opens it",
     ):
         load_trajectories(path, pixels_per_cm=10)
 
@@ -31,7 +41,8 @@ def test_an_npy_without_trajectories_is_refused(content, received, tmp_path):
         stored[()] = content
     np.save(tmp_path / "a.npy", stored, allow_pickle=True)
     with pytest.raises(
-        ValueError, match=rf"hold a dictionary with the array `trajectories` \(F, A, 2\); got {received} \["
+        ValueError,
+        match=rf"hold a dictionary with the array `trajectories` \(F, A, 2\); got {received} \[",
     ):
         load_trajectories(tmp_path / "a.npy", allow_pickle=True, **SAY)
 
@@ -40,7 +51,8 @@ def test_a_damaged_npy_is_refused(tmp_path):
     path = idtracker_ai_npy(tmp_path, walk())
     path.write_bytes(path.read_bytes()[:200])
     with pytest.raises(
-        ValueError, match=r"be a whole npy file; got .* \[.*trajectories.npy\]. The file may be cut off"
+        ValueError,
+        match=r"be a whole npy file; got .* \[.*trajectories.npy\]. The file may be cut off",
     ):
         load_trajectories(path, allow_pickle=True, **SAY)
 
@@ -49,7 +61,10 @@ def test_a_damaged_npy_is_refused(tmp_path):
 def test_a_damaged_hdf5_file_is_refused(name, tmp_path):
     path = WRITERS[name](tmp_path, walk())
     path.write_bytes(path.read_bytes()[:700])
-    with pytest.raises(ValueError, match=r"be a whole HDF5 file; got .* \[.*h5\]. The file may be cut off or damaged"):
+    with pytest.raises(
+        ValueError,
+        match=r"be a whole HDF5 file; got .* \[.*h5\]. The file may be cut off or damaged",
+    ):
         load_trajectories(path, **SAID[name])
 
 
@@ -78,14 +93,31 @@ def test_a_file_of_sleap_and_idtracker_ai_at_once_is_ambiguous(tmp_path):
             np.zeros((5, 2)),
             r"hold numbers with 3 dimensions, not empty; got float64 \(5, 2\) \[.*, dataset trajectories\]",
         ),
-        (np.zeros((0, 2, 2)), r"hold numbers with 3 dimensions, not empty; got float64 \(0, 2, 2\) \["),
-        (np.zeros((5, 2, 3)), r"hold trajectories of shape \(F, A, 2\), not empty; got \(5, 2, 3\) \["),
-        (np.full((5, 2, 2), np.nan), r"hold at least one position; got none \[.*, dataset trajectories\]"),
-        (np.full((5, 2, 2), np.inf), r"have finite positions or NaN; got \[inf, inf\] \[.*, frame 0\]"),
-        (np.array([[[1.0, 2.0]], [[np.nan, 2.0]]]), r"have both x and y or neither; got \[nan, 2.0\] \[.*, frame 1\]"),
+        (
+            np.zeros((0, 2, 2)),
+            r"hold numbers with 3 dimensions, not empty; got float64 \(0, 2, 2\) \[",
+        ),
+        (
+            np.zeros((5, 2, 3)),
+            r"hold trajectories of shape \(F, A, 2\), not empty; got \(5, 2, 3\) \[",
+        ),
+        (
+            np.full((5, 2, 2), np.nan),
+            r"hold at least one position; got none \[.*, dataset trajectories\]",
+        ),
+        (
+            np.full((5, 2, 2), np.inf),
+            r"have finite positions or NaN; got \[inf, inf\] \[.*, frame 0\]",
+        ),
+        (
+            np.array([[[1.0, 2.0]], [[np.nan, 2.0]]]),
+            r"have both x and y or neither; got \[nan, 2.0\] \[.*, frame 1\]",
+        ),
     ],
 )
-def test_an_hdf5_file_with_wrong_trajectories_is_refused_with_its_dataset(trajectories, message, tmp_path):
+def test_an_hdf5_file_with_wrong_trajectories_is_refused_with_its_dataset(
+    trajectories, message, tmp_path
+):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["trajectories"] = trajectories
     with pytest.raises(ValueError, match=message):
@@ -94,7 +126,9 @@ def test_an_hdf5_file_with_wrong_trajectories_is_refused_with_its_dataset(trajec
 
 def test_a_huge_dataset_is_refused_before_it_is_read(tmp_path, monkeypatch):
     monkeypatch.setattr(_arrays, "MOST_NUMBERS", 10)
-    with pytest.raises(ValueError, match=r"hold at most 10 numbers; got \(12, 3, .\) \[.*, dataset "):
+    with pytest.raises(
+        ValueError, match=r"hold at most 10 numbers; got \(12, 3, .\) \[.*, dataset "
+    ):
         load_trajectories(idtracker_ai_h5(tmp_path, walk()), pixels_per_cm=10)
 
 
@@ -119,7 +153,8 @@ def test_sleap_may_order_its_dimensions_otherwise(tmp_path):
     with h5py.File(path, "a") as file:
         file["tracks"].attrs["dims"] = json.dumps(["frame", "node", "xy"])
     with pytest.raises(
-        ValueError, match=r"name the dimensions \['track', 'xy', 'node', 'frame'\]; got .*, dataset tracks, dims\]"
+        ValueError,
+        match=r"name the dimensions \['track', 'xy', 'node', 'frame'\]; got .*, dataset tracks, dims\]",
     ):
         load_trajectories(path, **SAID["sleap"])
 
@@ -130,7 +165,8 @@ def test_names_that_do_not_fit_the_tracks_are_refused(tmp_path):
         del file["track_names"]
         file["track_names"] = np.array([b"one"])
     with pytest.raises(
-        ValueError, match=r"have `tracks` of .* = \(1, 2, 2, F\); got \(3, 2, 2, 12\) \[.*, dataset tracks\]"
+        ValueError,
+        match=r"have `tracks` of .* = \(1, 2, 2, F\); got \(3, 2, 2, 12\) \[.*, dataset tracks\]",
     ):
         load_trajectories(path, **SAID["sleap"])
 
@@ -138,8 +174,14 @@ def test_names_that_do_not_fit_the_tracks_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("names", "message"),
     [
-        (np.array([b"a", b"a", b"b"]), r"`individuals` must be 3 different names; got \('a', 'a', 'b'\) \[.*\.h5\]"),
-        (np.array([[b"a", b"b", b"c"]]), r"hold a list of names; got \(1, 3\) \[.*, dataset track_names\]"),
+        (
+            np.array([b"a", b"a", b"b"]),
+            r"`individuals` must be 3 different names; got \('a', 'a', 'b'\) \[.*\.h5\]",
+        ),
+        (
+            np.array([[b"a", b"b", b"c"]]),
+            r"hold a list of names; got \(1, 3\) \[.*, dataset track_names\]",
+        ),
     ],
 )
 def test_odd_names_of_tracks_are_refused(names, message, tmp_path):
@@ -182,7 +224,9 @@ def test_trex_offers_the_head_too(tmp_path):
 
 def test_angles_of_trex_are_the_headings_where_they_are_complete(tmp_path):
     angles = np.linspace(0, 1, 12)
-    np.testing.assert_allclose(load_trajectories(trex(tmp_path, walk(missing=0), ANGLE=angles)).headings[:, 2], -angles)
+    np.testing.assert_allclose(
+        load_trajectories(trex(tmp_path, walk(missing=0), ANGLE=angles)).headings[:, 2], -angles
+    )
     angles[3] = np.inf
     read = load_trajectories(trex(tmp_path, walk(missing=0), ANGLE=angles))
     assert read.headings is None
@@ -218,21 +262,35 @@ def test_files_of_trex_that_differ_in_the_front_keep_their_whole_names(tmp_path)
 
 def test_files_of_trex_with_different_frame_rates_are_refused(tmp_path):
     path = trex(tmp_path, walk())
-    np.savez(path / "video_fish0.npz", **{"frame": np.arange(3), "X": np.ones(3), "Y": np.ones(3), "frame_rate": 50.0})
-    with pytest.raises(ValueError, match=r"state one frame rate for all individuals; got \[25.0, 50.0\] \["):
+    np.savez(
+        path / "video_fish0.npz",
+        **{"frame": np.arange(3), "X": np.ones(3), "Y": np.ones(3), "frame_rate": 50.0},
+    )
+    with pytest.raises(
+        ValueError, match=r"state one frame rate for all individuals; got \[25.0, 50.0\] \["
+    ):
         load_trajectories(path, keypoint=None)
 
 
 @pytest.mark.parametrize(
     ("arrays", "message"),
     [
-        ({"X#wcentroid": np.ones(5)}, r"have arrays of one length, not empty; got .* \[.*video_fish0.npz\]"),
-        ({"X#wcentroid": np.ones((12, 2))}, r"hold lists of numbers; got float64 \(12, 2\) \[.*, array X#wcentroid\]"),
+        (
+            {"X#wcentroid": np.ones(5)},
+            r"have arrays of one length, not empty; got .* \[.*video_fish0.npz\]",
+        ),
+        (
+            {"X#wcentroid": np.ones((12, 2))},
+            r"hold lists of numbers; got float64 \(12, 2\) \[.*, array X#wcentroid\]",
+        ),
         (
             {"frame": np.arange(12) / 2},
             r"have frame numbers that are whole, .*; got 0.5 \[.*video_fish0.npz, index 1\]",
         ),
-        ({"frame": np.zeros(12)}, r"give one position .*; got another one .* \[.*video_fish0.npz, index"),
+        (
+            {"frame": np.zeros(12)},
+            r"give one position .*; got another one .* \[.*video_fish0.npz, index",
+        ),
     ],
 )
 def test_arrays_of_trex_that_are_wrong_are_refused_with_the_file(arrays, message, tmp_path):
@@ -251,7 +309,10 @@ def test_a_damaged_npz_is_refused(keep, tmp_path):
     path = trex(tmp_path, walk()) / "video_fish0.npz"
     content = path.read_bytes()
     path.write_bytes(content[: int(keep * len(content))])
-    with pytest.raises(ValueError, match=r"be a whole npz file; got .* \[.*video_fish0.npz\]. The file may be cut off"):
+    with pytest.raises(
+        ValueError,
+        match=r"be a whole npz file; got .* \[.*video_fish0.npz\]. The file may be cut off",
+    ):
         load_trajectories(path)
 
 
@@ -283,7 +344,9 @@ def test_an_npz_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
         (b"X#wcentroid.npy", "name"),  # of a member, in the directory alone
     ],
 )
-def test_a_track_whose_archive_has_a_damaged_directory_is_refused_and_not_left_out(tmp_path, of, by):
+def test_a_track_whose_archive_has_a_damaged_directory_is_refused_and_not_left_out(
+    tmp_path, of, by
+):
     folder = WRITERS["trex"](tmp_path, walk(frames=8))
     file = folder / "video_fish0.npz"
     content = bytearray(file.read_bytes())

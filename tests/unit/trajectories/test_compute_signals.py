@@ -29,7 +29,9 @@ def test_with_headings_speed_against_the_heading_is_negative():
 
 def test_a_heading_turns_the_shorter_way_round():
     headings = np.array([[3.0], [-3.0]])
-    turn = compute_signals(np.zeros((2, 1, 2)), fps=1, names=("turn",), headings=headings).values[0, 0, 0]
+    turn = compute_signals(np.zeros((2, 1, 2)), fps=1, names=("turn",), headings=headings).values[
+        0, 0, 0
+    ]
     assert turn == pytest.approx(2 * np.pi - 6)
 
 
@@ -44,7 +46,9 @@ def test_who_has_not_moved_yet_does_not_turn():
 
 
 def test_a_direction_is_not_kept_over_a_gap():
-    positions = np.array([[0, 0], [1, 0], [1, 1], [0, 0], [2, 2], [2, 2], [3, 2]], dtype=float)[:, None]
+    positions = np.array([[0, 0], [1, 0], [1, 1], [0, 0], [2, 2], [2, 2], [3, 2]], dtype=float)[
+        :, None
+    ]
     present = np.array([1, 1, 1, 0, 1, 1, 1], dtype=bool)[:, None]
     signals = compute_signals(positions, fps=1, present=present)
     np.testing.assert_array_equal(signals.valid[:, 0], [False, True, False, False, False, True])
@@ -106,15 +110,21 @@ def test_many_recordings_are_computed_at_once():
     positions = np.random.default_rng(0).normal(size=(4, 7, 3, 2)).cumsum(axis=1)
     together = compute_signals(positions, fps=5, names=tuple(SIGNALS), smooth_frames=3).values
     for one, alone in zip(together, positions, strict=True):
-        np.testing.assert_array_equal(one, compute_signals(alone, fps=5, names=tuple(SIGNALS), smooth_frames=3).values)
+        np.testing.assert_array_equal(
+            one, compute_signals(alone, fps=5, names=tuple(SIGNALS), smooth_frames=3).values
+        )
 
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(-3, 3))
 def test_signals_do_not_change_when_everything_is_turned_and_moved(seed, angle):
     positions = np.random.default_rng(seed).normal(size=(8, 3, 2)).cumsum(axis=0)
-    turned = positions @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]) + [30, -50]
-    before, after = (compute_signals(p, fps=1, names=tuple(SIGNALS)).values for p in (positions, turned))
+    turned = positions @ np.array(
+        [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
+    ) + [30, -50]
+    before, after = (
+        compute_signals(p, fps=1, names=tuple(SIGNALS)).values for p in (positions, turned)
+    )
     difference = after - before
     difference[..., [1, 3]] = (difference[..., [1, 3]] + np.pi) % (2 * np.pi) - np.pi
     np.testing.assert_allclose(difference, 0, atol=1e-9)
@@ -124,9 +134,15 @@ def test_signals_do_not_change_when_everything_is_turned_and_moved(seed, angle):
 @given(st.integers(0, 2**32 - 1))
 def test_signals_follow_when_individuals_change_places(seed):
     rng = np.random.default_rng(seed)
-    positions, present, order = rng.normal(size=(8, 4, 2)), rng.random((8, 4)) < 0.8, rng.permutation(4)
+    positions, present, order = (
+        rng.normal(size=(8, 4, 2)),
+        rng.random((8, 4)) < 0.8,
+        rng.permutation(4),
+    )
     before = compute_signals(positions, fps=1, names=tuple(SIGNALS), present=present)
-    after = compute_signals(positions[:, order], fps=1, names=tuple(SIGNALS), present=present[:, order])
+    after = compute_signals(
+        positions[:, order], fps=1, names=tuple(SIGNALS), present=present[:, order]
+    )
     np.testing.assert_allclose(after.values, before.values[:, order], atol=1e-12)
     np.testing.assert_array_equal(after.valid, before.valid[:, order])
 
@@ -142,10 +158,19 @@ def test_signals_follow_when_individuals_change_places(seed):
             {"positions": np.full((3, 1, 2), np.nan)},
             "`positions` must be finite wherever `present`; got a value that is not",
         ),
-        ({"present": np.ones((5, 2), bool)}, r"`present` must be of shape \(..., F, A\) = \(5, 1\); got \(5, 2\)"),
-        ({"headings": np.ones(5)}, r"`headings` must be of shape \(..., F, A\) = \(5, 1\); got \(5,\)"),
+        (
+            {"present": np.ones((5, 2), bool)},
+            r"`present` must be of shape \(..., F, A\) = \(5, 1\); got \(5, 2\)",
+        ),
+        (
+            {"headings": np.ones(5)},
+            r"`headings` must be of shape \(..., F, A\) = \(5, 1\); got \(5,\)",
+        ),
         ({"fps": -1}, "`fps` must be a finite number above 0; got -1"),
-        ({"names": ("spin",)}, r"`names` must be some of speed, turn, .*, each once; got \('spin',\)"),
+        (
+            {"names": ("spin",)},
+            r"`names` must be some of speed, turn, .*, each once; got \('spin',\)",
+        ),
         ({"names": ()}, r"`names` must be some of .*; got \(\)"),
         ({"names": ("turn", "turn")}, r"`names` must be some of .*; got \('turn', 'turn'\)"),
         ({"smooth_frames": 2}, "`smooth_frames` must be odd and 1 or more; got 2"),

@@ -8,7 +8,17 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
-from tracker_files import SAID, deeplabcut_h5, expected, idtracker_ai_h5, movement, sleap, tidy, trex, walk
+from tracker_files import (
+    SAID,
+    deeplabcut_h5,
+    expected,
+    idtracker_ai_h5,
+    movement,
+    sleap,
+    tidy,
+    trex,
+    walk,
+)
 
 from turing_learning.trajectories import Trajectories, load_trajectories
 
@@ -21,7 +31,9 @@ def test_files_that_pandas_and_h5netcdf_wrote_are_read(name):
     said = SAID["movement" if name == "movement.nc" else "deeplabcut-h5"]
     read = load_trajectories(DATA / name, **said)
     np.testing.assert_allclose(read.positions, expected("", walk()), atol=1e-12)
-    assert read.individuals == (("a", "b", "c") if name == "movement.nc" else ("mouse1", "mouse2", "mouse3"))
+    assert read.individuals == (
+        ("a", "b", "c") if name == "movement.nc" else ("mouse1", "mouse2", "mouse3")
+    )
     assert set(np.unique(read.confidence[read.present])) <= {0.5, 0.95}
     with pytest.raises(ValueError, match="`keypoint` must be one of thorax, head; got None"):
         load_trajectories(DATA / name, **said | {"keypoint": None})
@@ -64,7 +76,10 @@ def test_wide_tables_are_read(columns, tmp_path):
 
 def test_tables_of_deeplabcut_are_read(tmp_path):
     labels = [
-        ("net", name, part, what) for name in "ab" for part in ("nose", "tail") for what in ("x", "y", "likelihood")
+        ("net", name, part, what)
+        for name in "ab"
+        for part in ("nose", "tail")
+        for what in ("x", "y", "likelihood")
     ]
     values = np.arange(36.0).reshape(3, 12)
     table = pd.DataFrame(values, columns=pd.MultiIndex.from_tuples(labels), index=[4, 5, 6])
@@ -79,7 +94,13 @@ def test_a_recording_survives_the_way_to_pandas_and_back(unit):
     positions = np.nan_to_num(walk())
     present = ~np.isnan(walk()[..., 0])
     before = Trajectories(
-        positions, present, 25.0, ("a", "b", "c"), unit=unit, first_frame=7, headings=np.where(present, 0.5, 0.0)
+        positions,
+        present,
+        25.0,
+        ("a", "b", "c"),
+        unit=unit,
+        first_frame=7,
+        headings=np.where(present, 0.5, 0.0),
     )
     after = load_trajectories(before.to_dataframe())
     for name in ("positions", "present", "headings"):
@@ -103,7 +124,10 @@ def test_attributes_that_are_wrong_are_refused():
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        (pd.DataFrame({"frame": [], "x": [], "y": []}), r"have at least one row; got none \[DataFrame\]"),
+        (
+            pd.DataFrame({"frame": [], "x": [], "y": []}),
+            r"have at least one row; got none \[DataFrame\]",
+        ),
         (
             pd.DataFrame({"frame": [0], "x": ["one"], "y": [2]}),
             r"finite numbers or NaN; got 'one' \[DataFrame, row 0\]",
@@ -130,8 +154,12 @@ def test_a_table_that_is_wrong_is_refused_with_its_row(table, message):
 def test_a_pickle_in_a_table_of_deeplabcut_that_calls_anything_is_not_opened(tmp_path):
     path = deeplabcut_h5(tmp_path, walk())
     with h5py.File(path, "a") as file:
-        file["df_with_missing/table"].attrs["values_block_0_kind"] = np.bytes_(pickle.dumps([np.float64], protocol=0))
-    with pytest.raises(ValueError, match=r"be a whole HDF5 file; got a pickle that calls numpy\.float64"):
+        file["df_with_missing/table"].attrs["values_block_0_kind"] = np.bytes_(
+            pickle.dumps([np.float64], protocol=0)
+        )
+    with pytest.raises(
+        ValueError, match=r"be a whole HDF5 file; got a pickle that calls numpy\.float64"
+    ):
         load_trajectories(path, **SAID["deeplabcut-h5"])
 
 
@@ -141,7 +169,9 @@ def test_a_name_that_a_table_of_pandas_does_not_have_is_damage(tmp_path):
     with h5py.File(path, "a") as file:
         table = next(each for each in file.values() if "pandas_type" in each.attrs)
         table["block0_items_label1"][0] = 99
-    with pytest.raises(ValueError, match=r"be a whole HDF5 file; got list index out of range \[.*fixed\.h5\]"):
+    with pytest.raises(
+        ValueError, match=r"be a whole HDF5 file; got list index out of range \[.*fixed\.h5\]"
+    ):
         load_trajectories(path, **SAID["deeplabcut-h5"])
 
 
@@ -159,7 +189,10 @@ def test_an_hdf5_file_of_zeros_is_refused_before_it_fills_the_memory(write, tmp_
 
 def test_an_archive_that_unpacks_to_much_more_than_it_is_is_refused(tmp_path):
     path = trex(tmp_path, walk()) / "video_fish0.npz"
-    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive, archive.open("posture.npy", "w") as file:
+    with (
+        zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive,
+        archive.open("posture.npy", "w") as file,
+    ):
         for _ in range(80):
             file.write(bytes(1_000_000))
     with pytest.raises(ValueError, match=r"must unpack to at most 67108864 bytes; got 8\d{7} \["):
@@ -181,7 +214,8 @@ def test_data_in_another_file_is_not_followed(kind, tmp_path):
             layout[:] = h5py.VirtualSource(str(other), "trajectories", shape=(12, 3, 2))
             file.create_virtual_dataset("trajectories", layout)
     with pytest.raises(
-        ValueError, match=r"must hold its data itself; got a link to another file \[.*file.h5, trajectories\]"
+        ValueError,
+        match=r"must hold its data itself; got a link to another file \[.*file.h5, trajectories\]",
     ):
         load_trajectories(path, **SAY)
 

@@ -37,7 +37,9 @@ def jittered(positions, seed=0, fps=25.0, jitter=0.012):
 
 def test_uneven_times_are_refused_with_the_option_that_makes_them_even(tmp_path):
     path = write(tmp_path, jittered(walk()))
-    with pytest.raises(ValueError, match=r"whole frames apart.*If they are uneven, make them even by resample=25"):
+    with pytest.raises(
+        ValueError, match=r"whole frames apart.*If they are uneven, make them even by resample=25"
+    ):
         load_trajectories(path, **SAID)
 
 
@@ -85,7 +87,10 @@ def test_dates_and_times_of_day_are_times(form, tmp_path):
 def test_a_time_that_is_no_time_is_refused_with_its_line(tmp_path):
     rows = table(walk()).rename(columns={"frame": "time"}).astype({"time": object})
     rows.loc[3, "time"] = "noon"
-    with pytest.raises(ValueError, match=r"times that are numbers, dates \(ISO 8601\) or h:min:s; got 'noon' .*:5\]"):
+    with pytest.raises(
+        ValueError,
+        match=r"times that are numbers, dates \(ISO 8601\) or h:min:s; got 'noon' .*:5\]",
+    ):
         load_trajectories(write(tmp_path, rows), fps=25, **SAID)
 
 
@@ -99,7 +104,8 @@ def test_milliseconds_in_the_name_need_no_rate(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("x", "y", "per_unit"), [("x (mm)", "y (mm)", 10), ("x_cm", "y_cm", 1), ("X [m]", "Y [m]", 0.01)]
+    ("x", "y", "per_unit"),
+    [("x (mm)", "y (mm)", 10), ("x_cm", "y_cm", 1), ("X [m]", "Y [m]", 0.01)],
 )
 def test_units_in_names_of_columns_are_the_scale(x, y, per_unit, tmp_path):
     rows = table(walk())
@@ -118,7 +124,9 @@ def test_degrees_are_positions_on_request_only(tmp_path):
     with pytest.raises(ValueError, match=r"To bring degrees into a plane, add project=True"):
         load_trajectories(path, fps=25)
     with pytest.raises(ValueError, match="To bring degrees into a plane"):
-        load_trajectories(path, fps=25, columns={"x": "longitude", "y": "latitude"}, pixels_per_cm=1, y_axis="up")
+        load_trajectories(
+            path, fps=25, columns={"x": "longitude", "y": "latitude"}, pixels_per_cm=1, y_axis="up"
+        )
     read = load_trajectories(path, fps=25, project=True)
     assert (read.unit, read.reading.columns["x"]) == ("cm", "longitude")
     # at 60 degrees a degree is 55,800 m of longitude and 111,412 m of latitude (Snyder 1987, table 5)
@@ -140,7 +148,9 @@ def test_tracks_that_cross_the_date_line_hang_together(tmp_path):
 def test_decimal_commas_and_words_for_missing_values_are_read(tmp_path):
     rows = table(walk())
     path = write(tmp_path, rows, sep=";", decimal=",")
-    path.write_text(path.read_text() + "400;0;NA;NA\n400;1;-;-\n400;2;5,5;6,5\n400;3;;\n400;4;1;1\n")
+    path.write_text(
+        path.read_text() + "400;0;NA;NA\n400;1;-;-\n400;2;5,5;6,5\n400;3;;\n400;4;1;1\n"
+    )
     read = load_trajectories(path, fps=25, **SAID)
     np.testing.assert_allclose(read.positions[:400], walk() / 10)
     assert read.present[400].tolist() == [False, False, True, False, True]
@@ -152,7 +162,9 @@ def test_decimal_commas_and_words_for_missing_values_are_read(tmp_path):
 @pytest.mark.parametrize("writer", [deeplabcut, sleap])
 def test_two_points_of_the_body_give_the_heading(writer, tmp_path):
     path = writer(tmp_path, short_walk())
-    read = load_trajectories(path, fps=25, pixels_per_cm=10, keypoint="thorax", heading=("head", "thorax"))
+    read = load_trajectories(
+        path, fps=25, pixels_per_cm=10, keypoint="thorax", heading=("head", "thorax")
+    )
     # the head is one pixel to the right of the thorax and one below, where y of images grows
     np.testing.assert_allclose(read.headings[read.present], -np.pi / 4)
 
@@ -195,13 +207,18 @@ def test_an_array_of_positions_is_a_recording(tmp_path):
         read = load_trajectories(source, fps=25, **SAID)
         np.testing.assert_array_equal(read.present, ~np.isnan(positions[..., 0]))
         np.testing.assert_allclose(read.positions, np.nan_to_num(positions) / 10)
-    with pytest.raises(ValueError, match=r"must be numbers of shape \(F, A, 2\), not empty.*got float64 \(12, 6\)"):
+    with pytest.raises(
+        ValueError, match=r"must be numbers of shape \(F, A, 2\), not empty.*got float64 \(12, 6\)"
+    ):
         load_trajectories(positions.reshape(12, 6), fps=25, **SAID)
 
 
 def test_nan_in_a_recording_is_refused_with_what_makes_one_of_it():
     positions = short_walk()
-    with pytest.raises(ValueError, match=r"`positions` must be finite; got nan .*`load_trajectories\(positions, fps="):
+    with pytest.raises(
+        ValueError,
+        match=r"`positions` must be finite; got nan .*`load_trajectories\(positions, fps=",
+    ):
         tl.Trajectories(positions, np.ones(positions.shape[:2], dtype=bool), 25.0, ("a", "b", "c"))
 
 
@@ -214,7 +231,9 @@ def test_a_workbook_is_refused_with_a_remedy(tmp_path):
 def test_a_track_without_times_is_refused(tmp_path):
     path = gpx(tmp_path, short_walk())
     path.write_text(path.read_text().replace("<time>", "<time2>").replace("</time>", "</time2>"))
-    with pytest.raises(ValueError, match=r"give a time for each point; got [0-9]+ points without one"):
+    with pytest.raises(
+        ValueError, match=r"give a time for each point; got [0-9]+ points without one"
+    ):
         load_trajectories(path, project=True)
 
 

@@ -2,7 +2,18 @@ import os
 
 import numpy as np
 import pytest
-from tracker_files import FPS, PROJECTED, SAID, UPWARDS, WRITERS, expected, tidy, tracktor, trex, walk
+from tracker_files import (
+    FPS,
+    PROJECTED,
+    SAID,
+    UPWARDS,
+    WRITERS,
+    expected,
+    tidy,
+    tracktor,
+    trex,
+    walk,
+)
 
 from turing_learning.trajectories import FORMATS, load_trajectories
 
@@ -52,14 +63,18 @@ def test_the_way_y_was_turned_is_told(name, tmp_path):
 @pytest.mark.parametrize("name", [name for name in FORMATS if "fps" in SAID[name]])
 def test_a_frame_rate_is_never_guessed(name, tmp_path):
     path = WRITERS[name](tmp_path, walk())
-    with pytest.raises(ValueError, match=r"`fps` must be given; got none, and the file does not state it \["):
+    with pytest.raises(
+        ValueError, match=r"`fps` must be given; got none, and the file does not state it \["
+    ):
         load_trajectories(path, **SAID[name] | {"fps": None})
 
 
 @pytest.mark.parametrize("name", [name for name in FORMATS if "pixels_per_cm" in SAID[name]])
 def test_a_scale_is_never_guessed(name, tmp_path):
     path = WRITERS[name](tmp_path, walk())
-    with pytest.raises(ValueError, match=r"`pixels_per_cm` must be given; got none.*Give 1 for a file in cm"):
+    with pytest.raises(
+        ValueError, match=r"`pixels_per_cm` must be given; got none.*Give 1 for a file in cm"
+    ):
         load_trajectories(path, **SAID[name] | {"pixels_per_cm": None})
 
 
@@ -71,13 +86,17 @@ def test_a_frame_rate_that_contradicts_the_file_is_refused(name, tmp_path):
 
 
 def test_a_scale_that_contradicts_the_file_is_refused(tmp_path):
-    with pytest.raises(ValueError, match="`pixels_per_cm` must be left out for a file in cm; got 10"):
+    with pytest.raises(
+        ValueError, match="`pixels_per_cm` must be left out for a file in cm; got 10"
+    ):
         load_trajectories(trex(tmp_path, walk()), pixels_per_cm=10)
 
 
 def test_positions_stay_in_pixels_when_the_scale_is_said_to_be_unknown(tmp_path):
     positions = walk(missing=0)
-    read = load_trajectories(tidy(tmp_path, positions), fps=25, pixels_per_cm="unknown", y_axis="up")
+    read = load_trajectories(
+        tidy(tmp_path, positions), fps=25, pixels_per_cm="unknown", y_axis="up"
+    )
     assert read.unit == "px"
     np.testing.assert_allclose(read.positions, positions)
 
@@ -90,9 +109,18 @@ def test_the_direction_of_y_in_a_plain_table_is_never_guessed(tmp_path):
 @pytest.mark.parametrize(
     ("said", "message"),
     [
-        ({"fps": 0}, r"`fps` must be a finite number of at least 1e-09 and of at most 1e\+09; got 0"),
-        ({"fps": np.inf}, r"`fps` must be a finite number of at least 1e-09 and of at most 1e\+09; got inf"),
-        ({"fps": 1e-12}, r"`fps` must be a finite number of at least 1e-09 and of at most 1e\+09; got 1e-12"),
+        (
+            {"fps": 0},
+            r"`fps` must be a finite number of at least 1e-09 and of at most 1e\+09; got 0",
+        ),
+        (
+            {"fps": np.inf},
+            r"`fps` must be a finite number of at least 1e-09 and of at most 1e\+09; got inf",
+        ),
+        (
+            {"fps": 1e-12},
+            r"`fps` must be a finite number of at least 1e-09 and of at most 1e\+09; got 1e-12",
+        ),
         (
             {"pixels_per_cm": -1},
             r"`pixels_per_cm` must be a finite number of at least 1e-09 and of at most 1e\+09; got -1",
@@ -107,7 +135,10 @@ def test_the_direction_of_y_in_a_plain_table_is_never_guessed(tmp_path):
         ),
         ({"y_axis": "left"}, "`y_axis` must be 'up' or 'down'; got 'left'"),
         ({"min_confidence": np.nan}, "`min_confidence` must be a finite number; got nan"),
-        ({"min_confidence": 0.5}, "`min_confidence` must be left out; got 0.5 for a file without confidence"),
+        (
+            {"min_confidence": 0.5},
+            "`min_confidence` must be left out; got 0.5 for a file without confidence",
+        ),
         ({"format": "fishtrack"}, "`format` must be one of idtracker, .*; got 'fishtrack'"),
         ({"keypoint": "head"}, "`keypoint` must be left out for format tracktor; got 'head'"),
     ],
@@ -136,7 +167,9 @@ def test_an_ambiguous_content_is_refused_and_the_candidates_are_named(tmp_path):
     np.testing.assert_array_equal(read.positions, [[[1, 2]]])
 
 
-@pytest.mark.parametrize("content", [b"a,b\n1,2\n", b"hello", b"\x00\x01\xff" * 50, b"\xff\n", b"\n\n\n"])
+@pytest.mark.parametrize(
+    "content", [b"a,b\n1,2\n", b"hello", b"\x00\x01\xff" * 50, b"\xff\n", b"\n\n\n"]
+)
 def test_an_unknown_content_is_refused(content, tmp_path):
     path = tmp_path / "some.dat"
     path.write_bytes(content)
@@ -154,13 +187,24 @@ TABLE = "frame,id,x,y,größe\n0,fähe,1,2,3\n1,fähe,1,2,3\n"
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (TABLE.encode("latin-1"), r"got byte 0xf6 \[.*fish.csv:1\]. It may be in Latin-1 .*: save it as UTF-8"),
-        (TABLE.replace("öß", "o").encode("latin-1"), r"got byte 0xe4 \[.*fish.csv:2\]. It may be in Latin-1"),
+        (
+            TABLE.encode("latin-1"),
+            r"got byte 0xf6 \[.*fish.csv:1\]. It may be in Latin-1 .*: save it as UTF-8",
+        ),
+        (
+            TABLE.replace("öß", "o").encode("latin-1"),
+            r"got byte 0xe4 \[.*fish.csv:2\]. It may be in Latin-1",
+        ),
         (TABLE.encode("utf-16"), r"got UTF-16 \[.*fish.csv.*\]. Save it as UTF-8"),
-        ("\ufeff".encode("utf-16-be") + TABLE.encode("utf-16-be"), r"got UTF-16 \[.*fish.csv.*\]. Save it as UTF-8"),
+        (
+            "\ufeff".encode("utf-16-be") + TABLE.encode("utf-16-be"),
+            r"got UTF-16 \[.*fish.csv.*\]. Save it as UTF-8",
+        ),
     ],
 )
-def test_an_encoding_other_than_utf_8_is_named_whether_the_format_is_said_or_found(content, message, format, tmp_path):
+def test_an_encoding_other_than_utf_8_is_named_whether_the_format_is_said_or_found(
+    content, message, format, tmp_path
+):
     path = tmp_path / "fish.csv"
     path.write_bytes(content)
     with pytest.raises(ValueError, match="`path` must be text in UTF-8; " + message):
@@ -176,7 +220,8 @@ def test_all_that_is_missing_is_named_at_once(tmp_path):
     with pytest.raises(ValueError, match=message):
         load_trajectories(path)
     with pytest.raises(
-        ValueError, match=r"`pixels_per_cm` must be given; .* Give 1 for .* Give `y_axis`, too: \"down\""
+        ValueError,
+        match=r"`pixels_per_cm` must be given; .* Give 1 for .* Give `y_axis`, too: \"down\"",
     ):
         load_trajectories(path, fps=25)
 
@@ -232,7 +277,9 @@ def test_positions_of_which_the_tracker_is_unsure_count_as_missing_when_asked(tm
     sure = load_trajectories(path, min_confidence=0.5, **said)
     np.testing.assert_array_equal(sure.present[:, 0], [True, False, True])
     assert sure.remarks == ("1 positions with a confidence below 0.5 count as missing",)
-    with pytest.raises(ValueError, match=r"hold a position with confidence 2 or more; got at most 0.9"):
+    with pytest.raises(
+        ValueError, match=r"hold a position with confidence 2 or more; got at most 0.9"
+    ):
         load_trajectories(path, min_confidence=2, **said)
 
 
@@ -249,6 +296,7 @@ def test_shuffled_rows_without_frame_numbers_are_refused(tmp_path):
     header, *rows = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join([header, *np.random.default_rng(1).permutation(rows)]))
     with pytest.raises(
-        ValueError, match=r"must have its rows in the order of time; got a typical step of .* may be shuffled"
+        ValueError,
+        match=r"must have its rows in the order of time; got a typical step of .* may be shuffled",
     ):
         load_trajectories(path, fps=25, pixels_per_cm=1)

@@ -17,7 +17,9 @@ FPS = 25.0
 def walk(frames=400, individuals=5, seed=0, step=3.0):
     """Return positions (F, A, 2) of individuals that swim in a tank of 600 by 400, in pixels."""
     rng = np.random.default_rng(seed)
-    course = rng.uniform(0, 2 * np.pi, individuals) + np.cumsum(rng.normal(0, 0.15, (frames, individuals)), axis=0)
+    course = rng.uniform(0, 2 * np.pi, individuals) + np.cumsum(
+        rng.normal(0, 0.15, (frames, individuals)), axis=0
+    )
     way = np.cumsum(step * np.stack([np.cos(course), np.sin(course)], axis=-1), axis=0)
     size = np.array([600.0, 400.0])
     places = (way + rng.uniform(0, size, (individuals, 2))) % (2 * size)
@@ -56,7 +58,9 @@ def test_the_column_by_which_paths_are_continuous_names_the_individuals(name, tm
     read = load(tmp_path, rows)
     np.testing.assert_allclose(read.positions, walk() / 10)
     (choice,) = read.choices
-    assert choice.startswith(f"the column {name} names the individuals: 0% of the steps are jumps by it, ")
+    assert choice.startswith(
+        f"the column {name} names the individuals: 0% of the steps are jumps by it, "
+    )
     assert choice in str(read.check())
     assert choice in caplog.text
 
@@ -72,17 +76,25 @@ def test_spots_of_trackmate_are_those_of_their_tracks(tmp_path, caplog):
 def test_a_table_of_trackmate_is_read_with_all_its_header_lines(tmp_path):
     read = load_trajectories(trackmate(tmp_path, walk()), fps=25, pixels_per_cm=10)
     np.testing.assert_allclose(read.positions, walk() * [0.1, -0.1])
-    assert any(line.startswith("3 more header lines are no rows: ,,,(quality),(pixel)") for line in read.remarks)
+    assert any(
+        line.startswith("3 more header lines are no rows: ,,,(quality),(pixel)")
+        for line in read.remarks
+    )
     path = tmp_path / "renamed.csv"
     with path.open("w") as file:
         file.write("ID,TRACK_ID,x,y,FRAME\nSpot ID,Track ID,X,Y,Frame\n,,(pixel),(pixel),\n")
-        file.writelines(f"{k},{who},{x},{y},{frame}\n" for k, (frame, who, x, y) in enumerate(table(walk()).values))
+        file.writelines(
+            f"{k},{who},{x},{y},{frame}\n"
+            for k, (frame, who, x, y) in enumerate(table(walk()).values)
+        )
     np.testing.assert_allclose(load_trajectories(path, fps=25, **SAID).positions, walk() / 10)
 
 
 def test_whom_two_columns_name_as_well_has_to_be_said(tmp_path):
     rows = table(walk())
-    swapped = np.where(rows.frame < 200, rows.id, (rows.id + 1) % 5)  # an exchange that no jump shows
+    swapped = np.where(
+        rows.frame < 200, rows.id, (rows.id + 1) % 5
+    )  # an exchange that no jump shows
     rows[["x", "y"]] = 300 + walk(step=0.01)[rows.frame, rows.id] * 0.001
     rows = rows.assign(track=swapped, id=rows.id)
     message = (
@@ -93,7 +105,9 @@ def test_whom_two_columns_name_as_well_has_to_be_said(tmp_path):
     said = load(tmp_path, rows, columns={"id": "track"})
     assert said.individuals == ("0", "1", "2", "3", "4")
     assert said.choices == ()
-    np.testing.assert_allclose(said.positions[200:, 1], load(tmp_path, rows, columns={"id": "id"}).positions[200:, 0])
+    np.testing.assert_allclose(
+        said.positions[200:, 1], load(tmp_path, rows, columns={"id": "id"}).positions[200:, 0]
+    )
 
 
 def test_longer_paths_are_taken_where_others_are_pieces_of_them(tmp_path):
@@ -120,7 +134,10 @@ def test_numbers_of_detections_alone_are_no_individuals(tmp_path):
     refused(tmp_path, alone, "got 2000 individuals, each in one frame only")
     ranked = table(walk(2000)).sort_values(["frame", "x"])
     read = load(tmp_path, ranked.assign(id=ranked.groupby("frame").cumcount()))
-    assert "% of all steps are jumps: see whether the file tells individuals apart as they are" in str(read.check())
+    assert (
+        "% of all steps are jumps: see whether the file tells individuals apart as they are"
+        in str(read.check())
+    )
 
 
 def test_a_file_without_individuals_says_how_to_name_their_column(tmp_path):
@@ -135,7 +152,9 @@ def test_recordings_of_other_trials_are_not_together(same_names, tmp_path):
     two["id"] += 0 if same_names else 5
     rows = pd.concat([one.assign(trial="a"), two.assign(trial="b")])
     refused(
-        tmp_path, rows, "hold one recording; got 2 by the column trial, with the same frames .* Write a file for each"
+        tmp_path,
+        rows,
+        "hold one recording; got 2 by the column trial, with the same frames .* Write a file for each",
     )
     rows = pd.concat([one.assign(trial="a"), two.assign(trial="b", frame=two.frame + 400)])
     assert len(load(tmp_path, rows).positions) == 800
@@ -149,7 +168,10 @@ def test_pieces_of_paths_are_told_and_make_no_larger_group(tmp_path, caplog):
     rows = table(walk())
     read = load(tmp_path, rows.assign(id=rows.id * 100 + rows.frame // 40))
     assert (len(read.individuals), read.at_once) == (50, 5)
-    assert "50 individuals, of whom at most 5 are there at once, and half for 40 frames or fewer" in caplog.text
+    assert (
+        "50 individuals, of whom at most 5 are there at once, and half for 40 frames or fewer"
+        in caplog.text
+    )
     assert as_recorded(Couzin, read, read.windows(20)).individuals == 5
 
 
@@ -175,7 +197,9 @@ def timed(unit, frames=400):
 def test_times_in_another_unit_than_seconds_are_asked_for(shape, unit, name, rate, tmp_path):
     rows = timed(unit)
     if shape == "wide":
-        rows = pd.DataFrame(walk().reshape(400, 10), columns=[f"{axis}{k}" for k in range(1, 6) for axis in "xy"])
+        rows = pd.DataFrame(
+            walk().reshape(400, 10), columns=[f"{axis}{k}" for k in range(1, 6) for axis in "xy"]
+        )
         rows.insert(0, "time", np.arange(400) / FPS / unit)
     elif shape == "beside frames":
         rows = table(walk()).assign(time=rows.time)
@@ -195,18 +219,26 @@ def test_times_in_seconds_are_read_as_they_are(rate, tmp_path):
     rows = rows.assign(frame=rows.frame / rate).rename(columns={"frame": "time"})
     read = load(tmp_path, rows, fps=None if rate >= 1 else rate)
     assert (read.fps, len(read.positions)) == (pytest.approx(rate), 400)
-    assert load(tmp_path, rows.rename(columns={"time": "seconds"}), fps=None).fps == pytest.approx(rate)
+    assert load(tmp_path, rows.rename(columns={"time": "seconds"}), fps=None).fps == pytest.approx(
+        rate
+    )
 
 
 @pytest.mark.parametrize("shape", ["long", "wide"])
 def test_times_that_may_count_frames_are_asked_for(shape, tmp_path):
     rows = table(walk()).rename(columns={"frame": "time"})
     if shape == "wide":
-        rows = pd.DataFrame(walk().reshape(400, 10), columns=[f"{axis}{k}" for k in range(1, 6) for axis in "xy"])
+        rows = pd.DataFrame(
+            walk().reshape(400, 10), columns=[f"{axis}{k}" for k in range(1, 6) for axis in "xy"]
+        )
         rows.insert(0, "time", np.arange(400))
     message = r"count frames, give columns=\{'frame': 'time'\} and the frame rate; if they are in s, give fps=1\."
     refused(tmp_path, rows, message, fps=None)
-    refused(tmp_path, rows, r"`fps` must be 1 where values of `time` are whole and 1 apart, if they are in s; got 25")
+    refused(
+        tmp_path,
+        rows,
+        r"`fps` must be 1 where values of `time` are whole and 1 apart, if they are in s; got 25",
+    )
     assert load(tmp_path, rows, fps=1).fps == 1
     read = load(tmp_path, rows, columns={"frame": "time"})
     assert (read.fps, read.every, len(read.positions)) == (25, 1, 400)
@@ -216,7 +248,8 @@ def test_frame_numbers_that_are_times_can_be_said_to_be(tmp_path):
     rows = table(walk())
     read = load(tmp_path, rows.assign(frame=rows.frame * 40))
     with pytest.raises(
-        ValueError, match=r"only one in 40 .* If frame numbers are times, give columns=\{'time': 'frame'\}\."
+        ValueError,
+        match=r"only one in 40 .* If frame numbers are times, give columns=\{'time': 'frame'\}\.",
     ):
         read.windows(10)
     read = load(tmp_path, rows.assign(frame=rows.frame * 40), columns={"time": "frame"})
@@ -236,7 +269,9 @@ def test_times_of_movement_without_a_unit_are_asked_for(tmp_path):
     dataset = load(tmp_path, table(walk())).to_xarray()
     dataset = dataset.assign_coords(time=np.arange(400) * 40.0)
     del dataset.attrs["fps"], dataset.attrs["time_unit"]
-    with pytest.raises(ValueError, match=r"If they are in ms, give fps=25\.0; if in s, give fps=0\.025"):
+    with pytest.raises(
+        ValueError, match=r"If they are in ms, give fps=25\.0; if in s, give fps=0\.025"
+    ):
         load_trajectories(dataset)
     assert load_trajectories(dataset, fps=25).fps == 25
 
@@ -265,13 +300,17 @@ def test_positions_are_the_centers_of_boxes(kind, tmp_path, caplog):
     center, corner, size = boxes()
     third = size if kind in ("mot", "plain") else corner + size
     rows = table(center).drop(columns=["x", "y"])
-    for name, values in zip(BOXES[kind], [*np.moveaxis(corner, -1, 0), *np.moveaxis(third, -1, 0)], strict=True):
+    for name, values in zip(
+        BOXES[kind], [*np.moveaxis(corner, -1, 0), *np.moveaxis(third, -1, 0)], strict=True
+    ):
         rows[name] = values.reshape(-1)
     read = load(tmp_path, rows)
     np.testing.assert_allclose(read.positions, center / 10)
     assert "positions are the centers of the boxes in the columns " in caplog.text
     if kind == "mot":  # its own x, y and z are those of a world that it does not know
-        np.testing.assert_allclose(load(tmp_path, rows.assign(conf=1, x=-1, y=-1, z=-1)).positions, center / 10)
+        np.testing.assert_allclose(
+            load(tmp_path, rows.assign(conf=1, x=-1, y=-1, z=-1)).positions, center / 10
+        )
         moved = rows.assign(x=center[..., 0].ravel(), y=center[..., 1].ravel() + 5)
         np.testing.assert_allclose(load(tmp_path, moved).positions, center / 10 + [0, 0.5])
 
@@ -293,23 +332,31 @@ def test_corners_of_one_box_are_not_two_individuals(tmp_path):
 @pytest.mark.parametrize("size", [("width", "height"), ("w", "h")])
 def test_positions_beside_the_size_of_a_box_have_to_be_explained(size, tmp_path):
     center, corner, extent = boxes()
-    rows = table(corner).assign(**dict(zip(size, np.moveaxis(extent, -1, 0).reshape(2, -1), strict=True)))
+    rows = table(corner).assign(
+        **dict(zip(size, np.moveaxis(extent, -1, 0).reshape(2, -1), strict=True))
+    )
     message = rf"say what of a box x and y are; got x and y beside {size[0]} and {size[1]} \[.*center, give columns=\{{'x': 'x'"
     refused(tmp_path, rows, message)
     said = {"left": "x", "top": "y", "width": size[0], "height": size[1]}
     np.testing.assert_allclose(load(tmp_path, rows, columns=said).positions, center / 10)
-    np.testing.assert_allclose(load(tmp_path, rows, columns={"x": "x", "y": "y"}).positions, corner / 10)
+    np.testing.assert_allclose(
+        load(tmp_path, rows, columns={"x": "x", "y": "y"}).positions, corner / 10
+    )
 
 
 @pytest.mark.parametrize(
-    "points", [("head", "tail"), ("nose", "body_center", "tail_base"), ("min", "max"), ("left_eye", "right_eye")]
+    "points",
+    [
+        ("head", "tail"),
+        ("nose", "body_center", "tail_base"),
+        ("min", "max"),
+        ("left_eye", "right_eye"),
+    ],
 )
 def test_points_of_one_body_are_not_individuals(points, tmp_path):
     rows = pd.DataFrame(np.hstack([walk(individuals=1)[:, 0]] * len(points)))
     rows.columns = [f"{point}_{axis}" for point in points for axis in "xy"]
-    message = (
-        rf"got {', '.join(sorted(points))}, which may be points .* for example columns=\{{'x': '{sorted(points)[0]}_x'"
-    )
+    message = rf"got {', '.join(sorted(points))}, which may be points .* for example columns=\{{'x': '{sorted(points)[0]}_x'"
     refused(tmp_path, rows.assign(frame=range(400)), message)
     said = {"x": f"{points[1]}_x", "y": f"{points[1]}_y"}
     assert load(tmp_path, rows.assign(frame=range(400)), columns=said).individuals == ("1",)
@@ -321,17 +368,29 @@ def test_any_names_of_columns_can_be_said(tmp_path):
     refused(tmp_path, rows, "have the content of one of")
     said = {"frame": "frame_idx", "id": "instance", "x": "body.x", "y": "BODY.Y"}
     np.testing.assert_allclose(load(tmp_path, rows, columns=said).positions, walk() / 10)
-    np.testing.assert_allclose(load_trajectories(rows, fps=25, columns=said, **SAID).positions, walk() / 10)
-    refused(
-        tmp_path, rows, r"have the column 'nothing' once; got frame_idx, instance, ", columns=said | {"x": "nothing"}
+    np.testing.assert_allclose(
+        load_trajectories(rows, fps=25, columns=said, **SAID).positions, walk() / 10
     )
-    refused(tmp_path, rows, "`columns` must be one of frame, time, id, .*; got 'name'", columns={"name": "instance"})
+    refused(
+        tmp_path,
+        rows,
+        r"have the column 'nothing' once; got frame_idx, instance, ",
+        columns=said | {"x": "nothing"},
+    )
+    refused(
+        tmp_path,
+        rows,
+        "`columns` must be one of frame, time, id, .*; got 'name'",
+        columns={"name": "instance"},
+    )
 
 
 def test_columns_are_left_out_where_a_format_has_none(tmp_path):
     path = tmp_path / "toxtrac.txt"
     path.write_text("0\t0\t1\t5\t5\t1\n")
-    with pytest.raises(ValueError, match=r"`columns` must be left out for format toxtrac; got \{'id': 'track'\}"):
+    with pytest.raises(
+        ValueError, match=r"`columns` must be left out for format toxtrac; got \{'id': 'track'\}"
+    ):
         load_trajectories(path, fps=25, pixels_per_cm=1, columns={"id": "track"}, format="toxtrac")
 
 
@@ -362,15 +421,23 @@ def test_what_stands_for_missing_positions_is_not_learned_from(how, frames, tmp_
     first = windows.learning_index[windows.learning_index[:, 0] == 1, 1]
     assert not any({*range(k, k + 11)} & {*frames[1:]} for k in first)
     without = table(walk())
-    without = without[~((without.id == 1) & without.frame.isin(frames if how != "last" else frames[1:]))]
+    without = without[
+        ~((without.id == 1) & without.frame.isin(frames if how != "last" else frames[1:]))
+    ]
     clean = load(tmp_path, without).windows(10, signals=names, hold_out=0)
-    common = [np.flatnonzero((clean.learning_index == index).all(axis=1)) for index in windows.learning_index]
+    common = [
+        np.flatnonzero((clean.learning_index == index).all(axis=1))
+        for index in windows.learning_index
+    ]
     for window, place in zip(windows.learning, common, strict=True):
         for k in place:
             np.testing.assert_array_equal(window, clean.learning[k])
     assert caplog.text.count("at exactly one point, as if for missing ones") == 1
     kept = read.windows(10, hold_out=0, jump_factor=None, longest_rest_s=None)
-    assert any({*range(k, k + 11)} & {*frames[1:]} for k in kept.learning_index[kept.learning_index[:, 0] == 1, 1])
+    assert any(
+        {*range(k, k + 11)} & {*frames[1:]}
+        for k in kept.learning_index[kept.learning_index[:, 0] == 1, 1]
+    )
 
 
 def test_missing_positions_that_are_zero_now_and_then_are_left_out(tmp_path):
@@ -379,7 +446,9 @@ def test_missing_positions_that_are_zero_now_and_then_are_left_out(tmp_path):
     read = load(tmp_path, table(np.where(gone[..., None], 0.0, positions)))
     np.testing.assert_array_equal(read.cleared().present, ~gone)
     (remark,) = read.cleared().remarks
-    assert remark.startswith(f"{gone.sum()} positions at exactly one point, as if for missing ones, such as (0, 0) of ")
+    assert remark.startswith(
+        f"{gone.sum()} positions at exactly one point, as if for missing ones, such as (0, 0) of "
+    )
     bridged = read.cleared().bridged(5)
     assert bridged.present.mean() > 0.98
 
@@ -406,7 +475,8 @@ def resting(jitter, frames, decimals=2, seed=7):
 
 
 @pytest.mark.parametrize(
-    ("jitter", "frames", "decimals"), [(0.0, 60, 2), (0.0, 200, 2), (0.3, 1000, 2), (0.2, 120, 0), (0.05, 90, 1)]
+    ("jitter", "frames", "decimals"),
+    [(0.0, 60, 2), (0.0, 200, 2), (0.3, 1000, 2), (0.2, 120, 0), (0.05, 90, 1)],
 )
 def test_animals_that_rest_are_learned_from(jitter, frames, decimals, tmp_path, caplog):
     read = load(tmp_path, table(resting(jitter, frames, decimals)))
@@ -476,7 +546,9 @@ def test_headings_in_degrees_are_refused(tmp_path):
     message = r"have headings in rad; got \d+% of them beyond 2 pi, which may be degrees \[.*\]\. Convert them"
     for degrees in (np.degrees(course), np.degrees(course) % 360):
         refused(tmp_path, rows.assign(heading=degrees.ravel()), message)
-    assert load(tmp_path, rows.assign(heading=np.unwrap(course, axis=0).ravel())).headings is not None
+    assert (
+        load(tmp_path, rows.assign(heading=np.unwrap(course, axis=0).ravel())).headings is not None
+    )
 
 
 def test_shares_of_an_image_and_frame_numbers_are_told(tmp_path, caplog):
@@ -499,15 +571,22 @@ def test_what_else_a_file_may_hold_is_told(tmp_path, caplog):
         ),
         "individuals are called -1: they may be detections of nobody": rows.assign(id=rows.id - 1),
         "individuals 0 and 0.0 may be one": pd.concat([rows.astype({"id": str}), again]),
-        "positions are those in x and y alone, as if all z were the same": rows.assign(z=rows.frame),
-        "50% of all frames repeat the one before: they may be of a video at a": table(np.repeat(walk(), 2, axis=0)),
+        "positions are those in x and y alone, as if all z were the same": rows.assign(
+            z=rows.frame
+        ),
+        "50% of all frames repeat the one before: they may be of a video at a": table(
+            np.repeat(walk(), 2, axis=0)
+        ),
     }
     for line, content in lines.items():
         caplog.clear()
         load(tmp_path, content)
         assert caplog.text.count(line) == 1, caplog.text
     load(tmp_path, rows, pixels_per_cm=0.05)
-    assert "positions are up to 1.05e+04 cm apart: see whether the scale is in pixels per cm, or" in caplog.text
+    assert (
+        "positions are up to 1.05e+04 cm apart: see whether the scale is in pixels per cm, or"
+        in caplog.text
+    )
     caplog.clear()
     load(tmp_path, rows.assign(z=0.0))
     assert caplog.text == ""
@@ -519,7 +598,10 @@ def test_what_else_a_file_may_hold_is_told(tmp_path, caplog):
 def test_positions_of_low_confidence_are_told(tmp_path, caplog):
     rows = table(walk())
     load(tmp_path, rows.assign(confidence=np.where(rows.frame % 10, 0.9, 0.1)))
-    assert "10.0% of all positions have a confidence below 0.5; `min_confidence` drops those" in caplog.text
+    assert (
+        "10.0% of all positions have a confidence below 0.5; `min_confidence` drops those"
+        in caplog.text
+    )
 
 
 def test_nothing_is_said_of_a_file_that_is_clear(tmp_path, caplog):

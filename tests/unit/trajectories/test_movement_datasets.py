@@ -41,7 +41,13 @@ def test_a_recording_survives_the_way_to_xarray_and_back(recording):
 def test_headings_first_frame_and_pixels_survive_too():
     positions = walk(missing=0)
     before = Trajectories(
-        positions, np.ones((12, 3), bool), 25.0, ("a", "b", "c"), unit="px", first_frame=7, headings=positions[..., 0]
+        positions,
+        np.ones((12, 3), bool),
+        25.0,
+        ("a", "b", "c"),
+        unit="px",
+        first_frame=7,
+        headings=positions[..., 0],
     )
     after = from_xarray(before.to_xarray())
     np.testing.assert_array_equal(after.headings, before.headings)
@@ -64,7 +70,9 @@ def test_order_of_dimensions_and_key_points_do_not_matter(recording):
     dataset = recording.to_xarray()
     plain = dataset.squeeze("keypoints", drop=True).transpose("individuals", "space", "time")
     np.testing.assert_array_equal(from_xarray(plain).positions, recording.positions)
-    with pytest.raises(ValueError, match="`keypoint` must be left out for a dataset without key points; got 'tail'"):
+    with pytest.raises(
+        ValueError, match="`keypoint` must be left out for a dataset without key points; got 'tail'"
+    ):
         from_xarray(plain, keypoint="tail")
 
 
@@ -73,7 +81,9 @@ def test_the_key_point_of_a_dataset_is_never_guessed(recording):
 
     one = recording.to_xarray()
     two = xr.concat([one, one.assign_coords(keypoints=["tail"])], dim="keypoints")
-    with pytest.raises(ValueError, match=r"`keypoint` must be one of centroid, tail; got None \[dataset\]"):
+    with pytest.raises(
+        ValueError, match=r"`keypoint` must be one of centroid, tail; got None \[dataset\]"
+    ):
         from_xarray(two)
     np.testing.assert_array_equal(from_xarray(two, keypoint="tail").positions, recording.positions)
 
@@ -89,7 +99,9 @@ def test_a_dataset_in_three_dimensions_is_refused(recording):
 
 
 def test_uneven_times_are_refused(recording):
-    with pytest.raises(ValueError, match="`dataset` must have evenly spaced times as numbers; got others"):
+    with pytest.raises(
+        ValueError, match="`dataset` must have evenly spaced times as numbers; got others"
+    ):
         from_xarray(recording.to_xarray().isel(time=[0, 1, 5]))
 
 
@@ -103,9 +115,7 @@ def test_uneven_times_are_refused(recording):
 )
 def test_times_that_contradict_the_frame_rate_are_refused_until_it_is_said(change, recording):
     changed = change(recording.to_xarray())
-    message = (
-        r"must have the same frame rate in its times, 8\.3333, and in its attribute fps; got 25\. .* give fps=8\.3333;"
-    )
+    message = r"must have the same frame rate in its times, 8\.3333, and in its attribute fps; got 25\. .* give fps=8\.3333;"
     with pytest.raises(ValueError, match=message):
         from_xarray(changed)
     with pytest.raises(ValueError, match=r"`fps` must be what the file states, 8\.3333; got 25"):
@@ -128,33 +138,45 @@ def test_the_first_frame_is_that_of_the_times(recording):
 
 
 def test_times_may_count_frames(recording):
-    dataset = recording.to_xarray().assign_coords(time=np.arange(12) + 3).assign_attrs(time_unit="frames")
+    dataset = (
+        recording.to_xarray().assign_coords(time=np.arange(12) + 3).assign_attrs(time_unit="frames")
+    )
     assert (from_xarray(dataset).fps, from_xarray(dataset).first_frame) == (25, 3)
     unsaid = dataset.drop_attrs()
     assert from_xarray(unsaid, fps=25, pixels_per_cm=1, y_axis="up").first_frame == 3
     assert from_xarray(recording.to_xarray().drop_vars("time")).fps == 25
     with pytest.raises(
-        ValueError, match=r"must have times one frame apart, as their unit is frames; got 3\. Number the"
+        ValueError,
+        match=r"must have times one frame apart, as their unit is frames; got 3\. Number the",
     ):
         from_xarray(dataset.isel(time=slice(None, None, 3)))
 
 
 def test_a_unit_of_time_that_is_unknown_is_refused(recording):
-    with pytest.raises(ValueError, match="`time_unit` must be 'seconds' or 'frames' in `dataset`; got 'ms'"):
+    with pytest.raises(
+        ValueError, match="`time_unit` must be 'seconds' or 'frames' in `dataset`; got 'ms'"
+    ):
         from_xarray(recording.to_xarray().assign_attrs(time_unit="ms"))
 
 
 def test_a_direction_that_contradicts_the_dataset_is_refused(recording):
-    with pytest.raises(ValueError, match="`y_axis` must be 'up' or 'down', as the dataset states; got 'down' and 'up'"):
+    with pytest.raises(
+        ValueError,
+        match="`y_axis` must be 'up' or 'down', as the dataset states; got 'down' and 'up'",
+    ):
         from_xarray(recording.to_xarray(), y_axis="down")
 
 
 def test_a_frame_rate_that_is_no_number_is_refused(recording):
-    with pytest.raises(ValueError, match=r"state a frame rate above 0; got 'fast' \[dataset, fps\]"):
+    with pytest.raises(
+        ValueError, match=r"state a frame rate above 0; got 'fast' \[dataset, fps\]"
+    ):
         from_xarray(recording.to_xarray().assign_attrs(fps="fast"))
 
 
-def test_a_recording_without_confidence_has_an_unknown_one_in_the_dataset_as_writers_want_it(tmp_path):
+def test_a_recording_without_confidence_has_an_unknown_one_in_the_dataset_as_writers_want_it(
+    tmp_path,
+):
     dataset = load_trajectories(tidy(tmp_path, walk()), **SAID["tidy"]).to_xarray()
     assert np.isnan(dataset["confidence"]).all()
     assert from_xarray(dataset).confidence is None
@@ -162,7 +184,9 @@ def test_a_recording_without_confidence_has_an_unknown_one_in_the_dataset_as_wri
 
 def test_individuals_of_one_name_are_refused_with_the_file(recording):
     dataset = recording.to_xarray().assign_coords(individuals=["a", "b", "a"])
-    with pytest.raises(ValueError, match=r"`individuals` must be 3 different names; got \('a', .*analysis\.h5\]"):
+    with pytest.raises(
+        ValueError, match=r"`individuals` must be 3 different names; got \('a', .*analysis\.h5\]"
+    ):
         from_xarray(dataset)
 
 
@@ -170,5 +194,7 @@ def test_what_is_said_of_a_dataset_is_checked_and_holds(recording):
     dataset = recording.to_xarray()
     with pytest.raises(ValueError, match="`fps` must be a finite number of at least 1e-09"):
         from_xarray(dataset, fps=-1)
-    with pytest.raises(ValueError, match=r"hold a position with confidence 0\.9 or more; got at most 0\.8"):
+    with pytest.raises(
+        ValueError, match=r"hold a position with confidence 0\.9 or more; got at most 0\.8"
+    ):
         load_trajectories(dataset, min_confidence=0.9)

@@ -63,7 +63,8 @@ CELLS = st.sampled_from(
     ]
 )
 BYTES = st.one_of(
-    st.binary(max_size=12), st.sampled_from([b"\n", b"\r", b"\0", b"\t", b",", b'"', b"-", b".", b"e", b"\xef\xbb\xbf"])
+    st.binary(max_size=12),
+    st.sampled_from([b"\n", b"\r", b"\0", b"\t", b",", b'"', b"-", b".", b"e", b"\xef\xbb\xbf"]),
 )
 
 
@@ -71,9 +72,9 @@ BYTES = st.one_of(
 def damage(draw, content):
     """Return the content cut off, overwritten, with pieces inserted, removed or repeated, once or a few times."""
     for _ in range(draw(st.integers(1, 3))):
-        content = draw(st.sampled_from([cut, overwrite, insert, remove, repeat, swap_lines, replace_cell]))(
-            draw, content
-        )
+        content = draw(
+            st.sampled_from([cut, overwrite, insert, remove, repeat, swap_lines, replace_cell])
+        )(draw, content)
     return content
 
 
@@ -103,7 +104,9 @@ def remove(draw, content):
 def repeat(draw, content):
     lines = content.splitlines(keepends=True) or [b""]
     at = draw(st.integers(0, len(lines) - 1))
-    return b"".join(lines[: at + 1] + [lines[at]] * draw(st.sampled_from([1, 2, 300])) + lines[at + 1 :])
+    return b"".join(
+        lines[: at + 1] + [lines[at]] * draw(st.sampled_from([1, 2, 300])) + lines[at + 1 :]
+    )
 
 
 def swap_lines(draw, content):
@@ -135,7 +138,9 @@ def outcome(path, said):
 def as_dictionary(read):
     """Return (frame, individual) -> (x, y) in pixels of the file."""
     return {
-        (read.first_frame + frame, read.individuals[who]): tuple(read.positions[frame, who] * [10, -10])
+        (read.first_frame + frame, read.individuals[who]): tuple(
+            read.positions[frame, who] * [10, -10]
+        )
         for frame, who in np.argwhere(read.present)
     }
 
@@ -178,7 +183,9 @@ def test_shuffled_rows_with_frame_numbers_give_the_same(name, tmp_path, data):
     lines = path.read_bytes().split(b"\n")[:-1]
     rows = data.draw(st.permutations(lines[NUMBERED[name] :]))
     path.write_bytes(b"\n".join([*lines[: NUMBERED[name]], *rows, b""]))
-    np.testing.assert_allclose(load_trajectories(path, **SAID[name]).positions, expected(name, positions))
+    np.testing.assert_allclose(
+        load_trajectories(path, **SAID[name]).positions, expected(name, positions)
+    )
 
 
 @pytest.mark.parametrize("name", ARRAYS)
@@ -190,7 +197,11 @@ def test_a_file_of_arrays_that_is_cut_off_or_damaged_is_refused_or_right(name, t
     file = path / "video_fish0.npz" if path.is_dir() else path
     content = file.read_bytes()
     if name == "trex":  # checksums find a byte that is wrong; HDF5 and pickle have none
-        file.write_bytes(data.draw(st.one_of(st.just(cut), st.just(overwrite), st.just(remove)))(data.draw, content))
+        file.write_bytes(
+            data.draw(st.one_of(st.just(cut), st.just(overwrite), st.just(remove)))(
+                data.draw, content
+            )
+        )
     else:
         file.write_bytes(cut(data.draw, content))
     read = outcome(path, SAID[name])
@@ -234,7 +245,20 @@ VALUES = st.sampled_from(
 
 
 ROLES = st.sampled_from(
-    ["frame", "time", "id", "x", "y", "heading", "left", "top", "right", "bottom", "width", "nonsense"]
+    [
+        "frame",
+        "time",
+        "id",
+        "x",
+        "y",
+        "heading",
+        "left",
+        "top",
+        "right",
+        "bottom",
+        "width",
+        "nonsense",
+    ]
 )
 
 
@@ -255,7 +279,9 @@ def test_a_table_in_memory_is_read_or_refused(columns, labels, said, fps):
     else:
         table.columns = pd.Index(names, dtype=object)
     with suppress(RefusedError):
-        assert len(load_trajectories(table, fps=fps, pixels_per_cm=1, y_axis="up", columns=said).positions)
+        assert len(
+            load_trajectories(table, fps=fps, pixels_per_cm=1, y_axis="up", columns=said).positions
+        )
 
 
 @given(

@@ -17,7 +17,9 @@ QUICK = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
 def recording(frames=200, individuals=3, seed=0, fps=10.0):
     rng = np.random.default_rng(seed)
     positions = rng.normal(0.3, 0.2, (frames, individuals, 2)).cumsum(axis=0)
-    return Trajectories(positions, np.ones((frames, individuals), bool), fps, tuple("abcdefgh"[:individuals]))
+    return Trajectories(
+        positions, np.ones((frames, individuals), bool), fps, tuple("abcdefgh"[:individuals])
+    )
 
 
 SOME = [recording(), recording(individuals=5, seed=1), recording(frames=150, seed=2)]
@@ -43,20 +45,32 @@ def test_recordings_are_held_out_whole():
     assert set(windows.learning_recording) == {0, 2}
     assert set(windows.held_out_recording) == {1}
     np.testing.assert_array_equal(windows.held_out, SOME[1].windows(10, hold_out=0).learning)
-    with pytest.raises(ValueError, match=r"`hold_out_recordings` must be some of 0 to 2, but not all; got \[0, 1, 2\]"):
+    with pytest.raises(
+        ValueError,
+        match=r"`hold_out_recordings` must be some of 0 to 2, but not all; got \[0, 1, 2\]",
+    ):
         pooled_windows(SOME, steps=10, hold_out_recordings=[0, 1, 2])
 
 
 @pytest.mark.parametrize(
     ("other", "message"),
     [
-        (recording(fps=20.0), r"`fps` must be the same in all recordings; got 10 and 20 \[recording 2\]"),
-        (replace(SOME[0], unit="px"), r"`recordings` must be in cm, as the first recording; got px \[recording 2\]"),
+        (
+            recording(fps=20.0),
+            r"`fps` must be the same in all recordings; got 10 and 20 \[recording 2\]",
+        ),
+        (
+            replace(SOME[0], unit="px"),
+            r"`recordings` must be in cm, as the first recording; got px \[recording 2\]",
+        ),
         (
             replace(SOME[0], headings=np.zeros((200, 3))),
             r"`headings` must be the same in all recordings; got False and True \[recording 2\]",
         ),
-        (recording(frames=12), r"`steps` must leave at least one window for learning.* \[recording 2\]"),
+        (
+            recording(frames=12),
+            r"`steps` must leave at least one window for learning.* \[recording 2\]",
+        ),
     ],
 )
 def test_recordings_that_are_measured_otherwise_are_refused(other, message):
@@ -84,12 +98,18 @@ def replace_samples(windows):
 
 def test_one_recording_needs_no_list_and_pixels_are_refused():
     windows = SOME[0].windows(10)
-    assert str(windows) == "45 windows for learning and 9 held out, each of 10 steps of 0.1 s: speed, turn"
+    assert (
+        str(windows)
+        == "45 windows for learning and 9 held out, each of 10 steps of 0.1 s: speed, turn"
+    )
     assert as_recorded(Couzin, SOME[0], windows) == as_recorded(Couzin, SOME[:1], windows)
-    with pytest.raises(ValueError, match="`recordings` must be in cm, as the models are; got pixels"):
+    with pytest.raises(
+        ValueError, match="`recordings` must be in cm, as the models are; got pixels"
+    ):
         as_recorded(Couzin, replace(SOME[0], unit="px"), windows)
     with pytest.raises(
-        ValueError, match=r"^`scenario` must be a known scenario; got Trajectories\(.*\.\.\.\. Choose from"
+        ValueError,
+        match=r"^`scenario` must be a known scenario; got Trajectories\(.*\.\.\.\. Choose from",
     ):
         tl.infer(SOME[0])
 
@@ -111,12 +131,16 @@ def test_groups_are_as_large_as_recorded_and_drawn_as_often_as_windows():
 
 def test_recordings_that_are_alike_are_one_family():
     windows = pooled_windows(SOME[::2], steps=10)
-    assert as_recorded(BurstAndCoast, SOME[::2], windows) == BurstAndCoast(individuals=3, steps=10, interval_s=0.1)
+    assert as_recorded(BurstAndCoast, SOME[::2], windows) == BurstAndCoast(
+        individuals=3, steps=10, interval_s=0.1
+    )
     apart = pooled_windows(SOME, steps=10, hold_out_recordings=[1])
     assert as_recorded(BurstAndCoast, SOME, apart).individuals == 3
     near = pooled_windows(SOME, steps=10, signals=("speed", "neighbor_distance"))
     assert {group.period_cm for group in as_recorded(Vicsek, SOME, near).groups} == {None}
-    with pytest.raises(ValueError, match="`tanks` must be one, or one for each of 3 recordings; got 2"):
+    with pytest.raises(
+        ValueError, match="`tanks` must be one, or one for each of 3 recordings; got 2"
+    ):
         as_recorded(Couzin, SOME, windows, tanks=[(1, 1), (2, 2)])
 
 
@@ -126,7 +150,14 @@ def test_a_list_of_windows_makes_a_run_that_is_resumed_and_checked(tmp_path):
     assert isinstance(family, Replicates)
     given = {"genuine": windows, "simulate": family}
     out = tmp_path / "run"
-    tl.infer(**given, parameters=family.parameters, generations=2, settings=QUICK, out=out, should_stop=lambda: True)
+    tl.infer(
+        **given,
+        parameters=family.parameters,
+        generations=2,
+        settings=QUICK,
+        out=out,
+        should_stop=lambda: True,
+    )
     assert tl.resume(out, **given).complete
     effort = tl.identifiability.Effort(samples=20, points=0, generations=3, population=8)
     found = tl.load_run(out).check(**given, recording=SOME, effort=effort, recoveries=0)

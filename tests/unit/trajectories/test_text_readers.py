@@ -19,20 +19,38 @@ def load(tmp_path, content, **said):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (TIDY + "0,a,1,2\n1,a,1\n", r"have 4 cells in each row; got 3 \[.*file.txt:3\]. The file may be cut off"),
+        (
+            TIDY + "0,a,1,2\n1,a,1\n",
+            r"have 4 cells in each row; got 3 \[.*file.txt:3\]. The file may be cut off",
+        ),
         (TIDY + "0,a,1,2\n1,a,1,2,3\n", r"have 4 cells in each row; got 5 \[.*file.txt:3\]"),
-        (TIDY + "0,a,1,2\n1,a,1,2", r"end with a line end; got b'1,a,1,2' \[.*file.txt:3\]. The file may be cut off"),
+        (
+            TIDY + "0,a,1,2\n1,a,1,2",
+            r"end with a line end; got b'1,a,1,2' \[.*file.txt:3\]. The file may be cut off",
+        ),
         (TIDY + "0,a,1,two\n", r"have finite numbers or NaN; got 'two' \[.*file.txt:2\]"),
         (TIDY + "0,a,1,inf\n", r"have finite numbers or NaN; got 'inf' \[.*file.txt:2\]"),
         (TIDY + "0,a,1,1_0\n", r"have finite numbers or NaN; got '1_0' \[.*file.txt:2\]"),
         (TIDY + "0,a,1,\n", r"have both x and y or neither; got \[1.0, nan\] \[.*file.txt:2\]"),
-        (TIDY + "0,a,1,2e9\n", r"have coordinates within \+-1e\+09; got \[1.0, 2000000000.0\] \[.*file.txt:2\]"),
-        (TIDY + "0.5,a,1,2\n", r"have frame numbers that are whole, from 0 to 1e\+09; got 0.5 \[.*file.txt:2\]"),
-        (TIDY + "-1,a,1,2\n", r"have frame numbers that are whole, from 0 to 1e\+09; got -1.0 \[.*file.txt:2\]"),
+        (
+            TIDY + "0,a,1,2e9\n",
+            r"have coordinates within \+-1e\+09; got \[1.0, 2000000000.0\] \[.*file.txt:2\]",
+        ),
+        (
+            TIDY + "0.5,a,1,2\n",
+            r"have frame numbers that are whole, from 0 to 1e\+09; got 0.5 \[.*file.txt:2\]",
+        ),
+        (
+            TIDY + "-1,a,1,2\n",
+            r"have frame numbers that are whole, from 0 to 1e\+09; got -1.0 \[.*file.txt:2\]",
+        ),
         (TIDY + "0,,1,2\n", r"name the individual in each row; got  \[.*file.txt:2\]"),
         (TIDY + "0,a,,\n", r"hold at least one position; got none \[.*file.txt:2\]"),
         (TIDY, r"have at least one row; got none \[.*file.txt\]"),
-        (TIDY + "0,a,1,2\n\n1,a,1,2\n", r"have no blank line inside; got an empty line \[.*file.txt:3\]"),
+        (
+            TIDY + "0,a,1,2\n\n1,a,1,2\n",
+            r"have no blank line inside; got an empty line \[.*file.txt:3\]",
+        ),
         (TIDY + '0,"a,1,2\n', r"have complete quotes; got unexpected end of data \[.*file.txt:2\]"),
         (
             TIDY + "0,a,1,2\n1,a,1,2\n0,a,1,3\n",
@@ -52,13 +70,22 @@ def load(tmp_path, content, **said):
             "frame,bird,x,y\n0,a,1,1\n0,b,3,3\n",
             r"give one position .*:3\]. If a column that is not read names the individuals, say so: .*'bird'}\.$",
         ),
-        ("frame,x,y,heading\n0,1,1,\n", r"give `heading` wherever it gives x and y; got none \[.*file.txt:2\]"),
+        (
+            "frame,x,y,heading\n0,1,1,\n",
+            r"give `heading` wherever it gives x and y; got none \[.*file.txt:2\]",
+        ),
         (
             TWO_FISH[:-2] + "3\t\n1\t2\tNaN\t1\t2\tNaN\n",
             r"have the columns X1, Y1, ProbId1, .*; got 6 columns, 'ProbId23' \[",
         ),
-        (TWO_FISH + "NaN\tNaN\tNaN\tNaN\tNaN\tNaN\n", r"hold at least one position; got none \[.*file.txt:2\]"),
-        (TWO_FISH + "1\tNaN\tNaN\t1\t2\tNaN\n", r"have both x and y or neither; got \[1.0, nan\] \[.*file.txt:2\]"),
+        (
+            TWO_FISH + "NaN\tNaN\tNaN\tNaN\tNaN\tNaN\n",
+            r"hold at least one position; got none \[.*file.txt:2\]",
+        ),
+        (
+            TWO_FISH + "1\tNaN\tNaN\t1\t2\tNaN\n",
+            r"have both x and y or neither; got \[1.0, nan\] \[.*file.txt:2\]",
+        ),
         (
             "0\t0\t1\t5\t5\t1\n0\t0\t1.5\t5\t5\t1\n",
             r"have whole numbers for arena, track and label .*; got .* \[.*file.txt:2\]",
@@ -73,12 +100,18 @@ def load(tmp_path, content, **said):
             r"have x, y and likelihood once for each body part; got 2 columns \(",
         ),
         (DLC + "img0.png,1,2,1\n", r"have finite numbers or NaN; got 'img0.png' \[.*file.txt:4\]"),
-        ("time,x1,y1\n0,1,2\n0,1,2\n", r"have times that grow from row to row; got 0.0 \[.*file.txt:3\]"),
+        (
+            "time,x1,y1\n0,1,2\n0,1,2\n",
+            r"have times that grow from row to row; got 0.0 \[.*file.txt:3\]",
+        ),
         (
             "time,x1,y1\n0,1,2\n1,1,2\n2,1,2\n5,1,2\n",
             r"have evenly spaced times, with steps of 1 s; got 3.0 \[.*file.txt:5\]",
         ),
-        ("time,x1,y1\n-1e308,1,2\n1,1,2\n", r"have times within \+-1e\+09 s; got -1e\+308 \[.*file.txt:2\]"),
+        (
+            "time,x1,y1\n-1e308,1,2\n1,1,2\n",
+            r"have times within \+-1e\+09 s; got -1e\+308 \[.*file.txt:2\]",
+        ),
         (
             "time,x1,y1\n,1,2\n1,1,2\n",
             r"have times that are numbers, dates \(ISO 8601\) or h:min:s; got '' \[.*file.txt:2\]",
@@ -97,31 +130,43 @@ def test_a_file_that_is_wrong_is_refused_with_its_line(content, message, tmp_pat
 @pytest.mark.parametrize("step_s", [1 / 29.97, 0.04, 30.0, 600.0, 3600.0])
 def test_times_state_the_frame_rate_of_slow_recordings_too(step_s, tmp_path):
     rows = "".join(f"{k * step_s:.6f},{k},2\n" for k in range(200))
-    assert load(tmp_path, "seconds,x1,y1\n" + rows, fps=None).fps == pytest.approx(1 / step_s, rel=1e-4)
-    assert load(tmp_path, "time,x1,y1\n" + rows, fps=1 / step_s).fps == pytest.approx(1 / step_s, rel=1e-4)
+    assert load(tmp_path, "seconds,x1,y1\n" + rows, fps=None).fps == pytest.approx(
+        1 / step_s, rel=1e-4
+    )
+    assert load(tmp_path, "time,x1,y1\n" + rows, fps=1 / step_s).fps == pytest.approx(
+        1 / step_s, rel=1e-4
+    )
 
 
 def test_a_zero_byte_in_the_data_is_refused_with_its_line(tmp_path):
     content = (TIDY + "".join(f"{k},a,1,2\n" for k in range(9))).encode() + b"9,a,\0,2\n"
-    with pytest.raises(ValueError, match=r"`path` must be a text file; got a zero byte \[.*file.txt:11\]"):
+    with pytest.raises(
+        ValueError, match=r"`path` must be a text file; got a zero byte \[.*file.txt:11\]"
+    ):
         load(tmp_path, content)
 
 
 def test_a_byte_that_is_no_text_is_refused_with_its_line(tmp_path):
     content = (TIDY + "".join(f"{k},a,1,2\n" for k in range(9))).encode() + b"9,\xff,1,2\n"
-    with pytest.raises(ValueError, match=r"`path` must be text in UTF-8; got byte 0xff \[.*file.txt:11\]"):
+    with pytest.raises(
+        ValueError, match=r"`path` must be text in UTF-8; got byte 0xff \[.*file.txt:11\]"
+    ):
         load(tmp_path, content)
 
 
 def test_a_line_without_end_is_refused_before_it_fills_the_memory(tmp_path, monkeypatch):
     monkeypatch.setattr(_sheets, "LONGEST_LINE", 100)
-    with pytest.raises(ValueError, match=r"have lines of at most 100 bytes; got a longer one \[.*file.txt:2\]"):
+    with pytest.raises(
+        ValueError, match=r"have lines of at most 100 bytes; got a longer one \[.*file.txt:2\]"
+    ):
         load(tmp_path, TIDY + "0" * 101)
 
 
 def test_an_error_in_many_rows_has_the_right_line(tmp_path):
     rows = [f"{k},a,{k},2\n" for k in range(10)]
-    np.testing.assert_array_equal(load(tmp_path, TIDY + "".join(rows)).positions[:, 0, 0], range(10))
+    np.testing.assert_array_equal(
+        load(tmp_path, TIDY + "".join(rows)).positions[:, 0, 0], range(10)
+    )
     rows[7] = "7,a,x,2\n"
     with pytest.raises(ValueError, match=r"got 'x' \[.*file.txt:9\]"):
         load(tmp_path, TIDY + "".join(rows))
@@ -132,7 +177,8 @@ def test_too_many_cells_are_refused_before_they_fill_the_memory(tmp_path, monkey
 
     monkeypatch.setattr(_recording, "MOST_CELLS", 3)
     with pytest.raises(
-        ValueError, match=r"hold at most 3 frames times individuals; got 2 x 2 \[.*\]. Split the recording."
+        ValueError,
+        match=r"hold at most 3 frames times individuals; got 2 x 2 \[.*\]. Split the recording.",
     ):
         load(tmp_path, TIDY + "0,a,1,2\n1,b,1,2\n")
 
@@ -144,7 +190,9 @@ def test_the_order_of_numbered_rows_does_not_matter(name, tmp_path):
     lines = path.read_bytes().splitlines(keepends=True)
     skip = {"toxtrac": 0, "deeplabcut": 4, "trackmate": 4}.get(name, 1)
     path.write_bytes(b"".join(lines[:skip] + lines[: skip - 1 if skip else None : -1]))
-    np.testing.assert_allclose(load_trajectories(path, **SAID[name]).positions, expected(name, positions))
+    np.testing.assert_allclose(
+        load_trajectories(path, **SAID[name]).positions, expected(name, positions)
+    )
 
 
 def test_repeated_rows_are_dropped_and_told(tmp_path):
@@ -155,7 +203,13 @@ def test_repeated_rows_are_dropped_and_told(tmp_path):
 
 @pytest.mark.parametrize(
     "names",
-    ["Frame,ID,X,Y", "TIME,individual,x,Y", "time_s,fish,X,y", "frame,track_id,x,y", '"Seconds","Animal","x","y"'],
+    [
+        "Frame,ID,X,Y",
+        "TIME,individual,x,Y",
+        "time_s,fish,X,y",
+        "frame,track_id,x,y",
+        '"Seconds","Animal","x","y"',
+    ],
 )
 def test_a_plain_table_may_name_its_columns_in_any_case_and_count_times(names, tmp_path):
     scale = 1 if "frame" in names.lower() else 25
@@ -171,7 +225,9 @@ def test_a_plain_table_may_name_its_columns_in_any_case_and_count_times(names, t
 def test_columns_that_may_name_individuals_are_told(tmp_path):
     one_after_another = "".join(f"{k},{'abc'[k // 2]},{k},2,7\n" for k in range(6))
     read = load(tmp_path, "frame,bird,x,y,light\n" + one_after_another)
-    assert read.remarks == ("without a column id all rows are of one individual; columns not read: bird, light",)
+    assert read.remarks == (
+        "without a column id all rows are of one individual; columns not read: bird, light",
+    )
     assert read.remarks[0] in str(read.problems)
     assert load(tmp_path, "frame,id,x,y,light\n" + one_after_another).remarks == ()
 
@@ -183,7 +239,10 @@ def test_frames_that_are_not_in_the_file_are_missing(tmp_path):
 
 
 def test_individuals_are_in_natural_order(tmp_path):
-    read = load(tmp_path, TIDY + "".join(f"0,{name},1,2\n" for name in ("fish10", "fish9", "07", "7", "ant")))
+    read = load(
+        tmp_path,
+        TIDY + "".join(f"0,{name},1,2\n" for name in ("fish10", "fish9", "07", "7", "ant")),
+    )
     assert read.individuals == ("07", "7", "ant", "fish9", "fish10")
 
 
@@ -226,7 +285,10 @@ def test_tracktor_of_a_single_animal_has_no_id(tmp_path):
 
 
 def test_tracktor_needs_its_columns_when_it_is_named(tmp_path):
-    with pytest.raises(ValueError, match=r"have the columns frame, pos_x, pos_y; got \['frame', 'id', 'x', 'y'\] \["):
+    with pytest.raises(
+        ValueError,
+        match=r"have the columns frame, pos_x, pos_y; got \['frame', 'id', 'x', 'y'\] \[",
+    ):
         load(tmp_path, TIDY + "0,a,1,2\n", format="tracktor")
 
 
@@ -238,22 +300,29 @@ def test_deeplabcut_of_a_single_animal_is_read(tmp_path):
 def test_the_key_point_of_deeplabcut_is_never_guessed(tmp_path):
     path = WRITERS["deeplabcut"](tmp_path, walk())
     with pytest.raises(
-        ValueError, match=r"`keypoint` must be one of thorax, head; got None \[.*Say which point of the body"
+        ValueError,
+        match=r"`keypoint` must be one of thorax, head; got None \[.*Say which point of the body",
     ):
         load_trajectories(path, **SAID["deeplabcut"] | {"keypoint": None})
     head = load_trajectories(path, **SAID["deeplabcut"] | {"keypoint": "head"})
-    np.testing.assert_allclose(head.positions[head.present], expected("deeplabcut", walk() + 1)[head.present])
+    np.testing.assert_allclose(
+        head.positions[head.present], expected("deeplabcut", walk() + 1)[head.present]
+    )
 
 
 def test_individuals_without_the_key_point_are_left_out_and_told(tmp_path):
     header = "scorer,n,n,n,n,n,n\nindividuals,m,m,m,single,single,single\nbodyparts,nose,nose,nose,lamp,lamp,lamp\n"
-    read = load(tmp_path, header + "coords,x,y,likelihood,x,y,likelihood\n0,1,2,1,3,4,1\n", keypoint="nose")
+    read = load(
+        tmp_path, header + "coords,x,y,likelihood,x,y,likelihood\n0,1,2,1,3,4,1\n", keypoint="nose"
+    )
     assert read.individuals == ("m",)
     assert read.remarks == ("1 of the individuals have no key point 'nose'",)
 
 
 def test_deeplabcut_needs_its_header_when_it_is_named(tmp_path):
-    with pytest.raises(ValueError, match=r"begin with the header lines scorer, .*; got frame \[.*:1\]"):
+    with pytest.raises(
+        ValueError, match=r"begin with the header lines scorer, .*; got frame \[.*:1\]"
+    ):
         load(tmp_path, TIDY + "0,a,1,2\n" * 4, format="deeplabcut")
 
 
@@ -267,7 +336,10 @@ def test_attributes_beside_an_idtracker_ai_csv_state_the_frame_rate(tmp_path):
     [
         ("{", r"have a whole attributes.json beside it; got .* \[.*attributes.json\]"),
         ('{"frames_per_second": -1}', r"state a frame rate above 0; got -1 \[.*attributes.json\]"),
-        ('{"frames_per_second": "25"}', r"state a frame rate above 0; got '25' \[.*attributes.json\]"),
+        (
+            '{"frames_per_second": "25"}',
+            r"state a frame rate above 0; got '25' \[.*attributes.json\]",
+        ),
     ],
 )
 def test_attributes_that_are_wrong_are_refused(text, message, tmp_path):
@@ -281,12 +353,27 @@ def test_large_files_are_read_in_blocks(size, tmp_path, monkeypatch):
     monkeypatch.setattr(_sheets, "ROWS", size)
     rows = [f"{k},a,{k}.5,{-k}.25\n" for k in range(1, 51)]
     for same in ("", ",", "\r", "\r\r"):
-        changed = [*rows[:29], rows[29].replace("\n", f"{same}\n"), '31,"a",31.5, -31.25\n', *rows[31:], "\n\n"]
+        changed = [
+            *rows[:29],
+            rows[29].replace("\n", f"{same}\n"),
+            '31,"a",31.5, -31.25\n',
+            *rows[31:],
+            "\n\n",
+        ]
         found = load(tmp_path, TIDY + "".join(changed))
-        np.testing.assert_array_equal(found.positions[:, 0], [(k + 0.5, -k - 0.25) for k in range(1, 51)])
-    wrong = {"30,a,1": "3", "30,a,x,2": "'x'", "30,a,1,\udcff": "byte 0xff", "3\r0,a,1,2": "a carriage return"}
+        np.testing.assert_array_equal(
+            found.positions[:, 0], [(k + 0.5, -k - 0.25) for k in range(1, 51)]
+        )
+    wrong = {
+        "30,a,1": "3",
+        "30,a,x,2": "'x'",
+        "30,a,1,\udcff": "byte 0xff",
+        "3\r0,a,1,2": "a carriage return",
+    }
     for row, got in wrong.items():
-        content = (TIDY + "".join([*rows[:29], f"{row}\n", *rows[30:]])).encode(errors="surrogateescape")
+        content = (TIDY + "".join([*rows[:29], f"{row}\n", *rows[30:]])).encode(
+            errors="surrogateescape"
+        )
         with pytest.raises(ValueError, match=rf"got {got}.* \[.*file.txt:31\]"):
             load(tmp_path, content)
     with pytest.raises(ValueError, match=r"end with a line end; got b'.*51.25' \[.*file.txt:52\]"):
@@ -296,5 +383,7 @@ def test_large_files_are_read_in_blocks(size, tmp_path, monkeypatch):
 @pytest.mark.parametrize("blank", ["\t\t", " \t \t ", "\t\t\r"])
 def test_a_line_of_tabs_alone_is_blank(blank, tmp_path):
     text = f"X1\tY1\tProbId1\n1\t2\t1\n{blank}\n3\t4\t1\n"
-    with pytest.raises(ValueError, match=r"must have no blank line inside; got an empty line \[.*file.txt:3\]"):
+    with pytest.raises(
+        ValueError, match=r"must have no blank line inside; got an empty line \[.*file.txt:3\]"
+    ):
         load(tmp_path, text)

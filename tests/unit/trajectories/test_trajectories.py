@@ -9,32 +9,63 @@ from turing_learning.trajectories._recording import Jump
 
 def recording(positions, present=None, **more):
     positions = np.asarray(positions, dtype=float)
-    present = np.ones(positions.shape[:2], dtype=bool) if present is None else np.asarray(present, dtype=bool)
+    present = (
+        np.ones(positions.shape[:2], dtype=bool)
+        if present is None
+        else np.asarray(present, dtype=bool)
+    )
     names = tuple("abcdefgh"[: positions.shape[1]])
     return Trajectories(
-        **{"positions": positions * present[..., None], "present": present, "fps": 10.0, "individuals": names} | more
+        **{
+            "positions": positions * present[..., None],
+            "present": present,
+            "fps": 10.0,
+            "individuals": names,
+        }
+        | more
     )
 
 
 def line(frames=6, individuals=1):
     """Return individuals that move one cm per frame along x."""
-    return np.stack([np.repeat(np.arange(frames)[:, None], individuals, 1), np.zeros((frames, individuals))], axis=-1)
+    return np.stack(
+        [np.repeat(np.arange(frames)[:, None], individuals, 1), np.zeros((frames, individuals))],
+        axis=-1,
+    )
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"positions": np.zeros((3, 2))}, r"`positions` must be of shape \(F, A, 2\) and not empty; got \(3, 2\)"),
+        (
+            {"positions": np.zeros((3, 2))},
+            r"`positions` must be of shape \(F, A, 2\) and not empty; got \(3, 2\)",
+        ),
         (
             {"positions": np.zeros((0, 1, 2))},
             r"`positions` must be of shape \(F, A, 2\) and not empty; got \(0, 1, 2\)",
         ),
-        ({"positions": np.full((6, 1, 2), np.nan)}, r"`positions` must be finite; got nan at \(0, 0, 0\)"),
-        ({"present": np.ones((5, 1), bool)}, r"`present` must be of shape \(F, A\) = \(6, 1\); got \(5, 1\)"),
-        ({"present": np.zeros((6, 1), bool)}, "`present` must be booleans, some of them true; got bool"),
-        ({"present": np.ones((6, 1))}, "`present` must be booleans, some of them true; got float64"),
+        (
+            {"positions": np.full((6, 1, 2), np.nan)},
+            r"`positions` must be finite; got nan at \(0, 0, 0\)",
+        ),
+        (
+            {"present": np.ones((5, 1), bool)},
+            r"`present` must be of shape \(F, A\) = \(6, 1\); got \(5, 1\)",
+        ),
+        (
+            {"present": np.zeros((6, 1), bool)},
+            "`present` must be booleans, some of them true; got bool",
+        ),
+        (
+            {"present": np.ones((6, 1))},
+            "`present` must be booleans, some of them true; got float64",
+        ),
         ({"headings": np.ones(6)}, r"`headings` must be of shape \(F, A\) = \(6, 1\); got \(6,\)"),
-        ({"confidence": np.full((6, 1), np.inf)}, r"`confidence` must be finite; got inf at \(0, 0\)"),
+        (
+            {"confidence": np.full((6, 1), np.inf)},
+            r"`confidence` must be finite; got inf at \(0, 0\)",
+        ),
         ({"fps": 0.0}, "`fps` must be a finite number above 0; got 0.0"),
         ({"individuals": ("a", "b")}, r"`individuals` must be 1 different names; got \('a', 'b'\)"),
         ({"unit": "m"}, "`unit` must be 'cm' or 'px'; got 'm'"),
@@ -46,7 +77,9 @@ def test_what_does_not_fit_together_is_refused(change, message):
 
 
 def test_names_that_occur_twice_are_refused():
-    with pytest.raises(ValueError, match=r"`individuals` must be 2 different names; got \('a', 'a'\)"):
+    with pytest.raises(
+        ValueError, match=r"`individuals` must be 2 different names; got \('a', 'a'\)"
+    ):
         replace(recording(line(individuals=2)), individuals=("a", "a"))
 
 
@@ -141,8 +174,14 @@ def circling(frames=361):
     ("wrong", "told"),
     [
         (np.degrees, "headings may be in degrees, as 98% are beyond 2 pi; they are taken as rad"),
-        (np.negative, "% of the longer steps go backwards by the headings: if that is not how they move, see whether"),
-        (lambda headings: headings + np.pi, "100% of the longer steps go backwards by the headings"),
+        (
+            np.negative,
+            "% of the longer steps go backwards by the headings: if that is not how they move, see whether",
+        ),
+        (
+            lambda headings: headings + np.pi,
+            "100% of the longer steps go backwards by the headings",
+        ),
     ],
 )
 def test_headings_that_may_be_something_else_are_told(wrong, told):
@@ -175,7 +214,9 @@ def test_gaps_are_bridged_by_straight_motion_at_even_speed():
 def test_longer_gaps_and_those_at_the_ends_are_never_bridged():
     present = np.array([[0], [1], [0], [0], [1], [0]], dtype=bool)
     np.testing.assert_array_equal(recording(line(), present).bridged(1).present, present)
-    np.testing.assert_array_equal(recording(line(), present).bridged(99).present[:, 0], [0, 1, 1, 1, 1, 0])
+    np.testing.assert_array_equal(
+        recording(line(), present).bridged(99).present[:, 0], [0, 1, 1, 1, 1, 0]
+    )
 
 
 def test_headings_turn_the_shorter_way_over_a_gap():
@@ -219,7 +260,9 @@ def test_a_recording_of_every_third_frame_is_named_as_such():
     present[4, 1] = False
     sparse = recording(line(31, individuals=2), present)
     assert sparse.every == 3
-    assert str(sparse.problems).startswith("only one frame in 3 is there: `thinned(3)` keeps those\n")
+    assert str(sparse.problems).startswith(
+        "only one frame in 3 is there: `thinned(3)` keeps those\n"
+    )
     message = (
         r"`fps` must be the rate of the frames that are there; got 10 per second, of which only one in 3 is there: 3.33333 per "
         r"second\. .* keep those by thinning: every=3\."

@@ -16,7 +16,11 @@ def recording(frames=200, individuals=3, missing=0.0, headings=False, seed=0):
 
 
 def frames_of(windows, index, steps, before, after):
-    return {int(frame) for _, first in index for frame in range(first - before, first + steps + 1 + after)}
+    return {
+        int(frame)
+        for _, first in index
+        for frame in range(first - before, first + steps + 1 + after)
+    }
 
 
 def test_a_window_holds_the_signals_of_its_individual_from_its_first_step():
@@ -130,7 +134,10 @@ def test_windows_of_some_individuals_keep_the_others_as_neighbors():
     ("said", "message"),
     [
         ({}, "`steps` must be given, or `length_s`, one of them; got None and None"),
-        ({"steps": 3, "length_s": 1}, "`steps` must be given, or `length_s`, one of them; got 3 and 1"),
+        (
+            {"steps": 3, "length_s": 1},
+            "`steps` must be given, or `length_s`, one of them; got 3 and 1",
+        ),
         ({"steps": 0}, "`steps` must be an integer of at least 1; got 0"),
         (
             {"steps": 3.5},
@@ -141,7 +148,10 @@ def test_windows_of_some_individuals_keep_the_others_as_neighbors():
         ({"length_s": 0.01}, "`length_s` must be at least one frame of 0.1 s; got 0.01"),
         ({"steps": 3, "stride": 0}, "`stride` must be an integer of at least 1; got 0"),
         ({"steps": 3, "stride": 1.5}, r"`stride` must be an integer of at least 1; got 1\.5"),
-        ({"steps": 3, "smooth_frames": 2.5}, r"`smooth_frames` must be an integer of at least 1; got 2\.5"),
+        (
+            {"steps": 3, "smooth_frames": 2.5},
+            r"`smooth_frames` must be an integer of at least 1; got 2\.5",
+        ),
         ({"steps": 3, "hold_out": 1}, "`hold_out` must be from 0 to 0.9; got 1"),
         ({"steps": 3, "gap": -1}, "`gap` must be an integer of at least 0; got -1"),
         ({"steps": 3, "gap": 0.5}, r"`gap` must be an integer of at least 0; got 0\.5"),
@@ -172,12 +182,17 @@ def test_held_out_individuals_are_not_learned_from(hold_out):
     windows = whole.windows(10, hold_out=hold_out, hold_out_individuals=["b", "d"])
     assert set(windows.learning_index[:, 0]) == {0, 2}
     assert set(windows.held_out_index[:, 0]) == {1, 3}
-    times = [{int(first) for first in index[:, 1]} for index in (windows.learning_index, windows.held_out_index)]
+    times = [
+        {int(first) for first in index[:, 1]}
+        for index in (windows.learning_index, windows.held_out_index)
+    ]
     plain = whole.windows(10, hold_out=hold_out)
     assert times[0] == set(plain.learning_index[:, 1])
     if hold_out:
         assert not times[0] & times[1]
-        np.testing.assert_array_equal(windows.held_out, plain.held_out[np.isin(plain.held_out_index[:, 0], [1, 3])])
+        np.testing.assert_array_equal(
+            windows.held_out, plain.held_out[np.isin(plain.held_out_index[:, 0], [1, 3])]
+        )
     else:
         assert times[0] == times[1]
         assert windows.blocks == ((0, 1000, "learning and held out"),)
@@ -187,6 +202,7 @@ def test_held_out_individuals_are_not_learned_from(hold_out):
 def test_held_out_individuals_are_some_of_those_whose_windows_are_cut(named):
     options = {"individuals": ["a", "b"]} if named == ["c"] else {}
     with pytest.raises(
-        ValueError, match=r"^`hold_out_individuals` must be a list of names, some of a, b(, c)? but not all; got "
+        ValueError,
+        match=r"^`hold_out_individuals` must be a list of names, some of a, b(, c)? but not all; got ",
     ):
         recording().windows(10, hold_out_individuals=named, **options)

@@ -14,7 +14,10 @@ def walk(frames: int = 12, individuals: int = 3, seed: int = 0, missing: float =
     """Return positions (F, A, 2) with NaN where missing; everybody is there at first and at last."""
     rng = np.random.default_rng(seed)
     positions = np.round(
-        100 + 200 * rng.random((1, individuals, 2)) + rng.normal(size=(frames, individuals, 2)).cumsum(0), 3
+        100
+        + 200 * rng.random((1, individuals, 2))
+        + rng.normal(size=(frames, individuals, 2)).cumsum(0),
+        3,
     )
     positions[1:-1][rng.random((frames - 2, individuals)) < missing] = np.nan
     return positions
@@ -37,7 +40,10 @@ def _text(path: Path, lines: list[str]) -> Path:
 
 def idtracker(folder: Path, positions: np.ndarray) -> Path:
     header = "".join(f"X{k + 1}\tY{k + 1}\tProbId{k + 1}\t" for k in range(positions.shape[1]))
-    rows = ["\t".join(f"{_cell(x, 'NaN')}\t{_cell(y, 'NaN')}\tNaN" for x, y in frame) for frame in positions]
+    rows = [
+        "\t".join(f"{_cell(x, 'NaN')}\t{_cell(y, 'NaN')}\tNaN" for x, y in frame)
+        for frame in positions
+    ]
     return _text(folder / "trajectories.txt", [header, *rows])
 
 
@@ -50,15 +56,22 @@ def idtracker_ai_h5(folder: Path, positions: np.ndarray) -> Path:
 
 
 def idtracker_ai_csv(folder: Path, positions: np.ndarray) -> Path:
-    header = ",".join(["time", *(f"{axis}{k + 1}" for k in range(positions.shape[1]) for axis in "xy")])
+    header = ",".join(
+        ["time", *(f"{axis}{k + 1}" for k in range(positions.shape[1]) for axis in "xy")]
+    )
     rows = [
-        ",".join([f"{k / FPS:.3f}", *(_cell(v, "nan") for v in frame.ravel())]) for k, frame in enumerate(positions)
+        ",".join([f"{k / FPS:.3f}", *(_cell(v, "nan") for v in frame.ravel())])
+        for k, frame in enumerate(positions)
     ]
     return _text(folder / "trajectories.csv", [header, *rows])
 
 
 def idtracker_ai_npy(folder: Path, positions: np.ndarray) -> Path:
-    np.save(folder / "trajectories.npy", {"trajectories": positions, "frames_per_second": FPS}, allow_pickle=True)
+    np.save(
+        folder / "trajectories.npy",
+        {"trajectories": positions, "frames_per_second": FPS},
+        allow_pickle=True,
+    )
     return folder / "trajectories.npy"
 
 
@@ -88,7 +101,10 @@ def toxtrac(folder: Path, positions: np.ndarray) -> Path:
 
 
 def tracktor(folder: Path, positions: np.ndarray) -> Path:
-    rows = [f"{k},{frame}.0,{x},{y},{'ABCDEFGH'[who]}" for k, (frame, who, x, y) in enumerate(_rows(positions))]
+    rows = [
+        f"{k},{frame}.0,{x},{y},{'ABCDEFGH'[who]}"
+        for k, (frame, who, x, y) in enumerate(_rows(positions))
+    ]
     return _text(folder / "tracked.csv", [",frame,pos_x,pos_y,id", *rows])
 
 
@@ -97,7 +113,8 @@ def trackmate(folder: Path, positions: np.ndarray) -> Path:
     words = "Label,Spot ID,Track ID,Quality,X,Y,Z,T,Frame,R"
     units = ",,,(quality),(pixel),(pixel),(pixel),(sec),,(pixel)"
     rows = [
-        f"ID{k},{k},{who},3.2,{x},{y},0.0,{frame},{frame},4" for k, (frame, who, x, y) in enumerate(_rows(positions))
+        f"ID{k},{k},{who},3.2,{x},{y},0.0,{frame},{frame},4"
+        for k, (frame, who, x, y) in enumerate(_rows(positions))
     ]
     return _text(folder / "spots.csv", [names, words, words, units, *rows])
 
@@ -128,14 +145,18 @@ def trex_csv(folder: Path, positions: np.ndarray) -> Path:
 
 def toxtrac_csv(folder: Path, positions: np.ndarray) -> Path:
     header = "Time (sec)\tArena\tTrack\tPos. X (mm)\tPos. Y (mm)\tLabel"
-    rows = [f"{frame / FPS:.4f}\t1\t{who + 1}\t{x}\t{y}\t1" for frame, who, x, y in _rows(positions)]
+    rows = [
+        f"{frame / FPS:.4f}\t1\t{who + 1}\t{x}\t{y}\t1" for frame, who, x, y in _rows(positions)
+    ]
     return _text(folder / "Tracking_RealSpace_1.txt", [header, *rows])
 
 
 def animalta(folder: Path, positions: np.ndarray) -> Path:
     names = [f"{axis}_Arena0_Ind{who}" for who in range(positions.shape[1]) for axis in "XY"]
     rows = [
-        ";".join([str(frame), f"{frame / FPS:.2f}", *(_cell(value, "NA") for value in places.ravel())])
+        ";".join(
+            [str(frame), f"{frame / FPS:.2f}", *(_cell(value, "NA") for value in places.ravel())]
+        )
         for frame, places in enumerate(positions)
     ]
     return _text(folder / "Coordinates.csv", [";".join(["Frame", "Time", *names]), *rows])
@@ -143,8 +164,15 @@ def animalta(folder: Path, positions: np.ndarray) -> Path:
 
 def ethovision(folder: Path, positions: np.ndarray) -> Path:
     """Write the first individual as EthoVision XT exports it: in UTF-16, with a semicolon, in mm."""
-    facts = ['"Number of header lines:";"6"', '"Experiment";"Novel tank"', '"Subject name";"Subject 1"', '""']
-    names = '"Trial time";"Recording time";"X center";"Y center";"X nose";"Y nose";"Area";"Result 1"'
+    facts = [
+        '"Number of header lines:";"6"',
+        '"Experiment";"Novel tank"',
+        '"Subject name";"Subject 1"',
+        '""',
+    ]
+    names = (
+        '"Trial time";"Recording time";"X center";"Y center";"X nose";"Y nose";"Area";"Result 1"'
+    )
     units = '"s";"s";"mm";"mm";"mm";"mm";"mm2";""'
     rows = []
     for frame, (x, y) in enumerate(positions[:, 0] * [1, -1]):
@@ -161,7 +189,11 @@ def ros_csv(folder: Path, positions: np.ndarray) -> Path:
     names = "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.child_frame_id"
     pose = "field.pose.pose.{}".format
     names = ",".join(
-        [names, *(pose(f"position.{axis}") for axis in "xyz"), *(pose(f"orientation.{axis}") for axis in "xyzw")]
+        [
+            names,
+            *(pose(f"position.{axis}") for axis in "xyz"),
+            *(pose(f"orientation.{axis}") for axis in "xyzw"),
+        ]
     )
     rows = []
     for frame, (x, y) in enumerate(positions[:, 0]):
@@ -169,7 +201,9 @@ def ros_csv(folder: Path, positions: np.ndarray) -> Path:
             stamp = 1_700_000_000_000_000_000 + round(frame / FPS * 1e9)
             turn = 0.1 * frame
             quaternion = f"0.0,0.0,{np.sin(turn / 2)},{np.cos(turn / 2)}"
-            rows.append(f"{stamp},{frame},{stamp},odom,base,{x / 1000:.6f},{-y / 1000:.6f},0.0,{quaternion}")
+            rows.append(
+                f"{stamp},{frame},{stamp},odom,base,{x / 1000:.6f},{-y / 1000:.6f},0.0,{quaternion}"
+            )
     return _text(folder / "odometry.csv", [names, *rows])
 
 
@@ -190,7 +224,9 @@ def movebank(folder: Path, positions: np.ndarray) -> Path:
     for frame, who, *_ in _rows(positions):
         longitude, latitude = places[frame, who]
         time = f"2024-05-01 12:00:{frame / FPS:06.3f}"
-        rows.append(f'{frame},true,{time},{longitude:.12f},{latitude:.12f},"gps","crane {who}","Cranes"')
+        rows.append(
+            f'{frame},true,{time},{longitude:.12f},{latitude:.12f},"gps","crane {who}","Cranes"'
+        )
     rows.append('99,false,2024-05-01 12:00:00.000,80.0,80.0,"gps","crane 0","Cranes"')
     return _text(folder / "cranes.csv", [names, *rows])
 
@@ -230,7 +266,10 @@ def sleap(folder: Path, positions: np.ndarray) -> Path:
 def deeplabcut(folder: Path, positions: np.ndarray) -> Path:
     animals = [f"mouse{k + 1}" for k in range(positions.shape[1])]
     columns = [
-        (animal, part, what) for animal in animals for part in ("thorax", "head") for what in ("x", "y", "likelihood")
+        (animal, part, what)
+        for animal in animals
+        for part in ("thorax", "head")
+        for what in ("x", "y", "likelihood")
     ]
     header = [
         ",".join([name, *(column[k - 1] if k else "DLC_net" for column in columns)])
@@ -252,14 +291,20 @@ def deeplabcut_h5(folder: Path, positions: np.ndarray) -> Path:
     for k in range(positions.shape[1]):
         sure = np.where(np.isnan(positions[:, k, 0]), np.nan, 0.95)
         for shift, part in enumerate(("thorax", "head")):
-            labels += [("DLC_net", f"mouse{k + 1}", part, what) for what in ("x", "y", "likelihood")]
+            labels += [
+                ("DLC_net", f"mouse{k + 1}", part, what) for what in ("x", "y", "likelihood")
+            ]
             columns += [*(positions[:, k] + shift).T, sure]
-    table = np.zeros(len(positions), dtype=[("index", "<i8"), ("values_block_0", "<f8", (len(labels),))])
+    table = np.zeros(
+        len(positions), dtype=[("index", "<i8"), ("values_block_0", "<f8", (len(labels),))]
+    )
     table["index"], table["values_block_0"] = np.arange(len(positions)), np.stack(columns, axis=1)
     with h5py.File(folder / "videoDLC.h5", "w") as file:
         file.create_dataset("df_with_missing/table", data=table)
         file["df_with_missing"].attrs["pandas_type"] = np.bytes_(b"frame_table")
-        file["df_with_missing/table"].attrs["values_block_0_kind"] = np.bytes_(pickle.dumps(labels, protocol=0))
+        file["df_with_missing/table"].attrs["values_block_0_kind"] = np.bytes_(
+            pickle.dumps(labels, protocol=0)
+        )
     return folder / "videoDLC.h5"
 
 
@@ -270,8 +315,12 @@ def movement(folder: Path, positions: np.ndarray) -> Path:
     dimensions = ("time", "individuals", "keypoints", "space")
     individuals = [f"id_{k}" for k in range(positions.shape[1])]
     names = {"space": ["x", "y"], "keypoints": ["thorax", "head"], "individuals": individuals}
-    dataset = xr.Dataset({"position": (dimensions, points)}, {"time": np.arange(len(positions)) / FPS, **names})
-    dataset.assign_attrs(fps=FPS, time_unit="seconds").to_netcdf(folder / "poses.nc", engine="scipy")
+    dataset = xr.Dataset(
+        {"position": (dimensions, points)}, {"time": np.arange(len(positions)) / FPS, **names}
+    )
+    dataset.assign_attrs(fps=FPS, time_unit="seconds").to_netcdf(
+        folder / "poses.nc", engine="scipy"
+    )
     return folder / "poses.nc"
 
 

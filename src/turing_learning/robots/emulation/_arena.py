@@ -36,10 +36,14 @@ def read_infrared(
     angles, everybody = poses[:, 2, None] + SENSOR_ANGLES, np.arange(len(poses))
     axes = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     sensors = poses[:, None, :2] + radius_cm * axes
-    walls = np.maximum(_reflected(sensors, -axes), _reflected(np.array(arena_cm) - sensors, axes)).max(axis=-1)
+    walls = np.maximum(
+        _reflected(sensors, -axes), _reflected(np.array(arena_cm) - sensors, axes)
+    ).max(axis=-1)
     apart = poses[None, None, :, :2] - sensors[:, :, None]
     distance = np.maximum(np.linalg.norm(apart, axis=-1), 1e-6)
-    robots = SKIRT * _reflected(distance - radius_cm, np.einsum("askc,asc->ask", apart, axes) / distance)
+    robots = SKIRT * _reflected(
+        distance - radius_cm, np.einsum("askc,asc->ask", apart, axes) / distance
+    )
     robots[everybody, :, everybody] = 0.0
     light = np.maximum(walls, robots.max(axis=-1))
     readings = np.rint(DARK + BRIGHTEST * light + rng.normal(0, NOISE, light.shape))
@@ -70,7 +74,9 @@ class Drives:
         self._waiting = deque([np.zeros((robots, 2))] * robot.actuation_lag_cycles * parts)
         self._at_once = replace(
             scenario,
-            robot=replace(robot, wheel_scale_spread=0.0, actuation_lag_cycles=0, wheel_noise=0.0, slip=0.0),
+            robot=replace(
+                robot, wheel_scale_spread=0.0, actuation_lag_cycles=0, wheel_noise=0.0, slip=0.0
+            ),
             trial=replace(
                 trial,
                 duration_s=trial.control_interval_s / parts,
@@ -80,7 +86,11 @@ class Drives:
         )
 
     def move(
-        self, poses: np.ndarray, wheels: np.ndarray, seed: int, acting: Sequence[int] | slice = slice(None)
+        self,
+        poses: np.ndarray,
+        wheels: np.ndarray,
+        seed: int,
+        acting: Sequence[int] | slice = slice(None),
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return poses (A, 3) after a part of a cycle in which wheel speeds (A, 2) are commanded, and readings I (A,) at its end.
 
@@ -96,7 +106,9 @@ class Drives:
         self._waiting.append(turned * (1 - self._robot.slip * slip))
         states = self._at_once.sensor.states
         controllers = np.tile(self._waiting.popleft(), (1, states))[None]
-        trial = simulate(self._at_once, controllers, poses[None], control_steps=1, seed=seed, threads=1)
+        trial = simulate(
+            self._at_once, controllers, poses[None], control_steps=1, seed=seed, threads=1
+        )
         return trial.poses[0, 1], trial.sensors[0, 1]
 
 
@@ -107,7 +119,11 @@ def move_alone(
     execute a controller (2 n,) among walls without a PC, as in state R5 (paper, section 5.4). Of the scenario
     only robot, sensor and walls count.
     """
-    arena, rng, table = sides_cm(scenario), np.random.default_rng(seed), np.reshape(controller, (-1, 2))
+    arena, rng, table = (
+        sides_cm(scenario),
+        np.random.default_rng(seed),
+        np.reshape(controller, (-1, 2)),
+    )
     poses, sight = start, np.zeros(len(start), int)
     drives = Drives(scenario, len(start), seed)
     yield poses
@@ -123,7 +139,9 @@ _FLOOR, _WALL, _BEYOND, _SKIRT, _DISK = (200,) * 3, (232,) * 3, (96,) * 3, (26,)
 _COVER = (70, 80, 90)
 _FINE = 4  # supersampling of robots
 _BITS = 6  # binary digits after the point of a vertex
-_CIRCLE = np.column_stack([f(np.linspace(0, 2 * math.pi, 28, endpoint=False)) for f in (np.cos, np.sin)])
+_CIRCLE = np.column_stack(
+    [f(np.linspace(0, 2 * math.pi, 28, endpoint=False)) for f in (np.cos, np.sin)]
+)
 
 
 @dataclass(frozen=True)
@@ -198,7 +216,9 @@ class EmulatedCamera:
         self._light = (1 - self._optics.shade * (away / away.max()) ** 1.6).astype(np.float32)
         self._empty = self._expose(self._ground, slice(None), slice(None))
         shape = (rows + 256, columns + 256, 3)  # larger than the image, to be shifted at random
-        noise = np.rint(self._rng.standard_normal(shape, dtype=np.float32) * self._optics.noise).astype(np.int16)
+        noise = np.rint(
+            self._rng.standard_normal(shape, dtype=np.float32) * self._optics.noise
+        ).astype(np.int16)
         self._noise = tuple(np.clip(part, 0, 255).astype(np.uint8) for part in (noise, -noise))
 
     @property
@@ -226,14 +246,24 @@ class EmulatedCamera:
 
     def _draw(self, canvas: np.ndarray, pose: np.ndarray, top: Shapes) -> tuple[slice, slice]:
         """Draw a robot, finely, and return the rows and columns that it changes once blurred."""
-        turn = np.array([[math.cos(pose[2]), math.sin(pose[2])], [-math.sin(pose[2]), math.cos(pose[2])]])
-        flat = np.concatenate([self._body, self._body, *(outline for outline, _ in top)]) @ turn + pose[:2]
-        pixels = self._project(flat, np.where(np.arange(len(flat)) < len(self._body), 0.0, self._height))
+        turn = np.array(
+            [[math.cos(pose[2]), math.sin(pose[2])], [-math.sin(pose[2]), math.cos(pose[2])]]
+        )
+        flat = (
+            np.concatenate([self._body, self._body, *(outline for outline, _ in top)]) @ turn
+            + pose[:2]
+        )
+        pixels = self._project(
+            flat, np.where(np.arange(len(flat)) < len(self._body), 0.0, self._height)
+        )
         body, outlines = pixels[: 2 * len(self._body)], pixels[2 * len(self._body) :]
         rows, columns = self._region(body, 1)
         if rows.start >= rows.stop or columns.start >= columns.stop:
             return rows, columns
-        patch, origin = canvas[rows, columns].repeat(_FINE, axis=0).repeat(_FINE, axis=1), (columns.start, rows.start)
+        patch, origin = (
+            canvas[rows, columns].repeat(_FINE, axis=0).repeat(_FINE, axis=1),
+            (columns.start, rows.start),
+        )
         hull = cv2.convexHull(body.astype(np.float32)).reshape(-1, 2)
         cv2.fillConvexPoly(patch, _enlarged(hull - origin, _FINE), _SKIRT, shift=_BITS)
         for outline, color in top:
@@ -245,8 +275,14 @@ class EmulatedCamera:
 
     def _region(self, pixels: np.ndarray, margin: int) -> tuple[slice, slice]:
         width, height = self.image_size
-        low, high = np.floor(pixels.min(axis=0)).astype(int) - margin, np.ceil(pixels.max(axis=0)).astype(int) + margin
-        rows, columns = np.clip([low[1], high[1] + 1], 0, height), np.clip([low[0], high[0] + 1], 0, width)
+        low, high = (
+            np.floor(pixels.min(axis=0)).astype(int) - margin,
+            np.ceil(pixels.max(axis=0)).astype(int) + margin,
+        )
+        rows, columns = (
+            np.clip([low[1], high[1] + 1], 0, height),
+            np.clip([low[0], high[0] + 1], 0, width),
+        )
         return slice(int(rows[0]), int(rows[1])), slice(int(columns[0]), int(columns[1]))
 
     def _expose(self, canvas: np.ndarray, rows: slice, columns: slice) -> np.ndarray:
@@ -264,14 +300,18 @@ class EmulatedCamera:
         """Return floor, walls and what is beyond them (H, W, 3), in even light."""
         (columns, rows), (width, height) = self.image_size, arena_cm
         large = np.full((2 * rows, 2 * columns, 3), _BEYOND, np.uint8)
-        corners = np.array([(0, 0), (width, 0), (width, height), (0, height), (0, 0)], dtype=np.float64)
+        corners = np.array(
+            [(0, 0), (width, 0), (width, height), (0, height), (0, 0)], dtype=np.float64
+        )
         steps = np.linspace(0, 1, 40)[:, None]
         edges = [start + steps * (end - start) for start, end in pairwise(corners)]
         for side, edge in enumerate(edges):
             face = np.concatenate([self._project(edge, 0.0), self._project(edge[::-1], wall_cm)])
             shade = tuple(value - 6 * (side % 2) for value in _WALL)
             cv2.fillPoly(large, [_enlarged(face, 2)], shade, shift=_BITS)
-        cv2.fillPoly(large, [_enlarged(self._project(np.concatenate(edges), 0.0), 2)], _FLOOR, shift=_BITS)
+        cv2.fillPoly(
+            large, [_enlarged(self._project(np.concatenate(edges), 0.0), 2)], _FLOOR, shift=_BITS
+        )
         ground = cv2.resize(large, (columns, rows), interpolation=cv2.INTER_AREA)
         stains = self._rng.normal(0, 3.0, (rows // 24 + 1, columns // 24 + 1)).astype(np.float32)
         stains = cv2.resize(stains, (columns, rows), interpolation=cv2.INTER_CUBIC)
@@ -299,7 +339,9 @@ class Conditions:
     """What is not ideal in a laboratory."""
 
     clock_drift: float = 5e-5  #: Largest relative error of a robot's clock
-    battery_s: float = 6000.0  #: How long the weakest battery lasts; the best lasts 1.4 times as long
+    battery_s: float = (
+        6000.0  #: How long the weakest battery lasts; the best lasts 1.4 times as long
+    )
     #: Shortest and longest time that bytes take between a robot and the PC
     latency_s: tuple[float, float] = (0.01, 0.04)
     intervention_s: float = 60.0  #: How long the operator needs when asked
@@ -307,7 +349,9 @@ class Conditions:
     camera_lag_s: float = 0.037
     #: Whether robots begin their control cycles at moments of their own, which stay the same, as real ones do
     own_phases: bool = True
-    period_spread: float = 0.005  #: Largest relative error of a robot's control cycle; only with phases of their own
+    period_spread: float = (
+        0.005  #: Largest relative error of a robot's control cycle; only with phases of their own
+    )
     optics: Optics = field(default_factory=Optics)  #: Of the camera
 
     def __post_init__(self) -> None:
@@ -328,7 +372,11 @@ class ArenaCamera:
     """
 
     def __init__(
-        self, clock: VirtualClock, render: Callable[[float | None], np.ndarray], interval_s: float, lag_s: float
+        self,
+        clock: VirtualClock,
+        render: Callable[[float | None], np.ndarray],
+        interval_s: float,
+        lag_s: float,
     ) -> None:
         self._clock, self._render, self._interval_s, self._lag_s = clock, render, interval_s, lag_s
         self._last: np.ndarray | None = None
@@ -338,8 +386,12 @@ class ArenaCamera:
     def take(self) -> np.ndarray:
         """Return the next image (H, W, 3), blue, green, red; raise CameraError if the camera is unplugged."""
         if self.unplugged:
-            raise CameraError("`source` must give images; got none more from the emulated camera. Check its cable.")
-        self._number = max(self._number + 1, math.ceil((self._clock.now() - self._lag_s) / self._interval_s - 1e-6))
+            raise CameraError(
+                "`source` must give images; got none more from the emulated camera. Check its cable."
+            )
+        self._number = max(
+            self._number + 1, math.ceil((self._clock.now() - self._lag_s) / self._interval_s - 1e-6)
+        )
         self._clock.sleep_until(self.due_s(self._number))
         self.taken_s = self._clock.now()
         return self.snapshot(self.due_s(self._number))

@@ -17,20 +17,40 @@ from typing import Any, Protocol
 import numpy as np
 
 from turing_learning.errors import choice
-from turing_learning.robots._link import LARGEST_SEQUENCE, PARAMETER_UNIT, SIGNALS, Model, opened, sealed
+from turing_learning.robots._link import (
+    LARGEST_SEQUENCE,
+    PARAMETER_UNIT,
+    SIGNALS,
+    Model,
+    opened,
+    sealed,
+)
 
 GREETING = b'\f\aWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 NOT_FOUND = b"z,Command not found\r\n"
 LONGEST_COMMAND = 256
 LARGEST_NUMBER = 32767  #: Numbers of the public protocol have 16 bits, as on an e-puck
 LARGEST_IMAGE = 38_400  #: Bytes; the buffer of an e-puck2 (`MAX_BUFF_SIZE` of its dcmi_camera.h)
-_USUAL_IMAGE = 1, 40, 40, 8  # mode (color), width, height, zoom; also where a larger one is asked for
-LARGEST_ANSWER = 65_536  #: Bytes that wait to be sent; what goes beyond is lost, as on a line that is full
+_USUAL_IMAGE = (
+    1,
+    40,
+    40,
+    8,
+)  # mode (color), width, height, zoom; also where a larger one is asked for
+LARGEST_ANSWER = (
+    65_536  #: Bytes that wait to be sent; what goes beyond is lost, as on a line that is full
+)
 _NUMBER = re.compile(r",[ \t\n\v\f\r]*([+-]?[0-9]+)")  # what `sscanf(",%d")` of the firmware reads
 _LOGGER = logging.getLogger(__name__)
 _VERSIONS = {"e-puck": "Version 1.2.2", "e-puck2": "Version 2.0"}
 _HELP = "A B,# b C D,#,# E F,# G g H I J,#,#,#,# K L,#,# M N O P,#,# Q R S T,# U V W,#,#,# X Y,#,#"
-_SENSED = {"A": (12, -9, 812), "g": (3, -2, 1), "M": (890, 874, 901, 512, 498), "O": (3400,) * 8, "U": (10, 12, 9)}
+_SENSED = {
+    "A": (12, -9, 812),
+    "g": (3, -2, 1),
+    "M": (890, 874, 901, 512, 498),
+    "O": (3400,) * 8,
+    "U": (10, 12, 9),
+}
 """Readings of sensors that the laboratory does not emulate: acceleration, rotation, floor, light, sound."""
 _ANSWERS = {letter: letter.lower() for letter in "BFJLPTW"} | {
     "G": "g IR check : 0x0, address : 0x0, data : 0x0",
@@ -38,7 +58,14 @@ _ANSWERS = {letter: letter.lower() for letter in "BFJLPTW"} | {
 }
 _COMMANDS = frozenset("AEgMNOQUbCDHIRSVYZ") | _ANSWERS.keys()  # beside X
 _BINARY_ARGUMENTS = {"D": 4, "L": 2, "P": 4, "W": 3, "w": 35}
-_SECOND_ARGUMENTS = {"Y": 2, "\x09": 19, "\x0a": 12, "\x0f": 1, "\x10": 1, "\x11": 1}  # of an e-puck2
+_SECOND_ARGUMENTS = {
+    "Y": 2,
+    "\x09": 19,
+    "\x0a": 12,
+    "\x0f": 1,
+    "\x10": 1,
+    "\x11": 1,
+}  # of an e-puck2
 
 
 LOOP = {"R1": 1.0, "R2": 8.0, "R3": 1.0, "R4": 1.0, "R5": 7.0}  #: States and how long they last (s)
@@ -61,7 +88,9 @@ STILL: Wheels = (0.0, 0.0)
 FULL_SPEED = 1000  #: Steps per second
 
 
-def is_in_the_way(proximity: Sequence[int], threshold: int, least: float, forward: float = 1.0) -> bool:
+def is_in_the_way(
+    proximity: Sequence[int], threshold: int, least: float, forward: float = 1.0
+) -> bool:
     """Return whether the strongest reading reaches a threshold, at a sensor whose direction, from where the
     robot goes, has a cosine above `least`; `forward` is negative for a robot that drives backward.
     """
@@ -109,7 +138,12 @@ class EmulatedRobot:
         controller: tuple[float, ...] | None = None, tell: Callable[[str], None] = lambda kind: None,
         rng: np.random.Generator | None = None,
     ) -> None:  # fmt: skip
-        self._body, self._clock, self._selector, self._second = body, clock, selector, kind == "e-puck2"
+        self._body, self._clock, self._selector, self._second = (
+            body,
+            clock,
+            selector,
+            kind == "e-puck2",
+        )
         self._kind = choice("kind", kind, _VERSIONS)
         self._controller, self._tell, self._rng = controller, tell, rng or np.random.default_rng()
         self._until, self._turn_until, self._side = 0.0, 0.0, 1.0
@@ -134,7 +168,10 @@ class EmulatedRobot:
             self._speed: tuple[int, ...] = (0, 0)  # what is answered to E
             self._steps: tuple[int, ...] = (0, 0)
             self._image: tuple[int, ...] = _USUAL_IMAGE
-            self._light_set: tuple[int, ...] = (0, 0)  # number and action; what a command leaves out stays
+            self._light_set: tuple[int, ...] = (
+                0,
+                0,
+            )  # number and action; what a command leaves out stays
             self._heard_at = self._clock()
             self.executing: Model | None = None
             self._waiting: Model | None = None
@@ -189,7 +226,9 @@ class EmulatedRobot:
             if time_s >= self._turn_until and is_in_the_way(proximity, OBSTACLE, _AHEAD):
                 self._turn(time_s, _AWAY_S)
             return (-self._side, self._side) if time_s < self._turn_until else (1.0, 1.0)
-        table = self._controller or (self.executing.parameters if self.executing is not None else ())
+        table = self._controller or (
+            self.executing.parameters if self.executing is not None else ()
+        )
         wheels = table[2 * sight : 2 * sight + 2]
         if self.state != "R5" or len(wheels) < 2:
             return STILL
@@ -296,9 +335,19 @@ class EmulatedRobot:
             return b""
         match letter:
             case "\x08":  # all sensors
-                moving, rest = (b"".join(map(self._obey_binary, letters)) for letters in ("aAg", "tNO\x0d\x0cQb"))
+                moving, rest = (
+                    b"".join(map(self._obey_binary, letters))
+                    for letters in ("aAg", "tNO\x0d\x0cQb")
+                )
                 floor = self._obey_binary("M")[:6]
-                return moving + bytes(12) + rest + bytes([0, 0, 0, 0, self._selector]) + floor + bytes(7)
+                return (
+                    moving
+                    + bytes(12)
+                    + rest
+                    + bytes([0, 0, 0, 0, self._selector])
+                    + floor
+                    + bytes(7)
+                )
             case "\x09":  # all actuators: behaviors, wheels, lights, colors, sound
                 self._obey_binary("P" if arguments[0] & 4 else "D", arguments[1:5])
                 for k, light in enumerate((0, 2, 4, 6, 8, 9)):
@@ -321,7 +370,11 @@ class EmulatedRobot:
             case "A" | "E" | "g" | "M" | "N" | "O" | "Q" | "U":
                 return _line(f"{letter.lower()},{','.join(map(str, self._numbers(letter)))}")
             case "b":
-                return _line(f"b,{self._charge} (87%)" if self._second else f"b,{int(self._body.battery_ok())}")
+                return _line(
+                    f"b,{self._charge} (87%)"
+                    if self._second
+                    else f"b,{int(self._body.battery_ok())}"
+                )
             case "C":
                 return _line(f"c,{self._selector}")
             case "D":
@@ -389,7 +442,10 @@ class EmulatedRobot:
 
     def _drive(self, left: int, right: int) -> None:
         self._speed = left, right
-        self.wheels = max(-FULL_SPEED, min(left, FULL_SPEED)), max(-FULL_SPEED, min(right, FULL_SPEED))
+        self.wheels = (
+            max(-FULL_SPEED, min(left, FULL_SPEED)),
+            max(-FULL_SPEED, min(right, FULL_SPEED)),
+        )
 
     def _light(self, light: int, action: int) -> None:
         for one in [light] if 0 <= light < 10 else range(8):
@@ -420,7 +476,9 @@ class EmulatedRobot:
                 return f"Q,{self.state},{elapsed},{_sequence(self._waiting)},{_sequence(self.executing)},{battery}"
             case "M", [sequence, *parameters]:
                 with suppress(ValueError):
-                    self._waiting = Model(sequence, tuple(round(each * PARAMETER_UNIT, 4) for each in parameters))
+                    self._waiting = Model(
+                        sequence, tuple(round(each * PARAMETER_UNIT, 4) for each in parameters)
+                    )
                     return f"M,{sequence}"
         return "E,message"
 
@@ -438,7 +496,11 @@ def _scanned(text: str, before: tuple[int, ...]) -> tuple[int, ...]:
 def _whole_numbers(fields: Sequence[str]) -> list[int] | None:
     """Return fields as integers, None if one is none."""
     digits = (field.strip().removeprefix("-") for field in fields)
-    return [int(field) for field in fields] if all(part.isascii() and part.isdecimal() for part in digits) else None
+    return (
+        [int(field) for field in fields]
+        if all(part.isascii() and part.isdecimal() for part in digits)
+        else None
+    )
 
 
 def _line(text: str) -> bytes:

@@ -22,7 +22,12 @@ from turing_learning.models import Behavior
 from turing_learning.purposes import CLOCKS, REHEARSAL, TRACKING
 from turing_learning.robots._clock import VirtualClock
 from turing_learning.robots._link import EPuck, Link
-from turing_learning.robots.program._equipment import CameraPoses, Equipment, PoseSource, laboratory_tracker
+from turing_learning.robots.program._equipment import (
+    CameraPoses,
+    Equipment,
+    PoseSource,
+    laboratory_tracker,
+)
 from turing_learning.robots.program._setup import Laboratory
 from turing_learning.robots.program._source import LARGEST, trial_samples
 from turing_learning.robots.tracking._camera import Calibration
@@ -68,7 +73,9 @@ class ArenaRobot:
     ) -> None:  # fmt: skip
         self._own_time: Callable[[], float] = lambda: clock() * (1 + drift)
         self._battery_s = battery_s
-        self.emulated = EmulatedRobot(self, clock=self._own_time, controller=controller, tell=self._tell, rng=rng)
+        self.emulated = EmulatedRobot(
+            self, clock=self._own_time, controller=controller, tell=self._tell, rng=rng
+        )
         self.line, self.silent, self.charge = make_line(self.emulated, name), False, 1.0
         self._readings: Sequence[int] = (0,) * 8
 
@@ -256,7 +263,12 @@ class EmulatedLaboratory:
         remedy = "Give its width_cm and height_cm."
         require(scenario.arena.bounded, "scenario.arena", "have walls", "an unbounded one", remedy)
         rule = f"be at most {len(_REPLICA_COLORS)}, one for each color"
-        require(labels or scenario.replicas <= len(_REPLICA_COLORS), "scenario.replicas", rule, scenario.replicas)
+        require(
+            labels or scenario.replicas <= len(_REPLICA_COLORS),
+            "scenario.replicas",
+            rule,
+            scenario.replicas,
+        )
         self.scenario, self.conditions, self._seed = scenario, conditions or Conditions(), seed
         self.arena_cm, self.interval_s = sides_cm(scenario), scenario.trial.control_interval_s
         self.clock, self.lock = VirtualClock(), threading.RLock()
@@ -267,8 +279,12 @@ class EmulatedLaboratory:
         self.markers: Markers = markers or TriangleMarkers()
         self.calibration = calibration or overhead_camera(*self.arena_cm)
         streams = np.random.SeedSequence(seed).spawn(4 + 2 * scenario.individuals)
-        self._rng, self._air, places, batteries = (np.random.default_rng(stream) for stream in streams[:4])
-        own = [np.random.default_rng(stream) for stream in streams[4:]]  # of each robot, then of each line
+        self._rng, self._air, places, batteries = (
+            np.random.default_rng(stream) for stream in streams[:4]
+        )
+        own = [
+            np.random.default_rng(stream) for stream in streams[4:]
+        ]  # of each robot, then of each line
 
         def open_line(robot: EmulatedRobot, name: str) -> Line:
             rng = own[scenario.individuals + self.names.index(name)]
@@ -297,11 +313,15 @@ class EmulatedLaboratory:
         self.stuck: set[int] = set()
         self.covered: set[int] = set()
         older = math.ceil(scenario.tracker.delay_s / self.interval_s)
-        self._places = deque([initial_poses(scenario, 1, places)[0]] * 2, maxlen=(_CYCLES + older) * parts)
+        self._places = deque(
+            [initial_poses(scenario, 1, places)[0]] * 2, maxlen=(_CYCLES + older) * parts
+        )
         self._drives = Drives(scenario, scenario.individuals, seed, parts)
         self._jitter = np.random.default_rng([TRACKING, seed])
         self._sight, self._part = np.zeros(scenario.individuals, int), 0
-        self.camera = ArenaCamera(self.clock, self._render, self.interval_s, self.conditions.camera_lag_s)
+        self.camera = ArenaCamera(
+            self.clock, self._render, self.interval_s, self.conditions.camera_lag_s
+        )
         self.faults, self.operator = Faults(self), EmulatedOperator(self)
         self.clock.call_at(0.0, self._advance)
 
@@ -317,12 +337,20 @@ class EmulatedLaboratory:
 
     @cached_property
     def _eye(self) -> EmulatedCamera:
-        given: dict[str, Any] = {"arena_cm": self.arena_cm, "optics": self.conditions.optics, "seed": self._seed}
+        given: dict[str, Any] = {
+            "arena_cm": self.arena_cm,
+            "optics": self.conditions.optics,
+            "seed": self._seed,
+        }
         return EmulatedCamera(self.calibration, self.markers, self.labels, **given)
 
     def _render(self, at_s: float | None) -> np.ndarray:
         tracker, now = self.scenario.tracker, self.clock.now() if at_s is None else at_s
-        deviations = [tracker.position_noise_cm, tracker.position_noise_cm, tracker.heading_noise_rad]
+        deviations = [
+            tracker.position_noise_cm,
+            tracker.position_noise_cm,
+            tracker.heading_noise_rad,
+        ]
         seen = self.poses(now - tracker.delay_s)
         seen += self._jitter.standard_normal(seen.shape) * deviations
         return self._eye.render(seen, tuple(self.covered))
@@ -372,7 +400,9 @@ class EmulatedLaboratory:
             proximity = self._infrared(before)
         for who in acting:
             robot = self._robots[who]
-            self._wheels[who] = robot.step(self._periods_s[who], int(self._sight[who]), proximity[who])
+            self._wheels[who] = robot.step(
+                self._periods_s[who], int(self._sight[who]), proximity[who]
+            )
             pause_s = robot.emulated.take_pause(self.interval_s)
             self._due_s[who] += self._periods_s[who] + pause_s * self.conditions.own_phases
         wheels, stuck = self._wheels.copy(), list(self.stuck)
@@ -388,7 +418,9 @@ class EmulatedLaboratory:
         readings = read_infrared(poses, self.arena_cm, self.scenario.robot.radius_cm, self._air)
         return readings.tolist()
 
-    def _move(self, poses: np.ndarray, wheels: np.ndarray, acting: list[int]) -> tuple[np.ndarray, np.ndarray]:
+    def _move(
+        self, poses: np.ndarray, wheels: np.ndarray, acting: list[int]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return poses (A, 3) after a part of a cycle with wheel speeds (A, 2), and readings I (A,)."""
         return self._drives.move(poses, wheels, int(self._rng.integers(2**63)), acting)
 
@@ -465,7 +497,9 @@ class _SupervisedLaboratory(EmulatedLaboratory):
     def _infrared(self, poses: np.ndarray) -> Sequence[Sequence[int]]:
         return self._simulator.proximity()
 
-    def _move(self, poses: np.ndarray, wheels: np.ndarray, acting: list[int]) -> tuple[np.ndarray, np.ndarray]:
+    def _move(
+        self, poses: np.ndarray, wheels: np.ndarray, acting: list[int]
+    ) -> tuple[np.ndarray, np.ndarray]:
         after = self._simulator.step(self._part_s, wheels)
         moved = array("poses", after, "A 3", A=len(poses))
         return moved.copy(), np.array(self._simulator.sights(), int)
@@ -505,12 +539,19 @@ def supervise(laboratory: Laboratory, simulator: Simulator, seed: int | None = N
     return _virtual_equipment(laboratory, emulated, poses)
 
 
-def _virtual_equipment(laboratory: Laboratory, emulated: EmulatedLaboratory, poses: PoseSource) -> Equipment:
+def _virtual_equipment(
+    laboratory: Laboratory, emulated: EmulatedLaboratory, poses: PoseSource
+) -> Equipment:
     """Return the devices of an emulated laboratory, at the addresses of a laboratory's file."""
-    robots = zip((*laboratory.setup.agents, *laboratory.setup.replicas), emulated.names, strict=True)
+    robots = zip(
+        (*laboratory.setup.agents, *laboratory.setup.replicas), emulated.names, strict=True
+    )
     names = {str(robot.address): name for robot, name in robots if robot.address}
     return Equipment(
-        emulated.clock, lambda address: EPuck(emulated.link(names[address])), lambda: poses, emulated.operator
+        emulated.clock,
+        lambda address: EPuck(emulated.link(names[address])),
+        lambda: poses,
+        emulated.operator,
     )
 
 
@@ -525,9 +566,15 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     tracker = laboratory_tracker(setup, configuration.swarm.robot)
     with refusing_as(ConfigurationError):
         scenario, seed = configuration.swarm, configuration.run.seed if seed is None else seed
-        seen: dict[str, Any] = {"calibration": tracker.calibration, "markers": tracker.markers, "labels": setup.labels}
+        seen: dict[str, Any] = {
+            "calibration": tracker.calibration,
+            "markers": tracker.markers,
+            "labels": setup.labels,
+        }
         emulated = EmulatedLaboratory(scenario, seed=seed, **seen)
-    return _virtual_equipment(laboratory, emulated, CameraPoses(emulated.camera, tracker, emulated.clock))
+    return _virtual_equipment(
+        laboratory, emulated, CameraPoses(emulated.camera, tracker, emulated.clock)
+    )
 
 
 class SimulatedLaboratory(Source):
@@ -548,11 +595,21 @@ class SimulatedLaboratory(Source):
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         return self.observe(self.to_units(models), rng=rng)
 
-    def observe(self, speeds: np.ndarray, stage: str = "", rng: np.random.Generator | None = None) -> Samples:
+    def observe(
+        self, speeds: np.ndarray, stage: str = "", rng: np.random.Generator | None = None
+    ) -> Samples:
         """Return samples of models (M, P) in wheel speeds; see `collect`. Each stage has its own random numbers."""
-        rng, scenario = rng or np.random.default_rng([REHEARSAL, self._seed, *stage.encode()]), self._scenario
+        rng, scenario = (
+            rng or np.random.default_rng([REHEARSAL, self._seed, *stage.encode()]),
+            self._scenario,
+        )
         trials, rest = divmod(len(speeds), scenario.replicas)
-        require(trials and not rest, "models", f"be a multiple of {scenario.replicas} replicas, not 0", len(speeds))
+        require(
+            trials and not rest,
+            "models",
+            f"be a multiple of {scenario.replicas} replicas, not 0",
+            len(speeds),
+        )
         executed = alone(scenario, trials)
         executed[:, scenario.agents :] = np.arange(len(speeds)).reshape(trials, -1)
         motion = Trials.draw(scenario, executed, rng).observe(Behavior(speeds), 1)

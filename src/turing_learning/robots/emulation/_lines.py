@@ -26,7 +26,9 @@ from ._emulated_robot import ALONE_S, FULL_SPEED, GREETING, STILL, Body, Emulate
 
 _PAUSE_S = 0.05  # between the pieces of a spoiled answer
 _POLL_S, _WRITING_S = 0.02, 1.0
-IDLE_S = 5.0  # a client that has said nothing that makes sense for so long gives way to the next one
+IDLE_S = (
+    5.0  # a client that has said nothing that makes sense for so long gives way to the next one
+)
 _WATCHING_S = 0.2
 _STOPPING_TRIES = 20  # at the end, where a body takes no command
 _LOGGER = logging.getLogger(__name__)
@@ -213,7 +215,12 @@ class TcpServer(_Server):
     """
 
     def __init__(
-        self, robot: EmulatedRobot, *, host: str = "127.0.0.1", port: int = 0, peers: Sequence[str] = ()
+        self,
+        robot: EmulatedRobot,
+        *,
+        host: str = "127.0.0.1",
+        port: int = 0,
+        peers: Sequence[str] = (),
     ) -> None:
         self._address, self._heard_s = (host, port), 0.0
         self._peers = [ip_network(peer) for peer in peers]
@@ -307,7 +314,9 @@ class TerminalServer(_Server):
         return b""
 
     def _write(self, data: bytes) -> None:
-        with suppress(OSError):  # nobody reads, and the line is full: a serial line loses bytes then, too
+        with suppress(
+            OSError
+        ):  # nobody reads, and the line is full: a serial line loses bytes then, too
             os.write(self._master, data)
 
 
@@ -400,10 +409,14 @@ def live(
     """
     remedy = "Give the PC's address, as peers=('10.0.0.1',)."
     local = ip_address(socket.gethostbyname(host)).is_loopback
-    require(local or peers, "peers", f"name who may move the robot at host {host!r}", "nobody", remedy)
+    require(
+        local or peers, "peers", f"name who may move the robot at host {host!r}", "nobody", remedy
+    )
     clock = clock or RealClock()
     steady = _SteadyBody(body, clock)
-    robot = EmulatedRobot(steady, clock=clock.now, controller=controller, tell=lambda kind: line.signal(kind))
+    robot = EmulatedRobot(
+        steady, clock=clock.now, controller=controller, tell=lambda kind: line.signal(kind)
+    )
     stepped_s, over = clock.now(), threading.Event()
 
     def watch() -> None:

@@ -73,15 +73,32 @@ class ArenaService(AbstractContextManager["ArenaService"]):
     def describe(self) -> str:
         """Return the laboratory's file for the PC program; one that is faster than real time has faster robots, as is seen."""
         laboratory, speed, scenario = self.laboratory, self._speed, self.laboratory.scenario
-        camera = {"source": self.camera_url, "fps": speed / laboratory.interval_s, "calibration": CALIBRATION_FILE}
-        timing = {"wait_s": LOOP["R1"] / speed, "disperse_s": LOOP["R2"] / speed, "execute_s": LOOP["R5"] / speed}
+        camera = {
+            "source": self.camera_url,
+            "fps": speed / laboratory.interval_s,
+            "calibration": CALIBRATION_FILE,
+        }
+        timing = {
+            "wait_s": LOOP["R1"] / speed,
+            "disperse_s": LOOP["R2"] / speed,
+            "execute_s": LOOP["R5"] / speed,
+        }
         sections: list[tuple[str, dict[str, Any]]] = [("camera", camera), ("timing", timing)]
         for name, label in zip(laboratory.names, laboratory.labels, strict=True):
             replica = laboratory.number(name) >= scenario.agents
             role = {"name": name, "role": "replica" if replica else "agent", "marker": label}
-            sections.append(("[robots]", role | ({"address": self.addresses[name]} if replica else {})))
-        sections.append(("scenario.arena", dict(zip(("width_cm", "height_cm"), laboratory.arena_cm, strict=True))))
-        sections.append(("scenario.robot", {"maximum_speed_cm_s": scenario.robot.maximum_speed_cm_s * speed}))
+            sections.append(
+                ("[robots]", role | ({"address": self.addresses[name]} if replica else {}))
+            )
+        sections.append(
+            (
+                "scenario.arena",
+                dict(zip(("width_cm", "height_cm"), laboratory.arena_cm, strict=True)),
+            )
+        )
+        sections.append(
+            ("scenario.robot", {"maximum_speed_cm_s": scenario.robot.maximum_speed_cm_s * speed})
+        )
         sections.append(("scenario.trial", {"duration_s": scenario.trial.duration_s / speed}))
         return "\n".join(line for name, content in sections for line in toml_table(name, content))
 
@@ -109,7 +126,10 @@ class ArenaService(AbstractContextManager["ArenaService"]):
     def _next_image(self, last: int) -> tuple[int, np.ndarray | None]:
         laboratory = self.laboratory
         with laboratory.lock:
-            number = int((laboratory.clock.now() - laboratory.conditions.camera_lag_s) / laboratory.interval_s)
+            number = int(
+                (laboratory.clock.now() - laboratory.conditions.camera_lag_s)
+                / laboratory.interval_s
+            )
             if number == last or laboratory.camera.unplugged:
                 return last, None
             return number, laboratory.camera.snapshot(laboratory.camera.due_s(number))
@@ -128,7 +148,9 @@ class CameraStream(ThreadingHTTPServer):
         super().__init__((HOST, 0), _Handler)
         self.frames, self.closed = frames, threading.Event()
         self.url = f"http://{HOST}:{self.server_port}{STREAM}"
-        threading.Thread(target=self.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()
+        threading.Thread(
+            target=self.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True
+        ).start()
 
     def close(self) -> None:
         self.closed.set()
@@ -169,4 +191,6 @@ class _Handler(BaseHTTPRequestHandler):
 def encode(image: np.ndarray) -> bytes:
     """Return an image (H, W, 3) as JPEG with full color resolution, which distinguishes the markers."""
     full = [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444]
-    return bytes(cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, QUALITY, *full])[1].tobytes())
+    return bytes(
+        cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, QUALITY, *full])[1].tobytes()
+    )

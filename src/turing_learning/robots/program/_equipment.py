@@ -20,7 +20,15 @@ from turing_learning.swarm import Robot, Scenario
 
 from .._clock import Clock, RealClock
 from .._link import EPuck, Replica, open_link
-from ..tracking._camera import SETTINGS, Calibration, CameraError, Capture, LiveCapture, aruco_centers, cv2
+from ..tracking._camera import (
+    SETTINGS,
+    Calibration,
+    CameraError,
+    Capture,
+    LiveCapture,
+    aruco_centers,
+    cv2,
+)
 from ..tracking._markers import ArucoMarkers, Detections, Markers, TriangleMarkers
 from ..tracking._tracker import IRREGULAR, Fault, Track, Tracker, compare_labels, impossible
 from ._setup import Laboratory, LaboratoryError, LaboratorySetup, RobotSection
@@ -86,13 +94,19 @@ class PunctualImages:
         trouble = ""
         before, after = np.minimum.accumulate(late_s), np.minimum.accumulate(late_s[::-1])[::-1]
         sooner = np.median(late_s[-third:]) - np.median(late_s[:third]) < -interval_s / 2
-        if (after - before).max() > interval_s / 2:  # all images come later after one that was left out
+        if (
+            after - before
+        ).max() > interval_s / 2:  # all images come later after one that was left out
             trouble = f"one left out before image {int(np.argmax(after - before > interval_s / 2))}, or more"
-        elif sooner or (lost and before[0] - before[-1] > interval_s / 2):  # or some were taken for lost that were not
+        elif sooner or (
+            lost and before[0] - before[-1] > interval_s / 2
+        ):  # or some were taken for lost that were not
             trouble = "them faster"
         if trouble:
             advice = "Check camera.fps, and that the PC has nothing else to do."
-            self.fault = f"`camera` must give an image every {interval_s:.3g} s; got {trouble}. {advice}"
+            self.fault = (
+                f"`camera` must give an image every {interval_s:.3g} s; got {trouble}. {advice}"
+            )
 
 
 def take_stamped(camera: Camera, clock: Clock) -> tuple[np.ndarray, float]:
@@ -109,7 +123,9 @@ def drop_old_images(camera: Camera, clock: Clock, interval_s: float) -> float:
         _, taken_s = take_stamped(camera, clock)
         if taken_s - (begun if stamped else asked) >= interval_s / 4:
             return taken_s
-    raise CameraError(f"`camera` must give an image every {interval_s:.3g} s; got {_MOST_OLD} without a pause.")
+    raise CameraError(
+        f"`camera` must give an image every {interval_s:.3g} s; got {_MOST_OLD} without a pause."
+    )
 
 
 class PoseSource(Protocol):
@@ -153,7 +169,10 @@ def _interruptible() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():  # signals are handled there
         yield
         return
-    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {
+        number: signal.signal(number, signal.default_int_handler)
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
     try:
         yield
     finally:
@@ -166,8 +185,12 @@ class Equipment:
     """The devices of a laboratory, real or emulated; the program cannot tell which."""
 
     clock: Clock  #: For all waiting
-    open_replica: Callable[[str], Replica]  #: Address -> robot there; raises LinkError if nobody answers
-    open_tracker: Callable[[], PoseSource]  #: Raises CameraError, or FileNotFoundError, if there is none
+    open_replica: Callable[
+        [str], Replica
+    ]  #: Address -> robot there; raises LinkError if nobody answers
+    open_tracker: Callable[
+        [], PoseSource
+    ]  #: Raises CameraError, or FileNotFoundError, if there is none
     operator: Operator  #: Helps when asked
 
     def replica(self, address: str) -> Replica:
@@ -224,15 +247,24 @@ def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> 
     setup, clock = laboratory.setup, RealClock()
     alive_s = setup.timing.loop_s / 36  # a replica stands after a ninth of a loop, 2 s of 18 s
 
-    def part(argument: str, name: str) -> Any:  # an entry point of an installed package, or as in any configuration
+    def part(
+        argument: str, name: str
+    ) -> Any:  # an entry point of an installed package, or as in any configuration
         registered = list(entry_points(group="turing_learning.robots", name=name))
         return registered[0].load() if registered else part_of(argument, name)
 
     def open_camera(tracker: Tracker) -> CameraPoses:
-        source, settings = setup.camera.source, {name: getattr(setup.camera, name) for name in SETTINGS}
+        source, settings = (
+            setup.camera.source,
+            {name: getattr(setup.camera, name) for name in SETTINGS},
+        )
         if isinstance(source, str) and "://" not in source:
             return CameraPoses(Capture(source), tracker, clock)
-        asked = settings if any(settings[name] is not None for name in settings if name != "fps") else None
+        asked = (
+            settings
+            if any(settings[name] is not None for name in settings if name != "fps")
+            else None
+        )
         return CameraPoses(LiveCapture(source, asked, clock=clock), tracker, clock)
 
     def open_epuck(address: str) -> EPuck:
@@ -242,7 +274,9 @@ def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> 
     if setup.tracker:
         open_tracker = partial(part("tracker", setup.tracker), setup)
     else:
-        open_tracker = partial(open_camera, laboratory_tracker(setup, laboratory.configuration.swarm.robot))
+        open_tracker = partial(
+            open_camera, laboratory_tracker(setup, laboratory.configuration.swarm.robot)
+        )
     return Equipment(clock, open_replica, open_tracker, operator or TerminalOperator())
 
 
@@ -250,11 +284,16 @@ def laboratory_tracker(setup: LaboratorySetup, robot: Robot) -> Tracker:
     """Return a tracker of all robots, agents first; raise ConfigurationError for a calibration or a marker that it cannot use."""
     camera = setup.camera
     with refusing_as(ConfigurationError):
-        height, share = camera.marker_height_cm, (camera.marker_cm or 4.5) / 4.5  # of the usual triangle
+        height, share = (
+            camera.marker_height_cm,
+            (camera.marker_cm or 4.5) / 4.5,
+        )  # of the usual triangle
         tip, base, half, disk = (share * size for size in (3.0, 1.5, 1.6, 3.3))
         markers: Markers = TriangleMarkers(tip, base, half, disk, height)
         if camera.markers == "aruco":
-            markers = ArucoMarkers(camera.marker_cm or 4.8, height_cm=height, dictionary=camera.dictionary)
+            markers = ArucoMarkers(
+                camera.marker_cm or 4.8, height_cm=height, dictionary=camera.dictionary
+            )
         return Tracker(
             markers, laboratory_calibration(setup), setup.labels, interval_s=1 / camera.fps,
             maximum_speed_cm_s=robot.maximum_speed_cm_s, maximum_turn_rad_s=fastest_turn(robot),
@@ -269,7 +308,13 @@ def laboratory_calibration(setup: LaboratorySetup) -> Calibration:
             return Calibration.load(path)
     except OSError as error:
         got = f"{path} ({error.strerror or error})"
-        refuse("camera.calibration", "be a readable file", got, "Calibrate the camera first.", error=ConfigurationError)
+        refuse(
+            "camera.calibration",
+            "be a readable file",
+            got,
+            "Calibrate the camera first.",
+            error=ConfigurationError,
+        )
 
 
 def fastest_turn(robot: Robot) -> float:
@@ -280,7 +325,9 @@ def fastest_turn(robot: Robot) -> float:
 IMAGES = 20  #: Taken to measure the camera's rate
 RATE_TOLERANCE = 0.1
 RATE_TRIES = 5  #: A PC that is busy for a moment takes images late, and then many at once
-LANDMARK_CM = 1.0  #: Largest distance between where a landmark lies by the file and where it is seen
+LANDMARK_CM = (
+    1.0  #: Largest distance between where a landmark lies by the file and where it is seen
+)
 
 
 @dataclass(frozen=True)
@@ -311,7 +358,9 @@ def inspect(
         with closing(equipment.replica(str(robot.address))) as opened:
             version, status = opened.version(), opened.status()
         if not status.battery_ok:
-            raise ValueError(f"the battery of {robot.name} must be charged; got a low one. Change it.")
+            raise ValueError(
+                f"the battery of {robot.name} must be charged; got a low one. Change it."
+            )
         return f"{version}; battery good; state {status.state}"
 
     for robot in setup.linked:
@@ -346,7 +395,9 @@ def _look(what: str, find: Callable[..., str], *given: object) -> Finding:
 
 def _poses(poses: PoseSource, scenario: Scenario, equipment: Equipment) -> str:
     track = poses.track(equipment.clock.now(), IMAGES)
-    wrong = [fault.text for fault in (*track.faults, *impossible(track, scenario.robot, scenario.arena))]
+    wrong = [
+        fault.text for fault in (*track.faults, *impossible(track, scenario.robot, scenario.arena))
+    ]
     require(not wrong, "tracker", "see all robots", "; ".join(wrong))
     return f"all {len(track.labels)} seen, {IMAGES} times"
 
@@ -363,7 +414,9 @@ def _rate(poses: CameraPoses, fps: float) -> str:
         rate = IMAGES / max(stamps[-1] - begun, 1e-9)
         if fits := abs(rate / fps - 1) <= RATE_TOLERANCE:
             break
-    require(fits, "camera.fps", "be the camera's rate", f"{fps:g}, and images at {rate:.2f} per second")
+    require(
+        fits, "camera.fps", "be the camera's rate", f"{fps:g}, and images at {rate:.2f} per second"
+    )
     frozen = all(np.array_equal(first, image) for image in images)
     require(not frozen, "camera", "give new images", "the same one again and again", "Restart it.")
     granted = f"; granted {granted}" if (granted := getattr(camera, "granted", "")) else ""
@@ -371,11 +424,18 @@ def _rate(poses: CameraPoses, fps: float) -> str:
 
 
 def _calibration(
-    image: np.ndarray, seen: Detections, setup: LaboratorySetup, scenario: Scenario, tracker: Tracker
+    image: np.ndarray,
+    seen: Detections,
+    setup: LaboratorySetup,
+    scenario: Scenario,
+    tracker: Tracker,
 ) -> str:
     """Reject a calibration that sees landmarks elsewhere than they are, or robots outside the arena."""
     name, remedy = "camera.calibration", "Place the camera again."
-    width, height = float(scenario.arena.width_cm or np.inf), float(scenario.arena.height_cm or np.inf)
+    width, height = (
+        float(scenario.arena.width_cm or np.inf),
+        float(scenario.arena.height_cm or np.inf),
+    )
     for x, y in seen.positions:
         inside = 0 <= x <= width and 0 <= y <= height
         rule = f"place robots inside the arena of {width:g} x {height:g} cm"
@@ -385,7 +445,13 @@ def _calibration(
         return "all markers inside the arena; no landmarks to compare with"
     centers = aruco_centers(image)
     missing = sorted(landmarks.keys() - centers.keys())
-    require(not missing, "camera.landmarks", "be in sight", f"no sight of {missing}", "Clear it, or leave them out.")
+    require(
+        not missing,
+        "camera.landmarks",
+        "be in sight",
+        f"no sight of {missing}",
+        "Clear it, or leave them out.",
+    )
     lie = tracker.calibration.locate(np.array([centers[identity] for identity in landmarks]))
     errors = np.hypot(*(lie - list(landmarks.values())).T)
     worst = int(np.argmax(errors))
@@ -397,7 +463,13 @@ def _calibration(
 def _markers(seen: Detections, setup: LaboratorySetup, tracker: Tracker) -> str:
     landmarks = setup.camera.landmarks if setup.camera.markers == "aruco" else {}
     wrong = compare_labels(setup.labels, [label for label in seen.labels if label not in landmarks])
-    require(not wrong, "robots", "wear the markers of the file, each its own", "; ".join(wrong), "Check the markers.")
+    require(
+        not wrong,
+        "robots",
+        "wear the markers of the file, each its own",
+        "; ".join(wrong),
+        "Check the markers.",
+    )
     smallest = min(width for _, _, width in _disks(seen, tracker))
     return f"all {len(setup.labels)} in sight, the smallest {smallest:.0f} pixels wide"
 

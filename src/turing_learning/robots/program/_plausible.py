@@ -22,7 +22,9 @@ LEAST_STEPS = 150  #: Steps of robots that move, before anything is said of head
 MOVING = 0.25  #: Share of the largest speed from which on a step shows a direction, beyond the tracker's noise
 COHERENT = 0.6  #: Mean resultant length from which on directions agree; 0 for any directions, 1 for equal ones
 INCOHERENT = 0.35  #: And below which they do not
-OFFSET_RAD = math.radians(25.0)  #: Angle between headings and directions that no marker glued on by hand has
+OFFSET_RAD = math.radians(
+    25.0
+)  #: Angle between headings and directions that no marker glued on by hand has
 STILL_RAD = 0.02  #: Change of a heading in a trial below which it is frozen
 NEAR = 0.12  #: Difference of wheel speeds, as fractions of the maximum, within which a step is that of a model
 SPECIFIC = 0.25  #: Share of steps, more than by chance, from which on a track is that of a model
@@ -45,8 +47,14 @@ def _mirrored(wheels: Wheels) -> Wheels:
 
 
 _MISTAKES: Mapping[str, tuple[Callable[[Wheels], Wheels], float]] = {
-    "headings look reversed: robots that were sent forward move backward. Turn the markers.": (_reversed, 1.0),
-    "positions and headings look mirrored: robots turn to the wrong side. Check the axes.": (_mirrored, 1.0),
+    "headings look reversed: robots that were sent forward move backward. Turn the markers.": (
+        _reversed,
+        1.0,
+    ),
+    "positions and headings look mirrored: robots turn to the wrong side. Check the axes.": (
+        _mirrored,
+        1.0,
+    ),
     "positions look like metres. Give them in cm.": (_same, METRES),
     "positions look like inches. Give them in cm.": (_same, INCH),
     "positions look like millimetres. Give them in cm.": (_same, MILLIMETRES),
@@ -120,7 +128,9 @@ class TrackCheck:
             return ""
         along = np.concatenate([seen.along.ravel() for seen in self._trials])[moving]
         heading = np.concatenate([seen.heading.ravel() for seen in self._trials])[moving]
-        between = np.exp(2j * (along - heading)).mean()  # twice the angle: forward and backward are the same
+        between = np.exp(
+            2j * (along - heading)
+        ).mean()  # twice the angle: forward and backward are the same
         if abs(between) >= COHERENT:
             offset = float(np.angle(between)) / 2
             if abs(offset) < OFFSET_RAD:
@@ -142,7 +152,9 @@ class TrackCheck:
         agents = self._trials[0].speeds.shape[0] - len(self._replicas)
         same = [self._specific(replica, [agents + replica]) for replica in replicas]
         for text, (repair, length) in _MISTAKES.items():
-            repaired = [self._specific(replica, [agents + replica], repair, length) for replica in replicas]
+            repaired = [
+                self._specific(replica, [agents + replica], repair, length) for replica in replicas
+            ]
             if np.mean(repaired) >= SURE and np.mean(same) < np.mean(repaired) / 2:
                 return text
         for replica in replicas:
@@ -174,7 +186,9 @@ class TrackCheck:
             valid = seen.valid[individuals]
             own = _shares(wheels, valid, seen.models[replica]).max()
             others = [
-                _shares(wheels, valid, other.models[replica]).max() for other in self._trials if other is not seen
+                _shares(wheels, valid, other.models[replica]).max()
+                for other in self._trials
+                if other is not seen
             ]
             differences.append(own - np.mean(others))
         return float(np.mean(differences))

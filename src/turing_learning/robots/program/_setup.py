@@ -98,7 +98,9 @@ class CameraSection(Section):
     def _check_landmarks(self) -> "CameraSection":
         for identity in self.landmarks:
             fits = identity.isdecimal() and int(identity) < 50
-            require(fits, "camera.landmarks", "be named by their identities, 0 to 49", repr(identity))
+            require(
+                fits, "camera.landmarks", "be named by their identities, 0 to 49", repr(identity)
+            )
         return self
 
 
@@ -108,7 +110,9 @@ class TimingSection(Section):
     wait_s: Positive = 1.0
     disperse_s: Positive = 8.0
     execute_s: Positive = 7.0
-    tolerance_s: Positive = 1.0  #: How late a signal may be, and how far apart those of two replicas
+    tolerance_s: Positive = (
+        1.0  #: How late a signal may be, and how far apart those of two replicas
+    )
 
     @property
     def loop_s(self) -> float:
@@ -119,7 +123,9 @@ class TimingSection(Section):
 class InterventionsSection(Section):
     """When a human has to come (paper, section 5.3); 0 for never."""
 
-    batteries_every: Count = 25  #: Generations, or tens of trials, after which all batteries are replaced
+    batteries_every: Count = (
+        25  #: Generations, or tens of trials, after which all batteries are replaced
+    )
     stuck_cm: NotNegative = 0.2  #: A robot that moves less in a trial, and does not turn, is stuck
 
 
@@ -168,21 +174,47 @@ class LaboratorySetup(Section):
     @model_validator(mode="after")
     def _check_robots(self) -> "LaboratorySetup":
         for role, robots in (("agent", self.agents), ("replica", self.replicas)):
-            require(robots, "robots", f"have one {role} or more", "none", f"Add one with role = {role!r}.")
+            require(
+                robots,
+                "robots",
+                f"have one {role} or more",
+                "none",
+                f"Add one with role = {role!r}.",
+            )
         unique, camera = [("name", "robots"), ("address", "robots")], self.camera
         if camera.markers == "aruco":
             unique.append(("marker", "robots with ArUco markers"))
-            both = sorted(camera.landmarks.keys() & set(self.labels)) if camera.dictionary == "4X4_50" else []
-            require(not both, "camera.landmarks", "not be among the robots' markers", f"{both[:1]} in both")
+            both = (
+                sorted(camera.landmarks.keys() & set(self.labels))
+                if camera.dictionary == "4X4_50"
+                else []
+            )
+            require(
+                not both,
+                "camera.landmarks",
+                "not be among the robots' markers",
+                f"{both[:1]} in both",
+            )
         for name, whose in unique:
             values = [getattr(robot, name) for robot in self.robots if getattr(robot, name)]
             for value in values:
-                require(values.count(value) == 1, name, f"be different for all {whose}", f"{value!r} twice")
+                require(
+                    values.count(value) == 1,
+                    name,
+                    f"be different for all {whose}",
+                    f"{value!r} twice",
+                )
         calibrated, remedy = camera.calibration or self.tracker, "Calibrate the camera first."
         require(calibrated, "camera.calibration", "be given", "nothing", remedy)
         for replica in self.replicas:
-            others = [robot.name for robot in self.robots if robot.marker == replica.marker and robot != replica]
-            got = f"{replica.marker!r} of {replica.name!r} for {', '.join(map(repr, others[:1]))} too"
+            others = [
+                robot.name
+                for robot in self.robots
+                if robot.marker == replica.marker and robot != replica
+            ]
+            got = (
+                f"{replica.marker!r} of {replica.name!r} for {', '.join(map(repr, others[:1]))} too"
+            )
             require(not others, "marker", "be a replica's alone", got)
         return self
 
@@ -203,7 +235,11 @@ class _File(Origins):
         parts, robots = key.split("."), self.document.get("robots")
         if parts[0] == "robots" and len(parts) > 1:
             robot = robots[int(parts[1])] if isinstance(robots, list) else {}
-            name = robot.get("name", f"number {int(parts[1]) + 1}") if isinstance(robot, Mapping) else parts[1]
+            name = (
+                robot.get("name", f"number {int(parts[1]) + 1}")
+                if isinstance(robot, Mapping)
+                else parts[1]
+            )
             return f"robot {name!r}, {self.path}"
         return super().where(key) or str(self.path)
 
@@ -212,7 +248,9 @@ class _File(Origins):
 
 
 def load_laboratory(
-    path: str | Path, overrides: Mapping[str, Any] | None = None, labels: Mapping[str, str] | None = None
+    path: str | Path,
+    overrides: Mapping[str, Any] | None = None,
+    labels: Mapping[str, str] | None = None,
 ) -> Laboratory:
     """Read a laboratory's file (paper, section 5); a ConfigurationError says what is rejected, where, the value and what to do.
 
@@ -243,7 +281,10 @@ def load_laboratory(
 
 
 def read_setup(
-    text: str, where: Callable[[str], str] = lambda key: "laboratory.json", *, strict: bool | None = None
+    text: str,
+    where: Callable[[str], str] = lambda key: "laboratory.json",
+    *,
+    strict: bool | None = None,
 ) -> LaboratorySetup:
     """Return a setup from its JSON; raise ConfigurationError for anything else, with where a setting is."""
     try:
@@ -261,27 +302,47 @@ def read_setup(
             for part in first["loc"][:-1]:
                 if not isinstance(part, int):
                     kind = {"robots": RobotSection}.get(part) or kind.model_fields[part].annotation
-            advice = nearest(str(first["loc"][-1]), kind.model_fields) if issubclass(kind, BaseModel) else ""
+            advice = (
+                nearest(str(first["loc"][-1]), kind.model_fields)
+                if issubclass(kind, BaseModel)
+                else ""
+            )
             why = Refusal(key, "be a known setting", got, remedy=advice)
         raise ConfigurationError(replace(why, place=where(key))) from error
 
 
-def _configuration(setup: LaboratorySetup, file: _File, overrides: Mapping[str, Any]) -> Configuration:
+def _configuration(
+    setup: LaboratorySetup, file: _File, overrides: Mapping[str, Any]
+) -> Configuration:
     """Return the run's configuration: the paper's, over it what follows from the setup, over that the file and the overrides."""
     document = dict(file.document)
     scenario = document.pop("scenario", {})
     table = {"preset": scenario} if isinstance(scenario, str) else scenario
-    given = dotted({"scenario": table, **{key: document[key] for key in RUN_SECTIONS[2:] if key in document}})
+    given = dotted(
+        {"scenario": table, **{key: document[key] for key in RUN_SECTIONS[2:] if key in document}}
+    )
     given |= overrides
     for key, source in _DERIVED.items():
-        file.require(key not in given, key, f"be left out, as it follows from {source}", repr(given.get(key)))
-    base = {key: value for key, value in _BASE.items() if key not in _SIZES or not _SIZES & given.keys()}
-    derived = dict(zip(_DERIVED, (len(setup.agents), len(setup.replicas), 1 / setup.camera.fps), strict=True))
+        file.require(
+            key not in given, key, f"be left out, as it follows from {source}", repr(given.get(key))
+        )
+    base = {
+        key: value for key, value in _BASE.items() if key not in _SIZES or not _SIZES & given.keys()
+    }
+    derived = dict(
+        zip(_DERIVED, (len(setup.agents), len(setup.replicas), 1 / setup.camera.fps), strict=True)
+    )
     key, fps = "scenario.trial.duration_s", setup.camera.fps
     duration_s = given.get(key, _BASE[key])
-    if isinstance(duration_s, int | float) and not isinstance(duration_s, bool) and 0 < duration_s * fps < math.inf:
+    if (
+        isinstance(duration_s, int | float)
+        and not isinstance(duration_s, bool)
+        and 0 < duration_s * fps < math.inf
+    ):
         images = max(1, min(round(duration_s * fps), math.floor(setup.timing.execute_s * fps)))
-        fits = round(duration_s * fps) >= 1 and abs(duration_s * fps - round(duration_s * fps)) < 1e-6
+        fits = (
+            round(duration_s * fps) >= 1 and abs(duration_s * fps - round(duration_s * fps)) < 1e-6
+        )
         rule = f"be a whole number of images at camera.fps, {fps:g} per second [{file.where('camera.fps')}]"
         got, remedy = f"{duration_s} s", f"Set {key} = {images / fps:.10g}."
         if key not in given:
@@ -292,16 +353,37 @@ def _configuration(setup: LaboratorySetup, file: _File, overrides: Mapping[str, 
         base["run.trials"] = TRIALS
     places = {key: file.where(key) for key in given if key in file.labels or key not in overrides}
     configuration = load_configuration(None, preset, base | derived | given, labels=places)
-    scenario, models, of_trials = configuration.swarm, configuration.models, configuration.run.trials
+    scenario, models, of_trials = (
+        configuration.swarm,
+        configuration.models,
+        configuration.run.trials,
+    )
     refuse_without_history(setup, configuration, file.where("run.history"))
     number, replicas = models.parents + models.offspring, len(setup.replicas)
     multiple = f"be a multiple of the {replicas} replicas, which execute them at the same time"
     file.require(of_trials or number % replicas == 0, "models", multiple, number)
-    ends, wide = (models.initial_low, models.initial_high), "whose first models have all wheel speeds"
-    file.require(not of_trials or ends == (-1, 1), "models.initial_low", f"be -1 and 1 with run.trials, {wide}", ends)
-    duration_s, longest, speeds = scenario.trial.duration_s, setup.timing.execute_s, len(scenario.controller)
+    ends, wide = (
+        (models.initial_low, models.initial_high),
+        "whose first models have all wheel speeds",
+    )
+    file.require(
+        not of_trials or ends == (-1, 1),
+        "models.initial_low",
+        f"be -1 and 1 with run.trials, {wide}",
+        ends,
+    )
+    duration_s, longest, speeds = (
+        scenario.trial.duration_s,
+        setup.timing.execute_s,
+        len(scenario.controller),
+    )
     file.require(duration_s <= longest, key, f"be at most timing.execute_s, {longest}", duration_s)
-    file.require(speeds <= 16, "scenario.controller", "have 16 wheel speeds or fewer, which a replica takes", speeds)
+    file.require(
+        speeds <= 16,
+        "scenario.controller",
+        "have 16 wheel speeds or fewer, which a replica takes",
+        speeds,
+    )
     for name, value, needed in (
         ("models.hidden", models.hidden, 0),
         ("scenario.representation", scenario.representation, "reactive"),
@@ -312,7 +394,9 @@ def _configuration(setup: LaboratorySetup, file: _File, overrides: Mapping[str, 
     return configuration
 
 
-def refuse_without_history(setup: LaboratorySetup, configuration: Configuration, place: str = "") -> None:
+def refuse_without_history(
+    setup: LaboratorySetup, configuration: Configuration, place: str = ""
+) -> None:
     """Raise ConfigurationError if the last models are to be observed again in a run that does not keep them."""
     run = configuration.run
     fits = not setup.evaluation.repeats or run.history != "thin" or run.trials

@@ -14,7 +14,15 @@ from turing_learning.coevolution import Samples
 from turing_learning.errors import require
 from turing_learning.purposes import CLOCKS
 from turing_learning.robots._link import LARGEST_SEQUENCE, PARAMETER_UNIT, Model, Replica, Signal
-from turing_learning.robots.tracking._tracker import CARRIED, IRREGULAR, MISSING, SURPLUS, Fault, Track, impossible
+from turing_learning.robots.tracking._tracker import (
+    CARRIED,
+    IRREGULAR,
+    MISSING,
+    SURPLUS,
+    Fault,
+    Track,
+    impossible,
+)
 from turing_learning.swarm import Scenario
 from turing_learning.systems import Source
 
@@ -25,9 +33,13 @@ from ._setup import LaboratoryError, LaboratorySetup
 BEGIN = "P0"  #: Before the states P1 to P5: connecting
 STUCK = "stuck"  #: Kind of fault of a robot that does not move although it should
 TURN_RAD = 0.1
-SURE_TURN_RAD = 0.5  #: A model that must turn a robot so far in the track, in every sensor state, cannot stand
+SURE_TURN_RAD = (
+    0.5  #: A model that must turn a robot so far in the track, in every sensor state, cannot stand
+)
 ALONE = 2  #: How often the program tries again alone after a missed signal, or where the camera gives no images
-IMAGES_ALONE = 10  #: How often after lost images: of 51 images, 1 % lost, two trials in five have a gap
+IMAGES_ALONE = (
+    10  #: How often after lost images: of 51 images, 1 % lost, two trials in five have a gap
+)
 RECONNECT_S = 30.0  #: How long a lost link is retried: as long as Bluetooth needs to reconnect
 MOST = 0.6  #: Share of the robots that do not jump all at once: the camera has
 _POLL_S = 0.05
@@ -63,21 +75,36 @@ class ObservedTrial:
     counts: tuple[int, ...]  #: The replicas' own counts of trials
     started_s: float  #: Time of START, by the clock
     track: Track  #: Agents first, then replicas
-    faults: tuple[str, ...]  #: What makes it useless: the tracker's faults, and robots that are stuck; for the operator
+    faults: tuple[
+        str, ...
+    ]  #: What makes it useless: the tracker's faults, and robots that are stuck; for the operator
 
     @classmethod
     def of(cls, number: int, arrays: Mapping[str, np.ndarray]) -> Self:
         """Return a trial without faults from its `arrays`."""
-        labels, sequences, counts = (tuple(arrays[name].tolist()) for name in ("labels", "sequences", "counts"))
+        labels, sequences, counts = (
+            tuple(arrays[name].tolist()) for name in ("labels", "sequences", "counts")
+        )
         track = Track(arrays["poses"], arrays["present"], labels, float(arrays["interval_s"]))
-        return cls(number, arrays["models"], sequences, counts, float(arrays["started_s"]), track, ())
+        return cls(
+            number, arrays["models"], sequences, counts, float(arrays["started_s"]), track, ()
+        )
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return what a file holds of a trial; its name says the number."""
-        content = {"poses": self.track.poses, "present": self.track.present, "labels": np.array(self.track.labels)}
+        content = {
+            "poses": self.track.poses,
+            "present": self.track.present,
+            "labels": np.array(self.track.labels),
+        }
         content |= {"interval_s": np.array(self.track.interval_s), "models": self.models}
-        content |= {name: np.array(getattr(self, name), dtype=np.int64) for name in ("sequences", "counts")}
-        return content | {"started_s": np.array(self.started_s), "faults": np.array(self.faults, dtype=np.str_)}
+        content |= {
+            name: np.array(getattr(self, name), dtype=np.int64) for name in ("sequences", "counts")
+        }
+        return content | {
+            "started_s": np.array(self.started_s),
+            "faults": np.array(self.faults, dtype=np.str_),
+        }
 
 
 class PcProgram:
@@ -97,7 +124,9 @@ class PcProgram:
         self._equipment, self._clock, self._watch = equipment, equipment.clock, watch
         self._robots: dict[str, Replica] = {}
         self._poses: PoseSource | None = None
-        self._starts_all = all(robot.address for robot in setup.robots)  # so that nobody has to press a remote control
+        self._starts_all = all(
+            robot.address for robot in setup.robots
+        )  # so that nobody has to press a remote control
         self._in_step, self._sequence, self.state = True, 0, BEGIN
         self.moving: set[str] = set()
         self.disconnect()
@@ -136,7 +165,9 @@ class PcProgram:
             except OSError as error:
                 raise self._lost(robot.name, str(error)) from error
             if status.state == "R0" and not self._starts_all:
-                raise Disturbance(BEGIN, f"{robot.role} {robot.name} has not begun", REMOTE.capitalize())
+                raise Disturbance(
+                    BEGIN, f"{robot.role} {robot.name} has not begun", REMOTE.capitalize()
+                )
             self._in_step &= status.state != "R0"
             self._sequence = max(self._sequence, status.waiting + 1, status.executing + 1)
         try:
@@ -173,14 +204,18 @@ class PcProgram:
                     self._robots[robot.name].halt()
                     self.moving.remove(robot.name)
 
-    def run(self, models: np.ndarray, done: list[ObservedTrial] | None = None) -> list[ObservedTrial]:
+    def run(
+        self, models: np.ndarray, done: list[ObservedTrial] | None = None
+    ) -> list[ObservedTrial]:
         """Let models (M, P), wheel speeds, be executed, one by each replica in a trial; return the trials.
 
         Trials are appended to `done`, and models of the trials in it not executed again: give it again after a
         `Disturbance`.
         """
         self._done = [] if done is None else done
-        self._queue = deque(models.reshape(-1, len(self._setup.replicas), models.shape[1])[len(self._done) :])
+        self._queue = deque(
+            models.reshape(-1, len(self._setup.replicas), models.shape[1])[len(self._done) :]
+        )
         state: State | None = self._wait_for_stop
         while state is not None:
             state = state()
@@ -191,7 +226,11 @@ class PcProgram:
         self._enter("P1")
         timing = self._timing
         if self._starts:
-            end_s = max(start.received_s for start in self._starts.values()) + timing.wait_s + timing.execute_s
+            end_s = (
+                max(start.received_s for start in self._starts.values())
+                + timing.wait_s
+                + timing.execute_s
+            )
             try:
                 counts = {name: start.trial for name, start in self._starts.items()}
                 stops = self._signals("STOP", end_s - self._clock.now(), counts)
@@ -220,10 +259,15 @@ class PcProgram:
     def _send_models(self) -> State:
         """P2: put a model into the buffer of each replica."""
         self._enter("P2")
-        models = dict(zip([replica.name for replica in self._setup.replicas], self._queue[0], strict=True))
+        models = dict(
+            zip([replica.name for replica in self._setup.replicas], self._queue[0], strict=True)
+        )
         for name, robot in self._robots.items():
             if name in models:
-                model = Model(self._sequence % (LARGEST_SEQUENCE + 1), tuple(np.round(models[name], 4).tolist()))
+                model = Model(
+                    self._sequence % (LARGEST_SEQUENCE + 1),
+                    tuple(np.round(models[name], 4).tolist()),
+                )
                 self._sequence = model.sequence + 1
                 self._guard(name, partial(robot.send_model, model))
                 self._sent[name] = model
@@ -237,7 +281,9 @@ class PcProgram:
         self._enter("P3")
         timing = self._timing
         start_s = self._send_until + timing.tolerance_s + timing.wait_s
-        counts = {name: (count + 1) % (LARGEST_SEQUENCE + 1) for name, count in self._counts.items()}
+        counts = {
+            name: (count + 1) % (LARGEST_SEQUENCE + 1) for name, count in self._counts.items()
+        }
         self._starts = self._signals("START", start_s - self._clock.now(), counts)
         return self._track_robots
 
@@ -255,16 +301,25 @@ class PcProgram:
         key = np.rint((sent + 1) / PARAMETER_UNIT).astype(int).tolist()
         moment = float(np.random.default_rng([CLOCKS, *key]).uniform(-0.5, 0.5))
         begin_s = (
-            started_s + timing.wait_s + spare_s / 2 + moment * min(self._scenario.trial.control_interval_s, spare_s)
+            started_s
+            + timing.wait_s
+            + spare_s / 2
+            + moment * min(self._scenario.trial.control_interval_s, spare_s)
         )
         try:
             track = self._poses.track(begin_s, self._scenario.control_steps + 1)
         except OSError as error:
             raise Disturbance("P4", str(error), "Look after the camera", tries=ALONE) from error
         expected = (self._scenario.control_steps + 1, len(self._setup.labels), 3)
-        fits = track.poses.shape == expected and np.isfinite(track.poses).all() and track.present.shape == expected[:2]
+        fits = (
+            track.poses.shape == expected
+            and np.isfinite(track.poses).all()
+            and track.present.shape == expected[:2]
+        )
         got = f"{track.poses.shape} and present {track.present.shape}"
-        require(fits, "tracker", f"give poses {expected}, all finite, and present {expected[:2]}", got)
+        require(
+            fits, "tracker", f"give poses {expected}, all finite, and present {expected[:2]}", got
+        )
         track = track.bridged()
         faults = track.faults or impossible(track, self._scenario.robot, self._scenario.arena)
         return partial(self._update, replace(track, faults=faults), started_s)
@@ -274,11 +329,19 @@ class PcProgram:
         self._enter("P5")
         models = np.array([model.parameters for model in self._sent.values()])
         if wrong := self._check.fault(track, models):
-            raise LaboratoryError(f"{wrong} Then begin the run anew: what its trials have shown may be wrong.")
+            raise LaboratoryError(
+                f"{wrong} Then begin the run anew: what its trials have shown may be wrong."
+            )
         sequences = tuple(model.sequence for model in self._sent.values())
         counts = tuple(self._starts[name].trial for name in self._sent)
-        full = fastest_turn(self._scenario.robot) / 2  # for a difference of 1 between the wheel speeds
-        stuck = () if track.faults else stuck_robots(track, models, self._setup.interventions.stuck_cm, full)
+        full = (
+            fastest_turn(self._scenario.robot) / 2
+        )  # for a difference of 1 between the wheel speeds
+        stuck = (
+            ()
+            if track.faults
+            else stuck_robots(track, models, self._setup.interventions.stuck_cm, full)
+        )
         faults = tuple(fault.text for fault in (*track.faults, *stuck))
         trial = ObservedTrial(len(self._done), models, sequences, counts, started_s, track, faults)
         irregular = any(fault.kind == IRREGULAR for fault in track.faults)
@@ -286,7 +349,9 @@ class PcProgram:
             self._watch(trial)
             listed = [f"{text[0].upper()}{text[1:]}" for text in trial.faults[:_LISTED]]
             if more := len(trial.faults) - len(listed):
-                listed.append(f"And {more} more; if they are of nearly all robots, look after the camera and the PC.")
+                listed.append(
+                    f"And {more} more; if they are of nearly all robots, look after the camera and the PC."
+                )
             what = "camera and the PC:" if irregular else "robots:"
             remedy = f"Look after the {what} {' '.join(listed)} Then {REMOTE}"
             passing = irregular or passes(track, stuck)
@@ -295,7 +360,9 @@ class PcProgram:
         self._observed = trial
         return self._wait_for_stop
 
-    def _signals(self, kind: str, expected_s: float, counts: Mapping[str, int] | None = None) -> dict[str, Signal]:
+    def _signals(
+        self, kind: str, expected_s: float, counts: Mapping[str, int] | None = None
+    ) -> dict[str, Signal]:
         """Wait for a signal of each robot, of the trials by their `counts` if given, and with the models that were sent."""
         deadline = self._clock.now() + max(expected_s, 0.0) + self._timing.tolerance_s
         found: dict[str, Signal] = {}
@@ -322,7 +389,9 @@ class PcProgram:
                 raise self._missed(f"{came}, {count} was expected: one was missed")
             model = self._sent[name].sequence if name in self._sent else signal.sequence
             if signal.sequence != model:
-                raise self._missed(f"replica {name} executes model {signal.sequence}, {model} was sent")
+                raise self._missed(
+                    f"replica {name} executes model {signal.sequence}, {model} was sent"
+                )
         return {name: found[name] for name in self._robots}
 
     def _guard(self, name: str, use: Callable[[], Answer]) -> Answer:
@@ -346,7 +415,9 @@ class PcProgram:
         return next(f"{robot.role} {name}" for robot in self._setup.robots if robot.name == name)
 
     def _missed(self, fault: str) -> Disturbance:
-        return Disturbance(self.state, fault, f"See to the replicas and their links; then {REMOTE}", tries=ALONE)
+        return Disturbance(
+            self.state, fault, f"See to the replicas and their links; then {REMOTE}", tries=ALONE
+        )
 
 
 def passes(track: Track, stuck: Sequence[Fault]) -> bool:
@@ -354,11 +425,15 @@ def passes(track: Track, stuck: Sequence[Fault]) -> bool:
     jumps = Counter(fault.frame for fault in track.faults if fault.kind in (CARRIED, SURPLUS))
     jumped = {frame for frame, number in jumps.items() if number >= MOST * len(track.labels)}
     gaps = [fault for fault in track.faults if fault.frame not in jumped]
-    ended = all(fault.kind == MISSING and fault.frame > 0 for fault in gaps) and track.present[-1].all()
+    ended = (
+        all(fault.kind == MISSING and fault.frame > 0 for fault in gaps) and track.present[-1].all()
+    )
     return bool(track.faults) and not stuck and (bool(jumped) or bool(ended))
 
 
-def stuck_robots(track: Track, models: np.ndarray, least_cm: float, full_turn_rad_s: float) -> tuple[Fault, ...]:
+def stuck_robots(
+    track: Track, models: np.ndarray, least_cm: float, full_turn_rad_s: float
+) -> tuple[Fault, ...]:
     """Return a fault for each robot that neither moved `least_cm` nor turned 0.1 rad in a track.
 
     Of replicas, the last ones, only those of models (R, 2 n) that turn in every sensor state must move: others
@@ -367,7 +442,12 @@ def stuck_robots(track: Track, models: np.ndarray, least_cm: float, full_turn_ra
     moved = np.ptp(track.poses[..., :2], axis=0).max(axis=-1)
     turned = np.ptp(np.unwrap(track.poses[..., 2], axis=0), axis=0)
     pairs = models.reshape(len(models), -1, 2)
-    turns = np.abs(pairs[..., 0] - pairs[..., 1]) * full_turn_rad_s * track.interval_s * (len(track.poses) - 1)
+    turns = (
+        np.abs(pairs[..., 0] - pairs[..., 1])
+        * full_turn_rad_s
+        * track.interval_s
+        * (len(track.poses) - 1)
+    )
     must = np.ones(len(track.labels), bool)
     must[len(must) - len(models) :] = (turns >= SURE_TURN_RAD).all(axis=1)
     faults = []
@@ -379,8 +459,13 @@ def stuck_robots(track: Track, models: np.ndarray, least_cm: float, full_turn_ra
 
 
 LARGEST = -1.0, 1.0  # wheel speeds, as fractions of the largest
-TRIALS_OF_A_GENERATION = 10  # of the paper: in how many batteries lose what one generation costs them
-PAUSE_S, LONGEST_PAUSE_S = 2.0, 8.0  # before links are reopened, twice as long each time; the longest pause
+TRIALS_OF_A_GENERATION = (
+    10  # of the paper: in how many batteries lose what one generation costs them
+)
+PAUSE_S, LONGEST_PAUSE_S = (
+    2.0,
+    8.0,
+)  # before links are reopened, twice as long each time; the longest pause
 _LOGGER = logging.getLogger(__name__)
 
 
@@ -421,7 +506,9 @@ class LaboratorySource(Source):
         Of a run of trials: number of its batches -> trials that these spend.
     """
 
-    generation: int = 0  #: Number of the generation, or batch, that is collected next; set by the run
+    generation: int = (
+        0  #: Number of the generation, or batch, that is collected next; set by the run
+    )
     whole_batches = True
 
     def __init__(
@@ -453,7 +540,9 @@ class LaboratorySource(Source):
                 halted = ", ".join(sorted(reached - program.moving)) or "none"
                 without = [robot.name for robot in self._setup.robots if not robot.address]
                 todo = f"Without an address, and perhaps still moving: {', '.join(without)}. Stop them by hand."
-                self._tell("halted", program.state, f"robots halted: {halted}", todo if without else "")
+                self._tell(
+                    "halted", program.state, f"robots halted: {halted}", todo if without else ""
+                )
             if program.moving:
                 fault = f"robots are still moving: {', '.join(sorted(program.moving))}"
                 _LOGGER.warning("%s. Switch them off.", fault)
@@ -471,8 +560,14 @@ class LaboratorySource(Source):
         2); raise `LaboratoryError` if an operator is needed and nobody answers.
         """
         name = f"{'batch' if self._spent else 'generation'}-{self.generation:04d}"
-        every, number, spent = self._setup.interventions.batteries_every, self.generation, self._spent
-        begun, before = (number, number - 1) if spent is None else (spent(number), spent(number - 1))
+        every, number, spent = (
+            self._setup.interventions.batteries_every,
+            self.generation,
+            self._spent,
+        )
+        begun, before = (
+            (number, number - 1) if spent is None else (spent(number), spent(number - 1))
+        )
         every *= 1 if spent is None else TRIALS_OF_A_GENERATION
         if every and number != self._fresh_at and begun // every != before // every:
             self._stage, self._attempt, self._fresh_at = name, 0, number
@@ -486,7 +581,10 @@ class LaboratorySource(Source):
         """Return samples of models (M, P) in wheel speeds; see `collect`."""
         rounds = np.round(speeds, 4).reshape(-1, len(self._setup.replicas), speeds.shape[1])
         self._stage, (self._attempt, known) = stage, self._stored(stage)
-        same = [np.array_equal(trial.models, models) for trial, models in zip(known, rounds, strict=False)]
+        same = [
+            np.array_equal(trial.models, models)
+            for trial, models in zip(known, rounds, strict=False)
+        ]
         trials, wanted = list(known[: [*same, False].index(False)]), len(rounds)
         tries, since_s, before = 0, 0.0, 0  # at the same trial: how often disturbed, and since when
         while len(trials) < wanted:
@@ -508,7 +606,11 @@ class LaboratorySource(Source):
                 self._program.disconnect()
                 pause_s = min(PAUSE_S * 2 ** (tries - 1), LONGEST_PAUSE_S)
                 if ask:
-                    again, tries, pause_s = "" if state == BEGIN else " The trial will be repeated.", 0, PAUSE_S
+                    again, tries, pause_s = (
+                        "" if state == BEGIN else " The trial will be repeated.",
+                        0,
+                        PAUSE_S,
+                    )
                     fault = f"{disturbance.fault[0].upper()}{disturbance.fault[1:]}".rstrip(".")
                     self._equipment.operator.ask(f"{fault}.{again} {remedy}")
                 self._equipment.clock.sleep(pause_s)
@@ -521,7 +623,12 @@ class LaboratorySource(Source):
         self._tell("trial" if trial else "state", self._program.state, trial=trial)
 
     def _tell(
-        self, kind: str, state: str, fault: str = "", asked: str = "", trial: ObservedTrial | None = None
+        self,
+        kind: str,
+        state: str,
+        fault: str = "",
+        asked: str = "",
+        trial: ObservedTrial | None = None,
     ) -> None:
         self._watch(Event(kind, self._stage, self._attempt, state, fault, asked, trial))
 
@@ -530,4 +637,6 @@ def trial_samples(speeds: np.ndarray, replicas: int) -> Samples:
     """Return the samples of R trials with speeds (R, A, T, 2), agents first: of agents (R x agents, T, 2), of
     models (R x replicas, 1, T, 2)."""
     steps = speeds.shape[2:]
-    return Samples(speeds[:, :-replicas].reshape(-1, *steps), speeds[:, -replicas:].reshape(-1, 1, *steps))
+    return Samples(
+        speeds[:, :-replicas].reshape(-1, *steps), speeds[:, -replicas:].reshape(-1, 1, *steps)
+    )

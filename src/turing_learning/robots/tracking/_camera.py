@@ -25,7 +25,10 @@ SETTINGS = {
     "white_balance": "WB_TEMPERATURE",
 }  # fmt: skip
 """What a camera may be asked for, and OpenCV's name of it; first the format, on which others depend."""
-_AUTOMATIC = {"exposure": ("AUTO_EXPOSURE", 1), "white_balance": ("AUTO_WB", 0)}  # and how it is switched off
+_AUTOMATIC = {
+    "exposure": ("AUTO_EXPOSURE", 1),
+    "white_balance": ("AUTO_WB", 0),
+}  # and how it is switched off
 
 
 class CameraError(ConnectionError):
@@ -45,7 +48,11 @@ cv2 = _Vision()
 def require_image(name: str, image: np.ndarray, size: tuple[int, int] | None = None) -> None:
     """Reject what is not a color image (H, W, 3) of 8 bits, or not of `size`, width and height in pixels."""
     expected = "(H, W, 3)" if size is None else f"({size[1]}, {size[0]}, 3)"
-    fits = image.ndim == 3 and image.shape[2] == 3 if size is None else image.shape == (size[1], size[0], 3)
+    fits = (
+        image.ndim == 3 and image.shape[2] == 3
+        if size is None
+        else image.shape == (size[1], size[0], 3)
+    )
     got = f"{image.shape} of {image.dtype}"
     require(fits and image.dtype == np.uint8, name, f"be an image {expected} of uint8", got)
 
@@ -73,22 +80,37 @@ class Capture(AbstractContextManager["Capture"]):
 
     def __init__(self, source: int | str | Path, settings: Mapping[str, Any] | None = None) -> None:
         served = "://" in str(source)
-        self._name, self._remedy = f"camera {source}", "Check its cable, and that no other program uses it."
+        self._name, self._remedy = (
+            f"camera {source}",
+            "Check its cable, and that no other program uses it.",
+        )
         if not isinstance(source, int):
             self._name, source = repr(str(source)), str(source)
-            self._remedy = "Check that it is served." if served else "Check that it plays elsewhere."
+            self._remedy = (
+                "Check that it is served." if served else "Check that it plays elsewhere."
+            )
             if not served and not Path(source).is_file():
-                raise FileNotFoundError(f"`source` must be a camera's number, a video file or a URL; got {self._name}.")
+                raise FileNotFoundError(
+                    f"`source` must be a camera's number, a video file or a URL; got {self._name}."
+                )
         self._device = cv2.VideoCapture(source)
         if not self._device.isOpened():
-            raise CameraError(f"`source` must be a camera or a video that opens; got {self._name}. {self._remedy}")
-        asked = {name: (settings or {})[name] for name in SETTINGS if (settings or {}).get(name) is not None}
+            raise CameraError(
+                f"`source` must be a camera or a video that opens; got {self._name}. {self._remedy}"
+            )
+        asked = {
+            name: (settings or {})[name]
+            for name in SETTINGS
+            if (settings or {}).get(name) is not None
+        }
         known = {name: getattr(cv2, f"CAP_PROP_{SETTINGS[name]}") for name in asked}
         for name, value in asked.items():
             if name in _AUTOMATIC:
                 automatic, off = _AUTOMATIC[name]
                 self._device.set(getattr(cv2, f"CAP_PROP_{automatic}"), off)
-            self._device.set(known[name], float(cv2.VideoWriter_fourcc(*value) if name == "fourcc" else value))
+            self._device.set(
+                known[name], float(cv2.VideoWriter_fourcc(*value) if name == "fourcc" else value)
+            )
         got = {name: format(self._device.get(known[name]), "g") for name in asked}
         if "fourcc" in got:
             code = int(self._device.get(known["fourcc"]))
@@ -106,7 +128,9 @@ class Capture(AbstractContextManager["Capture"]):
         """Return the next image (H, W, 3), blue, green, red, that was not taken yet; raise `CameraError` if there is none."""
         image = self._next()
         if image is None:
-            raise CameraError(f"`source` must give images; got none more from {self._name}. {self._remedy}")
+            raise CameraError(
+                f"`source` must give images; got none more from {self._name}. {self._remedy}"
+            )
         return image
 
     def _next(self) -> np.ndarray | None:
@@ -132,7 +156,11 @@ class LiveCapture(Capture):
     """
 
     def __init__(
-        self, source: int | str | Path, settings: Mapping[str, Any] | None = None, *, clock: Clock | None = None
+        self,
+        source: int | str | Path,
+        settings: Mapping[str, Any] | None = None,
+        *,
+        clock: Clock | None = None,
     ) -> None:
         super().__init__(source, settings)
         self._clock = clock or RealClock()
@@ -159,7 +187,9 @@ class LiveCapture(Capture):
     def close(self) -> None:
         self._done = True
         self._thread.join(PATIENCE_S)
-        if not self._thread.is_alive():  # one that a driver does not let go must not lose its device
+        if (
+            not self._thread.is_alive()
+        ):  # one that a driver does not let go must not lose its device
             super().close()
 
     def _follow(self) -> None:
@@ -182,7 +212,9 @@ FORMAT = "turing-learning camera calibration"
 VERSION = 1
 LEAST_VIEWS = 5
 LEAST_CORNERS = 8  #: Corners of the board that a view must show to be used
-LARGEST_ERROR_PX = 1.0  #: Root mean square reprojection error (pixels) above which a calibration is rejected
+LARGEST_ERROR_PX = (
+    1.0  #: Root mean square reprojection error (pixels) above which a calibration is rejected
+)
 
 
 @dataclass(frozen=True)
@@ -195,13 +227,20 @@ class Board:
 
     def __post_init__(self) -> None:
         fits = min(self.columns, self.rows) >= 3 and self.columns * self.rows <= 100
-        require(fits, "board", "have 3 x 3 to 100 squares", f"{self.columns} columns and {self.rows} rows")
+        require(
+            fits,
+            "board",
+            "have 3 x 3 to 100 squares",
+            f"{self.columns} columns and {self.rows} rows",
+        )
         number("board.square_cm", self.square_cm, above=0)
 
     @cached_property
     def _charuco(self) -> Any:
         dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
-        return cv2.aruco.CharucoBoard((self.columns, self.rows), self.square_cm, 0.75 * self.square_cm, dictionary)
+        return cv2.aruco.CharucoBoard(
+            (self.columns, self.rows), self.square_cm, 0.75 * self.square_cm, dictionary
+        )
 
     def image(self, pixels_per_square: int = 60) -> np.ndarray:
         """Return the board (rows * pixels, columns * pixels), in gray, to be printed without scaling."""
@@ -210,10 +249,14 @@ class Board:
 
     def find(self, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the inner corners in sight: on the board (n, 3) in cm, and in the image (n, 2) in pixels."""
-        corners, identities, _, _ = cv2.aruco.CharucoDetector(self._charuco).detectBoard(gray(image))
+        corners, identities, _, _ = cv2.aruco.CharucoDetector(self._charuco).detectBoard(
+            gray(image)
+        )
         if identities is None:
             return np.empty((0, 3)), np.empty((0, 2))
-        on_board = np.asarray(self._charuco.getChessboardCorners(), dtype=np.float64)[np.ravel(identities)]
+        on_board = np.asarray(self._charuco.getChessboardCorners(), dtype=np.float64)[
+            np.ravel(identities)
+        ]
         return on_board, np.asarray(corners, dtype=np.float64).reshape(-1, 2)
 
 
@@ -253,7 +296,9 @@ class Calibration:
         """Return the pixels (n, 2) at which points (n, 3) of the arena (cm) appear."""
         vector, _ = cv2.Rodrigues(self.rotation)
         points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 1, 3)
-        pixels, _ = cv2.projectPoints(points, vector, self.translation, self.lens.camera_matrix, self.lens.distortion)
+        pixels, _ = cv2.projectPoints(
+            points, vector, self.translation, self.lens.camera_matrix, self.lens.distortion
+        )
         return np.asarray(pixels).reshape(-1, 2)
 
     def locate(self, pixels: np.ndarray, height_cm: float = 0.0) -> np.ndarray:
@@ -263,7 +308,9 @@ class Calibration:
         camera at 270 cm whose marker is 6 cm high would be found 3.4 cm too far out.
         """
         above = self.rotation[:, 2] * height_cm + self.translation
-        plane = np.column_stack([self.rotation[:, 0], self.rotation[:, 1], above])  # from x, y at that height to rays
+        plane = np.column_stack(
+            [self.rotation[:, 0], self.rotation[:, 1], above]
+        )  # from x, y at that height to rays
         rays = self.lens.rays(pixels)
         on_plane = np.column_stack([rays, np.ones(len(rays))]) @ np.linalg.inv(plane).T
         return np.asarray(on_plane[:, :2] / on_plane[:, 2:])
@@ -284,7 +331,9 @@ class Calibration:
             "translation": self.translation.tolist(), "error_px": self.error_px,
         }  # fmt: skip
         with whole(Path(path)) as temporary:
-            temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+            temporary.write_text(
+                json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8"
+            )
 
     @classmethod
     def load(cls, path: str | Path) -> "Calibration":
@@ -294,8 +343,17 @@ class Calibration:
             content = json.loads(Path(path).read_text(encoding="utf-8"))
         except ValueError as error:
             refuse("calibration", "be a JSON file", str(error), place=place)
-        known = isinstance(content, dict) and (content.get("format"), content.get("version")) == (FORMAT, VERSION)
-        require(known, "calibration", f"be a {FORMAT} of version {VERSION}", "something else", place=place)
+        known = isinstance(content, dict) and (content.get("format"), content.get("version")) == (
+            FORMAT,
+            VERSION,
+        )
+        require(
+            known,
+            "calibration",
+            f"be a {FORMAT} of version {VERSION}",
+            "something else",
+            place=place,
+        )
 
         def read(name: str, shape: str) -> np.ndarray:
             return array(name, content.get(name), shape, place=place)
@@ -304,9 +362,17 @@ class Calibration:
         orthogonal = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
         require(orthogonal, "rotation", "be a rotation", rotation.tolist(), place=place)
         size = content.get("image_size")
-        require(isinstance(size, list) and len(size) == 2, "image_size", "be two integers", repr(size), place=place)
+        require(
+            isinstance(size, list) and len(size) == 2,
+            "image_size",
+            "be two integers",
+            repr(size),
+            place=place,
+        )
         width, height = (integer("image_size", side, 1, place=place) for side in size)
-        lens_px, error_px = (number(name, content.get(name), place=place) for name in ("lens_error_px", "error_px"))
+        lens_px, error_px = (
+            number(name, content.get(name), place=place) for name in ("lens_error_px", "error_px")
+        )
         lens = Lens((width, height), read("camera_matrix", "3 3"), read("distortion", "5"), lens_px)
         return cls(lens, rotation, read("translation", "3"), error_px)
 
@@ -314,7 +380,9 @@ class Calibration:
 def refuse_taken(path: Path, *, name: str, force: bool) -> None:
     """Raise FileExistsError if a file exists that may not be replaced; `name` is the argument that names it."""
     if path.exists() and not force:
-        raise FileExistsError(f"`{name}` must be a new file; got {path}. Choose another, or force=True.")
+        raise FileExistsError(
+            f"`{name}` must be a new file; got {path}. Choose another, or force=True."
+        )
 
 
 def calibrate_lens(images: Sequence[np.ndarray], board: Board) -> Lens:
@@ -340,7 +408,9 @@ def calibrate_lens(images: Sequence[np.ndarray], board: Board) -> Lens:
     points = [view[0].astype(np.float32).reshape(-1, 1, 3) for view in views]
     pixels = [view[1].astype(np.float32).reshape(-1, 1, 2) for view in views]
     error, matrix, distortion, _, _ = cv2.calibrateCamera(points, pixels, size, None, None)
-    _require_fit("images", float(error), "Hold the board flat and still, and print it without scaling.")
+    _require_fit(
+        "images", float(error), "Hold the board flat and still, and print it without scaling."
+    )
     return Lens(size, np.asarray(matrix), np.asarray(distortion).ravel()[:5], float(error))
 
 
@@ -349,7 +419,9 @@ def _require_fit(name: str, error: float, remedy: str) -> None:
     require(error <= LARGEST_ERROR_PX, name, rule, f"{error:.2f}", remedy)
 
 
-def place_camera(lens: Lens, image: np.ndarray, landmarks: Mapping[int, tuple[float, float]]) -> Calibration:
+def place_camera(
+    lens: Lens, image: np.ndarray, landmarks: Mapping[int, tuple[float, float]]
+) -> Calibration:
     """Find where the camera is, from printed ArUco markers on the floor.
 
     Parameters
@@ -373,7 +445,9 @@ def place_camera(lens: Lens, image: np.ndarray, landmarks: Mapping[int, tuple[fl
     rotation, _ = cv2.Rodrigues(vector)
     calibration = Calibration(lens, np.asarray(rotation), np.asarray(translation).ravel())
     error = float(np.sqrt(np.mean(np.sum((calibration.project(points) - pixels) ** 2, axis=1))))
-    _require_fit("landmarks", error, "Measure their places again, and check which identity lies where.")
+    _require_fit(
+        "landmarks", error, "Measure their places again, and check which identity lies where."
+    )
     return replace(calibration, error_px=error)
 
 
@@ -390,7 +464,9 @@ def aruco_centers(image: np.ndarray) -> dict[int, np.ndarray]:
 def aruco_detector(dictionary: str, **settings: float) -> Any:
     """Return OpenCV's detector of square markers, with its settings over the usual ones."""
     parameters, words = cv2.aruco.DetectorParameters(), getattr(cv2.aruco, f"DICT_{dictionary}")
-    for name, value in ({"cornerRefinementMethod": cv2.aruco.CORNER_REFINE_SUBPIX} | settings).items():
+    for name, value in (
+        {"cornerRefinementMethod": cv2.aruco.CORNER_REFINE_SUBPIX} | settings
+    ).items():
         setattr(parameters, name, value)
     return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(words), parameters)
 
@@ -398,5 +474,7 @@ def aruco_detector(dictionary: str, **settings: float) -> Any:
 def find_squares(detector: Any, image: np.ndarray) -> tuple[list[int], np.ndarray]:
     """Return the identities of the square markers in an image (H, W, 3), and their corners (n, 4, 2) in pixels."""
     squares, identities, _ = detector.detectMarkers(gray(image))
-    corners = np.array([np.reshape(square, (4, 2)) for square in squares], np.float64).reshape(-1, 4, 2)
+    corners = np.array([np.reshape(square, (4, 2)) for square in squares], np.float64).reshape(
+        -1, 4, 2
+    )
     return [] if identities is None else np.ravel(identities).tolist(), corners

@@ -19,7 +19,13 @@ UNKNOWN = "unknown color"
 _LEAST_PIXELS = 8  # of a spot, at half the resolution
 Shapes = list[tuple[np.ndarray, tuple[int, int, int]]]
 """The print on the white disk: outlines (k, 2) in the robot's axes (cm, x ahead), and their colors (blue, green, red)."""
-_PAINTS = dict(zip(HUES, [(200, 90, 20), (30, 120, 235), (190, 50, 150), (60, 170, 40), (40, 40, 210)], strict=True))
+_PAINTS = dict(
+    zip(
+        HUES,
+        [(200, 90, 20), (30, 120, 235), (190, 50, 150), (60, 170, 40), (40, 40, 210)],
+        strict=True,
+    )
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +74,9 @@ class _Spot:
     elongation: float  # variance along over that across
 
 
-def _find_spots(image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: float) -> list[_Spot]:
+def _find_spots(
+    image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: float
+) -> list[_Spot]:
     """Return the spots of about the expected area whose chroma, largest minus smallest channel, is high: that of colored paper.
 
     They are found at half the resolution, where there is less noise, and measured at the full one: pixels
@@ -87,7 +95,9 @@ def _find_spots(image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: 
 
 def _chroma(image: np.ndarray) -> np.ndarray:
     blue, green, red = cv2.split(image)
-    return np.asarray(cv2.subtract(cv2.max(cv2.max(blue, green), red), cv2.min(cv2.min(blue, green), red)))
+    return np.asarray(
+        cv2.subtract(cv2.max(cv2.max(blue, green), red), cv2.min(cv2.min(blue, green), red))
+    )
 
 
 def _measure(image: np.ndarray, places: np.ndarray, area_cm2: float, least: float) -> _Spot | None:
@@ -141,7 +151,11 @@ class TriangleMarkers(_ColoredMarkers):
         require(0 < 1.1 * width <= length, "markers", rule, f"{length} cm by {width} cm")
 
     def shapes(self, label: str) -> Shapes:
-        corners = [(-self.tip_cm, 0.0), (self.base_cm, -self.half_width_cm), (self.base_cm, self.half_width_cm)]
+        corners = [
+            (-self.tip_cm, 0.0),
+            (self.base_cm, -self.half_width_cm),
+            (self.base_cm, self.half_width_cm),
+        ]
         return [(np.array(corners), _PAINTS[label])]
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
@@ -150,12 +164,18 @@ class TriangleMarkers(_ColoredMarkers):
         # leaves of one, and other colored things, have others
         expected = length**2 / 18 / (width**2 / 24)
         found = _find_spots(image, places, length * self.half_width_cm, self.chroma)
-        spots = [spot for spot in found if spot.skewness > 0.2 and 0.55 * expected < spot.elongation < 1.4 * expected]
+        spots = [
+            spot
+            for spot in found
+            if spot.skewness > 0.2 and 0.55 * expected < spot.elongation < 1.4 * expected
+        ]
         headings = np.array([spot.direction + math.pi for spot in spots])
         offset = (2 * self.base_cm - self.tip_cm) / 3
         ahead = np.column_stack([np.cos(headings), np.sin(headings)])
         centers = np.array([spot.center for spot in spots]).reshape(-1, 2)
-        return Detections(centers - offset * ahead, wrap(headings), tuple(spot.label for spot in spots))
+        return Detections(
+            centers - offset * ahead, wrap(headings), tuple(spot.label for spot in spots)
+        )
 
 
 @dataclass(frozen=True)
@@ -173,7 +193,9 @@ class RoundMarkers(_ColoredMarkers):
 
     def shapes(self, label: str) -> Shapes:
         angles = np.linspace(0, 2 * math.pi, 32, endpoint=False)
-        return [(self.radius_cm * np.column_stack([np.cos(angles), np.sin(angles)]), _PAINTS[label])]
+        return [
+            (self.radius_cm * np.column_stack([np.cos(angles), np.sin(angles)]), _PAINTS[label])
+        ]
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
         spots = _find_spots(image, places, math.pi * self.radius_cm**2, self.chroma)
@@ -188,13 +210,20 @@ class ArucoMarkers(Markers):
     side_cm: float = 4.8  #: Side of the black square
     disk_radius_cm: float = 3.7
     height_cm: float = 6.0  #: Height of the marker above the floor
-    dictionary: str = "4X4_50"  #: OpenCV's name of it without ``DICT_``, for example 5X5_100 or APRILTAG_36h11
+    dictionary: str = (
+        "4X4_50"  #: OpenCV's name of it without ``DICT_``, for example 5X5_100 or APRILTAG_36h11
+    )
     has_heading = True
 
     def check_label(self, label: str) -> None:
         most = len(self._words.bytesList) - 1
         fits = label.isdecimal() and int(label) <= most
-        require(fits, "label", f"be an identity of the dictionary {self.dictionary}, 0 to {most}", repr(label))
+        require(
+            fits,
+            "label",
+            f"be an identity of the dictionary {self.dictionary}, 0 to {most}",
+            repr(label),
+        )
 
     @cached_property
     def _words(self) -> Any:
@@ -231,7 +260,11 @@ class ArucoMarkers(Markers):
         identities, corners = find_squares(self._detector, image)
         if len(corners):
             at = corners.astype(np.float32).reshape(-1, 1, 2)  # x, y between the pixels of `places`
-            corners = cv2.remap(places, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float64)
+            corners = cv2.remap(
+                places, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+            ).astype(np.float64)
         on_plane = corners.reshape(-1, 4, 2)
         ahead = (on_plane[:, 0] + on_plane[:, 1]) - (on_plane[:, 2] + on_plane[:, 3])
-        return Detections(on_plane.mean(axis=1), np.arctan2(ahead[:, 1], ahead[:, 0]), tuple(map(str, identities)))
+        return Detections(
+            on_plane.mean(axis=1), np.arctan2(ahead[:, 1], ahead[:, 0]), tuple(map(str, identities))
+        )

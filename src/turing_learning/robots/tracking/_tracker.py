@@ -19,7 +19,13 @@ from turing_learning.trajectories import compute_signals, wrap
 from ._camera import Calibration, refuse_taken, require_image
 from ._markers import Detections, Markers
 
-FROZEN, MISSING, LOST, CARRIED, SURPLUS = "frozen camera", "marker missing", "lost", "carried away", "surplus marker"
+FROZEN, MISSING, LOST, CARRIED, SURPLUS = (
+    "frozen camera",
+    "marker missing",
+    "lost",
+    "carried away",
+    "surplus marker",
+)
 IRREGULAR = "irregular images"
 """Kinds of faults."""
 SIDE_CM, WHEEL_CM, PUSH_CM, SCATTER, LATE = 0.2, 0.2, 0.7, 10.0, 0.5
@@ -67,7 +73,9 @@ class Track:
         """Which images (T + 1,) were lost, each alone: nobody was seen in them, and everybody in those before and after."""
         seen = self.present.sum(axis=1)
         lost = np.zeros(len(seen), bool)
-        lost[1:-1] = (seen[1:-1] == 0) & (seen[:-2] == len(self.labels)) & (seen[2:] == len(self.labels))
+        lost[1:-1] = (
+            (seen[1:-1] == 0) & (seen[:-2] == len(self.labels)) & (seen[2:] == len(self.labels))
+        )
         return lost
 
     @property
@@ -90,7 +98,9 @@ class Track:
         Where an image was lost alone, the two samples around it are both what was seen over twice the interval.
         A track with other gaps, or without headings, is rejected: a sample is never made of guesses.
         """
-        require(self.has_headings, "markers", "show headings for speeds to be signed", "positions alone")
+        require(
+            self.has_headings, "markers", "show headings for speeds to be signed", "positions alone"
+        )
         if not self.complete:
             frame, who = (int(k) for k in np.argwhere(~self.present)[0])
             gap = f"no sight of {_named(self.labels)[who]} at frame {frame}"
@@ -110,30 +120,43 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
     places, everybody, names = track.poses[..., :2], range(len(track.labels)), _named(track.labels)
     gaps = ~track.present & ~track.lost[:, None]
     faults = [
-        Fault(int(np.argmax(gaps[:, who])), MISSING, f"{names[who]} is out of sight. Look after it.")
+        Fault(
+            int(np.argmax(gaps[:, who])), MISSING, f"{names[who]} is out of sight. Look after it."
+        )
         for who in np.nonzero(gaps.any(axis=0))[0].tolist()
     ]
     apart = np.linalg.norm(places[:, :, None] - places[:, None], axis=-1) - 2 * robot.radius_cm
     apart[:, everybody, everybody] = math.inf
-    room = apart.min(axis=-1) if arena else np.full(places.shape[:2], -math.inf)  # to what is nearest
+    room = (
+        apart.min(axis=-1) if arena else np.full(places.shape[:2], -math.inf)
+    )  # to what is nearest
     if arena and arena.width_cm and arena.height_cm:
         sides = np.array([arena.width_cm, arena.height_cm])
         room = np.minimum(room, np.minimum(places, sides - places).min(axis=-1) - robot.radius_cm)
-    sights = [(who, *pair) for who in everybody for pair in pairwise(np.nonzero(track.present[:, who])[0])]
+    sights = [
+        (who, *pair) for who in everybody for pair in pairwise(np.nonzero(track.present[:, who])[0])
+    ]
     if not sights:
         return tuple(faults)
     who, before, after = np.array(sights).T
-    steps, times = track.poses[after, who] - track.poses[before, who], (after - before) * track.interval_s
+    steps, times = (
+        track.poses[after, who] - track.poses[before, who],
+        (after - before) * track.interval_s,
+    )
     turned, from_middle = wrap(steps[:, 2]), robot.wheel_distance_cm / 2
     way = robot.maximum_speed_cm_s * (times + LATE * track.interval_s)
     middle = track.poses[before, who, 2] + turned / 2
     if not track.has_headings:
         middle = np.arctan2(steps[:, 1], steps[:, 0])
     aside = np.abs(steps[:, 1] * np.cos(middle) - steps[:, 0] * np.sin(middle))
-    along = np.abs(steps[:, 0] * np.cos(middle) + steps[:, 1] * np.sin(middle)) / np.sinc(turned / (2 * np.pi))
+    along = np.abs(steps[:, 0] * np.cos(middle) + steps[:, 1] * np.sin(middle)) / np.sinc(
+        turned / (2 * np.pi)
+    )
     pushed = np.minimum(room[before, who], room[after, who]) <= way
     more = PUSH_CM * pushed + (SCATTER * np.median(aside[~pushed]) if not pushed.all() else 0.0)
-    sideways = aside > way * way / from_middle / 8 + SIDE_CM + more  # as far as turns between the images let it
+    sideways = (
+        aside > way * way / from_middle / 8 + SIDE_CM + more
+    )  # as far as turns between the images let it
     wrong = sideways | (along + np.abs(turned) * from_middle > way + WHEEL_CM + more)
     for step in sorted({int(np.argmax(wrong & (who == one))) for one in who[wrong]}):
         how = f"{np.hypot(*steps[step, :2]):.1f} cm and turned {np.degrees(turned[step]):.0f} degrees like this"
@@ -150,7 +173,9 @@ def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
     poses = array("poses", poses, "T+1 A 3")
     require(len(poses) >= 2, "poses", "be of shape (T + 1, A, 3) with T >= 1", poses.shape)
     fps = 1 / number("interval_s", interval_s, above=0)
-    signals = compute_signals(poses[..., :2], fps=fps, names=("speed", "turn"), headings=poses[..., 2])
+    signals = compute_signals(
+        poses[..., :2], fps=fps, names=("speed", "turn"), headings=poses[..., 2]
+    )
     return signals.values.transpose(1, 0, 2)
 
 
@@ -167,7 +192,9 @@ def write_table(track: Track, path: Path, *, force: bool = False) -> None:
     rows = np.column_stack([seen[:, 0], x, y, seen[:, 1] + 1, heading])[:, : len(columns)]
     with whole(path) as temporary:
         formats = ("%d", "%.4f", "%.4f", "%d", "%.5f")[: len(columns)]
-        np.savetxt(temporary, rows, formats, ",", header=",".join(columns), comments="", encoding="utf-8")
+        np.savetxt(
+            temporary, rows, formats, ",", header=",".join(columns), comments="", encoding="utf-8"
+        )
 
 
 def compare_labels(labels: Sequence[str], seen: Iterable[str]) -> list[str]:
@@ -239,7 +266,11 @@ class Tracker:
         """Find everybody in the next image (H, W, 3); in one that was lost, None, is nobody."""
         self._frame += 1
         faults, present = [], np.zeros(len(self.labels), bool)
-        same = image is not None and self._last_image is not None and np.array_equal(image, self._last_image)
+        same = (
+            image is not None
+            and self._last_image is not None
+            and np.array_equal(image, self._last_image)
+        )
         if same and not self._frozen:
             text = f"the camera is frozen: image {self._frame} is that before it, to the last bit. Restart the camera."
             faults.append(Fault(self._frame, FROZEN, text))
@@ -256,10 +287,20 @@ class Tracker:
         """Follow everybody through the images of one trial, two or more: 51 for the paper's 50 samples."""
         self.start()
         sightings = [self.follow(image) for image in images]
-        require(len(sightings) >= 2, "images", "be 2 or more", len(sightings), "Check that the camera gives frames.")
-        poses, present = (np.array([getattr(one, name) for one in sightings]) for name in ("poses", "present"))
+        require(
+            len(sightings) >= 2,
+            "images",
+            "be 2 or more",
+            len(sightings),
+            "Check that the camera gives frames.",
+        )
+        poses, present = (
+            np.array([getattr(one, name) for one in sightings]) for name in ("poses", "present")
+        )
         faults = [fault for sighting in sightings for fault in sighting.faults]
-        track = Track(poses, present, self.labels, self.interval_s, has_headings=self.markers.has_heading)
+        track = Track(
+            poses, present, self.labels, self.interval_s, has_headings=self.markers.has_heading
+        )
         faults += [fault for fault in impossible(track, self._robot) if fault.kind == CARRIED]
         return replace(track, faults=tuple(sorted(faults, key=lambda fault: fault.frame)))
 
@@ -269,7 +310,9 @@ class Tracker:
         worn, seen = np.array(self.labels), np.array(detections.labels)
         for label in dict.fromkeys(self.labels):
             (found,) = np.nonzero(seen == label)
-            (known,) = np.nonzero((worn == label) & (self._gap >= 0) & (self._gap <= self._maximum_gap))
+            (known,) = np.nonzero(
+                (worn == label) & (self._gap >= 0) & (self._gap <= self._maximum_gap)
+            )
             (new,) = np.nonzero((worn == label) & (self._gap < 0))
             apart = self._poses[known, None, :2] - detections.positions[None, found]
             distance = np.hypot(apart[..., 0], apart[..., 1])
@@ -286,12 +329,18 @@ class Tracker:
                 self._gap[who], present[who], free[which] = 0, True, False
         return present, free
 
-    def _report(self, detections: Detections, present: np.ndarray, free: np.ndarray) -> Iterator[Fault]:
+    def _report(
+        self, detections: Detections, present: np.ndarray, free: np.ndarray
+    ) -> Iterator[Fault]:
         """Yield the faults that begin in this image; `free` are the detections (n,) that belong to nobody."""
         names, left = _named(self.labels), np.flatnonzero(free).tolist()
         for who in np.flatnonzero(~present & self._was_present).tolist():
             label, (x, y, _) = self.labels[who], self._poses[who]
-            away = [math.dist(detections.positions[k], (x, y)) for k in left if detections.labels[k] == label]
+            away = [
+                math.dist(detections.positions[k], (x, y))
+                for k in left
+                if detections.labels[k] == label
+            ]
             if self._gap[who] < 0:
                 seen = f"{detections.labels.count(label)} {label} markers in the first image"
                 text = f"{seen}, {self.labels.count(label)} expected: {names[who]} is missing. Check its marker."

@@ -61,7 +61,16 @@ def names_in(path: Path) -> frozenset[str]:
         import h5py
 
         own = [name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)]
-        return frozenset([*file, *(["pandas_type"] if any("pandas_type" in file[name].attrs for name in own) else [])])
+        return frozenset(
+            [
+                *file,
+                *(
+                    ["pandas_type"]
+                    if any("pandas_type" in file[name].attrs for name in own)
+                    else []
+                ),
+            ]
+        )
 
 
 def member(file: Any, name: str, path: Path) -> Any:
@@ -72,10 +81,17 @@ def member(file: Any, name: str, path: Path) -> Any:
     found: Any = None if elsewhere else file.get(name)
     stored = isinstance(found, h5py.Dataset)
     if elsewhere or (stored and (found.external or found.is_virtual)):
-        raise refusal("hold its data itself", "a link to another file", f"{path}, {name}", "Copy the data into it.")
+        raise refusal(
+            "hold its data itself",
+            "a link to another file",
+            f"{path}, {name}",
+            "Copy the data into it.",
+        )
     if stored and found.dtype.kind != "O":
         if found.size > MOST_NUMBERS:
-            raise refusal(f"hold at most {MOST_NUMBERS} numbers", found.shape, f"{path}, dataset {name}")
+            raise refusal(
+                f"hold at most {MOST_NUMBERS} numbers", found.shape, f"{path}, dataset {name}"
+            )
         check_unpacked(found.size * found.dtype.itemsize, path)
     return found
 
@@ -86,7 +102,11 @@ def dataset(file: Any, name: str, dimensions: int, path: Path) -> np.ndarray:
     shape = getattr(found, "shape", None)
     if shape is None or len(shape) != dimensions or found.dtype.kind not in "fiu" or 0 in shape:
         received = "none" if shape is None else f"{found.dtype} {shape}"
-        raise refusal(f"hold numbers with {dimensions} dimensions, not empty", received, f"{path}, dataset {name}")
+        raise refusal(
+            f"hold numbers with {dimensions} dimensions, not empty",
+            received,
+            f"{path}, dataset {name}",
+        )
     return np.asarray(found, dtype=np.float64)
 
 
@@ -126,15 +146,22 @@ def read_sleap(path: Path, options: Options) -> Recording:
         nodes, names = texts(file, "node_names", path), texts(file, "track_names", path)
         names = names or [str(k + 1) for k in range(tracks.shape[0])]
         if tracks.shape[:3] != (len(names), 2, len(nodes)):
-            rule = f"have `tracks` of (tracks, 2, nodes, frames) = ({len(names)}, 2, {len(nodes)}, F)"
+            rule = (
+                f"have `tracks` of (tracks, 2, nodes, frames) = ({len(names)}, 2, {len(nodes)}, F)"
+            )
             raise refusal(rule, tracks.shape, place)
         node, scores = nodes.index(choose(options.keypoint, nodes, path)), None
-        if getattr(member(file, "point_scores", path), "shape", None) == (tracks.shape[0], *tracks.shape[2:]):
+        if getattr(member(file, "point_scores", path), "shape", None) == (
+            tracks.shape[0],
+            *tracks.shape[2:],
+        ):
             scores = dataset(file, "point_scores", 3, path)[:, node].T
     return from_array(tracks[:, :, node].transpose(2, 0, 1), tuple(names), place, confidence=scores)
 
 
-SLEAP_FORMAT = Format("sleap", lambda glance: glance.holds("tracks", "node_names"), read_sleap, has_keypoints=True)
+SLEAP_FORMAT = Format(
+    "sleap", lambda glance: glance.holds("tracks", "node_names"), read_sleap, has_keypoints=True
+)
 
 
 def read_idtracker_h5(path: Path, options: Options) -> Recording:
@@ -148,7 +175,11 @@ def read_idtracker_h5(path: Path, options: Options) -> Recording:
         found, scores = member(file, "id_probabilities", path), None
         if found is not None:
             scores = dataset(file, "id_probabilities", len(found.shape), path)
-            scores = scores.reshape(positions.shape[:2]) if scores.size == positions[..., 0].size else None
+            scores = (
+                scores.reshape(positions.shape[:2])
+                if scores.size == positions[..., 0].size
+                else None
+            )
     return _recording(positions, scores, rate, f"{path}, dataset trajectories", path)
 
 
@@ -168,8 +199,16 @@ def read_npy(path: Path, options: Options) -> Recording:
         content = np.load(path, allow_pickle=True)
         content = content.item() if content.shape == () else {}
     positions = content.get("trajectories") if isinstance(content, dict) else None
-    if not isinstance(positions, np.ndarray) or positions.ndim != 3 or positions.dtype.kind not in "fiu":
-        raise refusal("hold a dictionary with the array `trajectories` (F, A, 2)", type(content).__name__, path)
+    if (
+        not isinstance(positions, np.ndarray)
+        or positions.ndim != 3
+        or positions.dtype.kind not in "fiu"
+    ):
+        raise refusal(
+            "hold a dictionary with the array `trajectories` (F, A, 2)",
+            type(content).__name__,
+            path,
+        )
     rate = content.get("frames_per_second")
     return _recording(positions.astype(np.float64), None, rate, f"{path}, trajectories", path)
 
@@ -187,13 +226,20 @@ def _is_pickled(file: Any, path: Path) -> bool:
 def read_positions(positions: np.ndarray, place: str) -> Recording:
     """Return positions (F, A, 2), NaN where missing, as a recording; nothing says rate, scale and direction of y."""
     rule = "be numbers of shape (F, A, 2), not empty: frames, individuals, x and y"
-    if positions.dtype.kind not in "fiu" or positions.ndim != 3 or positions.shape[2] != 2 or 0 in positions.shape:
+    if (
+        positions.dtype.kind not in "fiu"
+        or positions.ndim != 3
+        or positions.shape[2] != 2
+        or 0 in positions.shape
+    ):
         raise refusal(rule, f"{positions.dtype} {positions.shape}", place)
     names = tuple(str(k + 1) for k in range(positions.shape[1]))
     return from_array(positions.astype(np.float64), names, place, y_axis=None)
 
 
-def _recording(positions: np.ndarray, scores: np.ndarray | None, rate: object, place: str, path: Path) -> Recording:
+def _recording(
+    positions: np.ndarray, scores: np.ndarray | None, rate: object, place: str, path: Path
+) -> Recording:
     if positions.shape[2] != 2 or 0 in positions.shape:
         raise refusal("hold trajectories of shape (F, A, 2), not empty", positions.shape, place)
     names = tuple(str(k + 1) for k in range(positions.shape[1]))
@@ -201,7 +247,9 @@ def _recording(positions: np.ndarray, scores: np.ndarray | None, rate: object, p
     return from_array(positions, names, place, confidence=scores, fps=fps)
 
 
-IDTRACKER_H5_FORMAT = Format("idtracker.ai-h5", lambda glance: glance.holds("trajectories"), read_idtracker_h5)
+IDTRACKER_H5_FORMAT = Format(
+    "idtracker.ai-h5", lambda glance: glance.holds("trajectories"), read_idtracker_h5
+)
 IDTRACKER_NPY_FORMAT = Format("idtracker.ai-npy", lambda glance: glance.kind == "npy", read_npy)
 
 
@@ -230,7 +278,11 @@ def read_trex(path: Path, options: Options) -> Recording:
     """
     files = sorted(files_of(path), key=lambda file: natural(file.name)) if path.is_dir() else [path]
     contents = {file: _arrays(file) for file in files}
-    tracks = {file: _track(file, arrays, options) for file, arrays in contents.items() if _is_track(arrays)}
+    tracks = {
+        file: _track(file, arrays, options)
+        for file, arrays in contents.items()
+        if _is_track(arrays)
+    }
     if not tracks:
         raise refusal("hold arrays `frame`, X and Y", "none", path)
     rates = {rate for _, rate in tracks.values() if rate is not None}
@@ -288,23 +340,35 @@ def _arrays(path: Path) -> dict[str, np.ndarray]:
         return {name: archive[name] for name in archive.files if name.partition("#")[0] in _WANTED}
 
 
-def _track(path: Path, arrays: Mapping[str, np.ndarray], options: Options) -> tuple[np.ndarray, float | None]:
+def _track(
+    path: Path, arrays: Mapping[str, np.ndarray], options: Options
+) -> tuple[np.ndarray, float | None]:
     """Return frame, x, y, not a number where missing, and heading (rows, 4) of an individual, and the frame rate."""
     available = _points(arrays)
-    suffix = available[choose(options.keypoint or (CENTROID if CENTROID in available else None), [*available], path)]
+    suffix = available[
+        choose(
+            options.keypoint or (CENTROID if CENTROID in available else None), [*available], path
+        )
+    ]
     values = {}
     for name in ("frame", f"X{suffix}", f"Y{suffix}", "ANGLE", "missing", "time"):
         if name in arrays:
             column = arrays[name]
             if column.ndim != 1 or column.dtype.kind not in "fiub":
-                raise refusal("hold lists of numbers", f"{column.dtype} {column.shape}", f"{path}, array {name}")
+                raise refusal(
+                    "hold lists of numbers",
+                    f"{column.dtype} {column.shape}",
+                    f"{path}, array {name}",
+                )
             values[name] = column.astype(np.float64)
     lengths = {name: len(column) for name, column in values.items()}
     if len(set(lengths.values())) > 1 or not lengths["frame"]:
         raise refusal("have arrays of one length, not empty", lengths, path)
     unknown = np.full(lengths["frame"], np.nan)
     rows = np.column_stack([*list(values.values())[:3], values.get("ANGLE", unknown)])
-    rows[np.isinf(rows[:, 1:3]).any(axis=1) | (values.get("missing", np.zeros(1)) != 0), 1:3] = np.nan
+    rows[np.isinf(rows[:, 1:3]).any(axis=1) | (values.get("missing", np.zeros(1)) != 0), 1:3] = (
+        np.nan
+    )
     rate = check_rate(arrays["frame_rate"], path) if "frame_rate" in arrays else None
     if rate is None and "time" in values:
         rate = stated_rate(values["time"], values["frame"])
@@ -313,27 +377,38 @@ def _track(path: Path, arrays: Mapping[str, np.ndarray], options: Options) -> tu
 
 
 TREX_FORMAT = Format(
-    "trex", lambda glance: glance.kind == "npz" and any(map(_is_track, glance.names)), read_trex, has_keypoints=True
+    "trex",
+    lambda glance: glance.kind == "npz" and any(map(_is_track, glance.names)),
+    read_trex,
+    has_keypoints=True,
 )
 
 
 def read_deeplabcut_h5(path: Path, options: Options) -> Recording:
     """Read what DeepLabCut writes to HDF5, in both forms of a table of pandas; no pickle that calls anything is opened."""
     with open_hdf5(path) as file:
-        names = [name for name in file if "pandas_type" in getattr(member(file, name, path), "attrs", ())]
+        names = [
+            name for name in file if "pandas_type" in getattr(member(file, name, path), "attrs", ())
+        ]
         if len(names) != 1:
             raise refusal("hold one table of pandas", f"{len(names)}", path)
         group = file[names[0]]
         form = {"frame_table": _appendable, "frame": _fixed}.get(text(group.attrs["pandas_type"]))
         if form is None:
-            raise refusal("hold a table of pandas", text(group.attrs["pandas_type"]), f"{path}, {names[0]}")
+            raise refusal(
+                "hold a table of pandas", text(group.attrs["pandas_type"]), f"{path}, {names[0]}"
+            )
         frames, labels, values = form(group, path)
     place, widths = f"{path}, {names[0]}", {len(label) for label in labels}
     sound = values.shape == (len(frames), len(labels)) and widths in ({3}, {4})
     if not (sound and frames.dtype.kind in "iu" and values.dtype.kind == "f"):
-        raise refusal("name scorer, (individual,) body part and coordinate of each column", "others", place)
+        raise refusal(
+            "name scorer, (individual,) body part and coordinate of each column", "others", place
+        )
     values = np.column_stack([frames, values])
-    sheet = Sheet([], lambda numbers: (values[:, numbers], []), place, lambda row: f"{place}, row {row}")
+    sheet = Sheet(
+        [], lambda numbers: (values[:, numbers], []), place, lambda row: f"{place}, row {row}"
+    )
     return read_points(labels, sheet, options)
 
 
@@ -351,7 +426,11 @@ def _appendable(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]
     kinds = [_Plain(io.BytesIO(bytes(rows.attrs[f"{name}_kind"]))).load() for name in blocks]
     labels = [tuple(map(str, label)) for kind in kinds for label in kind]
     table = rows[()]
-    return table["index"], labels, np.concatenate([table[name].reshape(len(table), -1) for name in blocks], axis=1)
+    return (
+        table["index"],
+        labels,
+        np.concatenate([table[name].reshape(len(table), -1) for name in blocks], axis=1),
+    )
 
 
 def _fixed(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
@@ -361,15 +440,22 @@ def _fixed(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
     for block in range(int(group.attrs["nblocks"])):
         columns = []
         for level in range(int(group.attrs[f"block{block}_items_nlevels"])):
-            names = [text(name) for name in member(group, f"block{block}_items_level{level}", path)[()]]
-            columns.append([names[k] for k in member(group, f"block{block}_items_label{level}", path)[()]])
+            names = [
+                text(name) for name in member(group, f"block{block}_items_level{level}", path)[()]
+            ]
+            columns.append(
+                [names[k] for k in member(group, f"block{block}_items_label{level}", path)[()]]
+            )
         labels += list(zip(*columns, strict=True))
         blocks.append(member(group, f"block{block}_values", path)[()])
     return member(group, "axis1", path)[()], labels, np.concatenate(blocks, axis=1)
 
 
 DEEPLABCUT_H5_FORMAT = Format(
-    "deeplabcut-h5", lambda glance: glance.holds("pandas_type"), read_deeplabcut_h5, has_keypoints=True
+    "deeplabcut-h5",
+    lambda glance: glance.holds("pandas_type"),
+    read_deeplabcut_h5,
+    has_keypoints=True,
 )
 
 
@@ -380,7 +466,10 @@ def read_movement(path: Path, options: Options) -> Recording:
     with path.open("rb") as raw:
         old = raw.read(3) == b"CDF"
     if old:
-        with whole("NetCDF", path), xr.open_dataset(path, engine="scipy", decode_times=False) as opened:
+        with (
+            whole("NetCDF", path),
+            xr.open_dataset(path, engine="scipy", decode_times=False) as opened,
+        ):
             check_unpacked(8 * max(each.size for each in opened.variables.values()), path)
             return read_dataset(opened.load(), options, str(path))
     variables: dict[str, Any] = {}
@@ -391,13 +480,22 @@ def read_movement(path: Path, options: Options) -> Recording:
             if found is not None:
                 if found.dtype.kind not in "fiu":
                     raise refusal("hold numbers", found.dtype, f"{path}, {name}")
-                dimensions = [text(scale[0].name).lstrip("/") if len(scale) else "unnamed" for scale in found.dims]
+                dimensions = [
+                    text(scale[0].name).lstrip("/") if len(scale) else "unnamed"
+                    for scale in found.dims
+                ]
                 variables[name] = (dimensions, found[()])
         for name in sorted({name for dimensions, _ in variables.values() for name in dimensions}):
             scale = member(file, name, path)
-            if scale is not None and not bytes(scale.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension"):
-                coordinates[name] = scale[()] if scale.dtype.kind in "fiu" else texts(file, name, path)
-        stated = {name: _plain(value) for name, value in file.attrs.items() if not name.startswith("_")}
+            if scale is not None and not bytes(scale.attrs.get("NAME", b"")).startswith(
+                b"This is a netCDF dimension"
+            ):
+                coordinates[name] = (
+                    scale[()] if scale.dtype.kind in "fiu" else texts(file, name, path)
+                )
+        stated = {
+            name: _plain(value) for name, value in file.attrs.items() if not name.startswith("_")
+        }
         dataset = xr.Dataset(variables, coordinates, stated)
     return read_dataset(dataset, options, str(path))
 
@@ -414,24 +512,54 @@ def read_dataset(dataset: "xr.Dataset", options: Options, source: str = "") -> R
 
     Source: the documentation of movement, neuroinformatics.dev, "movement datasets".
     """
-    dataset = dataset.rename({name: f"{name}s" for name in ("individual", "keypoint") if name in dataset.dims})
-    if "position" not in dataset or not {"time", "space", "individuals"} <= set(dataset["position"].dims):
+    dataset = dataset.rename(
+        {name: f"{name}s" for name in ("individual", "keypoint") if name in dataset.dims}
+    )
+    if "position" not in dataset or not {"time", "space", "individuals"} <= set(
+        dataset["position"].dims
+    ):
         dimensions = ("time", "space", "keypoints", "individuals")
         refuse("dataset", f"have `position` {dimensions}", str(dict(dataset.sizes)), place=source)
     space = [str(name) for name in dataset["space"].values]
-    require(space == ["x", "y"], "dataset", "have the coordinates x, y in space", str(space), place=source)
-    require(0 not in dataset["position"].shape, "dataset", "not be empty", str(dict(dataset.sizes)), place=source)
+    require(
+        space == ["x", "y"],
+        "dataset",
+        "have the coordinates x, y in space",
+        str(space),
+        place=source,
+    )
+    require(
+        0 not in dataset["position"].shape,
+        "dataset",
+        "not be empty",
+        str(dict(dataset.sizes)),
+        place=source,
+    )
     stated, y_axis, keypoint = dataset.attrs.get("y_axis"), options.y_axis, options.keypoint
     if stated not in (None, "up", "down") or (None not in (stated, y_axis) and stated != y_axis):
-        refuse("y_axis", "be 'up' or 'down', as the dataset states", f"{y_axis!r} and {stated!r}", place=source)
+        refuse(
+            "y_axis",
+            "be 'up' or 'down', as the dataset states",
+            f"{y_axis!r} and {stated!r}",
+            place=source,
+        )
     rate, first_frame = _timing(dataset, options.fps, source)
     if "keypoints" in dataset.dims:
         points = [str(name) for name in dataset["keypoints"].values]
-        dataset = dataset.isel(keypoints=points.index(choose(keypoint, points, source or "dataset")))
+        dataset = dataset.isel(
+            keypoints=points.index(choose(keypoint, points, source or "dataset"))
+        )
     elif keypoint is not None:
-        refuse("keypoint", "be left out for a dataset without key points", brief(keypoint), place=source)
+        refuse(
+            "keypoint",
+            "be left out for a dataset without key points",
+            brief(keypoint),
+            place=source,
+        )
     confidence, headings = (
-        dataset[name].transpose("time", "individuals").values.astype(np.float64) if name in dataset else None
+        dataset[name].transpose("time", "individuals").values.astype(np.float64)
+        if name in dataset
+        else None
         for name in ("confidence", "heading")
     )
     unit = dataset.attrs.get("length_unit")
@@ -462,9 +590,23 @@ def _timing(dataset: "xr.Dataset", fps: float | None, source: str) -> tuple[floa
     require(known, "time_unit", "be 'seconds' or 'frames' in `dataset`", brief(unit), place=source)
     if unit == "frames" and (steps != 1).any():
         remedy = "Number the frames that are there, and give the rate of those as `fps`."
-        refuse("dataset", "have times one frame apart, as their unit is frames", f"{steps[0]:g}", remedy, place=source)
-    rate = None if dataset.attrs.get("fps") is None else check_rate(dataset.attrs["fps"], f"{source or 'dataset'}, fps")
-    if unit == "frames" or "time" not in dataset.coords or (unit is None and bool((steps == 1).all())):
+        refuse(
+            "dataset",
+            "have times one frame apart, as their unit is frames",
+            f"{steps[0]:g}",
+            remedy,
+            place=source,
+        )
+    rate = (
+        None
+        if dataset.attrs.get("fps") is None
+        else check_rate(dataset.attrs["fps"], f"{source or 'dataset'}, fps")
+    )
+    if (
+        unit == "frames"
+        or "time" not in dataset.coords
+        or (unit is None and bool((steps == 1).all()))
+    ):
         return rate, round(float(times[0]))
     if len(times) > 1:
         by_times = rounded((len(times) - 1) / float(times[-1] - times[0]))

@@ -146,7 +146,10 @@ def choose_individuals(
     """
     codes = {name: numbered(texts) for name, texts in columns.items()}
     names = list(codes)
-    if all(_finer(codes[names[0]], other) and _finer(other, codes[names[0]]) for other in codes.values()):
+    if all(
+        _finer(codes[names[0]], other) and _finer(other, codes[names[0]])
+        for other in codes.values()
+    ):
         return names[0], ""
     shares = _shares_of_jumps(codes, frames, positions)
     best = min(shares.values())
@@ -157,7 +160,9 @@ def choose_individuals(
         if all(_finer(codes[other], codes[name]) for other in likely):
             if name == "id":
                 return name, ""
-            others = " and ".join(f"{shares[other]:.0%} by {other}" for other in names if other != name)
+            others = " and ".join(
+                f"{shares[other]:.0%} by {other}" for other in names if other != name
+            )
             jumps = f"{shares[name]:.0%} of the steps are jumps by it, {others}"
             return name, f"the column {name} names the individuals: {jumps}"
     remedy: Text = ("Say which, for example ", Setting("columns", {"id": names[-1]}), ".")
@@ -182,7 +187,9 @@ def _finer(codes: np.ndarray, others: np.ndarray) -> bool:
     return _pairs(codes, others) == codes.max() + 1
 
 
-def _shares_of_jumps(codes: Mapping[str, np.ndarray], frames: np.ndarray, positions: np.ndarray) -> dict[str, float]:
+def _shares_of_jumps(
+    codes: Mapping[str, np.ndarray], frames: np.ndarray, positions: np.ndarray
+) -> dict[str, float]:
     """Return the share of jumps among the steps of individuals by each column; 1 if there are none."""
     steps = {name: _steps(frames, numbers, positions) for name, numbers in codes.items()}
     typical = np.inf
@@ -232,7 +239,11 @@ def refuse_detections(recording: Recording, name: str, file: object) -> None:
         if len(nearest) and step > NEARER * np.median(nearest):
             got = f"steps of {step:.3g}, where the next position of another is {step_to_another:.3g} away"
     if got:
-        remedy: Text = ("If it names them all the same, give ", Setting("columns", {"id": name}), ".")
+        remedy: Text = (
+            "If it names them all the same, give ",
+            Setting("columns", {"id": name}),
+            ".",
+        )
         rule = f"name the individuals in the column {name}, not what was detected"
         raise refusal(rule, got, file, remedy)
 
@@ -250,7 +261,9 @@ def _median_step(positions: np.ndarray, shift: int) -> float:
     return float(np.median(steps)) if len(steps) >= FEWEST_STEPS else np.nan
 
 
-def refuse_several(columns: Mapping[str, Sequence[str]], frames: np.ndarray, who: Sequence[str], file: object) -> None:
+def refuse_several(
+    columns: Mapping[str, Sequence[str]], frames: np.ndarray, who: Sequence[str], file: object
+) -> None:
     """Refuse rows of several recordings in the same frames, by columns (rows,) whose names say so."""
     _, frame = np.unique(frames, return_inverse=True)
     whose = numbered(who)

@@ -69,7 +69,9 @@ def read_ethovision(path: Path, options: Options) -> Recording:
         rule = "have the columns Trial time, X center and Y center"
         raise refusal(rule, ", ".join(filter(None, names)), f"{path}:{count - 1}")
     point = options.keypoint or (CENTER if CENTER in points else points[0])
-    require(point in points, "keypoint", f"be one of {', '.join(points)}", brief(point), place=str(path))
+    require(
+        point in points, "keypoint", f"be one of {', '.join(points)}", brief(point), place=str(path)
+    )
     x, y = f"x {point}", f"y {point}"
     body = "\n".join(lines[count:]) + "\n"
     decimal = "," if separator != "," and "." not in body else "."
@@ -91,7 +93,9 @@ def read_ethovision(path: Path, options: Options) -> Recording:
         y_axis="up",
         columns={"time": time, "x": x, "y": y},
         unread=tuple(name for name in names if name and name not in (time, x, y)),
-        remarks=tuple(remark for remark in recording.remarks if not remark.startswith("without a column id")),
+        remarks=tuple(
+            remark for remark in recording.remarks if not remark.startswith("without a column id")
+        ),
     )
 
 
@@ -100,7 +104,9 @@ def _of_table(options: Options) -> Options:
     return Options(fps=options.fps, resample=options.resample, project=options.project)
 
 
-GPX = Layout("gpx", {"time": ["time"], "x": ["lon"], "y": ["lat"]}, who=("id",), y_axis="up", extras=False)
+GPX = Layout(
+    "gpx", {"time": ["time"], "x": ["lon"], "y": ["lat"]}, who=("id",), y_axis="up", extras=False
+)
 
 
 def _is_gpx(glance: "Glance") -> bool:
@@ -134,7 +140,9 @@ def read_gpx(path: Path, options: Options) -> Recording:
     return read_long(frame_sheet(table, str(path)), options, GPX)
 
 
-ETHOVISION_FORMAT = Format("ethovision", _is_ethovision, read_ethovision, has_keypoints=True, has_times=True)
+ETHOVISION_FORMAT = Format(
+    "ethovision", _is_ethovision, read_ethovision, has_keypoints=True, has_times=True
+)
 GPX_FORMAT = Format("gpx", _is_gpx, read_gpx, has_times=True)
 
 
@@ -151,7 +159,10 @@ def read_trex_csv(path: Path, options: Options) -> Recording:
 
 def csv_files(folder: Path) -> list[Path]:
     """Return the CSV files of a folder, in natural order; nothing that is no file, such as a pipe, is opened."""
-    return sorted((file for file in folder.glob("*.csv") if file.is_file()), key=lambda file: natural(file.name))
+    return sorted(
+        (file for file in folder.glob("*.csv") if file.is_file()),
+        key=lambda file: natural(file.name),
+    )
 
 
 def joined(recordings: Sequence[Recording], path: Path) -> Recording:
@@ -168,13 +179,22 @@ def joined(recordings: Sequence[Recording], path: Path) -> Recording:
     for who, recording in enumerate(recordings):
         start = recording.first_frame - begin
         positions[start : start + len(recording.positions), who] = recording.positions[:, 0]
-    remarks = tuple(dict.fromkeys(remark for recording in recordings for remark in recording.remarks))
-    choices = tuple(dict.fromkeys(choice for recording in recordings for choice in recording.choices))
+    remarks = tuple(
+        dict.fromkeys(remark for recording in recordings for remark in recording.remarks)
+    )
+    choices = tuple(
+        dict.fromkeys(choice for recording in recordings for choice in recording.choices)
+    )
     rates = {recording.fps for recording in recordings}
     if len(rates) > 1:
         raise refusal("state one frame rate for all individuals", sorted(map(str, rates)), path)
     return replace(
-        first, positions=positions, individuals=tuple(names), first_frame=begin, remarks=remarks, choices=choices
+        first,
+        positions=positions,
+        individuals=tuple(names),
+        first_frame=begin,
+        remarks=remarks,
+        choices=choices,
     )
 
 

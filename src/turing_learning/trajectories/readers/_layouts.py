@@ -11,7 +11,9 @@ CM_PER_UNIT = {"cm": 1.0, "mm": 0.1, "m": 100.0}
 """Units of length that names of columns state, in cm."""
 _UNIT = re.compile(r"(.*?)(?:[ _]*[\[(](mm|cm|m|px|pixels?)[\])]|[ _](mm|cm|m|px))")
 """A name with a unit at its end: x (cm), x [mm], x_cm."""
-_POSITION = re.compile(r"(?:pos(?:ition)?[. _]*)?([xyz])(?:[ _]?(?:cent(?:er|re|roid)|pos(?:ition)?))?")
+_POSITION = re.compile(
+    r"(?:pos(?:ition)?[. _]*)?([xyz])(?:[ _]?(?:cent(?:er|re|roid)|pos(?:ition)?))?"
+)
 """A name of a coordinate without its unit: x, pos. x, position_x, x center."""
 _ANGLES = {
     "x": re.compile(r"lon|lng|long|longitude|location[-_]long"),
@@ -52,24 +54,30 @@ class Layout:
 
 
 TIDY = Layout()
-TRACKTOR = Layout(  # Sridhar, Roche and Gingins 2019, Methods in Ecology and Evolution 10; in pixels
-    "tracktor",
-    {"frame": ["frame"], "x": ["pos_x"], "y": ["pos_y"], "z": ["pos_z"]},
-    y_axis="down",
-    extras=False,
+TRACKTOR = (
+    Layout(  # Sridhar, Roche and Gingins 2019, Methods in Ecology and Evolution 10; in pixels
+        "tracktor",
+        {"frame": ["frame"], "x": ["pos_x"], "y": ["pos_y"], "z": ["pos_z"]},
+        y_axis="down",
+        extras=False,
+    )
 )
-TRACKMATE = Layout(  # Ershov et al. 2022, TrackMate 7, Nature Methods 19; a table of spots, y of images
-    "trackmate",
-    {"frame": ["frame"], "x": ["position_x"], "y": ["position_y"], "z": ["position_z"]},
-    who=("track_id",),
-    y_axis="down",
+TRACKMATE = (
+    Layout(  # Ershov et al. 2022, TrackMate 7, Nature Methods 19; a table of spots, y of images
+        "trackmate",
+        {"frame": ["frame"], "x": ["position_x"], "y": ["position_y"], "z": ["position_z"]},
+        who=("track_id",),
+        y_axis="down",
+    )
 )
-FASTTRACK = Layout(  # Gallois and Candelier 2021, FastTrack, PLoS Computational Biology 17; y of images
-    "fasttrack",
-    {"frame": ["imagenumber"], "x": ["xbody"], "y": ["ybody"], "heading": ["tbody"]},
-    who=("id",),
-    y_axis="down",
-    against_y=True,
+FASTTRACK = (
+    Layout(  # Gallois and Candelier 2021, FastTrack, PLoS Computational Biology 17; y of images
+        "fasttrack",
+        {"frame": ["imagenumber"], "x": ["xbody"], "y": ["ybody"], "heading": ["tbody"]},
+        who=("id",),
+        y_axis="down",
+        against_y=True,
+    )
 )
 TREX = Layout(  # Walter and Couzin 2021, TRex, eLife 10; a file for each individual
     "trex-csv",
@@ -108,7 +116,12 @@ ROS = Layout(  # `rostopic echo -p`, bagpy and PlotJuggler; REP 103: m, y to the
 MOVEBANK = Layout(  # Kays et al. 2022, The Movebank system, Methods in Ecology and Evolution 13; degrees, UTC
     "movebank",
     {"time": ["timestamp"], "x": [r"location[-_]long"], "y": [r"location[-_]lat"]},
-    who=("individual-local-identifier", "individual_local_identifier", "tag-local-identifier", "tag_local_identifier"),
+    who=(
+        "individual-local-identifier",
+        "individual_local_identifier",
+        "tag-local-identifier",
+        "tag_local_identifier",
+    ),
     y_axis="up",
     extras=False,
 )

@@ -41,7 +41,10 @@ EXTRAS = {"heading": "headings", "confidence": "confidence"}
 
 def is_wide(names: Collection[str]) -> bool:
     """Return whether all columns but those of frames and times are of x, y and confidence of somebody."""
-    return all(re.fullmatch(r"[xy][0-9]+|(?!pos_).+[ _.:](x|y|likelihood|confidence)", name) for name in names)
+    return all(
+        re.fullmatch(r"[xy][0-9]+|(?!pos_).+[ _.:](x|y|likelihood|confidence)", name)
+        for name in names
+    )
 
 
 def is_long(names: Collection[str]) -> bool:
@@ -58,7 +61,9 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
     who, why = table.individuals(frames, positions)
     choices += why
     individuals = table.words[who] if who else [table.alone] * len(frames)
-    refuse_several({name: table.words[name] for name in table.apart}, frames, individuals, sheet.place)
+    refuse_several(
+        {name: table.words[name] for name in table.apart}, frames, individuals, sheet.place
+    )
     extras = table.extras(positions)
     at = sheet.at
     seconds = table.seconds
@@ -83,7 +88,9 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
     twice: Text = ""
     if unread and not who and not layout.columns:
         listed = ", ".join(unread)
-        remarks.append(f"without a column id all rows are of one individual; columns not read: {listed}")
+        remarks.append(
+            f"without a column id all rows are of one individual; columns not read: {listed}"
+        )
         example = Setting("columns", {"id": unread[-1]})
         twice = ("If a column that is not read names the individuals, say so: ", example, ".")
     recording = assemble(
@@ -117,8 +124,12 @@ class _LongTable:
         #: Names by roles where that is said, else in small letters
         names = [name.lower() for name in named(sheet.names, self.said, sheet.place)]
         if layout.columns and not layout.fits(names):
-            roles = {role: patterns[0].replace("\\", "") for role, patterns in layout.columns.items()}
-            needed = ", ".join(name for role, name in roles.items() if role in ("frame", "time", "x", "y"))
+            roles = {
+                role: patterns[0].replace("\\", "") for role, patterns in layout.columns.items()
+            }
+            needed = ", ".join(
+                name for role, name in roles.items() if role in ("frame", "time", "x", "y")
+            )
             raise refusal(f"have the columns {needed}", sheet.names, sheet.place)
         roles = layout.roles(names) or plain_roles(names, project=options.project)
         roles = {role: name for role, name in roles.items() if role not in names}
@@ -129,7 +140,9 @@ class _LongTable:
         for name in {*self.wanted, *self.texts}:
             if self.names.count(name) > 1:
                 raise refusal("name each column once", f"{name!r} twice", sheet.place)
-        values, words = sheet.read([*map(self.names.index, self.wanted)], [*map(self.names.index, self.texts)])
+        values, words = sheet.read(
+            [*map(self.names.index, self.wanted)], [*map(self.names.index, self.texts)]
+        )
         self.numbers = dict(zip(self.wanted, values.T, strict=True))
         self.words = dict(zip(self.texts, words, strict=True))
         self.seconds = np.zeros(0)  #: Times (rows,) in s, set by `frames`
@@ -187,7 +200,9 @@ class _LongTable:
     def _stated_unit(self) -> str:
         units = {unit_of(self.called.get(axis, axis)) for axis in self.plain}
         if len(units) > 1:
-            raise refusal("have x and y in the same unit", " and ".join(sorted(units)), self.sheet.place)
+            raise refusal(
+                "have x and y in the same unit", " and ".join(sorted(units)), self.sheet.place
+            )
         return next(iter(units), "") or self.layout.unit
 
     def frames(self) -> tuple[np.ndarray, float | None, list[str]]:
@@ -198,10 +213,17 @@ class _LongTable:
             frames = self.numbers["frame"]
             if options.resample is not None:
                 remedy = "Frames at an even rate need no resampling."
-                refuse("resample", "be left out for a table without times", f"{options.resample:g}", remedy)
+                refuse(
+                    "resample",
+                    "be left out for a table without times",
+                    f"{options.resample:g}",
+                    remedy,
+                )
             fps = None
             if self.clock:
-                fps = _rate_beside(self.words[self.clock[0]], frames, options.fps, sheet.place, self.clock[0])
+                fps = _rate_beside(
+                    self.words[self.clock[0]], frames, options.fps, sheet.place, self.clock[0]
+                )
             return frames, fps, remarks
         times, in_seconds = seconds_of(self.words[self.when], sheet.at)
         name = "seconds" if in_seconds else self.called.get("time", self.when)
@@ -228,7 +250,9 @@ class _LongTable:
         for name in self.depth:
             if len({*self.words[name]} - {""}) > 1:
                 x, y, z = (self.called.get(axis, axis) for axis in ("x", "y", name))
-                choices.append(f"positions are those in {x} and {y} alone, as if all {z} were the same")
+                choices.append(
+                    f"positions are those in {x} and {y} alone, as if all {z} were the same"
+                )
         if MISSING in self.words:
             unseen = np.array([word.lower() not in NO for word in self.words[MISSING]])
             positions = np.where(unseen[:, None], np.nan, positions)
@@ -238,18 +262,29 @@ class _LongTable:
         if self.options.project:
             if not angles([self.called.get(axis, axis) for axis in self.plain]):
                 got = f"{self.called.get('x', 'x')} and {self.called.get('y', 'y')}"
-                refuse("project", "be given for longitude and latitude", got, place=self.sheet.place)
+                refuse(
+                    "project", "be given for longitude and latitude", got, place=self.sheet.place
+                )
             positions, doubts = projected(positions, self.sheet.place)
             return positions, choices + doubts
         if angles([self.called.get(axis, axis) for axis in self.plain]):
             remedy: Text = ("To bring degrees into a plane, add ", Setting("project", True), ".")
-            raise refusal("have positions in a plane", "degrees of longitude and latitude", self.sheet.place, remedy)
+            raise refusal(
+                "have positions in a plane",
+                "degrees of longitude and latitude",
+                self.sheet.place,
+                remedy,
+            )
         return positions * CM_PER_UNIT.get(self._stated_unit(), 1.0), choices
 
     def visible(self) -> np.ndarray:
         """Return the numbers of the rows that a column does not call invisible, as outliers in tables of Movebank."""
         if VISIBLE not in self.words:
-            return np.arange(len(self.words[self.when]) if self.when in self.words else len(self.numbers["frame"]))
+            return np.arange(
+                len(self.words[self.when])
+                if self.when in self.words
+                else len(self.numbers["frame"])
+            )
         return np.flatnonzero([word.lower() not in NO for word in self.words[VISIBLE]])
 
     def individuals(self, frames: np.ndarray, positions: np.ndarray) -> tuple[str, list[str]]:
@@ -326,7 +361,9 @@ def _positions(
     return centers(sides), [f"positions are the centers of the boxes in the columns {listed}"]
 
 
-def _rate_beside(times: Sequence[str], frames: np.ndarray, fps: float | None, file: object, name: str) -> float | None:
+def _rate_beside(
+    times: Sequence[str], frames: np.ndarray, fps: float | None, file: object, name: str
+) -> float | None:
     """Return the frame rate that a column of times beside frame numbers states, if it does."""
     order = np.argsort(frames, kind="stable")
     seconds = np.array([number_of(time.strip()) for time in times])[order]

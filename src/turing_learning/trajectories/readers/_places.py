@@ -32,7 +32,12 @@ def projected(degrees: np.ndarray, file: object) -> tuple[np.ndarray, list[str]]
         return degrees, []
     if (np.abs(degrees[known, 1]) > 90).any() or (np.abs(degrees[known, 0]) > 360).any():
         bad = degrees[known][(np.abs(degrees[known]) > [360, 90]).any(axis=1)][0]
-        raise refusal("have degrees of longitude and latitude", bad.tolist(), file, "See whether they are exchanged.")
+        raise refusal(
+            "have degrees of longitude and latitude",
+            bad.tolist(),
+            file,
+            "See whether they are exchanged.",
+        )
     first = degrees[known][0, 0]
     longitude = first + (degrees[:, 0] - first + 180) % 360 - 180
     middle = np.array([np.nanmedian(longitude), np.nanmedian(degrees[:, 1])])
@@ -80,7 +85,10 @@ def resampled(
         rule = f"make at most {MOST_CELLS} frames"
         refuse("resample", rule, f"{fps:g} per second, {count:.0f} frames", place=str(file))
     # turns the shorter way
-    turned = {name: np.exp(1j * values) if name == "headings" else values for name, values in extras.items()}
+    turned = {
+        name: np.exp(1j * values) if name == "headings" else values
+        for name, values in extras.items()
+    }
     found: list[tuple[np.ndarray, list[str], np.ndarray, dict[str, np.ndarray]]] = []
     names = np.asarray(who, dtype=object)
     for name in sorted(set(who), key=natural):
@@ -90,11 +98,16 @@ def resampled(
         rows = rows[first]
         if len(own) < 2:
             continue
-        frames = np.arange(np.ceil((own[0] - begin) * fps - 1e-6), np.floor((own[-1] - begin) * fps + 1e-6) + 1)
+        frames = np.arange(
+            np.ceil((own[0] - begin) * fps - 1e-6), np.floor((own[-1] - begin) * fps + 1e-6) + 1
+        )
         at = begin + frames / fps
         after = np.clip(np.searchsorted(own, at), 1, len(own) - 1)
         widest = WIDEST_GAP * max(float(np.median(np.diff(own))), 1 / fps)
-        frames, at = frames[own[after] - own[after - 1] <= widest], at[own[after] - own[after - 1] <= widest]
+        frames, at = (
+            frames[own[after] - own[after - 1] <= widest],
+            at[own[after] - own[after - 1] <= widest],
+        )
         places = np.column_stack([np.interp(at, own, positions[rows, axis]) for axis in range(2)])
         more = {}
         for extra, values in turned.items():
@@ -103,8 +116,15 @@ def resampled(
         found.append((frames, [name] * len(frames), places, more))
     if not sum(len(frames) for frames, *_ in found):
         remedy = ("Resample at a lower rate: ", Setting("resample"), ".")
-        raise refusal("have two positions of somebody near to each other in time", "none", file, remedy)
+        raise refusal(
+            "have two positions of somebody near to each other in time", "none", file, remedy
+        )
     frames = np.concatenate([each[0] for each in found])
     individuals = [name for each in found for name in each[1]]
     places = np.concatenate([each[2] for each in found])
-    return frames, individuals, places, {name: np.concatenate([each[3][name] for each in found]) for name in extras}
+    return (
+        frames,
+        individuals,
+        places,
+        {name: np.concatenate([each[3][name] for each in found]) for name in extras},
+    )

@@ -54,7 +54,9 @@ def _decoded(raw: bytes, path: Path, number: int) -> str:
     """Return the text of a line, without its end."""
     if not raw.endswith(b"\n"):
         if len(raw) > LONGEST_LINE:
-            raise refusal(f"have lines of at most {LONGEST_LINE} bytes", "a longer one", f"{path}:{number}")
+            raise refusal(
+                f"have lines of at most {LONGEST_LINE} bytes", "a longer one", f"{path}:{number}"
+            )
         remedy = "The file may be cut off; if it is whole, add a line end."
         raise refusal("end with a line end", f"{raw[-20:]!r}", f"{path}:{number}", remedy)
     if number == 1:
@@ -64,7 +66,9 @@ def _decoded(raw: bytes, path: Path, number: int) -> str:
     if b"\0" in line:
         raise refusal("be a text file", "a zero byte", f"{path}:{number}")
     if b"\r" in line:
-        raise refusal("have line ends of one kind", "a carriage return inside a line", f"{path}:{number}")
+        raise refusal(
+            "have line ends of one kind", "a carriage return inside a line", f"{path}:{number}"
+        )
     try:
         return line.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -76,10 +80,16 @@ def _decoded(raw: bytes, path: Path, number: int) -> str:
 def cells_of(line: str, separator: str, path: Path, number: int, width: int = 0) -> list[str]:
     """Return the cells of a line, `width` of them if it is given, quotes taken off."""
     try:
-        row = line.split(separator) if '"' not in line else next(csv.reader([line], delimiter=separator, strict=True))
+        row = (
+            line.split(separator)
+            if '"' not in line
+            else next(csv.reader([line], delimiter=separator, strict=True))
+        )
     except csv.Error as error:
         raise refusal("have complete quotes", str(error), f"{path}:{number}") from None
-    if len(row) > (width or 1) and not row[-1].strip():  # a separator at the end opens no further cell
+    if (
+        len(row) > (width or 1) and not row[-1].strip()
+    ):  # a separator at the end opens no further cell
         row.pop()
     if width and len(row) != width:
         remedy = "The file may be cut off or damaged."
@@ -90,13 +100,17 @@ def cells_of(line: str, separator: str, path: Path, number: int, width: int = 0)
 def header(path: Path, lines: int, separator: str) -> list[list[str]]:
     """Return the cells of the first lines."""
     first = islice(read_lines(path), lines)
-    rows = [[cell.strip() for cell in cells_of(line, separator, path, number)] for number, line in first]
+    rows = [
+        [cell.strip() for cell in cells_of(line, separator, path, number)] for number, line in first
+    ]
     if len(rows) < lines:
         raise refusal(f"have {lines} header lines", len(rows), path)
     return rows
 
 
-def text_sheet(path: Path, separator: str, names: Sequence[str], *, skip: int = 1, absent: Sequence[str] = ()) -> Sheet:
+def text_sheet(
+    path: Path, separator: str, names: Sequence[str], *, skip: int = 1, absent: Sequence[str] = ()
+) -> Sheet:
     """Return a text file with these columns after `skip` header lines; whatever is wrong is refused with its line.
 
     Cells that say one of `absent`, or of `MISSING`, in any case, are not a number.
@@ -104,18 +118,28 @@ def text_sheet(path: Path, separator: str, names: Sequence[str], *, skip: int = 
     width = len(names)
     decimal_comma = separator != ","
 
-    def read(numbers: Sequence[int], texts: Sequence[int] = ()) -> tuple[np.ndarray, list[list[str]]]:
+    def read(
+        numbers: Sequence[int], texts: Sequence[int] = ()
+    ) -> tuple[np.ndarray, list[list[str]]]:
         found: list[np.ndarray] = []
         words: list[list[str]] = [[] for _ in texts]
         lines = islice(read_lines(path), skip, None)
         while block := list(islice(lines, ROWS)):
-            cells = list(chain.from_iterable(cells_of(line, separator, path, number, width) for number, line in block))
-            columns = [_numbers(cells[k::width], absent, decimal_comma=decimal_comma) for k in numbers]
+            cells = list(
+                chain.from_iterable(
+                    cells_of(line, separator, path, number, width) for number, line in block
+                )
+            )
+            columns = [
+                _numbers(cells[k::width], absent, decimal_comma=decimal_comma) for k in numbers
+            ]
             found.append(np.column_stack(columns) if columns else np.zeros((len(block), 0)))
             for row, column in np.argwhere(np.isinf(found[-1])):
                 cell = cells[row * width + numbers[column]].strip()
                 remedy = "Write decimals with a point." if "," in cell else ""
-                raise refusal("have finite numbers or NaN", repr(cell[:40]), f"{path}:{block[row][0]}", remedy)
+                raise refusal(
+                    "have finite numbers or NaN", repr(cell[:40]), f"{path}:{block[row][0]}", remedy
+                )
             for column, k in zip(words, texts, strict=True):
                 column += map(str.strip, cells[k::width])
         if not found:
@@ -159,7 +183,9 @@ def separator_of(line: str) -> str:
 def sheet_of(path: Path, separator: str = "", absent: Sequence[str] = ()) -> Sheet:
     """Return a text file whose first line names its columns, and shows what separates them unless that is said."""
     with path.open("rb") as file:
-        separator = separator or separator_of(file.readline(1 << 16).decode("utf-8-sig", errors="replace"))
+        separator = separator or separator_of(
+            file.readline(1 << 16).decode("utf-8-sig", errors="replace")
+        )
     names = header(path, 1, separator)[0]
     more = _more_header_lines(path, separator, names)
     sheet = text_sheet(path, separator, names, skip=1 + len(more), absent=absent)

@@ -12,13 +12,42 @@ import numpy as np
 
 from turing_learning.errors import Setting, Text, brief, refuse, require
 
-from .._recording import Format, Options, Recording, assemble, from_array, natural, refusal, refuse_first
+from .._recording import (
+    Format,
+    Options,
+    Recording,
+    assemble,
+    from_array,
+    natural,
+    refusal,
+    refuse_first,
+)
 from ._columns import named, refuse_corners, refuse_points
-from ._layouts import FASTTRACK, LAYOUTS, MOVEBANK, ROS, TOXTRAC, TRACKMATE, TRACKTOR, Layout, angles, plain_roles
+from ._layouts import (
+    FASTTRACK,
+    LAYOUTS,
+    MOVEBANK,
+    ROS,
+    TOXTRAC,
+    TRACKMATE,
+    TRACKTOR,
+    Layout,
+    angles,
+    plain_roles,
+)
 from ._long import is_long, is_wide, read_long
 from ._places import resampled
 from ._sheets import Sheet, header, separator_of, sheet_of, text_sheet
-from ._times import FARTHEST, TIME, check_rate, check_times, per_second, rounded, seconds_of, stated_rate
+from ._times import (
+    FARTHEST,
+    TIME,
+    check_rate,
+    check_times,
+    per_second,
+    rounded,
+    seconds_of,
+    stated_rate,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,13 +60,24 @@ def choose(keypoint: str | None, names: Sequence[str], place: object) -> str:
     if keypoint is None and len(names) == 1:
         return names[0]
     remedy = "Say which point of the body stands for the animal."
-    require(keypoint in names, "keypoint", f"be one of {', '.join(names)}", brief(keypoint), remedy, place=str(place))
+    require(
+        keypoint in names,
+        "keypoint",
+        f"be one of {', '.join(names)}",
+        brief(keypoint),
+        remedy,
+        place=str(place),
+    )
     return str(keypoint)
 
 
 def names_of(glance: "Glance") -> set[str]:
     """Return the names of the columns of a text, in small letters."""
-    return {name.lower() for name in glance.cells(separator_of(glance.lines[0]))} if glance.lines else set()
+    return (
+        {name.lower() for name in glance.cells(separator_of(glance.lines[0]))}
+        if glance.lines
+        else set()
+    )
 
 
 def _is_tidy(glance: "Glance") -> bool:
@@ -47,7 +87,11 @@ def _is_tidy(glance: "Glance") -> bool:
     others = names - {"frame", *TIME}
     wide = bool(others) and is_wide(others) and not (_is_csv(glance) or _is_animalta(glance))
     listed = sorted(names)
-    long = is_long(names) or {"x", "y"} <= plain_roles(listed, project=False).keys() or bool(angles(listed))
+    long = (
+        is_long(names)
+        or {"x", "y"} <= plain_roles(listed, project=False).keys()
+        or bool(angles(listed))
+    )
     return others < names and (long or wide)
 
 
@@ -59,7 +103,9 @@ def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
     if beyond_time or long:
         return read_long(sheet, options)
     sheet = replace(sheet, names=named(sheet.names, options.columns, sheet.place))
-    rule = "frame or time, and x and y of each individual, as x1, y1, x2, ... or fish_x, fish_y, ..."
+    rule = (
+        "frame or time, and x and y of each individual, as x1, y1, x2, ... or fish_x, fish_y, ..."
+    )
     return replace(read_wide(sheet, rule, options, each=(2, 3)), y_axis=None)
 
 
@@ -95,7 +141,11 @@ COORDINATES = {"x": 0, "y": 1, "probid": 2, "likelihood": 2, "confidence": 2}
 
 def _is_csv(glance: "Glance") -> bool:
     names = glance.cells(",")
-    return ["x1", "y1"] in (names[:2], names[1:3] if names[0] in ("time", "seconds") else []) if names else False
+    return (
+        ["x1", "y1"] in (names[:2], names[1:3] if names[0] in ("time", "seconds") else [])
+        if names
+        else False
+    )
 
 
 def read_csv(path: Path, options: Options) -> Recording:
@@ -105,7 +155,9 @@ def read_csv(path: Path, options: Options) -> Recording:
         try:
             stated = json.loads(beside.read_text(encoding="utf-8"))
         except (ValueError, RecursionError) as error:
-            raise refusal("have a whole attributes.json beside it", str(error)[:80], beside) from None
+            raise refusal(
+                "have a whole attributes.json beside it", str(error)[:80], beside
+            ) from None
         rate = stated.get("frames_per_second") if isinstance(stated, dict) else None
         fps = None if rate is None else check_rate(rate, beside)
     return read_wide(sheet_of(path, ","), "x1, y1, x2, y2, ... after the time", options, fps=fps)
@@ -123,13 +175,20 @@ _WIDE = tuple(
 
 
 def read_wide(
-    sheet: Sheet, rule: str, options: Options, *, each: tuple[int, ...] = (2,), fps: float | None = None
+    sheet: Sheet,
+    rule: str,
+    options: Options,
+    *,
+    each: tuple[int, ...] = (2,),
+    fps: float | None = None,
 ) -> Recording:
     """Read `each` columns of an individual, as x1 or fish_x: x, y, perhaps a confidence; and times (s) or frames."""
     columns, clocks = _wide_columns(sheet, rule, each)
     individuals = sorted(columns, key=natural)
     width = len(columns[individuals[0]])
-    spelled = {who: [sheet.names[columns[who][0]], sheet.names[columns[who][1]]] for who in individuals}
+    spelled = {
+        who: [sheet.names[columns[who][0]], sheet.names[columns[who][1]]] for who in individuals
+    }
     refuse_points(spelled, sheet.place)
     wanted = [columns[who][kind] for who in individuals for kind in range(width)]
     when = clocks.get("frame", clocks.get("time"))
@@ -137,7 +196,9 @@ def read_wide(
         when = clocks.get("time", when)
     timed = when is not None and when == clocks.get("time")
     numbered = [when] if when is not None and not timed else []
-    numbers, words = sheet.read([*numbered, *wanted], [clocks[name] for name in clocks if name == "time"])
+    numbers, words = sheet.read(
+        [*numbered, *wanted], [clocks[name] for name in clocks if name == "time"]
+    )
     values = numbers[:, len(numbered) :].reshape(len(numbers), len(individuals), width)
     if individuals == ["1", "2"] and width == 2:
         refuse_corners(values, sheet.place)
@@ -161,7 +222,13 @@ def read_wide(
                 rate = rounded(stated * per_second(stated, options.fps, sheet.place, name))
     if options.resample is not None:
         got = f"{options.resample:g}"
-        refuse("resample", "be left out for a table without times", got, "Its frames are even.", place=sheet.place)
+        refuse(
+            "resample",
+            "be left out for a table without times",
+            got,
+            "Its frames are even.",
+            place=sheet.place,
+        )
     sure = values[..., 2] if width > 2 else np.zeros(())
     estimated = int((sure < 0).sum())
     complete = width > 2 and bool((sure >= 0).all(where=~np.isnan(values[..., 0])))
@@ -180,13 +247,17 @@ def read_wide(
     )
 
 
-def _wide_columns(sheet: Sheet, rule: str, each: tuple[int, ...]) -> tuple[dict[str, dict[int, int]], dict[str, int]]:
+def _wide_columns(
+    sheet: Sheet, rule: str, each: tuple[int, ...]
+) -> tuple[dict[str, dict[int, int]], dict[str, int]]:
     """Return numbers of columns by individual and by what they are, and those of frames and times."""
     columns: dict[str, dict[int, int]] = {}
     clocks: dict[str, int] = {}
 
     def refuse_column(name: str) -> NoReturn:
-        raise refusal(f"have the columns {rule}", f"{len(sheet.names)} columns, {name!r}", sheet.place)
+        raise refusal(
+            f"have the columns {rule}", f"{len(sheet.names)} columns, {name!r}", sheet.place
+        )
 
     for place, name in enumerate(sheet.names):
         matches = filter(None, (pattern.fullmatch(name) for pattern in _WIDE))
@@ -226,7 +297,9 @@ def _resampled_wide(
     fps = float(options.resample or 0)
     rows = values.reshape(len(times) * count, -1)
     who = list(individuals) * len(times)
-    frames, who, places, _ = resampled(np.repeat(seconds, count), who, rows[:, :2], {}, fps, sheet.place)
+    frames, who, places, _ = resampled(
+        np.repeat(seconds, count), who, rows[:, :2], {}, fps, sheet.place
+    )
     remark = f"times were made even by resampling at {fps:g} per second"
     at = f"{sheet.place}, resampled row {{}}".format
     return assemble(frames, who, places, at, fps=fps, remarks=(remark,), columns=names)
@@ -243,12 +316,18 @@ def _timed(
     check_times(times, sheet.at, FARTHEST)
     refuse_first(steps <= 0, sheet.at, "have times that grow from row to row", times)
     if name == "frame":
-        refuse_first(np.abs(steps - 1) > 0, sheet.at, "have frame numbers that follow without a break", times)
+        refuse_first(
+            np.abs(steps - 1) > 0, sheet.at, "have frame numbers that follow without a break", times
+        )
         refuse_first(times != np.floor(times), sheet.at, "have frame numbers that are whole", times)
         return int(times[0]), stated
     typical = np.median(steps[1:]) if len(steps) > 1 else 1.0
     rule = f"have evenly spaced times, with steps of {typical:.6g} s"
-    remedy: Text = ("If they are uneven, make them even by ", Setting("resample", rounded(1 / typical)), ".")
+    remedy: Text = (
+        "If they are uneven, make them even by ",
+        Setting("resample", rounded(1 / typical)),
+        ".",
+    )
     refuse_first(np.abs(steps / typical - 1) > 0.5, sheet.at, rule, steps, remedy)
     rate = stated_rate(times, np.arange(len(times)))
     if stated or rate is None:
@@ -262,7 +341,9 @@ def _timed(
 IDTRACKER_FORMAT = Format(
     "idtracker",
     lambda glance: glance.cells("\t")[:3] == ["X1", "Y1", "ProbId1"],
-    lambda path, options: read_wide(sheet_of(path, "\t"), "X1, Y1, ProbId1, X2, ...", options, each=(3,)),
+    lambda path, options: read_wide(
+        sheet_of(path, "\t"), "X1, Y1, ProbId1, X2, ...", options, each=(3,)
+    ),
 )
 CSV_FORMAT = Format("idtracker.ai-csv", _is_csv, read_csv)
 
@@ -285,8 +366,10 @@ def read_animalta(path: Path, options: Options) -> Recording:
     return read_wide(sheet, rule, options)
 
 
-ANIMALTA_FORMAT = Format(  # Chiara and Kim 2023, AnimalTA, Methods in Ecology and Evolution 14; in pixels
-    "animalta", _is_animalta, read_animalta, has_times=True
+ANIMALTA_FORMAT = (
+    Format(  # Chiara and Kim 2023, AnimalTA, Methods in Ecology and Evolution 14; in pixels
+        "animalta", _is_animalta, read_animalta, has_times=True
+    )
 )
 
 
@@ -297,7 +380,11 @@ def _is_toxtrac(glance: "Glance") -> bool:
         numbers = [float(cell) for cell in row[:6]]
     except ValueError:
         return False
-    return len(numbers) == 6 and not any(row[6:]) and all(numbers[k].is_integer() for k in (0, 1, 2, 5))
+    return (
+        len(numbers) == 6
+        and not any(row[6:])
+        and all(numbers[k].is_integer() for k in (0, 1, 2, 5))
+    )
 
 
 def read_toxtrac(path: Path, options: Options) -> Recording:
@@ -313,7 +400,9 @@ def read_toxtrac(path: Path, options: Options) -> Recording:
     rule = "have whole numbers for arena, track and label (columns 2, 3, 6)"
     refuse_first((np.floor(whole) != whole).any(axis=1), sheet.at, rule, whole)
     several = len(np.unique(arena)) > 1
-    names = [f"{int(a)}:{int(t)}" if several else str(int(t)) for a, t in zip(arena, track, strict=True)]
+    names = [
+        f"{int(a)}:{int(t)}" if several else str(int(t)) for a, t in zip(arena, track, strict=True)
+    ]
     unlabeled = int((label == 0).sum())
     remarks = (f"{unlabeled} rows have the label 0",) if unlabeled else ()
     return assemble(frames, names, np.column_stack([x, y]), sheet.at, remarks=remarks)
@@ -343,7 +432,11 @@ def read_deeplabcut(path: Path, options: Options) -> Recording:
     rows = header(path, 4, ",")
     several = [row[0] for row in rows] == SEVERAL
     if not several and [row[0] for row in rows[:3]] != SINGLE:
-        raise refusal("begin with the header lines scorer, (individuals,) bodyparts, coords", rows[0][0], f"{path}:1")
+        raise refusal(
+            "begin with the header lines scorer, (individuals,) bodyparts, coords",
+            rows[0][0],
+            f"{path}:1",
+        )
     skip = 4 if several else 3
     lengths = [len(row) for row in rows[:skip]]
     if len(set(lengths)) > 1:
@@ -386,10 +479,18 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
     """Read a long or a wide table, or one with columns (scorer, individual, body part, coordinate) or (individual, coordinate)."""
     if not len(frame):
         raise refusal("have at least one row", "none", "DataFrame")
-    stated = {name: frame.attrs[name] for name in ("unit", "y_axis") if name in frame.attrs}  # as `to_pandas` does
+    stated = {
+        name: frame.attrs[name] for name in ("unit", "y_axis") if name in frame.attrs
+    }  # as `to_pandas` does
     for name, value in stated.items():
         known = {"unit": ("cm", "px", None), "y_axis": ("up", "down", None)}[name]
-        require(value in known, name, "be one that is known", brief(value), place="DataFrame, attributes")
+        require(
+            value in known,
+            name,
+            "be one that is known",
+            brief(value),
+            place="DataFrame, attributes",
+        )
     if "fps" in frame.attrs:
         stated["fps"] = check_rate(frame.attrs["fps"], "DataFrame, fps")
         options = replace(options, fps=options.fps or stated["fps"])
@@ -401,10 +502,14 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
     if options.keypoint is not None:
         refuse("keypoint", "be left out for a table without key points", repr(options.keypoint))
     if levels == 2:
-        frame = frame.set_axis([f"{who}_{what}" if what else str(who) for who, what in frame.columns], axis=1)
+        frame = frame.set_axis(
+            [f"{who}_{what}" if what else str(who) for who, what in frame.columns], axis=1
+        )
     if any(name is not None for name in frame.index.names):
         frame = frame.reset_index()
-    if {str(name).lower() for name in frame.columns}.isdisjoint(("x", "frame", *TIME)) and not options.columns:
+    if {str(name).lower() for name in frame.columns}.isdisjoint(
+        ("x", "frame", *TIME)
+    ) and not options.columns:
         frame = frame.reset_index(names="frame")
     return replace(_long_or_wide(frame_sheet(frame), options), **stated)
 
@@ -413,16 +518,25 @@ def frame_sheet(frame: "pd.DataFrame", place: str = "DataFrame") -> Sheet:
     """Return a data frame as a table; `place` is where it is from."""
     import pandas as pd
 
-    def read(numbers: Sequence[int], texts: Sequence[int] = ()) -> tuple[np.ndarray, list[list[str]]]:
+    def read(
+        numbers: Sequence[int], texts: Sequence[int] = ()
+    ) -> tuple[np.ndarray, list[list[str]]]:
         found = np.full((len(frame), len(numbers)), np.nan)
         for k, column in enumerate(numbers):
             series = frame.iloc[:, column]
             if series.dtype.kind in "fiuO":
-                found[:, k] = pd.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+                found[:, k] = pd.to_numeric(series, errors="coerce").to_numpy(
+                    dtype=float, na_value=np.nan
+                )
             bad = (np.isnan(found[:, k]) & series.notna().to_numpy()) | np.isinf(found[:, k])
             for row in np.flatnonzero(bad)[:1]:
-                raise refusal("have finite numbers or NaN", repr(series.iloc[row]), f"{place}, row {row}")
-        return found, [["" if pd.isna(cell) else str(cell) for cell in frame.iloc[:, column]] for column in texts]
+                raise refusal(
+                    "have finite numbers or NaN", repr(series.iloc[row]), f"{place}, row {row}"
+                )
+        return found, [
+            ["" if pd.isna(cell) else str(cell) for cell in frame.iloc[:, column]]
+            for column in texts
+        ]
 
     names = [str(name if not isinstance(name, tuple) else name[0]) for name in frame.columns]
     return Sheet(names, read, place, f"{place}, row {{}}".format)

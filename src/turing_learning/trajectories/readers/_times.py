@@ -62,7 +62,9 @@ def check_rate(value: object, path: object) -> float:
     return fps
 
 
-def per_second(rate: float, fps: float | None, file: object, name: str = "time", *, counts: bool = False) -> float:
+def per_second(
+    rate: float, fps: float | None, file: object, name: str = "time", *, counts: bool = False
+) -> float:
     """Return by what to multiply frames in a unit of time to have frames per second: 1 for times in s.
 
     The user's `fps` decides, or else whether the `rate` is that of a video by times in s. What stays
@@ -82,7 +84,11 @@ def per_second(rate: float, fps: float | None, file: object, name: str = "time",
         if least <= rate * factor <= 1.02 * fps:
             return factor
     if counts:
-        remedy: Text = ("If they count frames, give ", Setting("columns", {"frame": name}), ", too.")
+        remedy: Text = (
+            "If they count frames, give ",
+            Setting("columns", {"frame": name}),
+            ", too.",
+        )
         rule = f"be 1 where values of `{name}` are whole and 1 apart, if they are in s"
         refuse("fps", rule, f"{fps:g}", remedy, place=str(file))
     return 1.0
@@ -105,7 +111,9 @@ def _ask(rate: float, file: object, name: str, counts: bool) -> NoReturn:
         likely = Setting("fps", rounded(rate * PER_SECOND[unit]))
         got = f"none, and in s they state {rounded(rate):g} frames per second"
         remedy = (f"If they are in {unit}, give ", likely, "; if in s, give ", in_seconds, ".")
-    refuse("fps", f"be given where values of `{name}` may not be in s", got, remedy, place=str(file))
+    refuse(
+        "fps", f"be given where values of `{name}` may not be in s", got, remedy, place=str(file)
+    )
 
 
 def frames_at(
@@ -128,12 +136,20 @@ def frames_at(
     rates = [fps or 1.0]
     if fps is None and span > 0:
         steps = np.diff(known)  # every frame has somebody, or gaps are whole frames
-        rates = [max(1, round(span / step)) / span for step in (span / len(steps), np.median(steps), steps.min())]
+        rates = [
+            max(1, round(span / step)) / span
+            for step in (span / len(steps), np.median(steps), steps.min())
+        ]
     off = [np.abs(since * rate - np.round(since * rate)) for rate in rates]
-    rate, away = next((pair for pair in zip(rates, off, strict=True) if pair[1].max() <= LATE), (rates[0], off[0]))
+    rate, away = next(
+        (pair for pair in zip(rates, off, strict=True) if pair[1].max() <= LATE), (rates[0], off[0])
+    )
     rule = f"have times (s) that are whole frames apart, at {rate:.6g} per second"
     typical = rounded(1 / float(np.median(np.diff(known)))) if len(known) > 1 else rate
-    remedy: list[str | Setting] = ["If they are uneven, make them even by ", Setting("resample", typical)]
+    remedy: list[str | Setting] = [
+        "If they are uneven, make them even by ",
+        Setting("resample", typical),
+    ]
     remedy.append("; or number the frames.")
     if fps is not None:
         remedy = ["If the rate is another, correct ", Setting("fps"), ". ", *remedy]
@@ -155,7 +171,9 @@ def seconds_of(texts: Sequence[str], at: Callable[[int], str]) -> tuple[np.ndarr
     words = pd.Series(texts, dtype=object)
     dates = pd.to_datetime(words, format="ISO8601", utc=True, errors="coerce")
     if dates.isna().any():
-        dates = pd.Timestamp(0, tz="UTC") + pd.to_timedelta(words.where(words.str.contains(":")), errors="coerce")
+        dates = pd.Timestamp(0, tz="UTC") + pd.to_timedelta(
+            words.where(words.str.contains(":")), errors="coerce"
+        )
     unread = dates.isna().to_numpy()
     # one that is no number among numbers, rather than all numbers because they are no dates
     if np.isnan(numbers).mean() < 0.5:
