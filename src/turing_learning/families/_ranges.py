@@ -24,6 +24,8 @@ MOST_POSITIONS = 2000
 SCALES = {"cm/s": (1, 0), "cm": (0, 1), "cm^3/s^2": (1, 2)}
 """Units of parameters -> with which powers of the scale of speeds and of lengths they grow."""
 DIGITS = 2
+LARGEST = 1e9
+"""Largest bound that a parameter may have."""
 
 
 def recorded_ranges(
@@ -74,7 +76,10 @@ def _scaled(parameter: Parameter, scale: float) -> Parameter:
     """Return a parameter whose bounds are so many times as large, with two digits."""
 
     def scaled(bound: float | None) -> float | None:
-        return None if bound is None else float(f"{bound * scale:.{DIGITS}g}")
+        if bound is None:
+            return None
+        # what is absurd is refused by whoever looks at the recording
+        return float(f"{np.clip(bound * scale, -LARGEST, LARGEST):.{DIGITS}g}")
 
     return replace(parameter, low=scaled(parameter.low), high=scaled(parameter.high), initial=None)
 

@@ -631,7 +631,7 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
     ],
 )
 def test_what_does_not_fit_is_refused(call, arguments, message):
-    np.save("pickle.npy", np.zeros(3))
+    np.save("pickle.npy", {"trajectories": np.zeros((3, 1, 2))}, allow_pickle=True)
     code, _, err = call("infer", *arguments, "--out", "run")
     assert code == 2
     assert message in err
