@@ -611,6 +611,13 @@ def recording_by_command(folder: Path) -> Any:
         2,
         "--model",
         "vicsek",
+        # those of 0.2.0; by default ranges follow from the recording now
+        "--range",
+        "speed=0:20",
+        "--range",
+        f"noise=0:{2 * math.pi}",
+        "--range",
+        "radius=0:10",
     )
     signals = ("--signals", "speed,turn")
     command(
@@ -777,7 +784,10 @@ def laboratory_file(folder: Path, *, repeats: int, generations: int) -> Path:
 
 @case
 def rehearsal(folder: Path) -> Any:
-    """A run in an emulated laboratory, with a post-evaluation and what detectors are calibrated with."""
+    """A run in an emulated laboratory, with a post-evaluation and what detectors are calibrated with.
+
+    Its numbers are those after 0.2.0, since the clocks of emulated robots are out of step.
+    """
     from turing_learning.runs import load_run, read_post_evaluation
 
     file = laboratory_file(folder, repeats=1, generations=3)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -171,7 +172,6 @@ def _as_float64(name: str, values: np.ndarray, shape: str, last: int) -> np.ndar
     """Return contiguous numbers of a shape whose last axis is of the length `last`; whether they are finite is seen later."""
     remedy = "Set `inputs` to the number of signals per time step." if name == "samples" else ""
     with np.errstate(over="ignore"):  # extended precision beyond float64 becomes infinite
-        given = array(
-            name, values, shape, finite=False, empty=True, remedy=remedy, **{shape[-1]: last}
-        )  # type: ignore[arg-type]
+        sizes: dict[str, Any] = {shape[-1]: last}
+        given = array(name, values, shape, finite=False, empty=True, remedy=remedy, **sizes)
     return np.require(given, np.float64, ["C_CONTIGUOUS", "ALIGNED"])

@@ -4,15 +4,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 from cyclopts import Group, Parameter
 
 import turing_learning as tl
 from turing_learning.errors import RefusedError, integer, refuse, refusing_as, require
 
 from ._options import Columns, Files, Integer
+
+if TYPE_CHECKING:
+    import numpy as np
 
 MANIFEST = "command"
 """Name in the manifest of a run under which it remembers its program."""
@@ -86,8 +88,10 @@ def remembered_program(run: Path) -> dict[str, Any]:
 
 def _series(
     paths: Sequence[Path], columns: tuple[str, ...]
-) -> tuple[list[np.ndarray], tuple[str, ...]]:
+) -> "tuple[list[np.ndarray], tuple[str, ...]]":
     """Return the series (K arrays (T, D)) in files, and the names of their D columns."""
+    import numpy as np
+
     found: list[np.ndarray] = []
     names: tuple[str, ...] = columns
     for path in paths:

@@ -5,9 +5,8 @@ import shlex
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 from cyclopts import Parameter
 
 import turing_learning as tl
@@ -15,6 +14,9 @@ from turing_learning.errors import refuse, require
 
 from ._options import Integer, Real, Tracks
 from ._tables import plain_console
+
+if TYPE_CHECKING:
+    import numpy as np
 
 ARRAYS = (".npy", ".npz")
 """Endings of files that hold samples (K, T, D)."""
@@ -117,8 +119,10 @@ def test(
         print(out, file=sys.stderr if as_json else sys.stdout)
 
 
-def _samples(paths: "tuple[Path, ...] | list[Path]") -> tuple[np.ndarray, np.ndarray]:
+def _samples(paths: "tuple[Path, ...] | list[Path]") -> "tuple[np.ndarray, np.ndarray]":
     """Return the samples (K, T, D) of some files, and of which file each is."""
+    import numpy as np
+
     parts: list[np.ndarray] = []
     for path in paths:
         content = np.load(path, allow_pickle=False)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from turing_learning import trajectories
 from turing_learning.errors import (
     RefusedError,
     Setting,
@@ -28,8 +29,6 @@ from ._windows import EXCERPT_S, Windows, cut_windows, join_windows
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-    from ._look import Look
 
 
 _LOGGER = logging.getLogger("turing_learning")
@@ -117,11 +116,9 @@ class Trajectories:
         places = self.positions[self.present]
         return np.array([places.min(axis=0), places.max(axis=0)])
 
-    def look(self) -> "Look":
+    def look(self) -> "trajectories.Look":
         """Return how the recording was read, what is odd about it, and pictures; it prints, and shows in notebooks."""
-        from ._look import Look
-
-        return Look(self)
+        return trajectories.Look(self)
 
     @property
     def problems(self) -> Problems:
