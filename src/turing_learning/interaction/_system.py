@@ -569,3 +569,4 @@ STIMULATED: dict[str, StimulatedSystem] = {
     ),
     "sensor-configuration": _named("sensor-configuration", "Sensors of a robot", _SENSORS),
 }
+"""Systems with stimuli, by name: what classifiers may interrogate."""
