@@ -89,7 +89,9 @@ class _Checker:
     def run(self, *, force: bool) -> Check:
         """Go through the stages; what a folder holds already is not done again."""
         content, model = self._begun(force), self.result.simulated_model
-        self.stage(self._ahead(content))
+        ahead = self._ahead(content)
+        if ahead:
+            self.stage(ahead)
         if "test" not in content:
             self.stage("fresh classifiers against the estimate")
             content["test"] = two_sample_test(
@@ -132,7 +134,10 @@ class _Checker:
         return check
 
     def _ahead(self, content: dict[str, Any]) -> str:
-        """Return in words what is still to be done, and how long its longest part takes."""
+        """Return in words what is still to be done, and how long its longest part takes.
+
+        Nothing where all of it is stored.
+        """
         parts = []
         if "test" not in content:
             parts.append("fresh classifiers against the estimate")
@@ -147,7 +152,7 @@ class _Checker:
             parts.append(
                 f"{counted(runs, 'run')} whose truth is the estimate, each about as long as this one{took}"
             )
-        return f"ahead: {'; '.join(parts) or 'nothing but what is stored'}"
+        return f"ahead: {'; '.join(parts)}" if parts else ""
 
     def _write(self, content: dict[str, Any]) -> None:
         if self.folder is not None:

@@ -113,10 +113,7 @@ def test_collect_and_run_are_the_steps_of_a_cluster(finished, call):
         ),
         ("study-run nothing 1", r"`study` must be a study folder; got nothing"),
         ("study-collect nothing", r"`study` must be a study folder; got nothing"),
-        (
-            "resume nothing --workers 2",
-            r"`workers` must be left out for a single run; got 2 \[--workers\]",
-        ),
+        ("resume nothing --workers 2", r"`run` must be a run folder; got nothing"),
     ],
 )
 def test_what_is_wrong_is_refused_before_anything_is_written(arguments, message, call, tmp_path):
