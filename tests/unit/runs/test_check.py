@@ -303,7 +303,8 @@ def test_a_forced_check_looks_again(tmp_path):
     result.check(effort=BRIEF, recoveries=0, stage=calls.append)
     assert calls == []
     result.check(effort=BRIEF, recoveries=0, stage=calls.append, force=True)
-    assert calls[0] == "fresh classifiers against the estimate"
+    assert calls[0].startswith("ahead: fresh classifiers against the estimate")
+    assert calls[1] == "fresh classifiers against the estimate"
 
 
 def test_other_samples_are_refused(stored):
