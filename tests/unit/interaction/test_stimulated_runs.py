@@ -243,7 +243,7 @@ def test_another_classifier_cannot_choose_stimuli():
             "light-response",
             generations=1,
             settings=THIN,
-            classifier="turing_learning.classifiers:PooledClassifier",
+            classifier="turing_learning.few_trials:PooledClassifier",
         )
 
 

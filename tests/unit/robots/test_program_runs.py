@@ -105,7 +105,8 @@ def test_every_trial_is_stored_as_it_was_observed(finished):
 
 def test_the_log_names_what_happened(finished):
     events = read_events(finished)
-    assert [event["kind"] for event in events] == ["disturbed", "complete", "complete", "complete"]
+    kinds = [event["kind"] for event in events]
+    assert kinds == ["disturbed", "complete", "complete", "complete", "halted"]
     assert events[0]["fault"] == "replica r1 has not begun"
     assert events[0]["asked"] == "Put all robots in their places, and press the remote control."
 
