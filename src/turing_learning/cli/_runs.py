@@ -496,7 +496,10 @@ def _system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
     if not system.resuming:
         rule = "be left out for a run on simulated robots, which needs nothing but its folder"
         recording.refuse_beside(rule)
-    windows, family, motion = recording.motion().opened(system.steps, system.signals)
+    # a network is that of the run: to learn it again would take minutes
+    windows, family, motion = recording.motion().opened(
+        system.steps, system.signals, network=folder.network()
+    )
     return {"genuine": windows, "simulate": family, "recording": motion}
 
 

@@ -211,6 +211,14 @@ class Family(ABC):
 NEIGHBOR = {"neighbor_distance", "neighbor_bearing"}
 
 
+def check_tank(tank_cm: tuple[float, float] | None) -> None:
+    """Reject width and height of a tank (cm) that are not two lengths; None is no tank."""
+    if tank_cm is None:
+        return
+    fits = np.shape(tank_cm) == (2,) and all(math.isfinite(side) and side > 0 for side in tank_cm)
+    require(fits, "tank_cm", "be two finite numbers above 0, or None", brief(tank_cm))
+
+
 def offsets(positions: np.ndarray, period: float | None = None) -> np.ndarray:
     """Return ways (M, A, A) from places (M, A), complex (cm): [m, i, j] is that from individual i to j of model m.
 
@@ -284,11 +292,7 @@ class Particles(Family):
             rule,
             f"{self.individuals}, which make {pairs}",
         )
-        if self.tank_cm is not None:
-            fits = np.shape(self.tank_cm) == (2,) and all(
-                math.isfinite(side) and side > 0 for side in self.tank_cm
-            )
-            require(fits, "tank_cm", "be two finite numbers above 0, or None", brief(self.tank_cm))
+        check_tank(self.tank_cm)
 
     @abstractmethod
     def _move(

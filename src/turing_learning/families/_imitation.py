@@ -99,15 +99,12 @@ def memories_of(path: np.ndarray, units: Units) -> np.ndarray:
 
 
 def rows_of(path: np.ndarray, learned: np.ndarray) -> np.ndarray:
-    """Return frames and individuals (N, 2) whose past is there and whose next step may be learned, `learned` (F,)."""
-    there = np.isfinite(path).all(axis=-1)
-    gone = np.cumsum(~there, axis=0)
-    unlearned = np.cumsum(~learned)
+    """Return frames and individuals (N, 2) whose past is there and whose next step may be learned, `learned` (F, A)."""
+    usable = np.isfinite(path).all(axis=-1) & learned
+    unusable = np.cumsum(~usable, axis=0)
     frames = np.arange(HISTORY, len(path) - 1)
     before = frames - HISTORY
-    whole = (gone[frames + 1] - gone[before] == 0) & there[before]
-    allowed = (unlearned[frames + 1] - unlearned[before] == 0) & learned[before]
-    at, individual = np.nonzero(whole & allowed[:, None])
+    at, individual = np.nonzero(usable[before] & (unusable[frames + 1] == unusable[before]))
     return np.stack([frames[at], individual], axis=1)
 
 
@@ -135,7 +132,7 @@ def bins_of(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def learn(
     examples: Recorded, *, steps: int, seed: int, progress: Callable[[int, int], None] | None = None
-) -> tuple[Layers, Choices, dict[str, float]]:
+) -> tuple[Layers, Choices, float]:
     """Learn to say how long the next step is, and which turn it makes, by likelihood.
 
     Both are drawn from bins, the turn after the length. Every example is also seen in a mirror. In some of them the
@@ -144,7 +141,7 @@ def learn(
 
     Returns
     -------
-    Layers, Choices, dict
+    Layers, Choices, float
         Those of the moment at which stretches that are not learned from were predicted best, and their
         log-likelihood per step, in nats, in excess of chance.
     """
@@ -209,7 +206,7 @@ def learn(
                 if progress is not None:
                     progress(step + 1, steps)
         net.load_state_dict(best[1])
-        return net.layers(), Choices(length_values, turn_values), {"log_likelihood": best[0]}
+        return net.layers(), Choices(length_values, turn_values), best[0]
 
 
 def _checked(stretch: np.ndarray) -> np.ndarray:

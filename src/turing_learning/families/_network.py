@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Self
 
@@ -19,12 +20,12 @@ from turing_learning.kernels.imitation import (
     Tanks,
     Units,
     move_range,
-)  # fmt: skip
+)
 from turing_learning.kernels.parallel import run_range
 from turing_learning.models import Parameter
 from turing_learning.trajectories import Trajectories, Windows
 
-from ._family import Family
+from ._family import Family, check_tank
 from ._tank import open_grid, recorded_grid, rectangle_grid, tanks_of
 
 GAINS = ("speed", "speed_noise", "turn_noise", "walls", "attraction", "alignment", "memory")
@@ -95,11 +96,8 @@ class Network(Family):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        check_tank(self.tank_cm)
         if self.tank_cm is not None:
-            fits = np.shape(self.tank_cm) == (2,) and all(
-                math.isfinite(side) and side > 0 for side in self.tank_cm
-            )
-            require(fits, "tank_cm", "be two finite numbers above 0, or None", brief(self.tank_cm))
             rule = "be None, as the network was learned without walls"
             require(self.brain.tanks.walls.any(), "tank_cm", rule, brief(self.tank_cm))
         ratio = self.interval_s / self.brain.interval_s
@@ -158,13 +156,19 @@ class Network(Family):
         grids, walls = _grids(recordings, tanks)
         shapes = tanks_of(grids, walls)
         paths = [np.where(each.present[..., None], each.positions, np.nan) for each in recordings]
-        units = units_of(paths, windows.interval_s)
+        learned = _learned_steps(windows)
+        seen = [
+            np.where(steps_learned[..., None], path, np.nan)
+            for path, steps_learned in zip(paths, learned, strict=True)
+        ]
+        units = units_of(seen, windows.interval_s)
         memories = [memories_of(path, units) for path in paths]
-        learned = _learned_frames(windows)
         rng = np.random.default_rng([seed, 46])
         parts: list[Recorded] = []
         starts: list[tuple[np.ndarray, np.ndarray, int]] = []
-        all_rows = [rows_of(path, frames) for path, frames in zip(paths, learned, strict=True)]
+        all_rows = [
+            rows_of(path, steps_learned) for path, steps_learned in zip(paths, learned, strict=True)
+        ]
         count = sum(map(len, all_rows))
         rule = f"have at least {LEAST_ROWS} steps with {HISTORY} steps before them and no gap"
         require(
@@ -188,15 +192,9 @@ class Network(Family):
             np.concatenate([part.answers for part in parts]),
             np.concatenate([part.stretch + offset[k] for k, part in enumerate(parts)]),
         )
-        layers, choices, told = learn(examples, steps=steps, seed=seed, progress=progress)
+        layers, choices, log_likelihood = learn(examples, steps=steps, seed=seed, progress=progress)
         brain = Brain(
-            layers,
-            choices,
-            units,
-            shapes,
-            _joined(starts),
-            windows.interval_s,
-            told["log_likelihood"],
+            layers, choices, units, shapes, _joined(starts), windows.interval_s, log_likelihood
         )
         length = windows.learning.shape[1]
         own = {"steps": length, "interval_s": windows.interval_s, "signals": windows.names}
@@ -270,7 +268,7 @@ class Network(Family):
             gains[:, GAINS.index(name)] = column
         gains[:, 1:3] = np.maximum(gains[:, 1:3], LEAST_NOISE)
         brain = self.brain
-        tanks = brain.tanks if self.tank_cm is None else _tanks_in_the_middle(self.tank_cm)
+        tanks = brain.tanks if self.tank_cm is None else _tanks_in_the_middle(*self.tank_cm)
         paths = np.full((count, HISTORY + 1 + self.moves, self.individuals, 2), np.nan)
         memories = np.empty((count, self.individuals, MEMORIES))
         which = np.zeros(count, dtype=np.int64)
@@ -384,18 +382,25 @@ def _grids(
     return grids, [tank is not None for tank in asked]
 
 
-def _tanks_in_the_middle(sides: tuple[float, float]) -> Tanks:
+# its table of distances takes a second, and every batch of models asks for it
+@lru_cache(maxsize=4)
+def _tanks_in_the_middle(width_cm: float, height_cm: float) -> Tanks:
     """Return a rectangle around the origin."""
-    return tanks_of([rectangle_grid(np.zeros(2), sides)], [True])
+    return tanks_of([rectangle_grid(np.zeros(2), (width_cm, height_cm))], [True])
 
 
-def _learned_frames(windows: Windows) -> list[np.ndarray]:
-    """Return for each recording which frames may be learned from (F,)."""
-    frames = np.zeros(int(windows.recordings[:, 1].sum()), dtype=bool)
+def _learned_steps(windows: Windows) -> list[np.ndarray]:
+    """Return for each recording at which frames who may be learned from (F, A)."""
+    individuals, frames = windows.recordings.sum(axis=0)
+    # who is held out has no windows for learning
+    someone = np.isin(np.arange(individuals), windows.learning_index[:, 0])
+    at_times = np.zeros(frames, dtype=bool)
     for begin, end, side in windows.blocks:
         if side.startswith("learning"):
-            frames[begin:end] = True
-    return np.split(frames, np.cumsum(windows.recordings[:-1, 1]))
+            at_times[begin:end] = True
+    borders = np.cumsum(windows.recordings[:-1], axis=0)
+    steps = zip(np.split(at_times, borders[:, 1]), np.split(someone, borders[:, 0]), strict=True)
+    return [time[:, None] & who for time, who in steps]
 
 
 def _moments(

@@ -8,7 +8,7 @@ import pytest
 
 import turing_learning as tl
 from turing_learning.cli import main
-from turing_learning.families import Couzin, Network, _tank
+from turing_learning.families import Couzin, Network, _network, _tank
 from turing_learning.trajectories import Trajectories
 
 pytest.importorskip("safetensors")
@@ -158,6 +158,21 @@ def test_too_little_is_refused():
         Network.learned(recording, recording.windows(length_s=2))
 
 
+def test_nothing_is_learned_from_individuals_that_are_held_out():
+    recording = recorded(3)
+    windows = recording.windows(length_s=2, hold_out_individuals=["1"])
+    (steps,) = _network._learned_steps(windows)
+    assert steps.any(axis=0).tolist() == [True, False, True]
+
+
+def test_nothing_is_learned_from_times_that_are_held_out():
+    recording = recorded(3)
+    windows = recording.windows(length_s=2)
+    (steps,) = _network._learned_steps(windows)
+    for begin, end, side in windows.blocks:
+        assert (steps[begin:end] == (side == "learning")).all()
+
+
 def test_a_network_learns_what_it_is_shown():
     pytest.importorskip("torch")
     recording = recorded(4, steps=2000)
@@ -285,4 +300,6 @@ def test_the_command_line_learns_a_network_once(network, tmp_path, monkeypatch, 
     result = tl.load_run(out)
     assert result.network.signals == ("speed", "turn", "neighbor_distance", "neighbor_bearing")
     assert len(result.plot.motion()) > 0
+    brief = ["--samples", "30", "--points", "0", "--recoveries", "0"]
+    assert exit_code(["check", str(out), *brief]) == 0
     assert len(learned) == 1  # not learned again: the folder has it
