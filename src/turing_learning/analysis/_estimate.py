@@ -200,12 +200,9 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
     typical_models
         As for `pooled_estimate`.
     """
-    from scipy.stats import rankdata
-
     typical = _checked_runs(typical_models)
-    count, length, parameters = typical.shape
-    ranks = rankdata(typical.reshape(-1, parameters), axis=0).reshape(typical.shape)
-    scores = ndtri((ranks - 3 / 8) / (count * length + 1 / 4))
+    parameters = typical.shape[2]
+    scores = normal_scores(typical.reshape(-1, parameters)).reshape(typical.shape)
     moves = _moves(np.moveaxis(typical, 1, 0))
     moving = moves.sum(axis=0)
     scatter, unknown = scores.var(axis=1).sum(axis=0, where=moves), np.full(parameters, UNKNOWN)
@@ -303,3 +300,11 @@ def settled(
 def classifiers_tell(classifier_fitness: np.ndarray, window: int, above: float = GUESSING) -> bool:
     """Say whether classifiers tell the models of a run from the system: their median fitness (G,) is above chance at last."""
     return bool(np.mean(classifier_fitness[-window:]) > above)
+
+
+def normal_scores(table: np.ndarray) -> np.ndarray:
+    """Return the normal scores of the ranks of each column (S, F); equal values share theirs."""
+    from scipy.stats import rankdata
+
+    ranks = rankdata(table, axis=0)
+    return ndtri((ranks - 3 / 8) / (len(table) + 1 / 4))

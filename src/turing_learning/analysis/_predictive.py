@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtri
-from scipy.stats import rankdata
+
+from ._estimate import normal_scores
 
 LAGS = (1, 2, 4, 8, 16)
 """Steps between the values whose correlation is a statistic."""
@@ -123,7 +123,7 @@ def predictive_check(
         return PredictiveCheck(0.0, labels[int(np.argmax(apart))], float(apart.max()))
     if not varies.any():
         return PredictiveCheck(1.0, "", 0.0)
-    scores = _normal_scores(table)
+    scores = normal_scores(table)
     observed, scores = scores[:count], scores[count:]
     labels = [label for label, kept in zip(labels, varies, strict=True) if kept]
     observed, scores = observed[:, varies], scores[:, varies]
@@ -153,7 +153,7 @@ def resemblance(
 ) -> float:
     """Return how often samples (N, T, D) and (M, T, D) of one system would differ as much by chance: a p-value by permutation."""
     _, table = window_statistics(np.concatenate((first, second)), names)
-    scores = _normal_scores(table)
+    scores = normal_scores(table)
     scores = scores[:, scores.std(axis=0) > 1e-6]
     count, others = len(first), len(second)
     centered = np.concatenate(
@@ -273,7 +273,7 @@ def window_statistics(samples: np.ndarray, names: tuple[str, ...]) -> tuple[list
                     _correlation(series[:, :-lag], series[:, lag:]),
                 )
     if signals > 1:
-        center = np.arcsinh((samples - middle) / scale).reshape(-1, signals)
+        center = values.reshape(-1, signals)
         center_mean = center.mean(axis=0)
         spreads, directions = np.linalg.eigh(np.atleast_2d(np.cov(center.T)))
         for place in range(signals):
@@ -301,12 +301,6 @@ def _correlation(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     size = np.sqrt((first**2).sum(axis=1) * (second**2).sum(axis=1))
     product = (first * second).sum(axis=1)
     return np.divide(product, size, out=np.zeros(len(size)), where=size > 1e-12)
-
-
-def _normal_scores(table: np.ndarray) -> np.ndarray:
-    """Return the normal scores of the ranks of each column (S, F); equal values share theirs."""
-    ranks = rankdata(table, axis=0)
-    return ndtri((ranks - 3 / 8) / (len(table) + 1 / 4))
 
 
 def _terms(places: np.ndarray) -> np.ndarray:

@@ -1,13 +1,11 @@
-"""What is kept of a run of generations: past classifiers."""
+"""Past classifiers, which go on judging models."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from turing_learning.evolution import state_arrays
-
 from ..errors import integer, require
-from ..evolution import Seed, check_seed, generation_rng
+from ..evolution import Seed, check_seed, generation_rng, state_arrays
 
 
 class ClassifierArchive:

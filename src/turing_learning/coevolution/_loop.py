@@ -40,9 +40,6 @@ class Generation:
     selection: str
     #: (B, Q), archived classifiers that judged the models beside them; (0, Q) where there were none
     referees: np.ndarray
-    estimate: np.ndarray | None = (
-        None  #: (P,), what is inferred after it, where that is no matter of its models alone
-    )
 
     @property
     def best_model(self) -> np.ndarray:
@@ -54,11 +51,8 @@ class Generation:
         """The median (P,), parameter by parameter, of the half of the models with the higher scores.
 
         Of equals the first come first, as in `evolution.EvolutionStrategy`, whose next parents these are where
-        mu is half the population. Much less noisy than `best_model`, whose fitness rests on a single trial. The
-        `estimate`, where there is one.
+        mu is half the population. Much less noisy than `best_model`, whose fitness rests on a single trial.
         """
-        if self.estimate is not None:
-            return self.estimate
         half = np.argsort(-self.model_scores, kind="stable")[: max(1, len(self.models) // 2)]
         return np.median(self.models[half], axis=0)
 

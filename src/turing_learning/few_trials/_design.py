@@ -125,11 +125,6 @@ class TrialDesign:
         """Draws of the right model (W, P)."""
         return self._stated(self._places)
 
-    @property
-    def furthest(self) -> np.ndarray:
-        """How far (P,) from the middle of their range parameters may be tried."""
-        return self.space.furthest
-
     def start(self, count: int) -> np.ndarray:
         """Return the first models (count, P).
 
@@ -153,7 +148,8 @@ class TrialDesign:
         models[sent] = self._scouts[rng.integers(len(self._scouts), size=len(sent))]
         sent = order[scouts:][:explorers]
         models[sent] = self._explorers[rng.integers(len(self._explorers), size=len(sent))]
-        return np.clip(models, -self.furthest, self.furthest)
+        furthest = self.space.furthest
+        return np.clip(models, -furthest, furthest)
 
     def _around_walkers(self, count: int, progress: float, rng: np.random.Generator) -> np.ndarray:
         """Return models (count, P): walkers, moved by the difference of two neighbors.

@@ -53,7 +53,7 @@ def train_moments(
     computation (2012); Gourieroux, Monfort and Renault, Indirect inference (1993).
     """
     count, dimension = parameters.shape
-    targets = _terms((parameters - np.median(parameters, axis=0)) / (parameters.std(axis=0) + 1e-9))
+    targets = quadratic_terms((parameters - np.median(parameters, axis=0)) / (parameters.std(axis=0) + 1e-9))
     targets = (targets - targets.mean(axis=0)) / (targets.std(axis=0) + 1e-9)
     # trials of one fold stand together, so that a fold is a slice
     fold = rng.permutation(count) % FOLDS
@@ -115,7 +115,7 @@ def _cross_fit(
     return read, expected
 
 
-def _terms(places: np.ndarray) -> np.ndarray:
+def quadratic_terms(places: np.ndarray) -> np.ndarray:
     """Return all linear and quadratic terms (S, P + P (P + 1) / 2) of points (S, P)."""
     first, second = np.triu_indices(places.shape[1])
     return np.concatenate((places, places[:, first] * places[:, second]), axis=1)
@@ -128,7 +128,7 @@ def _whitened(parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
     """
     count = len(values)
     places = (parameters - np.median(parameters, axis=0)) / (parameters.std(axis=0) + 1e-9)
-    terms = _terms(places)
+    terms = quadratic_terms(places)
     smooth = np.column_stack((np.ones(count), terms if count > 3 * terms.shape[1] else places))
     penalty = np.full(smooth.shape[1], 1e-3 * count)
     penalty[0] = 0

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ._emulator import Emulator, conditioned, learned_kernel, surprise
+from ._jurors import quadratic_terms
 
 FOLDS = 5
 """Parts of the counterfeit samples; what is learned from four is applied to the fifth."""
@@ -266,10 +267,9 @@ class JudgedSamples:
         places = (likelihood.emulator.mean(self.z) - likelihood.target)[near]
         places = places[:, places.std(axis=0) > 0.1]
         # outputs as quadratic functions of the composite judgments, which are 0 for the agents
-        first, second = np.triu_indices(places.shape[1])
-        terms = np.c_[np.ones(len(places)), places, places[:, first] * places[:, second]]
+        terms = np.c_[np.ones(len(places)), quadratic_terms(places)]
         # slopes of about 1 are expected, bends of about 1/2
-        penalty = np.repeat([1e-9, 1.0, 4.0], [1, places.shape[1], len(first)])
+        penalty = np.repeat([1e-9, 1.0, 4.0], [1, places.shape[1], terms.shape[1] - 1 - places.shape[1]])
         inverse = np.linalg.inv(terms.T @ terms + np.diag(penalty))
         coefficients = inverse @ (terms.T @ outputs)
         misses = outputs - terms @ coefficients

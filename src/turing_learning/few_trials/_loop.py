@@ -120,11 +120,6 @@ class Batch:
     #: (N,), mean of specificity and sensitivity on genuine samples and those of the batch
     classifier_fitness: np.ndarray
 
-    @property
-    def best_model(self) -> np.ndarray:
-        """The model (P,) of the batch that most classifiers accept, the first of equals."""
-        return self.models[np.argmax(self.model_fitness)]
-
 
 class FewTrials:
     """Infer a model from a given number of trials.
@@ -234,7 +229,7 @@ class FewTrials:
         self.present = np.empty((0, classifier.parameters))
         self._density = Density(None)
         self._pooled = np.empty((0, space.dimension))
-        self.search = Search(self._design.furthest)
+        self.search = Search(self._space.furthest)
         self._matched: tuple[int, Matched | None] = (0, None)
 
     # Where the run is
@@ -296,9 +291,9 @@ class FewTrials:
 
     @property
     def observed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Outputs of observers for usable trials (S, F) and genuine samples (K, F).
+        """What observers say of usable trials (S, F) and of genuine samples (K, F).
 
-        These trials (S,).
+        The third are the indices (S,) of these trials.
         """
         usable = np.flatnonzero(self.buffer.usable)
         if self._observed is None:
@@ -479,9 +474,8 @@ class FewTrials:
         return field, moments.explained
 
     def _renew_observers(self) -> None:
-        """Draw anew the observers to which all near the solution looks alike.
+        """Draw anew the observers that say nearly the same of the likeliest trials and of genuine samples.
 
-        That is the likeliest trials, and the genuine samples, too.
         The first observers look at models from the whole range. Where that is wide, most of them
         say the same of all models that are left.
         """
@@ -714,7 +708,7 @@ class FewTrials:
         self._design.restore(state_part(state, "design/"))
         with threadpool_limits(1, "blas"):  # maps are built to the same bits as in `step`
             self._density = Density.restored(state_part(state, "density/"))
-        self.search = Search(self._design.furthest)
+        self.search = Search(self._space.furthest)
         searches = state_part(state, "climb/")
         if searches:  # runs of 0.2.0 may have none
             self.search.restore(searches)

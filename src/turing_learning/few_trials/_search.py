@@ -14,6 +14,7 @@ from dataclasses import dataclass, fields
 from itertools import pairwise
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from turing_learning.evolution import state_arrays
 
@@ -214,13 +215,13 @@ class Search:
         self._advance(parameters, deviations)
         slots = int(np.clip(count // self._per_path, 1, AT_ONCE))
         going_on = [path for path in self._paths if not path.ended]
-        if progress >= LATE and self.centers.size:
+        late = progress >= LATE and self.centers.size > 0
+        if late:
             # nothing new any more: those that have arrived take further steps, the best first
             arrived = [path for path in self._paths if path.arrived]
             going_on += sorted(arrived, key=lambda path: path.excess)
-            going_on = going_on[:slots]
-        else:
-            going_on = going_on[:slots]
+        going_on = going_on[:slots]
+        if not late:
             places = self._new_places(slots - len(going_on), parameters, unlikeness)
             begun = [Path.from_place(place) for place in places]
             self._paths += begun
@@ -261,9 +262,6 @@ class Search:
         """
         if count <= 0:
             return []
-        # few runs are lost: the others start faster without it
-        from scipy.spatial import cKDTree
-
         likely = np.argsort(unlikeness, kind="stable")[:PLACES]
         neighbors = min(NEIGHBORS, len(parameters))
         near = cKDTree(parameters).query(parameters[likely], neighbors)[1]
@@ -364,15 +362,12 @@ class Search:
         self.centers = arrays["centers"]
         self._misfits = arrays["misfits"]
         columns = [np.array(state[field.name]) for field in fields(Path)]
-        self._paths = []
-        for place, start, target, curvature, reach, steps, excess, ended in zip(
-            *columns, strict=True
-        ):
-            path = Path(place, start, target, curvature, float(reach))
-            path.steps = int(steps)
-            path.excess = float(excess)
-            path.ended = bool(ended)
-            self._paths.append(path)
+        self._paths = [
+            Path(place, start, target, curvature, float(reach), int(steps), float(excess), bool(ended))
+            for place, start, target, curvature, reach, steps, excess, ended in zip(
+                *columns, strict=True
+            )
+        ]
 
 
 def _distance2(places: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -415,8 +410,7 @@ def _fit(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Fit the deviations of the trials nearest to a place linearly.
 
-    Those expected there (F,), and slopes (P, F).
-
+    Return the deviations expected at the place (F,), and their slopes (P, F).
     Trials count the less the farther they are, and the less they follow the fit.
     """
     near, square = _nearest(path, place, parameters, FITTED * len(place))

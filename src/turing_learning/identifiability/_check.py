@@ -10,7 +10,7 @@ from pydantic import TypeAdapter
 
 from turing_learning.analysis import LEVEL, UNKNOWN, Judgment, Verdict, replace_unknown
 from turing_learning.arrays import array
-from turing_learning.report import Tabular, counted, shown
+from turing_learning.report import Judged, counted, shown
 from turing_learning.report.tabular import judged
 
 from ._two_sample import TwoSampleTest, paired_test
@@ -263,7 +263,7 @@ class PinnedDown:
 
 
 @dataclass(frozen=True, repr=False)
-class Check(Tabular):
+class Check(Judged):
     """Whether the estimate of a run can be believed."""
 
     test: TwoSampleTest  #: Fresh classifiers against the model with the estimated parameters
@@ -305,16 +305,6 @@ class Check(Tabular):
             parameters=len(self.parameters) if examined else 0,
             loose=tuple(loose) if examined else (),
         )
-
-    @property
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """All that is to be said of whether to believe the run."""
-        return self.judgment.verdicts
-
-    @property
-    def verdict(self) -> Verdict:
-        """The first of `verdicts`."""
-        return self.judgment.verdict
 
     @property
     def not_pinned_down(self) -> tuple[str, ...]:

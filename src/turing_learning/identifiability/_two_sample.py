@@ -1,6 +1,6 @@
 """The classifier two-sample test: fresh classifiers, trained on two kinds of samples, judge others, and groups are permuted."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -132,7 +132,6 @@ class TwoSampleTest(Stored):
 
 def two_sample_test(
     evidence: Evidence, values: np.ndarray, effort: Effort, *, seed: int, use: tuple[int, ...] = (TESTING,),
-    generations: int | None = None, population: int | None = None,
 ) -> TwoSampleTest:  # fmt: skip
     """Train fresh classifiers on genuine samples and samples of one model; test them on held-out samples.
 
@@ -150,14 +149,7 @@ def two_sample_test(
         Of all random numbers, >= 0.
     use
         Tells the random numbers of several tests apart.
-    generations, population
-        Instead of those of `effort`.
     """
-    effort = replace(
-        effort,
-        generations=generations or effort.generations,
-        population=population or effort.population,
-    )
     return paired_test(evidence, values, effort, seed, use)[0]
 
 

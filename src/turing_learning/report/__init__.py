@@ -30,9 +30,9 @@ from ._page import (
     write_page,
 )
 from ._replay import Replay, Swarm, write_gif, write_mp4
-from .tabular import Tabular, counted, short_number, shown
+from .tabular import Judged, Tabular, counted, short_number, shown
 
 __all__ = [
-    "Listing", "Replay", "Report", "Swarm", "Tabular", "counted", "describe_selection", "is_page", "replay_page",
+    "Judged", "Listing", "Replay", "Report", "Swarm", "Tabular", "counted", "describe_selection", "is_page", "replay_page",
     "report_page", "short_number", "shown", "write_gif", "write_mp4", "write_page",
 ]  # fmt: skip

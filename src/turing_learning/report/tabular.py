@@ -7,7 +7,7 @@ from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.analysis import WHY_UNKNOWN, Judgment, is_known
+from turing_learning.analysis import WHY_UNKNOWN, Judgment, Verdict, is_known
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -155,6 +155,25 @@ class Tabular:
         table = self.to_dataframe().to_html(float_format=short_number, na_rep="-", border=0)
         lines = "<br>".join(escape(str(remark)) for remark in remarks)
         return f"<p>{escape(head)}</p>{table}<p>{lines}</p>"
+
+
+class Judged(Tabular):
+    """A result with a judgment: whether to believe it."""
+
+    @property
+    def judgment(self) -> Judgment:
+        """Whether to believe it, and why."""
+        raise NotImplementedError
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """All that is to be said of whether to believe it, in words."""
+        return self.judgment.verdicts
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether to believe it, in a word: the first of `verdicts`."""
+        return self.judgment.verdict
 
 
 def tables(headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> "Iterator[Table]":

@@ -82,6 +82,8 @@ class _Checker:
     def __post_init__(self) -> None:
         self.configuration = self.result.configuration
         self.by_trials = isinstance(self.result, Posterior)
+        # no weight of a network stands for one of the parameters
+        self.profiled = self.effort.points > 0 and self.result.networks is None
         self.seed = self.settings["seed"]
         self.folder = None if self.result.path is None else RunFolder(self.result.path)
         self.estimate = np.array(list(self.result.estimate.values()))
@@ -102,9 +104,7 @@ class _Checker:
             self.stage("distributions, genuine beside simulated")
             content["quantities"] = [each.to_json() for each in self._quantities(model)]
             self._write(content)
-        # no weight of a network stands for one of the parameters
-        profiled = self.effort.points > 0 and self.result.networks is None
-        for place, name in enumerate(self.result.estimate if profiled else ()):
+        for place, name in enumerate(self.result.estimate if self.profiled else ()):
             if name in content["profiles"]:
                 continue
             self.stage(f"fresh classifiers where {name} is moved")
@@ -113,21 +113,21 @@ class _Checker:
                 found = profile(self.evidence, self.estimate, place, self.effort, **options)
                 content["profiles"][name] = found.to_json()
             except CustomSystemError as error:
-                ahead = "Or check without profiles, with points=0 in `effort` and force=True."
-                raise CustomSystemError(f"{error} {ahead}") from error
+                remedy = "Or check without profiles, with points=0 in `effort` and force=True."
+                raise CustomSystemError(f"{error} {remedy}") from error
             self._write(content)
         recoveries = self.settings["recoveries"]
         for k in range(len(content["recoveries"]), recoveries):
             self.stage(f"a run whose truth is the estimate, {k + 1} of {recoveries}")
             content["recoveries"].append(self._recovery(k))
             self._write(content)
-        content["parameters"] = self._pinned_down(content, profiled)
+        content["parameters"] = self._pinned_down(content)
         check = read_check(content, self.result.said)
         content |= {
             "parameters": [asdict(each) for each in check.parameters],
             "verdicts": check.verdicts,
+            "judgment": check.judgment.to_json(),
         }
-        content |= {"judgment": check.judgment.to_json()}
         self._write(content)
         if self.folder is None:
             self.result.stored().beside[CHECK] = content
@@ -141,8 +141,7 @@ class _Checker:
         parts = []
         if "test" not in content:
             parts.append("fresh classifiers against the estimate")
-        profiled = self.effort.points > 0 and self.result.networks is None
-        profiles = len(self.result.estimate) - len(content["profiles"]) if profiled else 0
+        profiles = len(self.result.estimate) - len(content["profiles"]) if self.profiled else 0
         if profiles:
             parts.append(f"{counted(profiles, 'profile')} of {self.effort.points} values")
         runs = self.settings["recoveries"] - len(content["recoveries"])
@@ -301,7 +300,7 @@ class _Checker:
             [float(known[name].to_numbers(np.array(value))) for name, value in values.items()]
         )
 
-    def _pinned_down(self, content: dict[str, Any], profiled: bool) -> list[dict[str, Any]]:
+    def _pinned_down(self, content: dict[str, Any]) -> list[dict[str, Any]]:
         interval = self.result.interval
         ends = [
             self._numbers({name: each[side] for name, each in interval.items()}) for side in (0, 1)
@@ -313,7 +312,7 @@ class _Checker:
             each = PinnedDown(
                 parameter=name,
                 interval_share=float(width) if is_known(width) else None,
-                open_share=Profile(**content["profiles"][name]).open_share if profiled else None,
+                open_share=Profile(**content["profiles"][name]).open_share if self.profiled else None,
                 recovery_error=max(each[name] for each in errors) if errors else None,
                 bound=""
                 if self.result.networks

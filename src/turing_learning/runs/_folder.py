@@ -16,6 +16,7 @@ import numpy as np
 from turing_learning._files import PARTIAL, digest_of, remove_partial, write_atomically
 from turing_learning.config import Configuration, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, refusing_as
+from turing_learning.evolution import state_part
 from turing_learning.families import Network, RecordedSystem
 from turing_learning.provenance import now, provenance, this_process, versions
 from turing_learning.store import (
@@ -91,11 +92,7 @@ class Checkpoint:
 
     def part(self, prefix: str) -> dict[str, np.ndarray]:
         """Return the arrays whose names start with a prefix, without it."""
-        return {
-            name.removeprefix(prefix): a
-            for name, a in self.arrays.items()
-            if name.startswith(prefix)
-        }
+        return state_part(self.arrays, prefix)
 
 
 class RunFolder(Store):

@@ -21,6 +21,7 @@ from turing_learning.config.parts import (
     observers_of,
     optimizer_of,
 )
+from turing_learning.evolution import join_states
 from turing_learning.few_trials import Examiner, FewTrials, SearchSpace, symmetries_of
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION
 from turing_learning.systems import Source
@@ -172,7 +173,7 @@ class TrialsLoop:
         """
         if not any(name.startswith("buffer/") for name in state):
             rows = self.trials.buffer.state()
-            state = {**state, **{f"buffer/{name}": array for name, array in rows.items()}}
+            state = {**state, **join_states({"buffer": rows})}
         self.trials.restore(state)
         self._stored = self.trials.buffer.counts
 

@@ -24,7 +24,7 @@ from turing_learning.analysis import (
 )
 from turing_learning.config import PROSE, flat_settings
 from turing_learning.errors import brief, check, in_words, require
-from turing_learning.report import Tabular, counted, shown
+from turing_learning.report import Judged, counted, shown
 from turing_learning.report.tabular import describe_unknown, judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError, RunStorageError
 
@@ -62,7 +62,7 @@ _LONGEST = 60  # characters of a value in a message
 
 
 @dataclass(frozen=True, repr=False)
-class Pooled(Tabular):
+class Pooled(Judged):
     """What several runs of one configuration, with other seeds, have inferred together.
 
     Dicts are name -> number.
@@ -183,16 +183,6 @@ class Pooled(Tabular):
                 said.append(verdict)
         said += [Verdict.DISAGREE] if "disagree" in self.runs_agree.values() else []
         return Judgment(tuple(said), dissent=bool(self.counts))
-
-    @property
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """All that is to be said of whether to believe the runs, in words."""
-        return self.judgment.verdicts
-
-    @property
-    def verdict(self) -> Verdict:
-        """The first of `verdicts`."""
-        return self.judgment.verdict
 
     @property
     def runs_agree(self) -> dict[str, str]:

@@ -15,7 +15,7 @@ from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import LARGEST_COUNT, integer
 from turing_learning.families import Network
 from turing_learning.identifiability import Check, read_check
-from turing_learning.report import Tabular, counted, shown
+from turing_learning.report import Judged, counted, shown
 from turing_learning.report.tabular import describe_unknown, judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError
 from turing_learning.systems import Laboratory, System
@@ -61,7 +61,7 @@ class Mode:
 
 
 @dataclass(frozen=True, repr=False)
-class Result(Tabular):
+class Result(Judged):
     """What a run has inferred; models and errors are dicts name -> number.
 
     All of them are in the parameters' units: wheel speeds as fractions of the largest, a field of
@@ -167,16 +167,6 @@ class Result(Tabular):
         """
         check = self.checked
         return Judgment(self.said) if check is None else check.judgment
-
-    @property
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """All that is to be said of whether to believe the run, in words."""
-        return self.judgment.verdicts
-
-    @property
-    def verdict(self) -> Verdict:
-        """Whether to believe the run, in a word: the first of `verdicts`."""
-        return self.judgment.verdict
 
     @property
     def checked(self) -> Check | None:
