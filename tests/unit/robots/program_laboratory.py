@@ -47,7 +47,10 @@ class Wire:
     def read(self, size):
         self._require()
         if not self._arrived:
-            self._laboratory.clock.sleep(0.02)
+            # as a real port: back as soon as something comes. To wait out the time would make messages
+            # late by what sums of tenths of seconds round to, which differs from session to session
+            clock = self._laboratory.clock
+            clock.sleep_until(clock.now() + 0.02, lambda: bool(self._arrived) or self.cut)
             self._require()
         data = bytes(self._arrived[:size])
         del self._arrived[:size]

@@ -74,20 +74,6 @@ def require_same(path, expected):
                 )
 
 
-def require_alike(path, expected):
-    """The same but for what another session observes: its images are at other moments of the control cycles."""
-    assert load_run(path).trials == load_run(expected).trials
-    names = sorted(piece.name for piece in (expected / "buffer").iterdir())
-    assert sorted(piece.name for piece in (path / "buffer").iterdir()) == names
-    # the first batch was observed in the first session
-    with (
-        np.load(expected / "buffer" / names[0]) as wanted,
-        np.load(path / "buffer" / names[0]) as found,
-    ):
-        for key in wanted.files:
-            np.testing.assert_array_equal(found[key], wanted[key], err_msg=key)
-
-
 class Counting:
     """Counts executed trials; raises at the last one, as a kill would."""
 
@@ -142,7 +128,7 @@ def test_trials_that_were_executed_are_not_executed_again(folder, finished, kill
     assert again(path, on_event=second).complete
     both = first.executed + second.executed
     assert len(both) == len(set(both)) == TRIALS
-    require_alike(path, finished)
+    require_same(path, finished)
 
 
 def test_stored_trials_count_as_long_as_they_are_of_the_models_that_are_wanted(folder):
@@ -189,7 +175,7 @@ def test_a_finished_run_gets_more_trials(folder, finished):
         folder / "at-once",
         equipment=ScriptedLaboratory().equipment(),
     )
-    require_alike(path, folder / "at-once")
+    require_same(path, folder / "at-once")
 
 
 def test_a_laboratory_has_300_trials_unless_its_file_says_how_generations_are(folder):

@@ -27,9 +27,12 @@ OFFSET_RAD = math.radians(
 )  #: Angle between headings and directions that no marker glued on by hand has
 STILL_RAD = 0.02  #: Change of a heading in a trial below which it is frozen
 NEAR = 0.12  #: Difference of wheel speeds, as fractions of the maximum, within which a step is that of a model
-SPECIFIC = 0.25  #: Share of steps, more than by chance, from which on a track is that of a model
-SURE = 0.3  #: And of the models of all replicas, if the poses are mended
-NONE = 0.1  #: And below which it is not
+#: Share of steps, in excess of chance, from which on a track is that of a model
+SPECIFIC = 0.25
+#: Mean excess over all replicas from which on a supposed mistake (metres, mirrored axes, ...) is taken for the true one
+SURE = 0.3
+#: Excess below which a track is not that of its model
+NONE = 0.1
 METRES, INCH, MILLIMETRES = 0.01, 1 / 2.54, 10.0  #: Lengths that are given for a cm
 Wheels = np.ndarray
 

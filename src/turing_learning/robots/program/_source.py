@@ -41,7 +41,8 @@ IMAGES_ALONE = (
     10  #: How often after lost images: of 51 images, 1 % lost, two trials in five have a gap
 )
 RECONNECT_S = 30.0  #: How long a lost link is retried: as long as Bluetooth needs to reconnect
-MOST = 0.6  #: Share of the robots that do not jump all at once: the camera has
+#: If at least this share of the robots jumps in one image, it was the camera that moved
+MOST = 0.6
 _POLL_S = 0.05
 _LISTED = 3  #: Faults of a trial that are listed for the operator
 REMOTE = "put all robots in their places, and press the remote control"
@@ -294,9 +295,9 @@ class PcProgram:
         timing, length_s = self._timing, self._scenario.trial.duration_s
         started_s = max(start.received_s for start in self._starts.values())
         spare_s = timing.execute_s - length_s
-        # Another moment of the robots' control cycles in each trial: a tracker that takes poses at any moment then
-        # shows all phases of all robots, which could be told by them otherwise. It follows from the models, so that a
-        # trial that is repeated, also in a run that is resumed, is observed at the same moment.
+        # Each trial is observed up to half a control cycle earlier or later. Otherwise a robot would be
+        # seen at the same phase of its cycle in every trial, and could be recognized by it. The shift
+        # follows from the models, so that a repeated trial has the same one.
         sent = np.concatenate([model.parameters for model in self._sent.values()])
         key = np.rint((sent + 1) / PARAMETER_UNIT).astype(int).tolist()
         moment = float(np.random.default_rng([CLOCKS, *key]).uniform(-0.5, 0.5))
