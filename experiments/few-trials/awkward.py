@@ -1,8 +1,8 @@
-"""Intervals on 48 awkward systems, written by somebody who had not read the method.
+"""Intervals on 48 awkward systems, and on 40 more, written by people who had not read the method.
 
 ``python awkward.py TRIALS RECORDINGS FIRST LAST``: for each system and each of these seeds a truth is drawn, and as many
 recordings of it. Rows go to awkward.csv; a run that has its rows is not
-repeated. Names of systems may follow. ``python awkward.py`` alone prints how many of the intervals hold, how many runs are
+repeated. Names of systems may follow, or "blind" for the 40; without them the 48 are run. ``python awkward.py`` alone prints how many of the intervals hold, how many runs are
 called converged though they are far off, and how many of the systems with several solutions are found as such.
 """
 
@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import awkward_systems
+import blind_systems
 import curves
 import numpy as np
 import pandas as pd
@@ -35,13 +36,14 @@ FIELDS = (
     "verdict",
     "cpu_s",
 )
+SYSTEMS = awkward_systems.SYSTEMS | blind_systems.SYSTEMS
 FAR = 5.0
 """Half-widths of the interval beyond which an estimate is far off."""
 
 
 def run(name: str, trials: int, recordings: int, seed: int) -> list[dict[str, object]]:
     """Return a row for each parameter of a run."""
-    system = awkward_systems.SYSTEMS[name]
+    system = SYSTEMS[name]
     rng = np.random.default_rng([seed, 100, *name.encode()])
     truth = {
         key: rng.uniform(low, high)
@@ -124,8 +126,11 @@ def main() -> None:
     trials, recordings, first, last = map(int, sys.argv[1:5])
     columns = ["system", "trials", "recordings", "seed"]
     done = pd.read_csv(PATH)[columns].drop_duplicates().values.tolist() if PATH.exists() else []
+    names = sys.argv[5:] or list(awkward_systems.SYSTEMS)
+    if names == ["blind"]:
+        names = list(blind_systems.SYSTEMS)
     for seed in range(first, last + 1):
-        for name in sys.argv[5:] or awkward_systems.SYSTEMS:
+        for name in names:
             if [name, trials, recordings, seed] not in done:
                 curves.append(PATH, FIELDS, run(name, trials, recordings, seed))
 

@@ -23,33 +23,43 @@ class System(NamedTuple):
     solutions: Callable
 
 
+def registrar(systems: dict[str, System]) -> Callable:
+    """Return a decorator that registers simulators in `systems`.
+
+    Its parameters are name=(low, high, true low, true high); others(truth) gives the further solutions.
+    """
+
+    def system(kind, others=None, **parameters):
+        ranges = {name: (float(v[0]), float(v[1])) for name, v in parameters.items()}
+        truths = tuple((float(v[2]), float(v[3])) for v in parameters.values())
+
+        def inside(values):
+            return all(low <= values[name] <= high for name, (low, high) in ranges.items())
+
+        def solutions(truth):
+            truth = {name: float(truth[name]) for name in ranges}
+            further = [dict(other) for other in others(truth)] if others else []
+            return [values for values in [truth, *further] if inside(values)]
+
+        def register(function):
+            def simulate(parameters, rng):
+                parameters = np.asarray(parameters, dtype=np.float64)
+                if parameters.ndim != 2 or parameters.shape[1] != len(ranges):
+                    name, size = function.__name__, len(ranges)
+                    raise ValueError(f"{name} takes parameters of shape (M, {size})")
+                return np.asarray(function(parameters, rng), dtype=np.float64)
+
+            simulate.__name__, simulate.__doc__ = function.__name__, function.__doc__
+            systems[function.__name__] = System(simulate, ranges, truths, kind, solutions)
+            return simulate
+
+        return register
+
+    return system
+
+
 SYSTEMS: dict[str, System] = {}
-
-
-def system(kind, others=None, **parameters):
-    """Register a simulator; parameters: name=(low, high, true low, true high); others(truth) gives the further solutions."""
-    ranges = {name: (float(v[0]), float(v[1])) for name, v in parameters.items()}
-    truths = tuple((float(v[2]), float(v[3])) for v in parameters.values())
-
-    def solutions(truth):
-        truth = {name: float(truth[name]) for name in ranges}
-        found = [truth] + [dict(o) for o in (others(truth) if others else [])]
-        return [s for s in found if all(ranges[n][0] <= s[n] <= ranges[n][1] for n in ranges)]
-
-    def register(function):
-        names = len(ranges)
-
-        def simulate(parameters, rng):
-            parameters = np.asarray(parameters, dtype=np.float64)
-            if parameters.ndim != 2 or parameters.shape[1] != names:
-                raise ValueError(f"{function.__name__} takes parameters of shape (M, {names})")
-            return np.asarray(function(parameters, rng), dtype=np.float64)
-
-        simulate.__name__, simulate.__doc__ = function.__name__, function.__doc__
-        SYSTEMS[function.__name__] = System(simulate, ranges, truths, kind, solutions)
-        return simulate
-
-    return register
+system = registrar(SYSTEMS)
 
 
 def swapped(groups):

@@ -9,37 +9,10 @@ the truth alone:
 """
 
 import numpy as np
-from awkward_systems import System, columns, swapped, thinned, two_states
+from awkward_systems import System, columns, registrar, swapped, thinned, two_states
 
 SYSTEMS: dict[str, System] = {}
-
-
-def system(kind, others=None, **parameters):
-    """Register a simulator here; parameters: name=(low, high, true low, true high)."""
-    ranges = {name: (float(v[0]), float(v[1])) for name, v in parameters.items()}
-    truths = tuple((float(v[2]), float(v[3])) for v in parameters.values())
-
-    def inside(values):
-        return all(low <= values[name] <= high for name, (low, high) in ranges.items())
-
-    def solutions(truth):
-        truth = {name: float(truth[name]) for name in ranges}
-        further = [dict(other) for other in others(truth)] if others else []
-        return [values for values in [truth, *further] if inside(values)]
-
-    def register(function):
-        def simulate(parameters, rng):
-            parameters = np.asarray(parameters, dtype=np.float64)
-            if parameters.ndim != 2 or parameters.shape[1] != len(ranges):
-                name, size = function.__name__, len(ranges)
-                raise ValueError(f"{name} takes parameters of shape (M, {size})")
-            return np.asarray(function(parameters, rng), dtype=np.float64)
-
-        simulate.__name__, simulate.__doc__ = function.__name__, function.__doc__
-        SYSTEMS[function.__name__] = System(simulate, ranges, truths, kind, solutions)
-        return simulate
-
-    return register
+system = registrar(SYSTEMS)
 
 
 def whole(values, rng):

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +11,7 @@ from cyclopts import Group, Parameter
 import turing_learning as tl
 from turing_learning.errors import RefusedError, integer, refuse, refusing_as, require
 
-from ._options import Columns, Files, Integer
+from ._options import Columns, Files, Given, Integer
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,7 +26,7 @@ RUN = "run"
 
 @Parameter(name="*", group=PROGRAM)
 @dataclass(frozen=True)
-class Program:
+class Program(Given):
     """A program that simulates one model, and series that the system gave."""
 
     simulate_command: str | None = None
@@ -35,11 +35,6 @@ class Program:
     """Table (CSV) of what the system gave, with the same columns; several times for several series, or with a column run."""
     simulate_columns: Columns = None
     """Column of the tables that the classifiers see; several times for several, all by default."""
-
-    @property
-    def given(self) -> dict[str, Any]:
-        """The options that are there, by their names."""
-        return {name: value for name, value in asdict(self).items() if value is not None}
 
     def system(self, ranges: Sequence[str] | None) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes."""
@@ -110,18 +105,13 @@ def _series(
 
 @Parameter(name="*", group=CALLERS)
 @dataclass(frozen=True)
-class Callers:
+class Callers(Given):
     """Who calls the simulator of a recording or a program."""
 
     workers: Annotated[Integer | None, Parameter(name="--workers")] = None
     """Number of processes that call the simulator, or that execute the runs of a study."""
     cluster: str | None = None
     """A Dask scheduler whose workers do that, as tcp://10.0.0.1:8786."""
-
-    @property
-    def given(self) -> dict[str, Any]:
-        """The options that are there."""
-        return {name: value for name, value in asdict(self).items() if value is not None}
 
     def refuse(self, what: str) -> None:
         """Refuse the options where nobody calls a simulator."""

@@ -32,7 +32,6 @@ def look(
     :param out: Page (.html) to write; FILE-look.html in this folder by default.
     :param force: Replace a file that exists and is no such page.
     """
-    from turing_learning.families import read_recording
     from turing_learning.report import is_page
     from turing_learning.targets import refuse_target
 
@@ -43,7 +42,7 @@ def look(
         page = out or Path(f"{path.stem}-look.html")
         replaced = force or (page.is_file() and is_page(page))
         refuse_target(page, name="out", suffixes=(".html",), force=replaced)
-        found = read_recording(path, "FILE", tracks.given, ASSUMED).look()
+        found = tracks.read(path, "FILE", ASSUMED).look()
         if number:
             console.print()
         console.print(str(found), soft_wrap=True)

@@ -36,9 +36,19 @@ Columns = Annotated[list[str] | None, Parameter(negative="")]
 Settings = Annotated[list[str] | None, Parameter("--set", negative="")]
 
 
+@dataclass(frozen=True)
+class Given:
+    """Options of a command; those that are not given are None."""
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """The options that are there, by their names in Python."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
+
+
 @Parameter(name="*", group=RECORDED)
 @dataclass(frozen=True)
-class Tracks:
+class Tracks(Given):
     """How a file of a tracker is read; the names are those of `load_trajectories` but for the scale."""
 
     fps: Real | None = None
@@ -69,11 +79,6 @@ class Tracks:
     """Fill gaps of up to K frames by straight motion."""
     smooth: Integer | None = None
     """Average positions over K frames, an odd number, before signals are measured; `detect` takes that of the run."""
-
-    @property
-    def given(self) -> dict[str, Any]:
-        """The options that are there, by their names in Python."""
-        return {name: value for name, value in asdict(self).items() if value is not None}
 
     def refuse_beside(self, rule: str, remedy: str = "", **others: Any) -> None:
         """Reject the first option that is given, of these and of others, None if they are not."""

@@ -89,8 +89,7 @@ class Ridge:
         products = self._products(samples, samples)
         smoother = Smoother.of(products)
         chosen = smoother.cross_fitted(labels[:, None], np.arange(len(labels)))[1]
-        kernel = products - products.mean(axis=0)
-        kernel -= kernel.mean(axis=1, keepdims=True)
+        kernel = _centered(products)
         penalty = PENALTIES[chosen[0]] * smoother.unit
         # the same regression in terms of products with the samples that were seen
         self._weights = solve(
@@ -158,8 +157,7 @@ class Smoother:
     @classmethod
     def of(cls, products: np.ndarray) -> "Smoother":
         """Decompose products (K, K) of samples."""
-        centered = products - products.mean(axis=0)
-        centered -= centered.mean(axis=1, keepdims=True)
+        centered = _centered(products)
         unit = max(float(np.trace(centered)) / len(centered), LEAST)
         values, vectors = eigh(centered / unit)
         return cls(vectors, np.maximum(values, 0.0), unit)
@@ -222,3 +220,10 @@ PANEL: tuple[Examiner, ...] = (
 
 QUICK: tuple[Examiner, ...] = PANEL[:3]
 """Those that cost little, also under hundreds of permutations."""
+
+
+def _centered(products: np.ndarray) -> np.ndarray:
+    """Return products (K, K) of samples as those of samples whose mean is taken away."""
+    centered = products - products.mean(axis=0)
+    centered -= centered.mean(axis=1, keepdims=True)
+    return centered

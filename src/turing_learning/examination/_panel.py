@@ -85,11 +85,8 @@ class Views:
     """What examiners see of samples; computed once, without labels."""
 
     windows: np.ndarray  #: (K, T, D)
-    names: tuple[str, ...]  #: Of the statistics (F,)
-    statistics: np.ndarray  #: (K, F), as they are
-    standardized: dict[
-        str, np.ndarray
-    ]  #: What examiners see (K, ...), by the word that they ask for it
+    #: What examiners see (K, ...), by the word that they ask for it
+    standardized: dict[str, np.ndarray]
 
     @classmethod
     def of(
@@ -101,7 +98,7 @@ class Views:
         seed: int,
     ) -> "Views":
         """Describe windows (K, T, D) of signals with names (D,) for some examiners."""
-        labels, statistics = named_statistics(windows, names, interval_s)
+        _, statistics = named_statistics(windows, names, interval_s)
         seen = {"windows": windows, "statistics": _standardized(statistics)}
         if any(examiner.sees == "ranks" for examiner in examiners):
             ranks = rankdata(seen["statistics"], method="min", axis=0) - 1
@@ -110,7 +107,7 @@ class Views:
             seen["convolutions"] = _standardized(
                 convolution_features(windows, np.random.default_rng(seed))
             )
-        return cls(windows, tuple(labels), statistics, seen)
+        return cls(windows, seen)
 
 
 def examine(

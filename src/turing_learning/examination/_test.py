@@ -200,6 +200,7 @@ def test(
     integer("seed", seed)
     if isinstance(real, np.ndarray) or isinstance(simulated, np.ndarray):
         pair, owners = _arrays(real, simulated, groups, names, seed)
+        views = _views(pair, examiners, seed)
         grouping = "samples" if groups is None else "groups"
     else:
         require(groups is None, "groups", "be left out for recordings", "labels")
@@ -207,9 +208,9 @@ def test(
         pair = pair_of(
             *sides, names=names, window_s=window_s, smooth_frames=smooth_frames, seed=seed
         )
-        grouping = _grouping(pair, seed)
+        views = _views(pair, examiners, seed)
+        grouping = _grouping(pair, views, seed)
         owners = pair.real.owners(grouping), pair.simulated.owners(grouping)
-    views = _views(pair, examiners, seed)
     numbers = group_numbers((len(owners[0]), len(owners[1])), owners)
     examined = examine_views(views, numbers, grouping, examiners, permutations, seed)
     labels = np.repeat([1.0, 0.0], examined.samples)
@@ -265,7 +266,7 @@ def _views(pair: Pair, examiners: Sequence[Examiner], seed: int) -> Views:
     return Views.of(windows, pair.names, pair.interval_s or 1.0, examiners, seed)
 
 
-def _grouping(pair: Pair, seed: int) -> str:
+def _grouping(pair: Pair, views: Views, seed: int) -> str:
     """Return what a group is: of several choices the one under which chance alone reaches the highest accuracy.
 
     Individuals that differ lastingly are alike within individuals; individuals that influence each other are alike within a
@@ -274,7 +275,6 @@ def _grouping(pair: Pair, seed: int) -> str:
     choices = pair.groupings
     if len(choices) == 1:
         return choices[0]
-    views = _views(pair, (), seed)
     reached = []
     for grouping in choices:
         owners = pair.real.owners(grouping), pair.simulated.owners(grouping)

@@ -18,15 +18,10 @@
 A family of one's own derives from `Particles`, names its parameters and yields positions step by step.
 Positions and directions of motion are complex numbers x + iy there, one for each model and individual: a turn
 is a product then.
+
+Names are listed in ``__init__.pyi`` and imported on first use.
 """
 
-from ._family import Family, Particles
-from ._kinds import FAMILIES, Boids, BurstAndCoast, Couzin, Robots, Vicsek
-from ._network import Network
-from ._ranges import recorded_ranges, said_ranges
-from ._recorded import MODELS, RecordedSystem, Replicates, as_recorded, read_recording
+import lazy_loader
 
-__all__ = [
-    "FAMILIES", "MODELS", "Boids", "BurstAndCoast", "Couzin", "Family", "Network", "Particles", "RecordedSystem", "Replicates",
-    "Robots", "Vicsek", "as_recorded", "read_recording", "recorded_ranges", "said_ranges",
-]  # fmt: skip
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

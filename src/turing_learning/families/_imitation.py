@@ -23,6 +23,7 @@ from turing_learning.kernels.imitation import (
     perceive,
     remember_path,
 )  # fmt: skip
+from turing_learning.trajectories import nearest_others
 
 BINS = 48
 """Of lengths, and of turns: each as likely as the others in what was recorded."""
@@ -73,7 +74,6 @@ def units_of(paths: Sequence[np.ndarray], interval_s: float) -> Units:
     lengths = lengths[np.isfinite(lengths)]
     step = max(float(np.median(lengths)), 1e-9)
     nearest = np.concatenate([_nearest(path) for path in paths])
-    nearest = nearest[np.isfinite(nearest)]
     other = float(np.median(nearest)) if len(nearest) else 10 * step
     # a wall is near where a fast individual gets in half a second
     wall = float(np.quantile(lengths, 0.75)) * 0.5 / interval_s
@@ -84,10 +84,9 @@ def units_of(paths: Sequence[np.ndarray], interval_s: float) -> Units:
 def _nearest(path: np.ndarray) -> np.ndarray:
     """Return distances of the nearest other, in one frame of ten."""
     some = path[::10]
-    distance = np.hypot(*np.moveaxis(some[:, :, None] - some[:, None], -1, 0))
-    alone = np.isnan(distance) | np.eye(path.shape[1], dtype=bool)
-    distance[alone] = np.inf
-    return distance.min(axis=-1).ravel()
+    there = ~np.isnan(some[..., 0])
+    offset, near = nearest_others(np.nan_to_num(some), there)
+    return np.hypot(*np.moveaxis(offset, -1, 0))[near & there]
 
 
 def memories_of(path: np.ndarray, units: Units) -> np.ndarray:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -90,9 +90,6 @@ class Network(Family):
     brain: Brain = field(repr=False)  #: What was learned
     #: Width and height of another tank (cm) than the recorded one; None for that
     tank_cm: tuple[float, float] | None = None
-
-    gains: ClassVar[tuple[str, ...]] = GAINS
-    """Names of all gains."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -274,7 +271,7 @@ class Network(Family):
         which = np.zeros(count, dtype=np.int64)
         keys = np.empty(count, dtype=np.uint64)
         for m, own_rng in enumerate(rng.spawn(count)):
-            start, memory, which[m] = self._start(tanks, own_rng)
+            start, memory, which[m] = self._start(own_rng)
             # lengths before the start are those of a faster group, too
             speed = gains[m, 0]
             paths[m, : HISTORY + 1] = start[-1] + speed * (start - start[-1])
@@ -296,7 +293,7 @@ class Network(Family):
         )
         return paths[:, HISTORY + self.settling_steps :], None
 
-    def _start(self, tanks: Tanks, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, int]:
+    def _start(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, int]:
         """Return the last places, memories and tank of a group that starts: absent individuals come last."""
         starts = self.brain.starts
         recorded = starts.paths.shape[2]
@@ -310,12 +307,11 @@ class Network(Family):
                 int(starts.tank[moment]),
             )
         # a group that was never recorded: individuals of different moments, in one tank
-        tank = 0 if self.tank_cm is not None else int(starts.tank[moment])
-        alike = (
-            np.ones(len(starts.tank), dtype=bool)
-            if self.tank_cm is not None
-            else starts.tank == tank
-        )
+        tank = 0
+        alike = np.ones(len(starts.tank), dtype=bool)
+        if self.tank_cm is None:
+            tank = int(starts.tank[moment])
+            alike = starts.tank == tank
         moments, individuals = np.nonzero(alike[:, None] & np.isfinite(starts.paths[:, -1, :, 0]))
         chosen = rng.integers(len(moments), size=self.individuals)
         path = starts.paths[moments[chosen], :, individuals[chosen]].swapaxes(0, 1)
@@ -424,7 +420,10 @@ def _moments(
 
 
 def _joined(moments: Sequence[tuple[np.ndarray, np.ndarray, int]]) -> Starts:
-    """Return moments with as many individuals at most, as arrays; absent individuals of each are left out or come last."""
+    """Return moments as arrays with room for the most individuals that one of them has.
+
+    Those who are there come first, and NaN fills the rest.
+    """
     most = max(int(np.isfinite(path[-1, :, 0]).sum()) for path, _, _ in moments)
     paths = np.full((len(moments), HISTORY + 1, most, 2), np.nan)
     memories = np.zeros((len(moments), most, MEMORIES))

@@ -9,7 +9,7 @@ import numpy as np
 from turing_learning.errors import RefusedError, Setting, nearest, refuse, refusing_as, require
 
 from ..models import Parameter
-from ..trajectories import Trajectories
+from ..trajectories import Trajectories, nearest_others
 
 ABOVE_FASTEST = 2.0
 """Highest speed of models in those that 99 of 100 recorded steps do not exceed."""
@@ -19,7 +19,7 @@ ABOVE_FARTHEST = 2.0
 FARTHEST_PERCENTILE = 95
 LEAST_SHARE = 0.25
 """Share of a suggested range that has to be enough for the recording, from which on the range is kept."""
-MOST_POSITIONS = 2000
+MOST_FRAMES = 2000
 """Frames in which distances are measured."""
 SCALES = {"cm/s": (1, 0), "cm": (0, 1), "cm^3/s^2": (1, 2)}
 """Units of parameters -> with which powers of the scale of speeds and of lengths they grow."""
@@ -85,7 +85,7 @@ def _scaled(parameter: Parameter, scale: float) -> Parameter:
 
 
 def _fastest(recording: Trajectories) -> float:
-    """Return the speed (cm/s) that 99 of 100 steps do not exceed, without jumps; 0 if there is no step."""
+    """Return the speed (cm/s) that 99 of 100 steps do not exceed, so that a few jumps change little; 0 without steps."""
     signals = recording.signals(("speed",))
     speeds = np.abs(signals.values[..., 0][signals.valid])
     return float(np.percentile(speeds, FASTEST_PERCENTILE)) if len(speeds) else 0.0
@@ -95,19 +95,12 @@ def _farthest(recording: Trajectories) -> float:
     """Return the distance (cm) of the nearest other individual that 95 of 100 positions do not exceed; 0 for one alone."""
     if recording.at_once < 2:
         return 0.0
-    frames = np.linspace(0, len(recording.positions) - 1, MOST_POSITIONS).astype(int)
-    frames = np.unique(frames)
-    frames = frames[frames < len(recording.positions) - 1]
-    distances = []
-    for frame in frames:
-        places = recording.positions[frame, recording.present[frame]]
-        if len(places) > 1:
-            apart = np.hypot(*np.moveaxis(places[:, None] - places[None], -1, 0))
-            np.fill_diagonal(apart, np.inf)
-            distances.append(apart.min(axis=1))
-    return (
-        float(np.percentile(np.concatenate(distances), FARTHEST_PERCENTILE)) if distances else 0.0
-    )
+    frames = np.linspace(0, len(recording.positions) - 1, MOST_FRAMES).astype(int)
+    frames = np.unique(frames)[:-1]
+    present = recording.present[frames]
+    offset, near = nearest_others(recording.positions[frames], present)
+    distances = np.hypot(*np.moveaxis(offset, -1, 0))[near & present]
+    return float(np.percentile(distances, FARTHEST_PERCENTILE)) if len(distances) else 0.0
 
 
 def said_ranges(

@@ -6,14 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import repeat
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
 
 from turing_learning._files import digest_of, file_digest
 from turing_learning.errors import RefusedError, Setting, refuse, refusing_as, require
-from turing_learning.trajectories import LONGEST_REST_S, Options, load_file
+from turing_learning.trajectories import LONGEST_REST_S
 
 from ..models import Parameter
 from ..trajectories import SIGNALS, Trajectories, Windows, pooled_windows
@@ -21,6 +20,7 @@ from ._family import NEIGHBOR, Family, Particles
 from ._kinds import FAMILIES
 from ._network import Network
 from ._ranges import recorded_ranges, said_ranges
+from ._reading import listed, read_recording
 
 WINDOW_S = 4.0
 MODELS: Mapping[str, type[Family]] = {**FAMILIES, "network": Network}
@@ -124,73 +124,6 @@ def as_recorded(
     )
 
 
-def read_recording(
-    path: Path,
-    name: str,
-    options: Mapping[str, Any],
-    usual: Mapping[str, Any] = MappingProxyType({}),
-) -> Trajectories:
-    """Open a tracker's file by those options of commands that are given; `name` is that of the argument for the file.
-
-    Frame rate, scale and direction of y are the `usual` ones where neither the options nor the file state them. With
-    the usual frame rate, `every` is the usual one, too.
-    """
-    every, bridge, split = options.get("every"), options.get("bridge"), options.get("split_gaps")
-    heading = options.get("heading")
-    fps, scale, y_axis, keypoint = map(options.get, ("fps", "scale", "y_axis", "keypoint"))
-    otherwise = {
-        "fps": usual.get("fps"),
-        "pixels_per_cm": usual.get("scale"),
-        "y_axis": usual.get("y_axis"),
-    }
-    otherwise |= {"words": usual["words"]} if "words" in usual else {}
-    try:
-        with refusing_as(RefusedError):
-            how = Options(
-                fps=fps, pixels_per_cm=scale, y_axis=y_axis, keypoint=keypoint,
-                min_confidence=options.get("min_confidence"), columns=_columns(options.get("column", ())),
-                heading=None if heading is None else tuple(_listed(heading, "heading", "two points")),  # type: ignore[arg-type]
-                resample=options.get("resample"), project=bool(options.get("project")),
-            )  # fmt: skip
-            recording = load_file(path, how, options.get("format"), otherwise)
-            if every is None and fps is None and recording.fps == usual.get("fps"):
-                every = usual.get("every")
-            if every is not None:
-                rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
-                require(
-                    every < 1 or every % recording.every == 0,
-                    "every",
-                    rule,
-                    str(every),
-                    place=str(path),
-                )
-                recording = recording.thinned(every)
-            if split is not None:
-                recording = recording.split(split)
-            if bridge is not None:
-                recording = recording.cleared(longest_rest_s=None).bridged(bridge)
-            return recording
-    except RefusedError as error:
-        if error.refusal is None or error.refusal.name != "path":
-            raise
-        raise RefusedError(replace(error.refusal, name=name)) from error
-    except OSError as error:
-        refuse(name, "be a readable file", f"{path} ({error.strerror or error})")
-    except ImportError as error:
-        raise RefusedError(str(error)) from error
-
-
-def _columns(texts: Sequence[str]) -> dict[str, str]:
-    """Return which columns of a table are what, by texts as id=track."""
-    columns: dict[str, str] = {}
-    for text in texts:
-        what, equals, name = text.partition("=")
-        fits = equals and name and what not in columns
-        require(fits, "columns", "be WHAT=NAME, once for each", repr(text))
-        columns[what] = name
-    return columns
-
-
 @dataclass(frozen=True)
 class RecordedSystem:
     """Recordings, how they are cut into samples, and the family of models that imitates them.
@@ -265,9 +198,9 @@ class RecordedSystem:
             self.options["trajectories"],
             MODELS[self.options["model"]],
         )
-        names = _listed(given("signals"), "signals", "names")
-        apart = _listed(given("hold_out_individuals"), "hold_out_individuals", "names")
-        numbers = _listed(given("hold_out_recordings"), "hold_out_recordings", "numbers")
+        names = listed(given("signals"), "signals", "names")
+        apart = listed(given("hold_out_individuals"), "hold_out_individuals", "names")
+        numbers = listed(given("hold_out_recordings"), "hold_out_recordings", "numbers")
         count = len(paths)
         fits = (
             all(each.isdecimal() and 1 <= int(each) <= count for each in numbers)
@@ -295,8 +228,8 @@ class RecordedSystem:
                 hold_out_individuals=apart,
                 hold_out_recordings=[int(number) - 1 for number in numbers],
             )
+            likely = [recording.cleared(longest_rest_s=rest) for recording in motion]
             if issubclass(chosen, Network):
-                likely = [recording.cleared(longest_rest_s=rest) for recording in motion]
                 tanks = given("tank") or ["recorded"]
                 return windows, network or _learned(likely, windows, tanks, progress), motion
             near = any(name.startswith("neighbor") for name in windows.names) and issubclass(
@@ -304,7 +237,6 @@ class RecordedSystem:
             )
             asked = given("tank") or (["recorded"] if near else [])
             asked = asked * count if asked in (["recorded"], ["none"]) else asked
-            likely = [recording.cleared(longest_rest_s=rest) for recording in motion]
             tanks = [_tank(text, likely[min(k, count - 1)]) for k, text in enumerate(asked)]
             family = as_recorded(chosen, likely, windows, tanks=tanks)
         return windows, family, motion
@@ -329,15 +261,6 @@ def _digest(path: Path) -> str:
     except OSError:
         return ""
     return digests[0] if path.is_file() else digest_of("".join(digests).encode())
-
-
-def _listed(text: str | None, option: str, what: str) -> list[str]:
-    """Return the parts of a text between commas."""
-    parts = [] if text is None else [part.strip() for part in text.split(",")]
-    require(
-        "" not in parts, option, f"be {what}, separated by commas", f"{text!r}, where one is empty"
-    )
-    return parts
 
 
 def _tank(text: str, recording: Trajectories) -> tuple[float, float] | None:

@@ -53,7 +53,9 @@ def train_moments(
     computation (2012); Gourieroux, Monfort and Renault, Indirect inference (1993).
     """
     count, dimension = parameters.shape
-    targets = quadratic_terms((parameters - np.median(parameters, axis=0)) / (parameters.std(axis=0) + 1e-9))
+    targets = quadratic_terms(
+        (parameters - np.median(parameters, axis=0)) / (parameters.std(axis=0) + 1e-9)
+    )
     targets = (targets - targets.mean(axis=0)) / (targets.std(axis=0) + 1e-9)
     # trials of one fold stand together, so that a fold is a slice
     fold = rng.permutation(count) % FOLDS

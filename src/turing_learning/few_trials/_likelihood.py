@@ -269,7 +269,9 @@ class JudgedSamples:
         # outputs as quadratic functions of the composite judgments, which are 0 for the agents
         terms = np.c_[np.ones(len(places)), quadratic_terms(places)]
         # slopes of about 1 are expected, bends of about 1/2
-        penalty = np.repeat([1e-9, 1.0, 4.0], [1, places.shape[1], terms.shape[1] - 1 - places.shape[1]])
+        penalty = np.repeat(
+            [1e-9, 1.0, 4.0], [1, places.shape[1], terms.shape[1] - 1 - places.shape[1]]
+        )
         inverse = np.linalg.inv(terms.T @ terms + np.diag(penalty))
         coefficients = inverse @ (terms.T @ outputs)
         misses = outputs - terms @ coefficients

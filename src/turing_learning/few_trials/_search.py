@@ -363,7 +363,16 @@ class Search:
         self._misfits = arrays["misfits"]
         columns = [np.array(state[field.name]) for field in fields(Path)]
         self._paths = [
-            Path(place, start, target, curvature, float(reach), int(steps), float(excess), bool(ended))
+            Path(
+                place,
+                start,
+                target,
+                curvature,
+                float(reach),
+                int(steps),
+                float(excess),
+                bool(ended),
+            )
             for place, start, target, curvature, reach, steps, excess, ended in zip(
                 *columns, strict=True
             )

@@ -312,7 +312,9 @@ class _Checker:
             each = PinnedDown(
                 parameter=name,
                 interval_share=float(width) if is_known(width) else None,
-                open_share=Profile(**content["profiles"][name]).open_share if self.profiled else None,
+                open_share=Profile(**content["profiles"][name]).open_share
+                if self.profiled
+                else None,
                 recovery_error=max(each[name] for each in errors) if errors else None,
                 bound=""
                 if self.result.networks

@@ -9,6 +9,7 @@
 `Problems`                  What `check()` finds: missing values, jumps, repeated and empty frames, odd headings, direction of y.
 `compute_signals`           Positions to signals, for recordings and for simulators alike; `SIGNALS` names them, `DIRECTED` those
                             that depend on headings. `filled`, `smooth` and `wrap` are steps on the way.
+`nearest_others`            Where everybody's nearest other individual is.
 `LONGEST_REST_S`            Rest at exactly one point beyond which positions stand for missing ones.
 `pooled_windows`            Samples of several recordings; `join_windows` joins those that are cut.
 `Signals`, `Windows`        Signals with the steps at which they exist; samples for learning and for testing.

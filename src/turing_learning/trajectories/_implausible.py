@@ -6,9 +6,10 @@ LEAST_RATE, MOST_RATE = 1.0, 2000.0
 """Frame rates (1/s) of most videos; beyond them times are often in another unit than s."""
 FASTEST_CM_S = 1e4
 """Typical speed (cm/s) that no animal has: a falcon dives at 100 m/s."""
-MOST_POSITIONS = 0.999
+USUAL_SHARE = 0.999
+"""Share of the positions that says where individuals usually are."""
 LARGER = 2.0
-"""A tank is doubted whose side is so many times the extent of 99.9 % of the positions."""
+"""A tank is doubted whose side is so many times as long as where individuals usually are."""
 SHORTEST = 5
 """Frames up to which an individual is there for a moment."""
 LONG = 100
@@ -57,9 +58,7 @@ def implausible(
     places = positions[likely]
     if len(places) >= LONG:
         extent = np.ptp(places, axis=0)
-        usual = np.diff(np.quantile(places, [1 - MOST_POSITIONS, MOST_POSITIONS], axis=0), axis=0)[
-            0
-        ]
+        usual = np.diff(np.quantile(places, [1 - USUAL_SHARE, USUAL_SHARE], axis=0), axis=0)[0]
         if (extent > LARGER * usual).any() and (usual > 0).all():
             tank = f"positions reach over {extent[0]:.4g} x {extent[1]:.4g} {unit}"
             doubts.append(

@@ -63,7 +63,7 @@ class Look:
         facts["duration"] = f"{recording.duration_s:.4g} s"
         facts["missing"] = self.problems.described_gaps
         facts["jumps"] = self.problems.described_jumps
-        for name, values in self._signals().items():
+        for name, values in self._signals.items():
             low, median, high = np.round(np.percentile(values, [5, 50, 95]), 6)
             facts[name] = (
                 f"median {median:.3g} {self._units[name]}, 90 % from {low:.3g} to {high:.3g}"
@@ -86,6 +86,7 @@ class Look:
             units = {name: unit.replace("cm", "px") for name, unit in units.items()}
         return units
 
+    @cached_property
     def _signals(self) -> dict[str, np.ndarray]:
         """Return the values (N,) of speed and turn that exist, by name."""
         signals = self._likely.signals(("speed", "turn"))
@@ -137,7 +138,7 @@ class Look:
             Picture("tracks", "Tracks", what, tracks),
             Picture("presence", "Who is there when", when, presence, wide=True),
         ]
-        for name, values in self._signals().items():
+        for name, values in self._signals.items():
             figure = distribution_figure(values, f"{name} ({self._units[name]})")
             caption = "Of all steps between neighboring frames, without smoothing."
             pictures.append(Picture(name, name.capitalize(), caption, figure))

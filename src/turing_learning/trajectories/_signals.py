@@ -102,7 +102,7 @@ def compute_signals(
         length = np.where(against, -length, length)
     known = {"speed": (length * fps, both), "turn": (turned * fps, turn_known)}
     if {"neighbor_distance", "neighbor_bearing"} & set(names):
-        offset, near = _nearest(positions[..., :-1, :, :], present[..., :-1, :])
+        offset, near = nearest_others(positions[..., :-1, :, :], present[..., :-1, :])
         known["neighbor_distance"] = (np.hypot(offset[..., 0], offset[..., 1]), near)
         bearing = wrap(np.arctan2(offset[..., 1], offset[..., 0]) - heading)
         known["neighbor_bearing"] = (bearing, near & heading_known)
@@ -134,8 +134,16 @@ def _delayed(values: np.ndarray) -> np.ndarray:
     return np.concatenate([np.zeros_like(values[..., :1, :]), values[..., :-1, :]], axis=-2)
 
 
-def _nearest(positions: np.ndarray, present: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return offset (..., A, 2) to the nearest other individual, and whether there is one."""
+def nearest_others(positions: np.ndarray, present: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return offsets (..., A, 2) to the nearest other individual, and whether there is one (..., A).
+
+    Parameters
+    ----------
+    positions : (..., A, 2)
+        x, y, finite also where nobody is.
+    present : (..., A)
+        Who is there; only these are anybody's neighbors.
+    """
     offset, nearest = np.zeros_like(positions), np.full(present.shape, np.inf)
     individuals = positions.shape[-2]
     for other in range(1, individuals):

@@ -134,7 +134,6 @@ class Trajectories:
             Above 1. A step longer than this many typical steps is a jump, perhaps two identities exchanged.
             The typical step is the median over all individuals of the steps that are not 0.
         """
-        number("jump_factor", jump_factor, above=1)
         positions, present, names, first = (
             self.positions,
             self.present,
@@ -142,11 +141,9 @@ class Trajectories:
             self.first_frame,
         )
         both = present[1:] & present[:-1]
-        steps = np.where(both, np.hypot(*np.moveaxis(np.diff(positions, axis=0), -1, 0)), 0.0)
         unlikely = self._unlikely(jump_factor, LONGEST_REST_S)
         likely = ~(unlikely.stand_ins | unlikely.outside)
-        sound = np.where(likely[1:] & likely[:-1], steps, 0.0)
-        typical = float(np.median(sound[sound > 0])) if (sound > 0).any() else 0.0
+        steps, jumping, typical = self._steps(jump_factor, likely)
         jumps = [
             Jump(
                 names[who],
@@ -154,7 +151,7 @@ class Trajectories:
                 float(steps[frame, who]),
                 float(steps[frame, who] / typical),
             )
-            for frame, who in np.argwhere(sound > jump_factor * typical)
+            for frame, who in np.argwhere(jumping)
         ]
         same = (
             (steps == 0).all(axis=1)
@@ -179,9 +176,10 @@ class Trajectories:
         if alone and same.sum() > max(FEWEST, FREQUENT_REPEATS * len(same)):
             share = f"{same.mean():.0%} of all frames repeat the one before"
             doubts.append(f"{share}: they may be of a video at a lower rate")
-        if len(names) > self.at_once:
+        at_once = self.at_once
+        if len(names) > at_once:
             shortest = counted(int(np.median(present.sum(axis=0))))
-            who = f"{len(names)} individuals, of whom at most {self.at_once} are there at once"
+            who = f"{len(names)} individuals, of whom at most {at_once} are there at once"
             doubts.append(f"{who}, and half for {shortest} or fewer: they may be pieces of paths")
         unsure = np.zeros(1) if self.confidence is None else self.confidence[present] < UNSURE
         if unsure.any():
@@ -205,6 +203,21 @@ class Trajectories:
             else doubt_headings(positions, present, self.headings),
             doubts=(*self.choices, *doubts),
         )
+
+    def _steps(
+        self, jump_factor: float, likely: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return lengths of steps (F - 1, A), 0 over gaps, which of them are jumps, and the typical one.
+
+        Steps from or to a position that is not `likely` (F, A) are no jumps.
+        """
+        number("jump_factor", jump_factor, above=1)
+        both = self.present[1:] & self.present[:-1]
+        lengths = np.hypot(*np.moveaxis(np.diff(self.positions, axis=0), -1, 0))
+        steps = np.where(both, lengths, 0.0)
+        sound = np.where(likely[1:] & likely[:-1], steps, 0.0)
+        typical = float(np.median(sound[sound > 0])) if (sound > 0).any() else 0.0
+        return steps, sound > jump_factor * typical, typical
 
     def announce(self) -> None:
         """Log what may be meant otherwise than it was read, as `load_trajectories` does."""
@@ -442,8 +455,9 @@ class Trajectories:
         likely = self.cleared(jump_factor, longest_rest_s)
         usable = likely.signals(signals, smooth_frames=smooth_frames)
         jumps = np.zeros_like(usable.valid)
-        for jump in () if jump_factor is None else likely.check(jump_factor).jumps:
-            jumps[jump.frame - self.first_frame, self.individuals.index(jump.individual)] = True
+        if jump_factor is not None:
+            unlikely = likely._unlikely(jump_factor, LONGEST_REST_S)
+            jumps = likely._steps(jump_factor, ~(unlikely.stand_ins | unlikely.outside))[1]
         first = slice(int(EXCERPT_S * self.fps) + 1)
         return cut_windows(
             usable, chosen, jumps, steps=steps, stride=stride, hold_out=hold_out, gap=gap, half=smooth_frames // 2,

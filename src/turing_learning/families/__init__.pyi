@@ -1,0 +1,16 @@
+from ._family import Family as Family
+from ._family import Particles as Particles
+from ._kinds import FAMILIES as FAMILIES
+from ._kinds import Boids as Boids
+from ._kinds import BurstAndCoast as BurstAndCoast
+from ._kinds import Couzin as Couzin
+from ._kinds import Robots as Robots
+from ._kinds import Vicsek as Vicsek
+from ._network import Network as Network
+from ._ranges import recorded_ranges as recorded_ranges
+from ._ranges import said_ranges as said_ranges
+from ._reading import read_recording as read_recording
+from ._recorded import MODELS as MODELS
+from ._recorded import RecordedSystem as RecordedSystem
+from ._recorded import Replicates as Replicates
+from ._recorded import as_recorded as as_recorded

@@ -1,0 +1,86 @@
+"""Recordings as the options of commands say that they are read."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from turing_learning.errors import RefusedError, refuse, refusing_as, require
+from turing_learning.trajectories import Options, Trajectories, load_file
+
+
+def read_recording(
+    path: Path,
+    name: str,
+    options: Mapping[str, Any],
+    usual: Mapping[str, Any] = MappingProxyType({}),
+) -> Trajectories:
+    """Open a tracker's file by those options of commands that are given; `name` is that of the argument for the file.
+
+    Frame rate, scale and direction of y are the `usual` ones where neither the options nor the file state them. With
+    the usual frame rate, `every` is the usual one, too.
+    """
+    every, bridge, split = options.get("every"), options.get("bridge"), options.get("split_gaps")
+    heading = options.get("heading")
+    fps, scale, y_axis, keypoint = map(options.get, ("fps", "scale", "y_axis", "keypoint"))
+    otherwise = {
+        "fps": usual.get("fps"),
+        "pixels_per_cm": usual.get("scale"),
+        "y_axis": usual.get("y_axis"),
+    }
+    otherwise |= {"words": usual["words"]} if "words" in usual else {}
+    try:
+        with refusing_as(RefusedError):
+            how = Options(
+                fps=fps, pixels_per_cm=scale, y_axis=y_axis, keypoint=keypoint,
+                min_confidence=options.get("min_confidence"), columns=_columns(options.get("column", ())),
+                heading=None if heading is None else tuple(listed(heading, "heading", "two points")),  # type: ignore[arg-type]
+                resample=options.get("resample"), project=bool(options.get("project")),
+            )  # fmt: skip
+            recording = load_file(path, how, options.get("format"), otherwise)
+            if every is None and fps is None and recording.fps == usual.get("fps"):
+                every = usual.get("every")
+            if every is not None:
+                rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
+                require(
+                    every < 1 or every % recording.every == 0,
+                    "every",
+                    rule,
+                    str(every),
+                    place=str(path),
+                )
+                recording = recording.thinned(every)
+            if split is not None:
+                recording = recording.split(split)
+            if bridge is not None:
+                recording = recording.cleared(longest_rest_s=None).bridged(bridge)
+            return recording
+    except RefusedError as error:
+        if error.refusal is None or error.refusal.name != "path":
+            raise
+        raise RefusedError(replace(error.refusal, name=name)) from error
+    except OSError as error:
+        refuse(name, "be a readable file", f"{path} ({error.strerror or error})")
+    except ImportError as error:
+        raise RefusedError(str(error)) from error
+
+
+def _columns(texts: Sequence[str]) -> dict[str, str]:
+    """Return which columns of a table are what, by texts as id=track."""
+    columns: dict[str, str] = {}
+    for text in texts:
+        what, equals, name = text.partition("=")
+        fits = equals and name and what not in columns
+        require(fits, "columns", "be WHAT=NAME, once for each", repr(text))
+        columns[what] = name
+    return columns
+
+
+def listed(text: str | None, option: str, what: str) -> list[str]:
+    """Return the parts of a text between commas."""
+    parts = [] if text is None else [part.strip() for part in text.split(",")]
+    require(
+        "" not in parts, option, f"be {what}, separated by commas", f"{text!r}, where one is empty"
+    )
+    return parts
