@@ -1,9 +1,10 @@
 """Intervals on 48 awkward systems, and on 40 more, written by people who had not read the method.
 
-``python awkward.py TRIALS RECORDINGS FIRST LAST``: for each system and each of these seeds a truth is drawn, and as many
-recordings of it. Rows go to awkward.csv; a run that has its rows is not
-repeated. Names of systems may follow, or "blind" for the 40; without them the 48 are run. ``python awkward.py`` alone prints how many of the intervals hold, how many runs are
-called converged though they are far off, and how many of the systems with several solutions are found as such.
+``python awkward.py TRIALS RECORDINGS FIRST LAST``: for each system and each of these seeds a truth
+is drawn, and as many recordings of it. Rows go to awkward.csv; a run that has its rows is not
+repeated. Names of systems may follow, or "blind" for the 40; without them the 48 are run.
+``python awkward.py`` alone prints how many of the intervals hold, how many runs are called converged
+though they are far off, and how many of the systems with several solutions are found as such.
 """
 
 import sys
