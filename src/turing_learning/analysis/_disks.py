@@ -43,9 +43,8 @@ def least_dispersion(disks: int) -> float:
         Number of disks S, >= 1.
     """
     integer("disks", disks, 1)
-    reach = (
-        int(np.ceil(np.sqrt(disks))) + 2
-    )  # of lattice points around one cell: any compact set of disks fits in
+    # Of lattice points around one cell: any compact set of disks fits in
+    reach = int(np.ceil(np.sqrt(disks))) + 2
     points = _lattice(np.arange(-reach, reach + 1))
 
     def second_moment(center: np.ndarray) -> float:

@@ -289,10 +289,8 @@ def settled(
     still = ~(np.abs(middles[-1] - middles[0]) > half)
     if spreads is None:
         return still & ~np.isnan(half)
-    now, first = (
-        spreads[-window:].mean(axis=0),
-        np.where(spreads[0] > 0, spreads[0], spreads.max(axis=0)),
-    )
+    now = spreads[-window:].mean(axis=0)
+    first = np.where(spreads[0] > 0, spreads[0], spreads.max(axis=0))
     quiet: np.ndarray = still & ((now < CONTRACTED * first) | (half >= now))
     return quiet
 

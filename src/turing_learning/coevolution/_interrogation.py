@@ -111,14 +111,10 @@ class InteractiveInterrogation:
         genuine: int,
         rng: np.random.Generator,
     ) -> tuple[np.ndarray, np.ndarray]:
-        outputs, wanted = (
-            self.source.confront(models, genomes, met, genuine, rng),
-            ((len(genomes), genuine), met.shape),
-        )
-        shapes, rule = (
-            tuple(each.shape for each in outputs),
-            f"return outputs of shapes {wanted[0]} and {wanted[1]}",
-        )
+        outputs = self.source.confront(models, genomes, met, genuine, rng)
+        wanted = ((len(genomes), genuine), met.shape)
+        shapes = tuple(each.shape for each in outputs)
+        rule = f"return outputs of shapes {wanted[0]} and {wanted[1]}"
         require(shapes == wanted, "source.confront", rule, " and ".join(map(str, shapes)))
         return outputs
 

@@ -131,11 +131,9 @@ def _means(accepted: np.ndarray, met: np.ndarray | None) -> np.ndarray:
 
 def _shares(misled: np.ndarray) -> np.ndarray:
     """Return the share (N, M) of each model's C samples, of (N, M, C), that mislead a classifier."""
-    return (
-        np.count_nonzero(misled, axis=2) / misled.shape[2]
-        if misled.shape[2] > 1
-        else misled[:, :, 0].astype(float)
-    )
+    if misled.shape[2] > 1:
+        return np.count_nonzero(misled, axis=2) / misled.shape[2]
+    return misled[:, :, 0].astype(float)
 
 
 def classifier_reward(judgments: Judgments) -> np.ndarray:

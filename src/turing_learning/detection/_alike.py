@@ -72,9 +72,8 @@ class PlacedCase:
     case: Case
     group: int  # see `NormalIndividuals`
     features: np.ndarray  # (W, F)
-    recording: list[
-        np.ndarray
-    ]  # (W, F) of each individual, the one in whose stead the case is included
+    # (W, F) of each individual, the one in whose stead the case is included
+    recording: list[np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,9 +164,8 @@ class TrainedMethod:
     placed: list[PlacedCase]
     relative: bool
     scorer: Scorer
-    scorers_without: list[
-        Scorer
-    ]  # by the number of the group that is left out; the same for those of a fold
+    # By the number of the group that is left out; the same for those of a fold
+    scorers_without: list[Scorer]
 
     @classmethod
     def learn(
@@ -200,19 +198,21 @@ class TrainedMethod:
             scorers_without += [learn(remaining, relative, remaining_changes)] * len(fold)
         return cls(method, normal, pieces, placed, relative, scorer, scorers_without)
 
-    def shares(self, individuals: Sequence[Features], kind: str = "") -> list[np.ndarray]:
+    def shares(self, individuals: Sequence[Features], planted: str = "") -> list[np.ndarray]:
         """Return what each window (W,) adds to the scores of the individuals of another recording.
 
         What was learned from planted ones of a kind is left out.
         """
         shares = []
         for individual in individuals:
-            shares.append(self.scorer(individual, kind) if len(individual.windows) else np.empty(0))
+            shares.append(
+                self.scorer(individual, planted) if len(individual.windows) else np.empty(0)
+            )
         means = np.array([windows.mean() if len(windows) else np.nan for windows in shares])
         # With one recording, individuals are left out, not recordings.
         # How much that changes the scores of other recordings is not known.
         if not self.normal.one_recording:
-            factor, offset = self._scale_of_fewer(individuals, means[~np.isnan(means)], kind)
+            factor, offset = self._scale_of_fewer(individuals, means[~np.isnan(means)], planted)
             shares = [offset + factor * windows for windows in shares]
             means = offset + factor * means
         return [
@@ -221,7 +221,7 @@ class TrainedMethod:
         ]
 
     def _scale_of_fewer(
-        self, individuals: Sequence[Features], scores: np.ndarray, kind: str
+        self, individuals: Sequence[Features], scores: np.ndarray, planted: str
     ) -> tuple[float, float]:
         """Return a factor and an offset from scores by all recordings to scores by fewer.
 
@@ -234,7 +234,7 @@ class TrainedMethod:
         for individual in individuals:
             if len(individual.windows):
                 scores_by_fewer.append(
-                    np.mean([scorer(individual, kind).mean() for scorer in scorers])
+                    np.mean([scorer(individual, planted).mean() for scorer in scorers])
                 )
         if self.method.learn is learn_one_class:
             # Its scores can be negative: a ratio has no meaning.

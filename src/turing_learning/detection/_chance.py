@@ -32,14 +32,14 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
     the choices are counted. Source: Pitman, Significance tests which may be applied to samples from
     any populations (1937); docs/decisions/0022.
     """
-    known = len(genuine)
+    genuine_count = len(genuine)
     samples = scores.shape[1]
-    chosen = _choices(known, samples)
+    chosen = _choices(genuine_count, samples)
     # Of each choice, the sum of its genuine samples, and which of the individual's it has.
     genuine_sums = np.append(genuine, np.zeros(samples))[chosen].sum(axis=1)
     has_own = np.zeros((len(chosen), samples))
-    rows, columns = np.nonzero(chosen >= known)
-    has_own[rows, chosen[rows, columns] - known] = 1.0
+    rows, columns = np.nonzero(chosen >= genuine_count)
+    has_own[rows, chosen[rows, columns] - genuine_count] = 1.0
     values = np.empty(len(scores))
     for begin in range(0, len(scores), INDIVIDUALS_AT_ONCE):
         individuals = slice(begin, begin + INDIVIDUALS_AT_ONCE)
@@ -73,19 +73,23 @@ def known_needed(share: float, samples: int) -> int:
     """Return how many genuine samples are enough for a p-value as small as a share."""
     if samples == 1:
         return ceil(1 / share) - 1
-    return next(known for known in count(1) if 1 / comb(known + samples, samples) <= share)
+    return next(
+        genuine_count
+        for genuine_count in count(1)
+        if 1 / comb(genuine_count + samples, samples) <= share
+    )
 
 
 @lru_cache(maxsize=2)
-def _choices(known: int, samples: int) -> np.ndarray:
-    """Return choices (any, samples) of numbers below known + samples; the last are the individual's."""
-    total = known + samples
+def _choices(genuine_count: int, samples: int) -> np.ndarray:
+    """Return choices (any, samples) of numbers below genuine_count + samples; the last are the individual's."""
+    total = genuine_count + samples
     draws = max(FEWEST_DRAWS, min(DRAWS, MOST_DRAWN // samples))
     if samples == 1 or comb(total, samples) <= draws:
         return np.array(list(combinations(range(total), samples)), dtype=np.int32)
-    rng = np.random.default_rng((known, samples))
+    rng = np.random.default_rng((genuine_count, samples))
     drawn = [rng.choice(total, samples, replace=False, shuffle=False) for _ in range(draws)]
-    return np.array([np.arange(known, total), *drawn], dtype=np.int32)
+    return np.array([np.arange(genuine_count, total), *drawn], dtype=np.int32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,21 +134,21 @@ class Scan:
         Gammerman and Shafer, Algorithmic Learning in a Random World (2005).
         """
         ordered = np.sort(self.genuine_scores)
-        known = len(ordered)
+        genuine_count = len(ordered)
         evidence = self._evidence_of_places()
         equal = np.flatnonzero(ordered[1:] == ordered[:-1]) + 1
         evidence[equal] = self._evidence(ordered[equal])
-        scores = windows + known
+        scores = windows + genuine_count
         draws = max(FEWEST_DRAWS, min(draws, MOST_DRAWN // scores))
         rng = np.random.default_rng(windows)
         strengths = []
         for draw in np.array_split(np.arange(draws), max(1, draws * scores // DRAWN_AT_ONCE)):
             # Rows of genuine samples stand one behind the other, so that one search does for all.
             rows = np.arange(len(draw))[:, None]
-            genuine = np.sort(rng.random((len(draw), known)), axis=1) + rows
+            genuine = np.sort(rng.random((len(draw), genuine_count)), axis=1) + rows
             individual = rng.random((len(draw), windows)) + rows
             ranks = np.searchsorted(genuine.ravel(), individual.ravel())
-            ranks = ranks.reshape(len(draw), windows) - rows * known
+            ranks = ranks.reshape(len(draw), windows) - rows * genuine_count
             strengths.append(self._strongest(evidence[ranks]))
         return float(np.sort(np.concatenate(strengths))[-int(false_alarms * draws) - 1])
 
@@ -204,8 +208,8 @@ class Scan:
 
     def _evidence_of_places(self) -> np.ndarray:
         """Return the evidence (n + 1,) of the places among n different genuine scores."""
-        known = len(self.genuine_scores)
-        return np.asarray(-ndtri((np.arange(known + 1) + 0.5) / (known + 1)))
+        genuine_count = len(self.genuine_scores)
+        return np.asarray(-ndtri((np.arange(genuine_count + 1) + 0.5) / (genuine_count + 1)))
 
     def _evidence(self, scores: np.ndarray) -> np.ndarray:
         """Return the evidence of scores; that of equal genuine ones is a mean over their places."""

@@ -65,15 +65,15 @@ def company(
     else:
         moved = _unrelated(paths, individuals, fps)
     related = []
-    for own in moved:
-        logarithms = np.log(np.abs(own[:, SIZE_COLUMNS]) + usual.offset)
+    for features in moved:
+        logarithms = np.log(np.abs(features[:, SIZE_COLUMNS]) + usual.offset)
         relative = logarithms - usual.logarithms
         columns = (
-            own[:, :3],
+            features[:, :3],
             relative[:, :2],
-            own[:, 3:9],
+            features[:, 3:9],
             relative[:, 2:4],
-            own[:, 9],
+            features[:, 9],
             logarithms[:, 4],
             relative[:, 4],
         )
@@ -85,7 +85,7 @@ def _unrelated(paths: np.ndarray, individuals: Sequence[int], fps: float) -> lis
     """Return what each individual does at each step (F - 1, 11), not yet beside what is usual."""
     following = _following(paths, individuals, fps)
     pairs = zip(individuals, following, strict=True)
-    return [np.column_stack((_beside_others(paths, k, fps), own)) for k, own in pairs]
+    return [np.column_stack((_beside_others(paths, k, fps), features)) for k, features in pairs]
 
 
 def _beside_others(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
@@ -167,14 +167,14 @@ def _highest_correlations(
     """
     products_of = _earlier_products(velocities, count, individuals, starts)
     for k, (products, squares) in zip(individuals, products_of, strict=True):
-        own = velocities[-count:, k]
-        scale = np.sqrt((own**2).sum() * squares) + 1e-12
+        velocity = velocities[-count:, k]
+        scale = np.sqrt((velocity**2).sum() * squares) + 1e-12
         delay, leader = np.unravel_index((products / scale).argmax(), scale.shape)
         frames = starts[delay] + np.arange(count)
         earlier = velocities[np.maximum(frames, 0), leader + (leader >= k)]
         # Before the recording velocities are 0.
         earlier = np.where((frames >= 0)[:, None], earlier, 0.0)
-        yield count * (own * earlier).sum(axis=1) / scale[delay, leader]
+        yield count * (velocity * earlier).sum(axis=1) / scale[delay, leader]
 
 
 def _least_distances(
@@ -187,14 +187,14 @@ def _least_distances(
     products_of = _earlier_products(positions, count, individuals, starts)
     unknown = np.maximum(-starts, 0)[:, None]
     for k, (products, squares) in zip(individuals, products_of, strict=True):
-        own = positions[-count:, k]
+        position = positions[-count:, k]
         # Of each step and those after it: the first steps may have no counterpart.
-        own_squares = np.cumsum((own**2).sum(axis=1)[::-1])[::-1]
+        own_squares = np.cumsum((position**2).sum(axis=1)[::-1])[::-1]
         mean_squares = (own_squares[unknown] + squares - 2 * products) / (count - unknown)
         delay, leader = np.unravel_index(mean_squares.argmin(), mean_squares.shape)
         frames = starts[delay] + np.arange(count)
         earlier = positions[np.maximum(frames, 0), leader + (leader >= k)]
-        distances = np.hypot(*(own - earlier).T)
+        distances = np.hypot(*(position - earlier).T)
         yield np.where(frames >= 0, distances, distances[frames >= 0].mean())
 
 

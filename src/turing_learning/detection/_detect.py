@@ -99,7 +99,9 @@ def detect(
     if abnormal:
         cases = []
         for recording in abnormal:
-            cases += [Case(own) for own in _windows(recording, with_company) if len(own)]
+            cases += [
+                Case(windows) for windows in _windows(recording, with_company) if len(windows)
+            ]
         in_words = f"{len(cases)} individuals that are known to be abnormal"
         normal = replace(normal, cases=cases, cases_in_words=in_words, relative=False)
     return judge_alike(
@@ -119,14 +121,14 @@ def detect(
 
 def _methods(run: RunClassifiers, with_company: bool) -> list[Method]:
     """Return the methods; signals of the run come first, those of company after them."""
-    own = slice(run.signals if with_company else None)
+    own_columns = slice(run.signals if with_company else None)
     methods = [
-        Method(CLASSIFIERS, run.outputs, columns=own),
-        replace(WINDOW_STATISTICS, columns=own),
+        Method(CLASSIFIERS, run.outputs, columns=own_columns),
+        replace(WINDOW_STATISTICS, columns=own_columns),
     ]
-    methods.append(replace(ONE_CLASS, columns=own))
+    methods.append(replace(ONE_CLASS, columns=own_columns))
     company = slice(run.signals, None)
-    methods.append(replace(MOTION_STATISTICS, columns=company if with_company else own))
+    methods.append(replace(MOTION_STATISTICS, columns=company if with_company else own_columns))
     return methods
 
 
@@ -154,8 +156,12 @@ def _planted(
             cases += _planted_into_recording(motion, run, r, k, with_company, rng)
         else:
             cases += _planted_into_samples(motion.samples[k], r, k)
-    kinds = {case.kind for case in cases}
-    in_words = "signals halved or doubled" if "mean" in kinds else counted(len(kinds), "kind")
+    planted_kinds = {case.kind for case in cases}
+    in_words = (
+        "signals halved or doubled"
+        if "mean" in planted_kinds
+        else counted(len(planted_kinds), "kind")
+    )
     return cases, f"{len(cases)} planted individuals ({in_words})"
 
 
@@ -195,12 +201,12 @@ def _planted_into_recording(
     if with_company:
         usual = usual_motion(paths_of(recording, run.smooth_frames), fps)
     cases = []
-    for kind in PLANTED_KINDS:
-        if len(motion.individuals) == 1 and kind in SOCIAL_KINDS:
+    for planted_kind in PLANTED_KINDS:
+        if len(motion.individuals) == 1 and planted_kind in SOCIAL_KINDS:
             continue
-        changed = plant(recording, k, kind, rng)
+        changed = plant(recording, k, planted_kind, rng)
         planted = motion_of(changed, run, run.smooth_frames, [k], usual, jump_factor=None)
-        cases.append(Case(_windows(planted, with_company)[0], r, k, kind))
+        cases.append(Case(_windows(planted, with_company)[0], r, k, planted_kind))
     return cases
 
 

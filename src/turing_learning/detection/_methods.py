@@ -125,21 +125,21 @@ def learn_distance(
     # The mean squared distance of normal individuals is 1.
     squared_distances = np.einsum("nf,fg,ng->n", deviations, inverse, deviations)
     inverse /= max(float(squared_distances.mean()), TINY)
-    kinds: dict[str, list[np.ndarray]] = {}
+    changes_by_kind: dict[str, list[np.ndarray]] = {}
     for individual in planted:
-        kinds.setdefault(individual.kind, []).append(individual.change / spread)
+        changes_by_kind.setdefault(individual.kind, []).append(individual.change / spread)
     directions = np.empty((len(inverse), 0))
-    if kinds:
+    if changes_by_kind:
         centered = [individual.windows - individual.windows.mean(axis=0) for individual in normal]
         windows = np.concatenate(centered) / spread
         within = windows.T @ windows
         weight = WITHIN_WEIGHT * np.trace(covariance) / max(float(np.trace(within)), TINY)
-        changes = [np.mean(changes_of_kind, axis=0) for changes_of_kind in kinds.values()]
+        changes = [np.mean(changes_of_kind, axis=0) for changes_of_kind in changes_by_kind.values()]
         directions = np.linalg.solve(covariance + weight * within, np.stack(changes, axis=1))
         # The mean square of normal individuals along each direction is 1, too.
         lengths = np.sqrt(((deviations @ directions) ** 2).mean(axis=0))
         directions /= np.maximum(lengths, TINY)
-    return DistanceScorer(center, spread, inverse, np.array(list(kinds)), directions)
+    return DistanceScorer(center, spread, inverse, np.array(list(changes_by_kind)), directions)
 
 
 def learn_one_class(

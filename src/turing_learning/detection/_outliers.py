@@ -52,7 +52,7 @@ class MotionOutlierDetector(OutlierMixin, BaseEstimator):  # type: ignore[misc] 
     def fit(self, X: Any, y: Any = None) -> Self:
         """Learn from samples (n, T, D), or (n, T) of one signal, most of them normal; `y` is not used."""
         number("false_alarms", self.false_alarms, above=0, most=0.5)
-        samples = self._checked(X, least=2)
+        samples = self._checked(X, least_samples=2)
         self.n_features_in_ = samples.shape[1]
         self.signals_ = samples.shape[2]
         features = _features(samples)
@@ -85,9 +85,9 @@ class MotionOutlierDetector(OutlierMixin, BaseEstimator):  # type: ignore[misc] 
         """Return 1 for samples (n, T, D) that belong, -1 for outliers."""
         return np.where(self.decision_function(X) < 0, -1, 1)
 
-    def _checked(self, X: Any, least: int = 1) -> np.ndarray:
+    def _checked(self, X: Any, least_samples: int = 1) -> np.ndarray:
         checked = check_array(
-            X, allow_nd=True, dtype=np.float64, ensure_min_samples=least, estimator=self
+            X, allow_nd=True, dtype=np.float64, ensure_min_samples=least_samples, estimator=self
         )
         if checked.ndim > 3:
             raise ValueError(

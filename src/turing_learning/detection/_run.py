@@ -112,7 +112,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     if jury:
         (network, jurors), (random_network, random_genomes) = jury
         observers = (system.classifier(random_network), random_genomes)
-        last = jurors[-LAST_BATCH:]
+        last_jurors = jurors[-LAST_BATCH:]
         best = jurors
     else:
         history = result.history
@@ -120,14 +120,14 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
             got = f'{result.path} with run.history = "thin", which keeps no classifiers'
             reject("run", "have a full history", got, system.again(str(path)))
         network = classifier_of(configuration)
-        last, best, jurors = _evolved_classifiers(history)
+        last_jurors, best, jurors = _evolved_classifiers(history)
     calibration = None
     stored = result.calibration
     if stored is not None:
         calibration = (stored["genuine"][:, None], stored["abnormal"][:, None])
     return RunClassifiers(
         classifier=system.classifier(network),
-        last=last,
+        last=last_jurors,
         best=best,
         jurors=jurors,
         observers=observers,
@@ -263,7 +263,10 @@ def motion_of(
     if paths.shape[1] > 1:
         steps = np.arange(run.steps)
         related = company(paths, individuals, recording.fps, usual)
-        beside = [own[begin[:, None] + steps] for own, begin in zip(related, begins, strict=True)]
+        beside = [
+            relation[begin[:, None] + steps]
+            for relation, begin in zip(related, begins, strict=True)
+        ]
     times = (np.stack((begin, begin + run.steps), axis=1) / recording.fps for begin in begins)
     return RecordedMotion(
         individuals=names,

@@ -41,10 +41,10 @@ class SimulatedBehaviors:
     abnormal: np.ndarray
 
 
-def stream(seed: int, use: int) -> np.random.Generator:
-    """Return the random numbers of one use."""
+def stream(seed: int, purpose: int) -> np.random.Generator:
+    """Return the random numbers of one purpose."""
     integer("seed", seed, 0, error=ConfigurationError)
-    return np.random.default_rng((DETECTION, seed, use))
+    return np.random.default_rng((DETECTION, seed, purpose))
 
 
 def random_controllers(
@@ -63,13 +63,13 @@ def random_controllers(
 
 
 def _unlike(
-    model: np.ndarray, count: int, rng: np.random.Generator, near: float = NEAR
+    model: np.ndarray, count: int, rng: np.random.Generator, least_error: float = NEAR
 ) -> np.ndarray:
-    """Draw models (count, P) uniformly from [-1, 1], without those that are near a model (P,)."""
+    """Draw models (count, P) uniformly from [-1, 1], without those whose error from a model (P,) is below `least_error`."""
     unlike = np.empty((0, len(model)))
     while len(unlike) < count:
         drawn = rng.uniform(-1, 1, (count, len(model)))
-        unlike = np.concatenate((unlike, drawn[mean_absolute_error(drawn, model) >= near]))
+        unlike = np.concatenate((unlike, drawn[mean_absolute_error(drawn, model) >= least_error]))
     return unlike[:count]
 
 

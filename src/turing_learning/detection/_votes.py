@@ -282,7 +282,8 @@ class Detector:
         self._warn_if_windows_are_too_few(scan, counts, thresholds)
         individuals = zip(motion.individuals, motion.times, scores, strict=True)
         return tuple(
-            scan.verdict(name, times, own, thresholds[len(own)]) for name, times, own in individuals
+            scan.verdict(name, times, own_scores, thresholds[len(own_scores)])
+            for name, times, own_scores in individuals
         )
 
     def mean_scores(self, motion: np.ndarray) -> np.ndarray:
@@ -331,15 +332,15 @@ class Detector:
         lowest = float(p_values(self.genuine_scores, np.zeros((1, samples)))[0])
         if self.rule == "unanimous" or lowest <= self.false_alarms:
             return
-        known = len(self.genuine_scores)
+        genuine_count = len(self.genuine_scores)
         needed = known_needed(self.false_alarms, samples)
-        if known < needed:
+        if genuine_count < needed:
             who = "genuine samples without a part in the weights (the second half of `genuine`)"
-            reason = f"{needed} {who} are needed, and there are {known}"
+            reason = f"{needed} {who} are needed, and there are {genuine_count}"
             remedy = "Calibrate with more, take more samples of each"
         else:
             share = np.mean(self.genuine_scores <= 0)
-            reason = f"{share:.3g} of {counted(known, 'genuine sample')} have that score"
+            reason = f"{share:.3g} of {counted(genuine_count, 'genuine sample')} have that score"
             remedy = "Take more samples of each, another rule"
         _LOGGER.warning(
             "Nobody can be called abnormal by %s each: with score 0 throughout the p-value is %.3g, "

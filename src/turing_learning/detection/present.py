@@ -99,8 +99,8 @@ def timeline_of(
     judged = [verdict for verdict in verdicts if verdict.windows]
     scores = [verdict.scores for verdict in judged]
     if not votes:
-        largest = max(1e-12, *(float(own.max()) for own in scores))
-        scores = [(own / largest).clip(0, 1) for own in scores]
+        largest = max(1e-12, *(float(individual_scores.max()) for individual_scores in scores))
+        scores = [(individual_scores / largest).clip(0, 1) for individual_scores in scores]
     return timeline_figure(
         [verdict.individual for verdict in judged],
         [verdict.times for verdict in judged],
@@ -176,8 +176,8 @@ def _paths_picture(
         begin, stop = verdict.spells[0]
     else:
         begin, stop = verdict.times[0, 0], verdict.times[-1, 1]
-    last = min(round(stop * recording.fps) + 1, len(recording.positions))
-    frames = np.arange(round(begin * recording.fps), last)
+    last_frame = min(round(stop * recording.fps) + 1, len(recording.positions))
+    frames = np.arange(round(begin * recording.fps), last_frame)
     frames = frames[:: max(1, len(frames) // MOST_FRAMES)]
     present = recording.present[frames, :, None]
     positions = np.where(present, recording.positions[frames], np.nan)

@@ -68,10 +68,8 @@ def check_range(
     low: np.typing.ArrayLike, high: np.typing.ArrayLike, dimension: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the initial range of every parameter, two (dimension,) arrays, if its bounds are in order."""
-    low, high = (
-        check_vector("initial_low", low, dimension),
-        check_vector("initial_high", high, dimension),
-    )
+    low = check_vector("initial_low", low, dimension)
+    high = check_vector("initial_high", high, dimension)
     k = int(np.argmin(low < high))
     require(
         (low < high).all(),

@@ -66,9 +66,8 @@ class CMAEvolutionStrategy(Turns):
         minimum = check_vector("minimum_step_size", minimum_step_size, dimension)
         require((minimum >= 0).all(), "minimum_step_size", "not be negative", minimum.min())
         self._center = low / 2 + high / 2
-        self._scale = high / np.sqrt(12) - low / np.sqrt(
-            12
-        )  # standard deviation of a uniform distribution
+        # Standard deviation of a uniform distribution
+        self._scale = high / np.sqrt(12) - low / np.sqrt(12)
         self._minimum = minimum / self._scale
         self._distribution = self._new_distribution()
         self._asked_steps = self._next_steps()
@@ -173,8 +172,7 @@ class _Distribution:
             self._strategy.tell(self.solutions, (-fitness).tolist())  # cma minimizes
         deviations = self.standard_deviations
         widen, narrow = (self._minimum / deviations).min(), SPREAD_LIMIT / deviations.max()
-        self._strategy.sigma *= float(
-            min(max(1.0, widen), narrow)
-        )  # the shape stays what `cma` made it
+        # The shape stays what `cma` made it
+        self._strategy.sigma *= float(min(max(1.0, widen), narrow))
         self.generation += 1
         self._draw()

@@ -105,9 +105,8 @@ class EvolutionStrategy(Turns):
         self._turn("tell")
         generation, fitness = self._generation, array("fitness", fitness, "size", size=self.size)
         scores = fitness.copy() if self._memory is None else self._memory.score(generation, fitness)
-        best = np.argsort(-scores, kind="stable")[
-            : self.parents
-        ]  # the fittest first; of equals the older
+        # The fittest first; of equals the older
+        best = np.argsort(-scores, kind="stable")[: self.parents]
         if self._memory is not None:
             self._memory.keep(best)
         rng = generation_rng(self._seed, generation + 1)
@@ -144,15 +143,11 @@ class EvolutionStrategy(Turns):
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over what `state` returned, from a strategy with the same settings; allowed also between `ask` and `tell`."""
         shapes = {"population": "N P", "step_sizes": "N P", "totals": "N", "weights": "N"}
-        generation, held = (
-            check_generation(state),
-            state_arrays(state, shapes, N=self.size, P=self.dimension),
-        )
+        generation = check_generation(state)
+        held = state_arrays(state, shapes, N=self.size, P=self.dimension)
         if self._memory is not None:
             self._memory.totals, self._memory.weights = held["totals"], held["weights"]
-        self._generation, self._population, self._steps = (
-            generation,
-            held["population"],
-            held["step_sizes"],
-        )
+        self._generation = generation
+        self._population = held["population"]
+        self._steps = held["step_sizes"]
         self._awaits_fitness, self._asked_steps = False, self._steps

@@ -319,8 +319,6 @@ class Particles(Family):
 
     def _within(self, positions: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and directions or velocities (M, A) after reflection at the walls, if there are some."""
-        return (
-            (positions, vectors)
-            if self.tank_cm is None
-            else reflected(positions, vectors, self.tank_cm)
-        )
+        if self.tank_cm is None:
+            return (positions, vectors)
+        return reflected(positions, vectors, self.tank_cm)

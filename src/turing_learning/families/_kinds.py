@@ -42,11 +42,9 @@ class Vicsek(Particles):
         super().__post_init__()
         if self.period_cm is not None:
             self._check_above_zero("period_cm")
-            where, remedy, near = (
-                "in a periodic square",
-                "Set period_cm=None.",
-                NEIGHBOR & set(self.signals),
-            )
+            where = "in a periodic square"
+            remedy = "Set period_cm=None."
+            near = NEIGHBOR & set(self.signals)
             require(
                 self.tank_cm is None, "tank_cm", f"be None {where}", brief(self.tank_cm), remedy
             )

@@ -117,11 +117,9 @@ def as_recorded(
         if alike[kind]  # nothing is learned from a recording that is held out
     }
     first, *others = groups.values()
-    return (
-        Replicates((first, *others), tuple(alike[kind] / alike.total() for kind in groups))
-        if others
-        else first
-    )
+    if others:
+        return Replicates((first, *others), tuple(alike[kind] / alike.total() for kind in groups))
+    return first
 
 
 @dataclass(frozen=True)
@@ -193,11 +191,9 @@ class RecordedSystem:
         Headings are not measured if the individuals of the family have none. A network is learned, with `progress`, unless
         it is given.
         """
-        given, paths, chosen = (
-            self.options.get,
-            self.options["trajectories"],
-            MODELS[self.options["model"]],
-        )
+        given = self.options.get
+        paths = self.options["trajectories"]
+        chosen = MODELS[self.options["model"]]
         names = listed(given("signals"), "signals", "names")
         apart = listed(given("hold_out_individuals"), "hold_out_individuals", "names")
         numbers = listed(given("hold_out_recordings"), "hold_out_recordings", "numbers")

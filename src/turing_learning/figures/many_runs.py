@@ -88,7 +88,7 @@ def box_panels_figure(
     *,
     names: Sequence[str],
     truth: Numbers,
-    what: str = "Value of the parameter",
+    quantity: str = "Value of the parameter",
 ) -> "Figure":
     """Draw `box_figure` for groups of runs (R, P) with titles, side by side at one scale: figures 11 and 13 of the paper."""
     width, height = (max(3.6, 0.9 * len(names) + 1.4), 3.4)
@@ -96,15 +96,15 @@ def box_panels_figure(
         width, height = (max(3.6, 2.7 * len(groups)), 3.2)
     panels = panel_row(list(groups), width, height)
     true_values = [] if truth is None else list(truth)
-    places = np.arange(1, len(true_values) + 1)
+    centers = np.arange(1, len(true_values) + 1)
     limits = []
     for axes, values in zip(panels.axes, groups.values(), strict=True):
         _draw_boxes(axes, list(values.T), names=names)
         if true_values:
             axes.hlines(
                 true_values,
-                places - 0.42,
-                places + 0.42,
+                centers - 0.42,
+                centers + 0.42,
                 label="true value",
                 zorder=3,
                 color=INK,
@@ -112,7 +112,7 @@ def box_panels_figure(
                 linestyle=DASHED,
             )
         limits.append(_limits(axes, values, true_values))
-    panels.label(what, "Parameter")
+    panels.label(quantity, "Parameter")
     lows, highs = zip(*limits, strict=True)
     panels.axes[0].set_ylim(min(lows), max(highs))
     return panels.with_legend(ncols=1)
@@ -133,7 +133,7 @@ def _limits(axes: "Axes", values: np.ndarray, truth: list[float]) -> tuple[float
 
 
 def error_box_figure(
-    errors: Mapping[str, np.ndarray], *, what: str = "Absolute error", where: str = "Parameter"
+    errors: Mapping[str, np.ndarray], *, quantity: str = "Absolute error", where: str = "Parameter"
 ) -> "Figure":
     """Draw groups of errors (R,) as boxes on a logarithmic axis, as in figure 14b of the paper; the least is drawn at 1e-6."""
     groups = [np.maximum(group, SMALLEST_ERROR) for group in errors.values()]
@@ -142,7 +142,7 @@ def error_box_figure(
     panels.logarithmic(*groups)
     if len(errors) > LEVEL_LABELS:
         axes.tick_params(axis="x", rotation=60)
-    panels.label(what, where)
+    panels.label(quantity, where)
     return panels.figure
 
 
@@ -154,11 +154,11 @@ def error_groups_figure(groups: Mapping[str, np.ndarray], *, names: Sequence[str
     width = len(groups) + 1
     handles = []
     # Groups stand side by side, with a gap of one box between parameters.
-    for k, (kind, errors) in enumerate(groups.items()):
+    for k, (group, errors) in enumerate(groups.items()):
         color = series(k)["color"]
-        places = [width * p + k for p in range(len(names))]
-        _draw_boxes(axes, list(np.maximum(errors, 1e-4).T), positions=places, color=color)
-        handles.append(Patch(edgecolor=color, facecolor="none", label=kind))
+        centers = [width * p + k for p in range(len(names))]
+        _draw_boxes(axes, list(np.maximum(errors, 1e-4).T), positions=centers, color=color)
+        handles.append(Patch(edgecolor=color, facecolor="none", label=group))
     axes.set_xticks([width * p + (len(groups) - 1) / 2 for p in range(len(names))], list(names))
     panels.logarithmic(*groups.values())
     panels.label("Absolute error, share of range", "Parameter")
@@ -166,7 +166,7 @@ def error_groups_figure(groups: Mapping[str, np.ndarray], *, names: Sequence[str
 
 
 def dispersion_figure(
-    agents: np.ndarray, models: np.ndarray, *, least: float, gathered: str
+    agents: np.ndarray, models: np.ndarray, *, least_possible: float, gathered: str
 ) -> "Figure":
     """Draw the dispersion that agents (R,), hatched, and replicas of several models (M, R) have reached: a box for each.
 
@@ -177,14 +177,14 @@ def dispersion_figure(
     numbers = range(1, len(models) + 1)
     _draw_boxes(axes, [agents], positions=[0], color=INK, facecolor="#c9ced4", hatch="////")
     _draw_boxes(axes, list(models), positions=numbers, facecolor="white")
-    axes.axhline(least, color=INK, linewidth=1.1, linestyle=DASHED, label="least possible")
+    axes.axhline(least_possible, color=INK, linewidth=1.1, linestyle=DASHED, label="least possible")
     axes.set_xlim(-0.9, len(models) + 0.9)
     # With many models few numbers are named, so that "agents" has room.
     named = [k for k in numbers if len(models) <= LEVEL_LABELS or k % 5 == 0]
     axes.set_xticks([0, *named], ["agents", *map(str, named)])
     values = np.concatenate([agents, models.ravel()])
     top = min(float(values.max()), HIGHEST_DISPERSION * float(agents.max()))
-    bottom = min(least, float(values.min()))
+    bottom = min(least_possible, float(values.min()))
     margin = 0.06 * (top - bottom)
     axes.set_ylim(bottom - margin, top + margin)
     if beyond := int(np.count_nonzero(values > top)):
@@ -260,16 +260,18 @@ def error_histogram_figure(maes: np.ndarray, *, limits: tuple[float, float]) -> 
     The axis ends at the largest error, at most three times the second limit; errors beyond share
     the last bar. As in figure 14a of the paper.
     """
-    end = min(3 * limits[1], max(1.1 * limits[0], 1.02 * float(maes.max())))
+    upper = min(3 * limits[1], max(1.1 * limits[0], 1.02 * float(maes.max())))
     panels, axes = one_panel(5.2, 3.1)
-    edges = np.linspace(0, end, 31)
-    axes.hist(np.minimum(maes, end), bins=edges.tolist(), color=SKY, edgecolor=BLUE, linewidth=0.7)
+    edges = np.linspace(0, upper, 31)
+    axes.hist(
+        np.minimum(maes, upper), bins=edges.tolist(), color=SKY, edgecolor=BLUE, linewidth=0.7
+    )
     axes.locator_params(axis="y", integer=True)
     for limit in limits:
-        if limit < end:
+        if limit < upper:
             axes.axvline(limit, color=INK, linewidth=0.9, linestyle=DASHED)
-    if beyond := int(np.count_nonzero(maes > end)):
-        note(axes, f"{beyond} beyond {end:g}")
+    if beyond := int(np.count_nonzero(maes > upper)):
+        note(axes, f"{beyond} beyond {upper:g}")
     panels.label("Number of runs", "Mean absolute error")
     return panels.figure
 
@@ -279,19 +281,19 @@ def prediction_figure(
 ) -> "Figure":
     """Draw median and quartiles of what many runs have inferred (R, P) beside what theory predicts and beside the truth."""
     low, middle, high = np.quantile(values, (0.25, 0.5, 0.75), axis=0)
-    places = np.arange(len(names))
+    centers = np.arange(len(names))
     panels, axes = one_panel(max(4.2, 0.8 * len(names) + 1.4), 3.2)
     axes.hlines(
         truth,
-        places - 0.36,
-        places + 0.36,
+        centers - 0.36,
+        centers + 0.36,
         color=INK,
         linewidth=1.1,
         linestyle=DASHED,
         label="true value",
     )
     axes.plot(
-        places - 0.14,
+        centers - 0.14,
         predicted,
         "D",
         color=ORANGE,
@@ -300,10 +302,10 @@ def prediction_figure(
         label="predicted",
     )
     axes.errorbar(
-        places + 0.14, middle, np.stack([middle - low, high - middle]),
+        centers + 0.14, middle, np.stack([middle - low, high - middle]),
         fmt="o", color=BLUE, ecolor=SKY, markersize=5, capsize=3, label="inferred: median, quartiles",
     )  # fmt: skip
-    axes.set_xticks(places, names, parse_math=False)
+    axes.set_xticks(centers, names, parse_math=False)
     panels.label("Value of the parameter", "Parameter")
     return panels.with_legend(ncols=3)
 

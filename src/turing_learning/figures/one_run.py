@@ -240,11 +240,11 @@ def accuracy_figure(
                 linewidth=1.3, elinewidth=0.8, capsize=2, label=name,
             )  # fmt: skip
     axes.set_xscale("symlog", linthresh=1)
-    last = 1.2 * max(generations.max(), 1)
-    axes.xaxis.set_major_locator(FixedLocator([0, *(10**k for k in range(7) if 10**k <= last)]))
+    limit = 1.2 * max(generations.max(), 1)
+    axes.xaxis.set_major_locator(FixedLocator([0, *(10**k for k in range(7) if 10**k <= limit)]))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.set_xlim(-0.2, last)
+    axes.set_xlim(-0.2, limit)
     edges: list[np.ndarray] = []
     for values in (objective, subjective):
         edges += [

@@ -91,9 +91,12 @@ def presence_figure(
     for row in range(len(names)):
         changes = np.diff(present[:, row].astype(int), prepend=0, append=0)
         begins = np.flatnonzero(changes == 1) / fps
-        ends = np.flatnonzero(changes == -1) / fps
+        stops = np.flatnonzero(changes == -1) / fps
         axes.broken_barh(
-            list(zip(begins, ends - begins, strict=True)), (row - 0.3, 0.6), color=BLUE, linewidth=0
+            list(zip(begins, stops - begins, strict=True)),
+            (row - 0.3, 0.6),
+            color=BLUE,
+            linewidth=0,
         )
     drawn = [(time, who) for who, time in jumps if who < len(names)]
     if drawn:

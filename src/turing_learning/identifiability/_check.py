@@ -164,10 +164,8 @@ def profile(
     ]
     accuracies, here = np.array([of_groups for _, of_groups in found]), int(order.argmax())
     others = np.delete(np.arange(len(models)), here)
-    differences, rng = (
-        accuracies[others] - accuracies[here],
-        stream(seed, PROFILING, place, effort.points + 1),
-    )
+    differences = accuracies[others] - accuracies[here]
+    rng = stream(seed, PROFILING, place, effort.points + 1)
     return Profile(
         parameter=name,
         values=tuple(models[:, place].tolist()),
@@ -231,9 +229,9 @@ class PinnedDown:
     def reasons(self) -> tuple[str, ...]:
         """Why it is not pinned down, in words; empty if it is."""
         sides = zip(("lower", "higher"), self.sides or (True, True), strict=True)
-        unknown = (
-            " or ".join(side for side, rejected in sides if not rejected) if self.examined else ""
-        )
+        unknown = ""
+        if self.examined:
+            unknown = " or ".join(side for side, rejected in sides if not rejected)
         width, share, error = (
             each or 0.0 for each in (self.interval_share, self.open_share, self.recovery_error)
         )
@@ -344,10 +342,8 @@ class Check(Judged):
             cells = [shown(share, form.format) for share, form in shares]
             rows.append([each.parameter, *cells, "; ".join(each.reasons) or "pinned down"])
         headings = ["parameter", "interval", "left open", "missed by", "verdict"]
-        samples, truths = (
-            counted(self.test.genuine_samples, "held-out sample"),
-            len(self.recoveries),
-        )
+        samples = counted(self.test.genuine_samples, "held-out sample")
+        truths = len(self.recoveries)
         head = f"{samples}, {counted(truths, 'known truth')}, {counted(len(self.profiles), 'profile')}: {self.verdict}"
         remark = "Shares of the initial range; left open: at most."
         return head, headings, rows, [remark, self.text, judged(self.judgment)]

@@ -89,10 +89,8 @@ class Evidence:
         rule, count = f"keep at least {LEAST_TESTING} samples for testing", len(self.testing)
         remedy = "Run again with a larger share, or shorter windows."
         require(count >= LEAST_TESTING, "held_out", rule, count, remedy, error=ConfigurationError)
-        rule, remedy = (
-            "tell at least 2 groups of held-out samples apart",
-            "Name other groups, such as blocks of time.",
-        )
+        rule = "tell at least 2 groups of held-out samples apart"
+        remedy = "Name other groups, such as blocks of time."
         groups = len(np.unique(self.groups))
         require(groups >= 2, "groups", rule, groups, remedy, error=ConfigurationError)
 
@@ -137,10 +135,8 @@ def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarra
     """Return which held-out samples belong together, by labels (K,) of all or as windows know it, and what such a group is."""
     if groups is not None:
         labels = np.asarray(groups)
-        rule, count = (
-            f"be one label for each of the {len(data.samples)} samples",
-            (len(data.samples),),
-        )
+        rule = f"be one label for each of the {len(data.samples)} samples"
+        count = (len(data.samples),)
         require(
             labels.shape == count, "groups", rule, f"shape {labels.shape}", error=ConfigurationError
         )

@@ -145,9 +145,8 @@ def judge(start, stop, blocks, weights, outputs):
 def elman_source(inputs: int, hidden: int, *, cache: bool) -> str:
     """Return the source of the judge for a network of ``inputs`` inputs and ``hidden`` hidden neurons."""
     sizes = {"inputs": inputs, "hidden": hidden, "lanes": LANES, "limit": LIMIT, "cache": cache}
-    sizes["memory"] = (
-        2 * hidden * LANES
-    )  # the activations; the second half is for networks that are not written out
+    # The activations; the second half is for networks that are not written out
+    sizes["memory"] = 2 * hidden * LANES
     names = [f"w{i}_{d}" for i in range(hidden) for d in range(inputs)]
     names += [f"u{i}_{j}" for i in range(hidden) for j in range(hidden)]
     names += [f"b{i}" for i in range(hidden)] + [f"v{i}" for i in range(hidden)] + ["c"]

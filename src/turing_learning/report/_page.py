@@ -49,9 +49,8 @@ class Listing:
     note: str = ""  # what a reader needs to read it
     folded: bool = False  # whether it is closed until it is asked for, because it is long
     foot: Sequence[Cell] = ()  # a last row, set apart
-    looks: Mapping[str, str] = field(
-        default_factory=dict
-    )  # heading of a column -> "strong" or "apart"
+    # Heading of a column -> "strong" or "apart"
+    looks: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -66,12 +65,10 @@ class Report:
     doubts: Sequence[str] = ()  # what looks odd, a sentence each
     configuration: str = ""  # as text (TOML): the resolved one, of a study that of the first run
     judgment: Judgment | None = None  # whether to believe a run
-    facts: Sequence[
-        tuple[str, str]
-    ] = ()  # names and values that belong at the top: seed, date, command, citation
-    data: Mapping[str, str] = field(
-        default_factory=dict
-    )  # name of a file -> its content, for download
+    # Names and values that belong at the top: seed, date, command, citation
+    facts: Sequence[tuple[str, str]] = ()
+    # Name of a file -> its content, for download
+    data: Mapping[str, str] = field(default_factory=dict)
     check: Listing | None = None
     check_figures: Sequence[Picture] = ()
     steps: Sequence[tuple[str, str]] = ()  # what to do next: commands, and what they are for

@@ -68,8 +68,8 @@ def aligned(values: Sequence[float | None], nothing: str = "-", decimals: int = 
     needed = first_digit + (largest < 1e-4)
     form = "{:.3e}".format
     if needed <= MOST_DECIMALS and largest < LARGEST_FIXED:
-        places = max(decimals, min(first_digit + 1, MOST_DECIMALS))
-        form = f"{{:.{places}f}}".format
+        shown_decimals = max(decimals, min(first_digit + 1, MOST_DECIMALS))
+        form = f"{{:.{shown_decimals}f}}".format
     return [shown(value, form, nothing) for value in values]
 
 

@@ -197,9 +197,9 @@ class Work:
         results = [run.result for run in result.runs if run.result is not None]
         models = {}
         errors = {}
-        for kind, error in MODEL_KINDS.items():
-            models[kind] = np.array([list(inferred[kind].values()) for inferred in results])
-            errors[kind] = np.array([list(inferred[error].values()) for inferred in results])
+        for readout, error in MODEL_KINDS.items():
+            models[readout] = np.array([list(inferred[readout].values()) for inferred in results])
+            errors[readout] = np.array([list(inferred[error].values()) for inferred in results])
         return Runs(preset, names, tuple(run.seed for run in result.runs), models, errors, result)
 
 
@@ -242,8 +242,8 @@ class Findings:
     ) -> None:
         """Add a table, without its index; name and caption are filled in with the words."""
         captions = prose()["tables"][self.experiment]
-        shown = Shown(pattern.format(**words), captions[pattern].format(**words), inline=inline)
-        insort(self.tables, (list(captions).index(pattern), shown, frame), key=itemgetter(0))
+        table = Shown(pattern.format(**words), captions[pattern].format(**words), inline=inline)
+        insort(self.tables, (list(captions).index(pattern), table, frame), key=itemgetter(0))
 
     def picture(self, pattern: str, claim: str, figure: "Figure", /, **words: Any) -> None:
         """Add a picture that belongs to a claim, to none if it is empty."""
@@ -262,12 +262,10 @@ class Experiment:
     deviations: Sequence[str]  # what is done differently, or is not known from the paper, and why
     full: Sizes
     fast: Sizes
-    conduct: Callable[
-        [Work, Findings], None
-    ]  # does the work: pieces that are there already are not done again
-    conditions: Sequence[
-        str
-    ] = ()  # what is compared, where the paper has nothing to be held against
+    # Does the work: pieces that are there already are not done again
+    conduct: Callable[[Work, Findings], None]
+    # What is compared, where the paper has nothing to be held against
+    conditions: Sequence[str] = ()
     packages: Sequence[str] = ()  # beyond those of the installation
     extra: str = ""  # that brings them
 
@@ -296,19 +294,21 @@ class Runs:
     def __len__(self) -> int:
         return len(self.seeds)
 
-    def variant(self, kind: str = "best_model") -> str:
+    def variant(self, readout: str = "best_model") -> str:
         """Return what a verdict on models of a kind is about; nothing for the one that counts."""
         return ", ".join(
-            filter(None, (variant_of(self.preset), "" if kind == "best_model" else kind))
+            filter(None, (variant_of(self.preset), "" if readout == "best_model" else readout))
         )
 
-    def maes(self, kind: str) -> np.ndarray:
+    def maes(self, readout: str) -> np.ndarray:
         """Return the mean absolute error of each run (R,)."""
-        return self.errors[kind].mean(axis=1)
+        return self.errors[readout].mean(axis=1)
 
     def models_frame(self) -> pd.DataFrame:
         """Return what every run has inferred: model, seed, parameters."""
-        frames = {kind: seeded(self.seeds, self.models[kind], self.names) for kind in MODEL_KINDS}
+        frames = {
+            readout: seeded(self.seeds, self.models[readout], self.names) for readout in MODEL_KINDS
+        }
         return stacked(frames, "model")
 
     def errors_frame(self, claim: str = "") -> pd.DataFrame:
@@ -348,10 +348,10 @@ def errors_frame(errors: np.ndarray, names: Sequence[str], claim: str = "") -> p
     return frame
 
 
-def compare_columns(genuine: np.ndarray, others: np.ndarray) -> Comparison:
+def compare_columns(genuine: np.ndarray, compared: np.ndarray) -> Comparison:
     """Test each of P columns of values (R, P) against the same column of others (R, P)."""
     # Each column is a question of its own, and so a comparison of its own.
-    tests = [compare(genuine[:, k], [others[:, k]]) for k in range(genuine.shape[1])]
+    tests = [compare(genuine[:, k], [compared[:, k]]) for k in range(genuine.shape[1])]
     return Comparison(np.concatenate([test.p_values for test in tests]), tests[0].level)
 
 

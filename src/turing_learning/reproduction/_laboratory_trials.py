@@ -186,9 +186,9 @@ def gatherings(work: Work, model: np.ndarray) -> tuple[Gathering, Gathering]:
     sizes = work.sizes["validation"]
     controllers = (np.array(robots.LABORATORY.controller), model)
     arguments = {}
-    for number, (kind, controller) in enumerate(zip(SWARM_KINDS, controllers, strict=True)):
+    for number, (role, controller) in enumerate(zip(SWARM_KINDS, controllers, strict=True)):
         for trial in range(1, sizes["trials"] + 1):
-            arguments[f"validation-{kind}-trial{trial:02d}"] = (sizes, controller, trial, number)
+            arguments[f"validation-{role}-trial{trial:02d}"] = (sizes, controller, trial, number)
     pieces = list(work.all_arrays(_filmed, arguments).values())
     trials = sizes["trials"]
     return _gathering(pieces[:trials]), _gathering(pieces[trials:])
@@ -220,14 +220,14 @@ def places_apart(
 
 
 def _filmed(
-    should_stop: Stop, sizes: Sizes, controller: np.ndarray, trial: int, kind: int
+    should_stop: Stop, sizes: Sizes, controller: np.ndarray, trial: int, role: int
 ) -> dict[str, np.ndarray] | None:
     """Run a trial before the emulated camera; find the robots' round markers in its images."""
     from turing_learning.robots.emulation import move_alone
 
     def drawn(purpose: int) -> int:
         return int(
-            np.random.SeedSequence((purpose, sizes["seed"], trial, kind)).generate_state(1)[0]
+            np.random.SeedSequence((purpose, sizes["seed"], trial, role)).generate_state(1)[0]
         )
 
     scenario = robots.LABORATORY
@@ -243,7 +243,7 @@ def _filmed(
     tracker = robots.Tracker(markers, calibration, labels)
     every = round(sizes["every_s"] / scenario.trial.control_interval_s)
     cycles = every * (len(times_of(sizes)) - 1)
-    seen: list[np.ndarray] = []
+    tracked: list[np.ndarray] = []
     poses = []
     complete = []
     motion = move_alone(scenario, controller, start, cycles=cycles, seed=drawn(VALIDATION_NOISE))
@@ -256,10 +256,10 @@ def _filmed(
         complete.append(len(positions) == count)
         if not complete[-1]:
             # A robot was missed: all positions of the image before, at first the true ones.
-            positions = seen[-1] if seen else now[:, :2]
-        seen.append(positions)
+            positions = tracked[-1] if tracked else now[:, :2]
+        tracked.append(positions)
         poses.append(now)
-    return {"seen": np.array(seen), "complete": np.array(complete), "poses": np.array(poses)}
+    return {"seen": np.array(tracked), "complete": np.array(complete), "poses": np.array(poses)}
 
 
 def random_models(path: Path, sizes: Sizes) -> dict[str, Any]:

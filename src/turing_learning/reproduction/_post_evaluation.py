@@ -28,7 +28,7 @@ def grid_models(parameters: int, points: int) -> np.ndarray:
 
 def count_agents(
     classifier: Classifier, genomes: np.ndarray, scenario: Scenario, models: np.ndarray, *, trials: int, seed: int,
-    part: slice = ALL, threads: int | None = None, should_stop: Callable[[], bool] = lambda: False,
+    chunk: slice = ALL, threads: int | None = None, should_stop: Callable[[], bool] = lambda: False,
 ) -> np.ndarray | None:  # fmt: skip
     """Count the agents, and the replicas, that classifiers decide to be agents: (N, 2).
 
@@ -50,8 +50,8 @@ def count_agents(
         Number of trials of each model, >= 1; ten in the paper.
     seed
         Of initial poses and noise, >= 0. The result depends on nothing else.
-    part
-        Which of the models; the counts of parts that cover all add up to those of all.
+    chunk
+        Which of the models; the counts of chunks that cover all add up to those of all.
     threads
         Number of threads of the simulation; None takes every processor.
     should_stop
@@ -61,8 +61,8 @@ def count_agents(
     individuals = scenario.individuals
     rng = np.random.default_rng((DETECTION, seed, POST_EVALUATION))
     poses = initial_poses(scenario, trials, rng)
-    keys = rng.integers(0, 2**64, size=(len(models), trials), dtype=np.uint64)[part]
-    models = models[part]
+    keys = rng.integers(0, 2**64, size=(len(models), trials), dtype=np.uint64)[chunk]
+    models = models[chunk]
     bytes_of_model = 8 * individuals * trials * scenario.control_steps * len(scenario.input_scale)
     block_size = max(1, BLOCK_BYTES // bytes_of_model)
     for begin in range(0, len(models), block_size):

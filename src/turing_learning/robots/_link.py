@@ -145,9 +145,9 @@ class Link(AbstractContextManager["Link"]):
         self.port, self.clock = port, clock or RealClock()
         self._alive_s = alive_s
         self._writing, self._closed = threading.Lock(), threading.Event()
-        own = {"timeout": _POLL_S, "write_timeout": 1.0}
+        timeouts = {"timeout": _POLL_S, "write_timeout": 1.0}
         self._connect = connect or (
-            lambda: optional("serial", "pyserial", "robot").serial_for_url(port, baud, **own)
+            lambda: optional("serial", "pyserial", "robot").serial_for_url(port, baud, **timeouts)
         )
         self._device: Device | None = None
         self._buffer = bytearray()
@@ -205,9 +205,9 @@ class Link(AbstractContextManager["Link"]):
         Bytes that are not printable ASCII are left out: form feeds and bells of greetings, and noise.
         """
         while True:
-            if end := _END.search(self._buffer):
-                line = bytes(byte for byte in self._buffer[: end.start()] if 32 <= byte < 127)
-                del self._buffer[: end.end()]
+            if line_end := _END.search(self._buffer):
+                line = bytes(byte for byte in self._buffer[: line_end.start()] if 32 <= byte < 127)
+                del self._buffer[: line_end.end()]
                 if line:
                     return line.decode("ascii")
                 continue
@@ -239,11 +239,11 @@ class Link(AbstractContextManager["Link"]):
         self._buffer += self._guarded(lambda device: bytes(device.read(max(1, device.in_waiting))))
         return True
 
-    def _guarded(self, use: Callable[[Device], Any]) -> Any:
+    def _guarded(self, exchange: Callable[[Device], Any]) -> Any:
         if self._device is None:
             raise LinkError(f"`link` to {self.port} must be open; got a closed one. Open it.")
         try:
-            return use(self._device)
+            return exchange(self._device)
         except OSError as error:
             self.close()
             raise LinkError(f"the link to {self.port} is lost ({error})") from error
@@ -315,9 +315,8 @@ class EPuck(Replica):
 
     def battery_ok(self) -> bool:
         """Return whether the battery is above its limit; of a robot that states its charge, whether that is above 15 %."""
-        numbers = self._ask(
-            "b", r"b,(\d{1,9})(?: \((\d{1,9})%\))?"
-        )  # of an e-puck, and of an e-puck2
+        # An e-puck answers with one number, an e-puck2 with a voltage and a charge
+        numbers = self._ask("b", r"b,(\d{1,9})(?: \((\d{1,9})%\))?")
         return int(numbers[2]) > LEAST_CHARGE if numbers[2] else int(numbers[1]) > 0
 
     def stop(self) -> None:
@@ -404,7 +403,7 @@ class EPuck(Replica):
 
         return self._try(repr(sent), exchange)
 
-    def _try(self, what: str, exchange: Callable[[], Answer | None]) -> Answer:
+    def _try(self, request: str, exchange: Callable[[], Answer | None]) -> Answer:
         trouble, self._refused = "no answer that makes sense", 0
         for attempt in range(self._retries + 1):
             try:
@@ -425,11 +424,11 @@ class EPuck(Replica):
                 )  # a port that has just gone may come back
             if answer is not None:
                 return answer
-        if self._refused > self._retries and what.startswith("'X,"):
-            kind = "an ordinary e-puck without replica firmware (docs/robots/firmware.md)"
-            trouble = f"'Command not found', as of {kind},"
+        if self._refused > self._retries and request.startswith("'X,"):
+            device = "an ordinary e-puck without replica firmware (docs/robots/firmware.md)"
+            trouble = f"'Command not found', as of {device},"
         got = f"{trouble} in {self._retries + 1} attempts"
-        raise LinkError(f"the robot at {self._link.port} must answer {what}; got {got}.")
+        raise LinkError(f"the robot at {self._link.port} must answer {request}; got {got}.")
 
     def _drain(self, quiet_s: float) -> None:
         """Read unsolicited lines until the line is quiet: a late answer must not be taken for the next one."""

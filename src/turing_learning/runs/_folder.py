@@ -134,10 +134,8 @@ class RunFolder(Store):
     def manifest(self) -> dict[str, Any]:
         """Return the manifest; reject a folder that is no run, or one of a later version, with a RunFolderError."""
         if not self.exists():
-            got, remedy = (
-                f"{self.path} without a readable manifest.json",
-                "Give the folder that `infer` has made.",
-            )
+            got = f"{self.path} without a readable manifest.json"
+            remedy = "Give the folder that `infer` has made."
             reject_folder("run", "be a run folder", got, remedy)
         manifest = self.head()
         if not isinstance(manifest.get("state"), str):

@@ -97,12 +97,10 @@ class HistoryRecorder:
         arrays: Mapping[str, Any],
         seals: Mapping[str, np.ndarray] | None = None,
     ) -> None:  # the seals of when the arrays had been flushed the last time
-        self.arrays, self._chunk, self._generations, self._count = (
-            arrays,
-            layout.chunk,
-            layout.generations,
-            0,
-        )
+        self.arrays = arrays
+        self._chunk = layout.chunk
+        self._generations = layout.generations
+        self._count = 0
         self._stops: list[int] = [] if seals is None else seals["stops"].tolist()
         self._checksums: list[int] = [] if seals is None else seals["checksums"].tolist()
         self._start = self._stops[-1] if self._stops else 0
@@ -168,9 +166,8 @@ def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
 
     for name, (dimensions, kind, _) in FULL.items():
         shape = (layout.generations, *layout.shape(name))
-        codes = (
-            kind == "<i1"
-        )  # no fill value, which xarray would turn into NaN; written at once: in few files
+        # No fill value, which xarray would turn into NaN; written at once: in few files
+        codes = kind == "<i1"
         chunk = layout.chunk * (
             max(1, layout.generations // (MOST_FILES * layout.chunk)) if codes else 1
         )
@@ -270,11 +267,9 @@ def require_sound(
     """Reject a history that is not as it was flushed, naming the generations."""
     damaged = damaged_generations(path, layout, generations, seals)
     which = ", ".join(f"{start} to {stop - 1}" for start, stop in damaged or [])
-    got = (
-        f"damage in generations {which}"
-        if damaged
-        else "files that cannot be read, or of another run"
-    )
+    got = "files that cannot be read, or of another run"
+    if damaged:
+        got = f"damage in generations {which}"
     rule, remedy = "have its history as it was written", "Restore the files, or run again."
     require(damaged == [], "run", rule, got, remedy, place=str(path), error=DamagedError)
 
@@ -384,9 +379,8 @@ class Traces:
         given: dict[str, Any] = {**values, "seconds": seconds}
         for population in ("model", "classifier"):
             fitness = np.sort(given[f"{population}_fitness"])
-            places = np.multiply(
-                QUANTILES, len(fitness) - 1
-            )  # as `numpy.quantile` does, for less than its overhead
+            # As `numpy.quantile` does, for less than its overhead
+            places = np.multiply(QUANTILES, len(fitness) - 1)
             given[f"{population}_fitness_quantiles"] = np.interp(
                 places, np.arange(len(fitness)), fitness
             )

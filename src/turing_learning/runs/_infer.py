@@ -195,10 +195,8 @@ def infer(
         genuine = (
             imported(genuine, "genuine") if isinstance(genuine, str) and ":" in genuine else genuine
         )
-        given, data = (
-            Given(genuine, simulate, options.get("workers"), options.get("timeout_s")),
-            genuine,
-        )
+        given = Given(genuine, simulate, options.get("workers"), options.get("timeout_s"))
+        data = genuine
         given = replace(given, executor=options.get("executor"))
         if not getattr(simulate, "vectorized", True):  # one model at a time, as it says itself
             options.setdefault("vectorized", False)
@@ -305,10 +303,8 @@ def resume(
         )
 
     def reopen(configuration: Configuration) -> Source:
-        rule, remedy = (
-            "be one that the computer can resume alone",
-            f"Resume it with `{resume_command(folder.path)}`.",
-        )
+        rule = "be one that the computer can resume alone"
+        remedy = f"Resume it with `{resume_command(folder.path)}`."
         got = f"{folder.path}, which takes place in a laboratory"
         check_folder(not folder.laboratory_path.exists(), "run", rule, got, remedy)
         refuse_given_source(folder)

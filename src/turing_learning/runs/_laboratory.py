@@ -251,10 +251,8 @@ def stored_setup(folder: RunFolder) -> robots.LaboratorySetup:
 def _require_laboratory(folder: RunFolder) -> None:
     folder.manifest()
     if not folder.laboratory_path.exists():
-        got, remedy = (
-            f"{folder.path} without {LABORATORY}",
-            f"Go on with `{resume_command(folder.path)}`",
-        )
+        got = f"{folder.path} without {LABORATORY}"
+        remedy = f"Go on with `{resume_command(folder.path)}`"
         remedy += " if it is a run of another kind."
         reject_folder("run", "take place in a laboratory", got, remedy)
 
@@ -280,16 +278,13 @@ def awaits_robots(path: str | Path) -> bool:
     For generations, or to observe its last models again.
     """
     folder = RunFolder(path)
-    setup, again, configuration = (
-        stored_setup(folder),
-        read_post_evaluation(path),
-        folder.configuration(),
-    )
+    setup = stored_setup(folder)
+    again = read_post_evaluation(path)
+    configuration = folder.configuration()
     unfinished = stored_generations(folder.checkpoints_path) < configuration.length
     if unfinished or configuration.run.trials:
-        return (
-            unfinished and folder.manifest()["state"] != FINISHED
-        )  # with a tolerance also before its length
+        # With a tolerance also before its length
+        return unfinished and folder.manifest()["state"] != FINISHED
     return setup.evaluation.repeats > (0 if again is None else len(again.fitness))
 
 
@@ -300,9 +295,8 @@ def _source(
     on_event: EventObserver | None,
 ) -> robots.LaboratorySource:
     def spent(batches: int) -> int:
-        return (
-            folder.configuration().trials_after(batches) if batches > 0 else 0
-        )  # the run may have got more of them
+        # The run may have got more of them
+        return folder.configuration().trials_after(batches) if batches > 0 else 0
 
     def watch(event: robots.Event) -> None:
         note_event(folder, event)

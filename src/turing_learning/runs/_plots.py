@@ -202,9 +202,8 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
     swarms = ({"Agents": False} if scenario.known else {}) | {
         "Replicas of the inferred model": True
     }
-    executed = [
-        [replica - 1] for replica in swarms.values()
-    ]  # by agents, and by replicas of the one model
+    # By agents, and by replicas of the one model
+    executed = [[replica - 1] for replica in swarms.values()]
     model = configuration.representation.behavior(estimate[None])
     robots = execution_of(scenario, model, np.repeat(executed, scenario.individuals, axis=1))
     return swarm_replay(
@@ -288,11 +287,9 @@ def swarm_replay(
     moved = simulate(
         scenario, robots.controllers, poses, control_steps=steps, seed=seed, **more
     ).poses[:, ::stride]
-    count, width, height = (
-        robots.controllers.shape[1],
-        scenario.arena.width_cm,
-        scenario.arena.height_cm,
-    )
+    count = robots.controllers.shape[1]
+    width = scenario.arena.width_cm
+    height = scenario.arena.height_cm
     shown = zip(swarms.items(), moved, strict=True)
     return report.Replay(
         title=title,

@@ -243,11 +243,10 @@ class Pooled(Judged):
             for name, values in apart.items()
         ]
         agreement = {name: [value] for name, value in self.agreement.items()}
-        why = (
-            {}
-            if self.trials is None
-            else {"why": "at most one run has settled; resume them with more trials"}
-        )
+        if self.trials is None:
+            why = {}
+        else:
+            why = {"why": "at most one run has settled; resume them with more trials"}
         remarks += [
             describe_unknown(self.interval, **why),
             describe_unknown(agreement, "Whether runs agree", **why),

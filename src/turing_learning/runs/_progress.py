@@ -134,9 +134,9 @@ def watched(
                 observer(state)
             if (now := time.monotonic()) >= following or state.completed == state.total:
                 following = now + INTERVAL_S
-                left = (
-                    f"{state.seconds_left:.0f} s left" if state.completed < state.total else "done"
-                )
+                left = "done"
+                if state.completed < state.total:
+                    left = f"{state.seconds_left:.0f} s left"
                 show(state.completed, state.total, f"{state.place}, {left}")
 
         yield observe

@@ -90,10 +90,8 @@ def write_report(
     """
     # without the populations, which no page shows and which are half of a history
     history = result.history.drop_vars(["model", "classifier"], errors="ignore").load()
-    configuration, simulated = (
-        result.configuration,
-        result.configuration.system.simulated is not None,
-    )
+    configuration = result.configuration
+    simulated = result.configuration.system.simulated is not None
     pictures = draw(history, configuration, dialogues)
     if figures is not None:
         save_figures(pictures, figures)
@@ -166,11 +164,9 @@ def draw(
     """Draw the figures of a run, of its history, and of what its classifiers did to the system."""
     scenario, system = configuration.scenario, configuration.system
     trials = configuration.spent(history.sizes["generation"])
-    over, middle, models = (
-        "generations",
-        "the typical one",
-        "Subjectively best and typical model of each generation",
-    )
+    over = "generations"
+    middle = "the typical one"
+    models = "Subjectively best and typical model of each generation"
     fitness = "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded."
     if trials is not None:
         over, middle = "trials", "the estimate so far"
@@ -205,10 +201,8 @@ def draw(
     drawn = draw_fitness(history, configuration)
     pictures.append(Picture("fitness", f"Fitness over {over}", fitness, drawn))
     if "model_step_size" in history and trials is None:
-        names, caption = (
-            scenario.parameter_names,
-            f"Median mutation strength of each parameter{system.step_unit}",
-        )
+        names = scenario.parameter_names
+        caption = f"Median mutation strength of each parameter{system.step_unit}"
         sizes, weights = (history[f"{of}_step_size"].to_numpy() for of in ("model", "classifier"))
         if configuration.models.hidden:
             names, caption = ("models",), "Median mutation strength of the models' weights"
@@ -226,9 +220,9 @@ def summary(result: Result) -> str:
     if result.estimate_mae is not None:
         return f"{done} differs from the truth by {result.estimate_mae:.4f} in the mean over all parameters."
     count = 0 if result.failed_simulations is None else result.failed_simulations["count"]
-    failed = (
-        f" {pages.counted(count, 'simulation')} failed; result.json says which." if count else ""
-    )
+    failed = ""
+    if count:
+        failed = f" {pages.counted(count, 'simulation')} failed; result.json says which."
     return f"{done} stands; there is no truth to compare it with.{failed}"
 
 

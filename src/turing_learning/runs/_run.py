@@ -83,11 +83,10 @@ class Run:
         self._saved = self._blocks = 0  # generations, and blocks of traces, that are stored
         self._readout, self._dialogues = dict[str, np.ndarray](), dict[str, np.ndarray]()
         self._begun = time.perf_counter()
-        self._manifest = (
-            folders.new_manifest(to_toml(configuration), configuration.run.seed)
-            if folder is None
-            else {}
-        )
+        if folder is None:
+            self._manifest = folders.new_manifest(to_toml(configuration), configuration.run.seed)
+        else:
+            self._manifest = {}
         seals = None if folder is None else self._restored(folder)
         self._recorder: histories.HistoryRecorder | None = None
         if not configuration.run.thin:

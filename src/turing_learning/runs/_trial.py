@@ -56,10 +56,8 @@ def trial_replay(
         speeds = np.empty(0)
     fits, got = speeds.shape == (len(names),) and np.isfinite(speeds).all(), brief(controller)
     check(fits, "controller", f"be {len(names)} finite numbers ({', '.join(names)})", got)
-    rule, fits = (
-        f"be at most {LARGEST_SPEED:g} in size",
-        controller is None or np.abs(speeds).max() <= LARGEST_SPEED,
-    )
+    rule = f"be at most {LARGEST_SPEED:g} in size"
+    fits = controller is None or np.abs(speeds).max() <= LARGEST_SPEED
     check(fits, "controller", rule, got)
     for name, value, least, most in (
         ("robots", robots, 1, MOST_ROBOTS),

@@ -130,17 +130,13 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     folder = RunFolder(path)
     folder.manifest()
     _, names = _last_attempt(folder, stage)
-    there, place = (
-        any((folder.path / name).exists() for name in names.values()),
-        str(folder.trials_path),
-    )
+    there = any((folder.path / name).exists() for name in names.values())
+    place = str(folder.trials_path)
     rule, remedy = "be one of which the run has trials", "Name a folder in it."
     check_folder(there, "stage", rule, repr(stage), remedy, place=place)
     trials = [folder.read(names[number]) for number in sorted(names)]
-    alike, place = (
-        len({(trial["poses"].shape, trial["models"].shape) for trial in trials}) == 1,
-        f"{place}/{stage}",
-    )
+    alike = len({(trial["poses"].shape, trial["models"].shape) for trial in trials}) == 1
+    place = f"{place}/{stage}"
     rule, remedy = "have trials of one shape", "Restore the files."
     check_folder(alike, "stage", rule, "others", remedy, place=place)
     return ObservedTrials(

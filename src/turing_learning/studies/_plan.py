@@ -62,13 +62,11 @@ class Plan:
     """What a study will run."""
 
     base: Configuration  # of the first run
-    settings: tuple[
-        dict[str, Any], ...
-    ]  # of each run those that are not the same in all: dotted key -> value
+    # Of each run those that are not the same in all: dotted key -> value
+    settings: tuple[dict[str, Any], ...]
     simulate: str = ""  # name of a custom system's simulator
-    samples: np.ndarray | None = field(
-        default=None, compare=False
-    )  # genuine ones (K, T, D); None once they are stored
+    # Genuine ones (K, T, D); None once they are stored
+    samples: np.ndarray | None = field(default=None, compare=False)
 
     def __len__(self) -> int:
         return len(self.settings)

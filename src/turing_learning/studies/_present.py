@@ -77,7 +77,7 @@ def _configurations(result: StudyResult, plan: Plan) -> Picture:
     for group, runs in members(plan, result.runs)[:BOXES_DRAWN]:
         name = label(group).replace(", ", "\n")
         errors[name] = np.array([run.estimate_mae for run in runs], dtype=float)
-    figure = error_box_figure(errors, what="Mean absolute error", where="")
+    figure = error_box_figure(errors, quantity="Mean absolute error", where="")
     caption = "Of the estimate, configuration by configuration"
     if len(result.groups) > BOXES_DRAWN:
         caption += f"; the first {BOXES_DRAWN} of {len(result.groups)}"

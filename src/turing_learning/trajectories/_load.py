@@ -160,12 +160,10 @@ def _from_memory(table: Any, options: Options, format: str | None) -> tuple[Reco
     is_dataset = hasattr(table, "data_vars")
     rule = "be a file, a DataFrame, a Dataset, an array of positions, or a list of them"
     require(is_dataset or isinstance(table, np.ndarray), "path", rule, type(table).__name__)
-    names = (
-        ("columns", "resample", "project")
-        if is_dataset
-        else ("columns", "resample", "project", "keypoint", "heading")
-    )
-    for name in names:
+    inapplicable = ["columns", "resample", "project"]
+    if not is_dataset:
+        inapplicable += ["keypoint", "heading"]
+    for name in inapplicable:
         value = getattr(options, name)
         require(
             not value,
@@ -190,11 +188,10 @@ def _from_file(path: Path, options: Options, format: str | None) -> tuple[Record
     if path.is_dir() and not _arrays.files_of(path):
         path = _exports.session_file(path) or path
     named = bool(options.columns)
-    chosen = (
-        _find(path, named)
-        if format is None
-        else _ALL[FORMATS.index(choice("format", format, FORMATS))]
-    )
+    if format is None:
+        chosen = _find(path, named)
+    else:
+        chosen = _ALL[FORMATS.index(choice("format", format, FORMATS))]
     allowed = {
         "keypoint": chosen.has_keypoints,
         "heading": chosen.has_keypoints,
@@ -256,11 +253,9 @@ def _finish(
     recording: Recording, format: str, source: str, options: Options, usual: Mapping[str, Any]
 ) -> Trajectories:
     """Bring together what a file and the user state; refuse all that neither does, and what both do, differently."""
-    fps, scale, y_axis = (
-        options.fps,
-        options.pixels_per_cm,
-        options.y_axis or recording.y_axis or usual.get("y_axis"),
-    )
+    fps = options.fps
+    scale = options.pixels_per_cm
+    y_axis = options.y_axis or recording.y_axis or usual.get("y_axis")
     fps = usual.get("fps") if fps is None and recording.fps is None else fps
     scale = usual.get("pixels_per_cm") if scale is None and recording.unit is None else scale
     stated = {
@@ -296,10 +291,8 @@ def _finish(
     present, positions = recording.present, recording.positions / per_cm
     farthest = float(np.nanmax(np.abs(recording.positions)))
     if farthest / per_cm > LARGEST:
-        rule, got = (
-            f"leave coordinates within +-{LARGEST:.0e} cm",
-            f"{per_cm:g}, by which {farthest:g} is",
-        )
+        rule = f"leave coordinates within +-{LARGEST:.0e} cm"
+        got = f"{per_cm:g}, by which {farthest:g} is"
         refuse("pixels_per_cm", rule, f"{got} {farthest / per_cm:g} cm", place=source)
     headings, confidence = (
         None if values is None else np.where(present, np.nan_to_num(values), 0.0)

@@ -131,11 +131,9 @@ class Glance:
 
     def cells(self, separator: str) -> list[str]:
         """Return the cells of the first line."""
-        return (
-            [name.strip().strip('"') for name in self.lines[0].split(separator)]
-            if self.lines
-            else []
-        )
+        if self.lines:
+            return [name.strip().strip('"') for name in self.lines[0].split(separator)]
+        return []
 
     def holds(self, *names: str) -> bool:
         """Return whether an HDF5 file has all of these names."""
@@ -396,9 +394,9 @@ def share_in_degrees(present: np.ndarray, headings: np.ndarray) -> float:
     both = present[1:] & present[:-1]
     changes = np.abs(np.diff(headings, axis=0))[both]
     beyond = float((np.abs(headings[present]) > 2 * math.pi).mean())
-    return (
-        beyond if beyond > BEYOND and len(changes) and (changes > math.pi).mean() > LEAPS else 0.0
-    )
+    if beyond > BEYOND and len(changes) and (changes > math.pi).mean() > LEAPS:
+        return beyond
+    return 0.0
 
 
 def doubt_headings(

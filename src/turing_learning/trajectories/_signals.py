@@ -117,9 +117,8 @@ def _course(
     """Return heading at each step's first frame, where it exists, turn over the step, and where that exists."""
     if headings is not None:
         return headings[..., :-1, :], both, wrap(np.diff(headings, axis=-2)), both
-    last = last_true(
-        both & (step != 0).any(axis=-1), -2
-    )  # the direction is that of the last displacement
+    # The direction is that of the last displacement
+    last = last_true(both & (step != 0).any(axis=-1), -2)
     direction = np.take_along_axis(
         np.arctan2(step[..., 1], step[..., 0]), np.maximum(last, 0), axis=-2
     )
@@ -154,10 +153,8 @@ def nearest_others(positions: np.ndarray, present: np.ndarray) -> tuple[np.ndarr
             np.inf,
         )
         closer = distance < nearest
-        offset, nearest = (
-            np.where(closer[..., None], candidate, offset),
-            np.where(closer, distance, nearest),
-        )
+        offset = np.where(closer[..., None], candidate, offset)
+        nearest = np.where(closer, distance, nearest)
     return offset, np.isfinite(nearest)
 
 

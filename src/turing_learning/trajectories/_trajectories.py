@@ -134,12 +134,10 @@ class Trajectories:
             Above 1. A step longer than this many typical steps is a jump, perhaps two identities exchanged.
             The typical step is the median over all individuals of the steps that are not 0.
         """
-        positions, present, names, first = (
-            self.positions,
-            self.present,
-            self.individuals,
-            self.first_frame,
-        )
+        positions = self.positions
+        present = self.present
+        names = self.individuals
+        first = self.first_frame
         both = present[1:] & present[:-1]
         unlikely = self._unlikely(jump_factor, LONGEST_REST_S)
         likely = ~(unlikely.stand_ins | unlikely.outside)
@@ -158,9 +156,8 @@ class Trajectories:
             & (present[1:] == present[:-1]).all(axis=1)
             & present[1:].any(axis=1)
         )
-        ends = np.pad(
-            present, ((1, 1), (0, 0)), constant_values=True
-        )  # so that gaps lie between frames with somebody
+        # So that gaps lie between frames with somebody
+        ends = np.pad(present, ((1, 1), (0, 0)), constant_values=True)
         lengths = {name: np.diff(np.flatnonzero(ends[:, k])) - 1 for k, name in enumerate(names)}
         places = positions[present.argmax(axis=0), np.arange(present.shape[1])]
         moved = ((positions != places).any(axis=2) & present).any(axis=0)
@@ -558,10 +555,8 @@ def pooled_windows(
     parts = []
     for k, each in enumerate(recordings):
         place = each.source or f"recording {k + 1}"
-        same, rule = (
-            each.unit == recordings[0].unit,
-            f"be in {recordings[0].unit}, as the first recording",
-        )
+        same = each.unit == recordings[0].unit
+        rule = f"be in {recordings[0].unit}, as the first recording"
         require(same, "recordings", rule, each.unit, place=place)
         with refusing_as(RefusedError, place=place if len(recordings) > 1 else ""):
             parts.append(each.windows(**options | apart))

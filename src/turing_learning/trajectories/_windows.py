@@ -144,10 +144,8 @@ def cut_windows(
             if of in (side, BOTH):  # the steps whose frames lie within the block
                 within = slice(begin + lead + half, max(0, end - half - 1))
                 usable[within, own] = valid[within, own]
-        before, after = (
-            last_true(~usable),
-            next_true(~usable),
-        )  # where the stretch of usable steps around a step ends
+        # Where the stretch of usable steps around a step ends
+        before, after = (last_true(~usable), next_true(~usable))
         index = np.argwhere(((step_of - before - 1) % stride == 0) & (after - step_of >= steps))[
             :, ::-1
         ]

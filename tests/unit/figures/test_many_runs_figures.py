@@ -175,7 +175,10 @@ def test_curves_differ_in_their_dashes():
 def test_agents_are_hatched_and_the_least_dispersion_is_dashed():
     figure = draw(
         dispersion_figure(
-            np.arange(360.0, 390.0), RNG.uniform(360, 390, (30, 30)), least=343.5, gathered="robots"
+            np.arange(360.0, 390.0),
+            RNG.uniform(360, 390, (30, 30)),
+            least_possible=343.5,
+            gathered="robots",
         )
     )
     axes = figure.axes[0]
@@ -198,7 +201,7 @@ def test_models_that_do_not_gather_are_counted_and_do_not_flatten_the_boxes():
     models = np.full((3, 4), 400.0)
     models[1] = 1e7
     axes = draw(
-        dispersion_figure(np.array([380.0, 390.0]), models, least=343.5, gathered="robots")
+        dispersion_figure(np.array([380.0, 390.0]), models, least_possible=343.5, gathered="robots")
     ).axes[0]
     assert axes.get_ylim()[1] < 2000
     assert [text.get_text() for text in axes.texts] == ["4 trials beyond"]

@@ -160,7 +160,7 @@ def test_counts_of_parts_add_up_to_those_of_all(scenario):
     classifier = ElmanClassifier(scale=scenario.input_scale, threads=1)
     options = {"trials": 2, "seed": 3, "threads": 1}
     parts = [
-        count_agents(classifier, GENOMES, scenario, MODELS, part=part, **options)
+        count_agents(classifier, GENOMES, scenario, MODELS, chunk=part, **options)
         for part in (slice(3), slice(3, None))
     ]
     whole = count_agents(classifier, GENOMES, scenario, MODELS, **options)

@@ -126,13 +126,13 @@ def _simulated(
     poses = motion.poses[:, steps]
     positions, radius = gathering_disks(scenario, poses, robots)
     spread = dispersion(positions, radius)
-    shown = index_of_median(spread[:, len(times_s) - 1])
+    median = index_of_median(spread[:, len(times_s) - 1])
     return {
         "dispersion": spread.tolist(),
         "largest_cluster": largest_cluster(positions, radius).tolist(),
         "gathering": positions.shape[2],
-        "shown": shown,
-        "poses": poses[shown, : len(times_s)].tolist(),
+        "shown": median,
+        "poses": poses[median, : len(times_s)].tolist(),
     }
 
 
@@ -234,7 +234,7 @@ def conduct_case_studies(work: Work, findings: Findings) -> None:
         )
     verdicts.append(_shares_verdict(cases))
     for outcome in outcomes:
-        verdicts += [emergence_verdict(outcome, kind) for kind in MODEL_KINDS]
+        verdicts += [emergence_verdict(outcome, readout) for readout in MODEL_KINDS]
     _show_outcomes(findings, outcomes)
     _show_cases(findings, cases, outcomes)
 
@@ -263,11 +263,11 @@ def _outcome(work: Work, case: Case, preset: str) -> Outcome:
         f"study-{scenario.name}-{preset}", scenario.name, preset, scenario.parameter_names
     )
     emergence = {}
-    for kind, prefix in (("best_model", preset), ("estimate", f"{preset}-estimate")):
+    for readout, prefix in (("best_model", preset), ("estimate", f"{preset}-estimate")):
         spreads = []
-        for k, model in enumerate(runs.models[kind], start=1):
+        for k, model in enumerate(runs.models[readout], start=1):
             spreads.append(_reached(work, scenario, case.emergence, f"{prefix}-{k:02d}", model, k))
-        emergence[kind] = np.array(spreads)
+        emergence[readout] = np.array(spreads)
     folder = StudyFolder(runs.result.path)
     plan = folder.plan()
     intervals = []
@@ -365,10 +365,10 @@ def _shares_verdict(cases: Sequence[Case]) -> ClaimVerdict:
     return verdict_on(claim, agrees, listed(observed), "shares", printed=listed(values))
 
 
-def emergence_verdict(outcome: Outcome, kind: str) -> ClaimVerdict:
+def emergence_verdict(outcome: Outcome, readout: str) -> ClaimVerdict:
     """Hold the number of models whose swarms do what the agents do against the printed one."""
     case = outcome.case
-    models = outcome.emergence[kind]
+    models = outcome.emergence[readout]
     claim = f"4.3-emergent-{case.key}"
     count, total = load_claims()[claim].values["no_significant_difference"]
     alike = compare(case.agents, models).without_difference
@@ -389,7 +389,7 @@ def emergence_verdict(outcome: Outcome, kind: str) -> ClaimVerdict:
         observed += f"; {alike} is fewer than {count}, but not by more than chance explains"
     printed = f"no significant difference in {count} of {total} cases"
     return verdict_on(
-        claim, agrees, observed, "counts", outcome.runs.variant(kind), printed=printed
+        claim, agrees, observed, "counts", outcome.runs.variant(readout), printed=printed
     )
 
 
@@ -418,7 +418,7 @@ def _show_outcomes(findings: Findings, outcomes: Sequence[Outcome]) -> None:
         swarms = dispersion_figure(
             case.agents,
             outcome.emergence["best_model"],
-            least=least_dispersion(case.gathering),
+            least_possible=least_dispersion(case.gathering),
             gathered=case.gathered,
         )
         findings.picture(
@@ -451,7 +451,7 @@ def _show_cases(findings: Findings, cases: Sequence[Case], outcomes: Sequence[Ou
 def _models_frame(outcome: Outcome) -> pd.DataFrame:
     """Return what every run has inferred, and the intervals of its estimate."""
     runs = outcome.runs
-    columns = [f"{end}_{name}" for end in ("low", "high") for name in runs.names]
+    columns = [f"{bound}_{name}" for bound in ("low", "high") for name in runs.names]
     intervals = pd.DataFrame(outcome.intervals.reshape(len(runs), -1), columns=columns)
     # Estimates come after best models, which have no intervals.
     intervals.index += len(runs)
@@ -463,7 +463,7 @@ def _dispersion_frame(case: Case, outcomes: Sequence[Outcome]) -> pd.DataFrame:
     trials = [f"trial_{k}" for k in range(1, case.emergence["trials"] + 1)]
     frames = {("", "agents"): pd.DataFrame([case.agents], columns=trials)}
     for outcome in outcomes:
-        for kind, models in outcome.emergence.items():
+        for readout, models in outcome.emergence.items():
             tests = compare(case.agents, models)
             columns = {
                 "seed": outcome.runs.seeds,
@@ -471,6 +471,6 @@ def _dispersion_frame(case: Case, outcomes: Sequence[Outcome]) -> pd.DataFrame:
                 "significant": tests.significant.astype(object),
             }
             frame = pd.DataFrame(columns).join(pd.DataFrame(models, columns=trials))
-            frames[outcome.runs.preset, kind] = frame
+            frames[outcome.runs.preset, readout] = frame
     columns_in_order = ["preset", "model", "seed", "p_value", "significant", *trials]
     return stacked(frames, "preset", "model")[columns_in_order]

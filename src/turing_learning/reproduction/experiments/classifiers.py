@@ -185,13 +185,13 @@ def _accuracies(
     classifier = classifier_of(configuration_of(sizes["runs"], PRESETS[0], first_seed))
     bounds = [len(models) * k // sizes["parts"] for k in range(sizes["parts"] + 1)]
 
-    def counted(part: int) -> dict[str, np.ndarray] | None:
+    def counted(chunk: int) -> dict[str, np.ndarray] | None:
         counts = count_agents(
             classifier,
             genomes,
             AGGREGATION,
             models,
-            part=slice(bounds[part], bounds[part + 1]),
+            chunk=slice(bounds[chunk], bounds[chunk + 1]),
             trials=sizes["trials"],
             seed=sizes["seed"],
             should_stop=work.should_stop,
@@ -199,9 +199,9 @@ def _accuracies(
         return None if counts is None else {"agents": counts.astype(np.uint32)}
 
     counts = []
-    for part in range(sizes["parts"]):
+    for chunk in range(sizes["parts"]):
         counts.append(
-            work.piece(f"grid-part{part + 1:02d}", partial(counted, part), "npz")["agents"]
+            work.piece(f"grid-part{chunk + 1:02d}", partial(counted, chunk), "npz")["agents"]
         )
     accuracy = decision_accuracies(np.asarray(sum(counts)), AGGREGATION, len(models))
     accuracies = iter(np.split(accuracy, np.cumsum([len(group) for group in groups])[:-1]))
@@ -223,9 +223,9 @@ def accuracy_verdicts(best: BestAccuracies) -> list[ClaimVerdict]:
     joint_text = f"{text}; {jury_text}"
     reasons = _joined("; ", higher, forgets)
 
-    def verdict(part: str, agrees: bool, observed: str, rule: str, reason: str) -> ClaimVerdict:
+    def verdict(subset: str, agrees: bool, observed: str, rule: str, reason: str) -> ClaimVerdict:
         return verdict_on(
-            ACCURATE, agrees, observed, rule, _joined(", ", best.variant, part), reason=reason
+            ACCURATE, agrees, observed, rule, _joined(", ", best.variant, subset), reason=reason
         )
 
     return [

@@ -56,7 +56,9 @@ def conduct_morphology(work: Work, findings: Findings) -> None:
             number = work.sizes["runs" if preset == PRESETS[0] else "beside"]
             study = f"study-{scenario.name}-{preset}"
             runs = work.runs(study, scenario.name, preset, scenario.parameter_names, runs=number)
-            findings.verdicts += [morphology_verdict(claim, runs, kind) for kind in MODEL_KINDS]
+            findings.verdicts += [
+                morphology_verdict(claim, runs, readout) for readout in MODEL_KINDS
+            ]
             errors[scenario.name, preset] = runs.errors_frame(claim)
             words = {"scenario": scenario, "preset": preset, "runs": number}
             findings.table("{scenario.name}-{preset}-models", runs.models_frame(), **words)
@@ -68,23 +70,23 @@ def conduct_morphology(work: Work, findings: Findings) -> None:
     findings.table("absolute-errors", stacked(errors, "scenario", "preset"))
 
 
-def morphology_verdict(claim: str, runs: Runs, kind: str) -> ClaimVerdict:
+def morphology_verdict(claim: str, runs: Runs, readout: str) -> ClaimVerdict:
     """Hold the errors against a claim; name the runs that are off, and those that mistook a reading."""
     names = FIELDS_OF_VIEW[claim].parameter_labels
     truth = np.array(FIELDS_OF_VIEW[claim].controller)
-    errors = runs.errors[kind]
+    errors = runs.errors[readout]
 
     def seeds(chosen: np.ndarray) -> str:
         return ", ".join(str(runs.seeds[k]) for k in np.flatnonzero(chosen))
 
-    off = runs.maes(kind) > OFF
+    off = runs.maes(readout) > OFF
     text = f"; the mean error is at most {OFF} in every run"
     if off.any():
         text = f"; the mean error exceeds {OFF} in {np.count_nonzero(off)} of {len(off)} runs (seeds {seeds(off)})"
         if not off.all():
             text += f", without them {Spreads.of(errors[~off]).listed(names)}"
     # A mirrored run has the speeds of the two readings exchanged.
-    speeds = runs.models[kind][:, : len(truth)]
+    speeds = runs.models[readout][:, : len(truth)]
     mirrored = np.abs(speeds - np.roll(truth, 2)).sum(axis=1) < np.abs(speeds - truth).sum(axis=1)
     strayed = ~mirrored & (errors[:, -1] > math.pi / 2)
     reasons = []
@@ -93,7 +95,7 @@ def morphology_verdict(claim: str, runs: Runs, kind: str) -> ClaimVerdict:
             reasons.append(f"{REASONS[f'4.6.1-{name}']} (seeds {seeds(mistaken)})")
     reason = f"{'; '.join(reasons)}; docs/decisions/0016" if reasons else ""
     return errors_verdict(
-        claim, errors, names, runs.variant(kind), observed_also=text, reason=reason
+        claim, errors, names, runs.variant(readout), observed_also=text, reason=reason
     )
 
 
@@ -178,7 +180,7 @@ def _network_runs(work: Work, preset: str, hidden: int) -> NetworkRuns:
 def _show_networks(findings: Findings, preset: str, outcomes: Sequence[NetworkRuns]) -> None:
     words = {"preset": preset, "runs": len(outcomes[0].runs)}
     outputs = {outcome.title: outcome.runs.models["best_model"] for outcome in outcomes}
-    boxes = figures.box_panels_figure(outputs, names=NAMES, truth=TRUTH, what="Steady output")
+    boxes = figures.box_panels_figure(outputs, names=NAMES, truth=TRUTH, quantity="Steady output")
     findings.picture("{preset}-steady-outputs", NETWORKS, boxes, **words)
     dynamics = {outcome.title: outcome.dynamics for outcome in outcomes}
     changing_truth = TRUTH.reshape(-1, 2)[READINGS]
@@ -234,14 +236,14 @@ def conduct_separated(work: Work, findings: Findings) -> None:
             settings = {"scenario.grouping": name}
             study = f"study-{name}-{preset}"
             groups[name] = work.runs(study, AGGREGATION.name, preset, NAMES, settings=settings)
-        for kind in MODEL_KINDS:
-            findings.verdicts.append(separated_verdict(groups, kind))
+        for readout in MODEL_KINDS:
+            findings.verdicts.append(separated_verdict(groups, readout))
             frame = pd.DataFrame({"parameter": NAMES, "runs": work.sizes["runs"]})
             for name, runs in groups.items():
-                spreads = Spreads.of(runs.errors[kind])
+                spreads = Spreads.of(runs.errors[readout])
                 frame = frame.join(spreads.frame(f"{name}_mean", f"{name}_standard_deviation"))
-            tests = _tests_of_groups(groups, kind)
-            errors[preset, kind] = frame.assign(
+            tests = _tests_of_groups(groups, readout)
+            errors[preset, readout] = frame.assign(
                 p_value=tests.p_values, significant=tests.significant
             )
         words = {"preset": preset, "runs": work.sizes["runs"]}
@@ -255,19 +257,19 @@ def conduct_separated(work: Work, findings: Findings) -> None:
     findings.table("absolute-errors", stacked(errors, "preset", "model"))
 
 
-def _tests_of_groups(groups: Mapping[str, Runs], kind: str) -> Comparison:
-    mixed, separated = (groups[name].errors[kind] for name in GROUPINGS)
+def _tests_of_groups(groups: Mapping[str, Runs], readout: str) -> Comparison:
+    mixed, separated = (groups[name].errors[readout] for name in GROUPINGS)
     return compare_columns(mixed, separated)
 
 
-def separated_verdict(groups: Mapping[str, Runs], kind: str) -> ClaimVerdict:
+def separated_verdict(groups: Mapping[str, Runs], readout: str) -> ClaimVerdict:
     """Test whether the errors of mixed and of separated runs differ, parameter by parameter."""
-    tests = _tests_of_groups(groups, kind)
+    tests = _tests_of_groups(groups, readout)
     texts = [
-        f"{name}: {Spreads.of(runs.errors[kind]).listed(NAMES)}" for name, runs in groups.items()
+        f"{name}: {Spreads.of(runs.errors[readout]).listed(NAMES)}" for name, runs in groups.items()
     ]
     observed = f"{'; '.join(texts)}; p: {valued(NAMES, tests.p_values, '.2g')}"
-    variant = groups["mixed"].variant(kind)
+    variant = groups["mixed"].variant(readout)
     return verdict_on(SEPARATED_SWARMS, not tests.significant.any(), observed, "separated", variant)
 
 
@@ -292,8 +294,8 @@ def conduct_behaviors(work: Work, findings: Findings) -> None:
         runs_of[preset] = runs
         truth = np.array([list(run.result["truth"].values()) for run in runs.result.runs])
         behaviors[preset] = truth
-        for kind in MODEL_KINDS:
-            summary[preset, kind] = _summary_frame(runs, kind)
+        for readout in MODEL_KINDS:
+            summary[preset, readout] = _summary_frame(runs, readout)
         _show_behaviors(findings, runs, truth)
     decisive = runs_of[PRESETS[0]]
     compute = partial(_shares_of_seeing, behaviors[PRESETS[0]], work.sizes["shares"])
@@ -306,15 +308,15 @@ def conduct_behaviors(work: Work, findings: Findings) -> None:
     findings.table("summary", stacked(summary, "preset", "model"))
     for runs in runs_of.values():
         findings.verdicts += [
-            behaviors_verdict(runs, kind, decisive.errors[kind]) for kind in MODEL_KINDS
+            behaviors_verdict(runs, readout, decisive.errors[readout]) for readout in MODEL_KINDS
         ]
 
 
-def _summary_frame(runs: Runs, kind: str) -> pd.DataFrame:
+def _summary_frame(runs: Runs, readout: str) -> pd.DataFrame:
     """Return a row: shares of good and of bad runs, and mean errors."""
     from scipy.stats import binomtest
 
-    maes = runs.maes(kind)
+    maes = runs.maes(readout)
     interval = binomtest(int(np.count_nonzero(maes < GOOD)), len(maes)).proportion_ci(0.95)
     row = {
         "runs": len(maes),
@@ -323,7 +325,7 @@ def _summary_frame(runs: Runs, kind: str) -> pd.DataFrame:
         "high": interval.high,
         "share_above_0.1": np.mean(maes > FAIR),
     }
-    return pd.DataFrame([row | dict(zip(NAMES, runs.errors[kind].mean(axis=0), strict=True))])
+    return pd.DataFrame([row | dict(zip(NAMES, runs.errors[readout].mean(axis=0), strict=True))])
 
 
 def _show_behaviors(findings: Findings, runs: Runs, truth: np.ndarray) -> None:
@@ -348,14 +350,14 @@ def _shares_of_seeing(behaviors: np.ndarray, sizes: Sizes) -> dict[str, Any]:
     return {"shares": shares}
 
 
-def behaviors_verdict(runs: Runs, kind: str, of_most: np.ndarray) -> ClaimVerdict:
+def behaviors_verdict(runs: Runs, readout: str, of_most: np.ndarray) -> ClaimVerdict:
     """Hold the errors against the claim; `of_most` are those (R, P) of the preset with the most runs."""
     values = load_claims()[RANDOM].values
     printed = Spreads.printed(RANDOM, PAPER_BEHAVIORS)
     printed_good = values["share_mae_below_0_05"]
     printed_bad = values["count_mae_above_0_1"] / PAPER_BEHAVIORS
-    maes = runs.maes(kind)
-    observed = Spreads.of(runs.errors[kind])
+    maes = runs.maes(readout)
+    observed = Spreads.of(runs.errors[readout])
     good = float(np.mean(maes < GOOD))
     bad = float(np.mean(maes > FAIR))
     accurate = (
@@ -363,7 +365,7 @@ def behaviors_verdict(runs: Runs, kind: str, of_most: np.ndarray) -> ClaimVerdic
         and shares_not_worse(good, len(maes), printed_good, PAPER_BEHAVIORS)
         and shares_not_worse(1 - bad, len(maes), 1 - printed_bad, PAPER_BEHAVIORS)
     )
-    harder = depends_on_the_reading(runs.errors[kind])
+    harder = depends_on_the_reading(runs.errors[readout])
     reason = ""
     if accurate and not harder and len(maes) < len(of_most):
         reason = _how_rarely_few_runs_show_it(len(maes), of_most)
@@ -374,7 +376,7 @@ def behaviors_verdict(runs: Runs, kind: str, of_most: np.ndarray) -> ClaimVerdic
         f"{observed.listed(NAMES)}; vl0 and vr0 {'' if harder else 'not '}significantly lower"
     )
     agrees = accurate and harder
-    variant = runs.variant(kind)
+    variant = runs.variant(readout)
     return verdict_on(
         RANDOM, agrees, came_out, "random behaviors", variant, printed=text, reason=reason
     )

@@ -87,8 +87,8 @@ def conduct(work: Work, findings: Findings) -> None:
     times_s = trials.times_of(sizes["validation"])
     best = _accuracies(work, emulated)
     verdicts = findings.verdicts
-    for kind, runs in outcomes.items():
-        verdicts.append(runs_verdict(runs, truth, "" if kind == EMULATED else kind))
+    for source, runs in outcomes.items():
+        verdicts.append(runs_verdict(runs, truth, "" if source == EMULATED else source))
     verdicts.append(dynamics_verdict(emulated, simulated, truth))
     verdicts.append(validation_verdict(agents, replicas, times_s[-1]))
     verdicts.append(classifiers_verdict(best))
@@ -217,13 +217,13 @@ def _show_runs(
     models = {}
     dynamics = {}
     curves = {}
-    for kind, runs in outcomes.items():
+    for source, runs in outcomes.items():
         frame = errors_frame(absolute_error(runs.best, truth), NAMES, ERRORS)
-        errors[kind] = frame.rename(columns={"runs": "number"})
-        models[kind] = seeded(seeds, runs.best, NAMES)
-        curves[kind] = error_dynamics(runs, truth)
-        frame = pd.DataFrame(medians(runs), columns=NAMES).join(curves[kind].add_prefix("mae_"))
-        dynamics[kind] = (
+        errors[source] = frame.rename(columns={"runs": "number"})
+        models[source] = seeded(seeds, runs.best, NAMES)
+        curves[source] = error_dynamics(runs, truth)
+        frame = pd.DataFrame(medians(runs), columns=NAMES).join(curves[source].add_prefix("mae_"))
+        dynamics[source] = (
             frame.map(partial(round, ndigits=4)).rename_axis("generation").reset_index()
         )
     findings.table("absolute-errors", stacked(errors, "runs"), True)
@@ -233,10 +233,10 @@ def _show_runs(
     look: dict[str, Any] = {"names": NAMES, "truth": truth}
     findings.picture("models", ERRORS, box_figure(best, **look), runs=len(best))
     compared = (EMULATED, SIMULATED)
-    models_by_title = {kind.capitalize(): medians(outcomes[kind]) for kind in compared}
+    models_by_title = {source.capitalize(): medians(outcomes[source]) for source in compared}
     parameters = convergence_figure(models_by_title, **look)
     findings.picture("parameter-dynamics", DYNAMICS, parameters, runs=len(best))
-    errors_by_title = {kind.capitalize(): curves[kind].to_dict("series") for kind in compared}
+    errors_by_title = {source.capitalize(): curves[source].to_dict("series") for source in compared}
     findings.picture(
         "error-dynamics", DYNAMICS, error_panels_figure(errors_by_title), runs=len(best)
     )
@@ -247,14 +247,14 @@ def _show_validation(
 ) -> None:
     """Add table and pictures of the swarms before the camera."""
     frames = {}
-    for kind, swarm in zip(trials.SWARM_KINDS, (agents, replicas), strict=True):
+    for role, swarm in zip(trials.SWARM_KINDS, (agents, replicas), strict=True):
         columns = {
             "trial": np.arange(1, len(swarm.complete) + 1),
             "proportion": swarm.proportion[:, -1],
             "dispersion": swarm.dispersion[:, -1],
             "images_complete": swarm.complete.mean(axis=1),
         }
-        frames[kind] = pd.DataFrame(columns)
+        frames[role] = pd.DataFrame(columns)
     findings.table("validation", stacked(frames, "controller"))
     proportions = {"agents": agents.proportion, "inferred model": replicas.proportion}
     dispersions = {"agents": agents.dispersion, "inferred model": replicas.dispersion}

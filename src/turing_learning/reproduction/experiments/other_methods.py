@@ -117,7 +117,7 @@ def _picture_verdict(baseline: Baseline, models: np.ndarray, variant: str = "") 
     truth = np.array(baseline.scenario.controller)
     weighted = baseline.weighted
     low, middle, high = np.quantile(models, (0.25, 0.5, 0.75), axis=0)
-    agrees = all((abs(end - weighted) < abs(end - truth)).all() for end in (low, high))
+    agrees = all((abs(bound - weighted) < abs(bound - truth)).all() for bound in (low, high))
     texts = []
     for k, name in enumerate(baseline.scenario.parameter_names):
         texts.append(
@@ -150,7 +150,7 @@ def _show_baseline(findings: Findings, baseline: Baseline, seeds: range) -> pd.D
         "corollary_3": baseline.corrected,
     }
     frame = pd.DataFrame(columns).join(Spreads.of(baseline.models).frame())
-    for kind, prefix, what, models in (
+    for baseline_kind, prefix, quantity, models in (
         ("predictions", "", "best model of the last generation", baseline.models),
         ("typical", "typical_", TYPICAL, baseline.typical),
     ):
@@ -160,7 +160,12 @@ def _show_baseline(findings: Findings, baseline: Baseline, seeds: range) -> pd.D
         frame[quartiles] = np.quantile(models, (0.25, 0.5, 0.75), axis=0).T
         figure = prediction_figure(models, predicted=baseline.weighted, names=names, truth=truth)
         findings.picture(
-            "{scenario.name}-{kind}", baseline.claim, figure, kind=kind, what=what, **words
+            "{scenario.name}-{kind}",
+            baseline.claim,
+            figure,
+            kind=baseline_kind,
+            what=quantity,
+            **words,
         )
     return frame
 
@@ -287,14 +292,14 @@ def runs_frame(
 ) -> pd.DataFrame:
     """Return every run, by pieces of work by method and number of trials, seed by seed; ends not known are empty."""
     names = scenario.parameter_names
-    columns = [f"{end}_{name}" for name in names for end in ("low", "high")]
+    columns = [f"{bound}_{name}" for name in names for bound in ("low", "high")]
     unknown = [None] * len(names)
     frames = {}
     for key, runs in pieces.items():
         estimates = np.array([run["estimate"] for run in runs])
         maes = absolute_error(estimates, scenario.controller).mean(axis=1)
-        ends = [[run["low"] or unknown, run["high"] or unknown] for run in runs]
-        intervals = np.array(ends, dtype=float).transpose(0, 2, 1).reshape(len(ends), -1)
+        bounds = [[run["low"] or unknown, run["high"] or unknown] for run in runs]
+        intervals = np.array(bounds, dtype=float).transpose(0, 2, 1).reshape(len(bounds), -1)
         frame = seeded(seeds, estimates, names).assign(MAE=maes)
         frame = frame.join(pd.DataFrame(intervals, columns=columns))
         frames[key] = frame.assign(processor_s=[run["processor_seconds"] for run in runs])

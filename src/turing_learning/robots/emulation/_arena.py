@@ -119,11 +119,9 @@ def move_alone(
     execute a controller (2 n,) among walls without a PC, as in state R5 (paper, section 5.4). Of the scenario
     only robot, sensor and walls count.
     """
-    arena, rng, table = (
-        sides_cm(scenario),
-        np.random.default_rng(seed),
-        np.reshape(controller, (-1, 2)),
-    )
+    arena = sides_cm(scenario)
+    rng = np.random.default_rng(seed)
+    table = np.reshape(controller, (-1, 2))
     poses, sight = start, np.zeros(len(start), int)
     drives = Drives(scenario, len(start), seed)
     yield poses
@@ -219,7 +217,7 @@ class EmulatedCamera:
         noise = np.rint(
             self._rng.standard_normal(shape, dtype=np.float32) * self._optics.noise
         ).astype(np.int16)
-        self._noise = tuple(np.clip(part, 0, 255).astype(np.uint8) for part in (noise, -noise))
+        self._noise = tuple(np.clip(pixels, 0, 255).astype(np.uint8) for pixels in (noise, -noise))
 
     @property
     def image_size(self) -> tuple[int, int]:
@@ -241,8 +239,10 @@ class EmulatedCamera:
 
     def _add_noise(self, image: np.ndarray) -> np.ndarray:
         (width, height), (down, right) = self.image_size, self._rng.integers(0, 257, 2).tolist()
-        more, less = (part[down : down + height, right : right + width] for part in self._noise)
-        return np.asarray(cv2.subtract(cv2.add(image, more), less))
+        brighter, less = (
+            pixels[down : down + height, right : right + width] for pixels in self._noise
+        )
+        return np.asarray(cv2.subtract(cv2.add(image, brighter), less))
 
     def _draw(self, canvas: np.ndarray, pose: np.ndarray, top: Shapes) -> tuple[slice, slice]:
         """Draw a robot, finely, and return the rows and columns that it changes once blurred."""
@@ -260,10 +260,8 @@ class EmulatedCamera:
         rows, columns = self._region(body, 1)
         if rows.start >= rows.stop or columns.start >= columns.stop:
             return rows, columns
-        patch, origin = (
-            canvas[rows, columns].repeat(_FINE, axis=0).repeat(_FINE, axis=1),
-            (columns.start, rows.start),
-        )
+        patch = canvas[rows, columns].repeat(_FINE, axis=0).repeat(_FINE, axis=1)
+        origin = (columns.start, rows.start)
         hull = cv2.convexHull(body.astype(np.float32)).reshape(-1, 2)
         cv2.fillConvexPoly(patch, _enlarged(hull - origin, _FINE), _SKIRT, shift=_BITS)
         for outline, color in top:
@@ -275,14 +273,10 @@ class EmulatedCamera:
 
     def _region(self, pixels: np.ndarray, margin: int) -> tuple[slice, slice]:
         width, height = self.image_size
-        low, high = (
-            np.floor(pixels.min(axis=0)).astype(int) - margin,
-            np.ceil(pixels.max(axis=0)).astype(int) + margin,
-        )
-        rows, columns = (
-            np.clip([low[1], high[1] + 1], 0, height),
-            np.clip([low[0], high[0] + 1], 0, width),
-        )
+        low = np.floor(pixels.min(axis=0)).astype(int) - margin
+        high = np.ceil(pixels.max(axis=0)).astype(int) + margin
+        rows = np.clip([low[1], high[1] + 1], 0, height)
+        columns = np.clip([low[0], high[0] + 1], 0, width)
         return slice(int(rows[0]), int(rows[1])), slice(int(columns[0]), int(columns[1]))
 
     def _expose(self, canvas: np.ndarray, rows: slice, columns: slice) -> np.ndarray:
@@ -304,7 +298,7 @@ class EmulatedCamera:
             [(0, 0), (width, 0), (width, height), (0, height), (0, 0)], dtype=np.float64
         )
         steps = np.linspace(0, 1, 40)[:, None]
-        edges = [start + steps * (end - start) for start, end in pairwise(corners)]
+        edges = [start + steps * (stop - start) for start, stop in pairwise(corners)]
         for side, edge in enumerate(edges):
             face = np.concatenate([self._project(edge, 0.0), self._project(edge[::-1], wall_cm)])
             shade = tuple(value - 6 * (side % 2) for value in _WALL)
@@ -317,8 +311,8 @@ class EmulatedCamera:
         stains = cv2.resize(stains, (columns, rows), interpolation=cv2.INTER_CUBIC)
         return np.clip(np.rint(ground + stains[..., None]), 0, 255).astype(np.uint8)
 
-    def _project(self, places: np.ndarray, heights: float | np.ndarray) -> np.ndarray:
-        return self._calibration.project(np.insert(places, 2, heights, axis=1))
+    def _project(self, positions: np.ndarray, heights: float | np.ndarray) -> np.ndarray:
+        return self._calibration.project(np.insert(positions, 2, heights, axis=1))
 
 
 def _enlarged(pixels: np.ndarray, times: int) -> np.ndarray:
@@ -357,9 +351,9 @@ class Conditions:
     def __post_init__(self) -> None:
         number("conditions.clock_drift", self.clock_drift, least=0, below=0.01)
         number("conditions.battery_s", self.battery_s, above=0)
-        first, last = self.latency_s
+        shortest, longest = self.latency_s
         rule = "be two times, the first not above the second"
-        require(0 <= first <= last < math.inf, "conditions.latency_s", rule, self.latency_s)
+        require(0 <= shortest <= longest < math.inf, "conditions.latency_s", rule, self.latency_s)
         number("conditions.intervention_s", self.intervention_s, least=0)
         number("conditions.camera_lag_s", self.camera_lag_s, least=0, below=0.1)
         number("conditions.period_spread", self.period_spread, least=0, below=0.1)

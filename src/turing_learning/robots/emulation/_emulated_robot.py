@@ -58,14 +58,8 @@ _ANSWERS = {letter: letter.lower() for letter in "BFJLPTW"} | {
 }
 _COMMANDS = frozenset("AEgMNOQUbCDHIRSVYZ") | _ANSWERS.keys()  # beside X
 _BINARY_ARGUMENTS = {"D": 4, "L": 2, "P": 4, "W": 3, "w": 35}
-_SECOND_ARGUMENTS = {
-    "Y": 2,
-    "\x09": 19,
-    "\x0a": 12,
-    "\x0f": 1,
-    "\x10": 1,
-    "\x11": 1,
-}  # of an e-puck2
+# How many bytes follow a binary command of an e-puck2
+_SECOND_ARGUMENTS = {"Y": 2, "\x09": 19, "\x0a": 12, "\x0f": 1, "\x10": 1, "\x11": 1}
 
 
 LOOP = {"R1": 1.0, "R2": 8.0, "R3": 1.0, "R4": 1.0, "R5": 7.0}  #: States and how long they last (s)
@@ -89,14 +83,14 @@ FULL_SPEED = 1000  #: Steps per second
 
 
 def is_in_the_way(
-    proximity: Sequence[int], threshold: int, least: float, forward: float = 1.0
+    proximity: Sequence[int], threshold: int, least_cosine: float, forward: float = 1.0
 ) -> bool:
     """Return whether the strongest reading reaches a threshold, at a sensor whose direction, from where the
-    robot goes, has a cosine above `least`; `forward` is negative for a robot that drives backward.
+    robot goes, has a cosine above `least_cosine`; `forward` is negative for a robot that drives backward.
     """
     strongest = int(np.argmax(proximity))
     toward = math.copysign(1.0, forward) * math.cos(SENSOR_ANGLES[strongest])
-    return proximity[strongest] >= threshold and toward > least
+    return proximity[strongest] >= threshold and toward > least_cosine
 
 
 def avoid_walls(wheels: Wheels, proximity: Sequence[int]) -> Wheels:
@@ -135,15 +129,13 @@ class EmulatedRobot:
 
     def __init__(
         self, body: Body, *, clock: Callable[[], float] = time.monotonic, selector: int = 0, kind: str = "e-puck",
-        controller: tuple[float, ...] | None = None, tell: Callable[[str], None] = lambda kind: None,
+        controller: tuple[float, ...] | None = None, tell: Callable[[str], None] = lambda signal: None,
         rng: np.random.Generator | None = None,
     ) -> None:  # fmt: skip
-        self._body, self._clock, self._selector, self._second = (
-            body,
-            clock,
-            selector,
-            kind == "e-puck2",
-        )
+        self._body = body
+        self._clock = clock
+        self._selector = selector
+        self._second = kind == "e-puck2"
         self._kind = choice("kind", kind, _VERSIONS)
         self._controller, self._tell, self._rng = controller, tell, rng or np.random.default_rng()
         self._until, self._turn_until, self._side = 0.0, 0.0, 1.0
@@ -273,25 +265,25 @@ class EmulatedRobot:
         """Read bytes for ever; answers are appended to `_answer`, those to binary requests when a zero ends the chain."""
         counts = _BINARY_ARGUMENTS | (_SECOND_ARGUMENTS if self._second else {})
         while True:
-            first, answer = (yield), bytearray()
-            if 0 < first < 128:
-                while first in b"\r\n":
-                    first = yield
-                line = bytearray([first])
+            byte_read, answer = (yield), bytearray()
+            if 0 < byte_read < 128:
+                while byte_read in b"\r\n":
+                    byte_read = yield
+                line = bytearray([byte_read])
                 while (byte := (yield)) not in b"\r\n":
                     if len(line) < LONGEST_COMMAND:
                         line.append(byte)
                 text = line.partition(b"\0")[0].decode("latin-1")
                 answer += self._executed(self._obey, text)
             else:
-                while first:
-                    letter, arguments = chr(256 - first), bytearray()
+                while byte_read:
+                    letter, arguments = chr(256 - byte_read), bytearray()
                     for _ in range(counts.get(letter, 0)):
                         arguments.append((yield))
-                    part = self._executed(self._obey_binary, letter, bytes(arguments))
-                    if len(answer) + len(part) <= LARGEST_ANSWER:
-                        answer += part
-                    first = yield
+                    reply = self._executed(self._obey_binary, letter, bytes(arguments))
+                    if len(answer) + len(reply) <= LARGEST_ANSWER:
+                        answer += reply
+                    byte_read = yield
             if len(self._answer) + len(answer) <= LARGEST_ANSWER:
                 self._answer += answer
 
@@ -335,7 +327,7 @@ class EmulatedRobot:
             return b""
         match letter:
             case "\x08":  # all sensors
-                moving, rest = (
+                moving, standing = (
                     b"".join(map(self._obey_binary, letters))
                     for letters in ("aAg", "tNO\x0d\x0cQb")
                 )
@@ -343,7 +335,7 @@ class EmulatedRobot:
                 return (
                     moving
                     + bytes(12)
-                    + rest
+                    + standing
                     + bytes([0, 0, 0, 0, self._selector])
                     + floor
                     + bytes(7)
@@ -448,8 +440,8 @@ class EmulatedRobot:
         )
 
     def _light(self, light: int, action: int) -> None:
-        for one in [light] if 0 <= light < 10 else range(8):
-            self.lights[one] = 1 - self.lights[one] if action == 2 else int(action == 1)
+        for lamp in [light] if 0 <= light < 10 else range(8):
+            self.lights[lamp] = 1 - self.lights[lamp] if action == 2 else int(action == 1)
 
     def _converse(self, line: str) -> str:
         """Return what a replica answers to a message, without head and checksum; nothing to a PC that is only there."""
@@ -457,14 +449,14 @@ class EmulatedRobot:
         if text is None:
             return "E,checksum"
         self._hear()
-        kind, *rest = text.split(",")[1:] or [""]
-        if (kind, rest) == ("A", []):
+        letter, *fields = text.split(",")[1:] or [""]
+        if (letter, fields) == ("A", []):
             self._alive_at = now
             return ""
         self._asked_at = now
         if self._alive_at < math.inf:
             self._alive_at = now
-        match kind, _whole_numbers(rest):
+        match letter, _whole_numbers(fields):
             case "H", []:
                 self.halt()
                 return "H"
@@ -477,7 +469,8 @@ class EmulatedRobot:
             case "M", [sequence, *parameters]:
                 with suppress(ValueError):
                     self._waiting = Model(
-                        sequence, tuple(round(each * PARAMETER_UNIT, 4) for each in parameters)
+                        sequence,
+                        tuple(round(parameter * PARAMETER_UNIT, 4) for parameter in parameters),
                     )
                     return f"M,{sequence}"
         return "E,message"
@@ -496,11 +489,9 @@ def _scanned(text: str, before: tuple[int, ...]) -> tuple[int, ...]:
 def _whole_numbers(fields: Sequence[str]) -> list[int] | None:
     """Return fields as integers, None if one is none."""
     digits = (field.strip().removeprefix("-") for field in fields)
-    return (
-        [int(field) for field in fields]
-        if all(part.isascii() and part.isdecimal() for part in digits)
-        else None
-    )
+    if all(digit_text.isascii() and digit_text.isdecimal() for digit_text in digits):
+        return [int(field) for field in fields]
+    return None
 
 
 def _line(text: str) -> bytes:

@@ -107,9 +107,9 @@ class ArenaRobot:
             self.line.drop()
         return self.emulated.step(self._own_time(), sight, proximity)
 
-    def _tell(self, kind: str) -> None:
+    def _tell(self, signal: str) -> None:
         if not self.silent:
-            self.line.signal(kind)
+            self.line.signal(signal)
 
 
 @dataclass
@@ -279,15 +279,14 @@ class EmulatedLaboratory:
         self.markers: Markers = markers or TriangleMarkers()
         self.calibration = calibration or overhead_camera(*self.arena_cm)
         streams = np.random.SeedSequence(seed).spawn(4 + 2 * scenario.individuals)
-        self._rng, self._air, places, batteries = (
+        self._rng, self._air, placing, batteries = (
             np.random.default_rng(stream) for stream in streams[:4]
         )
-        own = [
-            np.random.default_rng(stream) for stream in streams[4:]
-        ]  # of each robot, then of each line
+        # Each robot and each line has its own: what one draws does not shift the others
+        generators = [np.random.default_rng(stream) for stream in streams[4:]]
 
         def open_line(robot: EmulatedRobot, name: str) -> Line:
-            rng = own[scenario.individuals + self.names.index(name)]
+            rng = generators[scenario.individuals + self.names.index(name)]
             return VirtualLine(robot, name, self.clock, self.conditions.latency_s, rng)
 
         self._robots = [
@@ -297,15 +296,15 @@ class EmulatedLaboratory:
                 clock=self.clock.now,
                 drift=batteries.uniform(-1, 1) * self.conditions.clock_drift,
                 battery_s=batteries.uniform(1, _BEST_BATTERY) * self.conditions.battery_s,
-                rng=own[k],
+                rng=generators[k],
                 make_line=make_line or open_line,
             )
             for k, name in enumerate(self.names)
         ]
         clocks = np.random.default_rng([CLOCKS, seed])
         own_phases, robots = self.conditions.own_phases, scenario.individuals
-        parts = _PARTS if own_phases else 1
-        self._part_s = self.interval_s / parts
+        phases = _PARTS if own_phases else 1
+        self._part_s = self.interval_s / phases
         errors = clocks.uniform(-1, 1, robots) * self.conditions.period_spread * own_phases
         self._periods_s = self.interval_s * (1 + errors)
         self._due_s = clocks.uniform(0, 1, robots) * self.interval_s * own_phases
@@ -314,9 +313,9 @@ class EmulatedLaboratory:
         self.covered: set[int] = set()
         older = math.ceil(scenario.tracker.delay_s / self.interval_s)
         self._places = deque(
-            [initial_poses(scenario, 1, places)[0]] * 2, maxlen=(_CYCLES + older) * parts
+            [initial_poses(scenario, 1, placing)[0]] * 2, maxlen=(_CYCLES + older) * phases
         )
-        self._drives = Drives(scenario, scenario.individuals, seed, parts)
+        self._drives = Drives(scenario, scenario.individuals, seed, phases)
         self._jitter = np.random.default_rng([TRACKING, seed])
         self._sight, self._part = np.zeros(scenario.individuals, int), 0
         self.camera = ArenaCamera(
@@ -337,12 +336,12 @@ class EmulatedLaboratory:
 
     @cached_property
     def _eye(self) -> EmulatedCamera:
-        given: dict[str, Any] = {
+        equipment: dict[str, Any] = {
             "arena_cm": self.arena_cm,
             "optics": self.conditions.optics,
             "seed": self._seed,
         }
-        return EmulatedCamera(self.calibration, self.markers, self.labels, **given)
+        return EmulatedCamera(self.calibration, self.markers, self.labels, **equipment)
 
     def _render(self, at_s: float | None) -> np.ndarray:
         tracker, now = self.scenario.tracker, self.clock.now() if at_s is None else at_s
@@ -351,9 +350,9 @@ class EmulatedLaboratory:
             tracker.position_noise_cm,
             tracker.heading_noise_rad,
         ]
-        seen = self.poses(now - tracker.delay_s)
-        seen += self._jitter.standard_normal(seen.shape) * deviations
-        return self._eye.render(seen, tuple(self.covered))
+        poses = self.poses(now - tracker.delay_s)
+        poses += self._jitter.standard_normal(poses.shape) * deviations
+        return self._eye.render(poses, tuple(self.covered))
 
     def link(self, name: str) -> Link:
         """Return an open link to a robot, as `open_link` does; raise LinkError if the connection is lost."""
@@ -362,14 +361,14 @@ class EmulatedLaboratory:
     def poses(self, at_s: float | None = None) -> np.ndarray:
         """Return where the robots are now (A, 3), or were at a time of the last cycles: x, y (cm), heading (rad)."""
         at_s = self.clock.now() if at_s is None else at_s
-        part = self._part
-        while at_s < (part - 1) * self._part_s and self._part - part < len(self._places) - 2:
-            part -= 1
-        before, after = (self._places[part - self._part - end] for end in (2, 1))
-        way = after - before
-        way[:, 2] = wrap(way[:, 2])
-        share = np.clip((at_s - (part - 1) * self._part_s) / self._part_s, 0, 1)
-        return np.asarray(before + share * way)
+        phase = self._part
+        while at_s < (phase - 1) * self._part_s and self._part - phase < len(self._places) - 2:
+            phase -= 1
+        before, after = (self._places[phase - self._part - steps_back] for steps_back in (2, 1))
+        displacement = after - before
+        displacement[:, 2] = wrap(displacement[:, 2])
+        share = np.clip((at_s - (phase - 1) * self._part_s) / self._part_s, 0, 1)
+        return np.asarray(before + share * displacement)
 
     def put(self, name: str, pose: tuple[float, float, float]) -> None:
         """Put a robot at a place inside the arena: x, y (cm), heading (rad)."""
@@ -377,8 +376,8 @@ class EmulatedLaboratory:
         if not (radius <= pose[0] <= width - radius and radius <= pose[1] <= height - radius):
             refuse("pose", f"be inside the arena of {width} x {height} cm", f"{pose} for {name!r}")
         number = self.number(name)
-        for k, places in enumerate(self._places):
-            self._places[k] = places.copy()
+        for k, poses in enumerate(self._places):
+            self._places[k] = poses.copy()
             self._places[k][number] = pose
 
     def number(self, name: str) -> int:
@@ -437,9 +436,9 @@ def obey(laboratory: EmulatedLaboratory, text: str) -> None:
     name, *arguments = text.split()
     method = laboratory.commands[choice("command", name, laboratory.commands)]
     parameters = inspect.signature(method).parameters.values()
-    least = sum(parameter.default is parameter.empty for parameter in parameters)
+    required = sum(parameter.default is parameter.empty for parameter in parameters)
     expected = " ".join(parameter.name.upper() for parameter in parameters)
-    fits = least <= len(arguments) <= len(parameters)
+    fits = required <= len(arguments) <= len(parameters)
     require(fits, name, f"be followed by {expected or 'nothing'}", repr(text.strip()))
     values: list[Any] = []
     for parameter, word in zip(parameters, arguments, strict=False):
@@ -462,8 +461,10 @@ def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
     setup, scenario = laboratory.setup, laboratory.configuration.swarm
     changes: dict[str, object] = {"landmarks": {}}
     with TemporaryDirectory() as folder:
-        known = setup.camera.calibration is not None and Path(setup.camera.calibration).exists()
-        if scenario.arena.bounded and not known:
+        calibrated = (
+            setup.camera.calibration is not None and Path(setup.camera.calibration).exists()
+        )
+        if scenario.arena.bounded and not calibrated:
             changes["calibration"] = str(Path(folder) / "camera.json")
             overhead_camera(*sides_cm(scenario)).save(Path(folder) / "camera.json")
         camera = setup.camera.model_copy(update=changes)
@@ -518,8 +519,8 @@ class _KnownPoses(PoseSource):
         for image in range(images):
             clock.sleep_until(first_s + image * interval_s)
             poses.append(self._laboratory.poses())
-        seen = np.ones((images, len(self._labels)), bool)
-        return Track(np.array(poses), seen, self._labels, interval_s)
+        present = np.ones((images, len(self._labels)), bool)
+        return Track(np.array(poses), present, self._labels, interval_s)
 
     def close(self) -> None:
         """Release nothing."""
@@ -566,12 +567,12 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     tracker = laboratory_tracker(setup, configuration.swarm.robot)
     with refusing_as(ConfigurationError):
         scenario, seed = configuration.swarm, configuration.run.seed if seed is None else seed
-        seen: dict[str, Any] = {
+        equipment: dict[str, Any] = {
             "calibration": tracker.calibration,
             "markers": tracker.markers,
             "labels": setup.labels,
         }
-        emulated = EmulatedLaboratory(scenario, seed=seed, **seen)
+        emulated = EmulatedLaboratory(scenario, seed=seed, **equipment)
     return _virtual_equipment(
         laboratory, emulated, CameraPoses(emulated.camera, tracker, emulated.clock)
     )
@@ -599,13 +600,11 @@ class SimulatedLaboratory(Source):
         self, speeds: np.ndarray, stage: str = "", rng: np.random.Generator | None = None
     ) -> Samples:
         """Return samples of models (M, P) in wheel speeds; see `collect`. Each stage has its own random numbers."""
-        rng, scenario = (
-            rng or np.random.default_rng([REHEARSAL, self._seed, *stage.encode()]),
-            self._scenario,
-        )
-        trials, rest = divmod(len(speeds), scenario.replicas)
+        rng = rng or np.random.default_rng([REHEARSAL, self._seed, *stage.encode()])
+        scenario = self._scenario
+        trials, remainder = divmod(len(speeds), scenario.replicas)
         require(
-            trials and not rest,
+            trials and not remainder,
             "models",
             f"be a multiple of {scenario.replicas} replicas, not 0",
             len(speeds),

@@ -87,7 +87,7 @@ class VirtualLine(Line):
         super().__init__(robot)
         self.port, self.clock = name, clock
         self._latency_s, self._rng = latency_s, rng
-        self._there, self._near = True, _NearEnd(self, there=False)
+        self._there, self._near = True, _NearEnd(self, connected=False)
         self._last = {"in": 0.0, "out": 0.0}
 
     def link(self, alive_s: float = ALIVE_S) -> Link:
@@ -119,24 +119,24 @@ class VirtualLine(Line):
             self._say_alive(self._near, alive_s)
         return self._near
 
-    def _say_alive(self, near: "_NearEnd", alive_s: float) -> None:
-        if near.there and not near.closed:
+    def _say_alive(self, near_end: "_NearEnd", alive_s: float) -> None:
+        if near_end.there and not near_end.closed:
             self.receive(ALIVE)
-            again = partial(self._say_alive, near, alive_s)
+            again = partial(self._say_alive, near_end, alive_s)
             self.clock.call_at(self.clock.now() + alive_s, again)
 
-    def _later(self, way: str, pause_s: float, action: Callable[[], None]) -> None:
+    def _later(self, direction: str, pause_s: float, action: Callable[[], None]) -> None:
         """Do something when the bytes have arrived; they do not overtake each other."""
         due = self.clock.now() + pause_s + self._rng.uniform(*self._latency_s)
-        self._last[way] = due = max(due, self._last[way])
+        self._last[direction] = due = max(due, self._last[direction])
         self.clock.call_at(due, action)
 
 
 class _NearEnd:
     """The PC's end of a virtual line, a `Device`."""
 
-    def __init__(self, line: VirtualLine, there: bool = True) -> None:
-        self._line, self.there, self.closed = line, there, False
+    def __init__(self, line: VirtualLine, connected: bool = True) -> None:
+        self._line, self.there, self.closed = line, connected, False
         self.arrived = bytearray()
 
     @property
@@ -249,8 +249,8 @@ class TcpServer(_Server):
             self._understood, self._heard_s = understood, time.monotonic()
         idle = client is None or time.monotonic() - self._heard_s > IDLE_S
         try:
-            ends = [self._listening] if idle else []
-            ready, _, _ = select.select([*ends, *filter(None, [client])], [], [], _POLL_S)
+            sockets = [self._listening] if idle else []
+            ready, _, _ = select.select([*sockets, *filter(None, [client])], [], [], _POLL_S)
             if self._listening in ready:
                 self._take(*self._listening.accept())
             if client is None or client not in ready or client is not self._client:
@@ -301,8 +301,8 @@ class TerminalServer(_Server):
     def _shut(self) -> None:
         Path(self.port).unlink(missing_ok=True)
         self._selector.close()
-        for end in (self._master, self._slave):
-            os.close(end)
+        for descriptor in (self._master, self._slave):
+            os.close(descriptor)
 
     def close(self) -> None:
         super().close()
@@ -415,7 +415,7 @@ def live(
     clock = clock or RealClock()
     steady = _SteadyBody(body, clock)
     robot = EmulatedRobot(
-        steady, clock=clock.now, controller=controller, tell=lambda kind: line.signal(kind)
+        steady, clock=clock.now, controller=controller, tell=lambda signal: line.signal(signal)
     )
     stepped_s, over = clock.now(), threading.Event()
 

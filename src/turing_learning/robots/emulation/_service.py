@@ -107,8 +107,8 @@ class ArenaService(AbstractContextManager["ArenaService"]):
         raise FileExistsError if one exists already, unless `force` is given.
         """
         path, calibration = folder / LABORATORY_FILE, folder / CALIBRATION_FILE
-        for each in (path, calibration):
-            refuse_taken(each, name="out", force=force)
+        for file in (path, calibration):
+            refuse_taken(file, name="out", force=force)
         folder.mkdir(parents=True, exist_ok=True)
         with whole(path) as described, whole(calibration) as calibrated:
             described.write_text(self.describe(), encoding="utf-8")
@@ -123,15 +123,15 @@ class ArenaService(AbstractContextManager["ArenaService"]):
                 laboratory.clock.sleep_until(ahead + self._speed * time.monotonic())
             time.sleep(_POLL_S)
 
-    def _next_image(self, last: int) -> tuple[int, np.ndarray | None]:
+    def _next_image(self, last_number: int) -> tuple[int, np.ndarray | None]:
         laboratory = self.laboratory
         with laboratory.lock:
             number = int(
                 (laboratory.clock.now() - laboratory.conditions.camera_lag_s)
                 / laboratory.interval_s
             )
-            if number == last or laboratory.camera.unplugged:
-                return last, None
+            if number == last_number or laboratory.camera.unplugged:
+                return last_number, None
             return number, laboratory.camera.snapshot(laboratory.camera.due_s(number))
 
 

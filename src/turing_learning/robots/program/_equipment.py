@@ -77,8 +77,12 @@ class PunctualImages:
 
         while frame < count:
             image, stamp_s = ahead.popleft() if ahead else take_stamped(camera, clock)
-            most = late(stamp_s) - delays[-1] if delays and hasattr(camera, "taken_s") else 0.0
-            if 0.75 < most / interval_s < 1.5 and frame < count - 1 and lost < _MOST_LOST * count:
+            delay_s = late(stamp_s) - delays[-1] if delays and hasattr(camera, "taken_s") else 0.0
+            if (
+                0.75 < delay_s / interval_s < 1.5
+                and frame < count - 1
+                and lost < _MOST_LOST * count
+            ):
                 ahead.append(take_stamped(camera, clock))
                 if late(ahead[0][1]) - delays[-1] > 1.75 * interval_s:
                     yield None
@@ -254,17 +258,13 @@ def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> 
         return registered[0].load() if registered else part_of(argument, name)
 
     def open_camera(tracker: Tracker) -> CameraPoses:
-        source, settings = (
-            setup.camera.source,
-            {name: getattr(setup.camera, name) for name in SETTINGS},
-        )
+        source = setup.camera.source
+        settings = {name: getattr(setup.camera, name) for name in SETTINGS}
         if isinstance(source, str) and "://" not in source:
             return CameraPoses(Capture(source), tracker, clock)
-        asked = (
-            settings
-            if any(settings[name] is not None for name in settings if name != "fps")
-            else None
-        )
+        asked = None
+        if any(settings[name] is not None for name in settings if name != "fps"):
+            asked = settings
         return CameraPoses(LiveCapture(source, asked, clock=clock), tracker, clock)
 
     def open_epuck(address: str) -> EPuck:
@@ -284,10 +284,9 @@ def laboratory_tracker(setup: LaboratorySetup, robot: Robot) -> Tracker:
     """Return a tracker of all robots, agents first; raise ConfigurationError for a calibration or a marker that it cannot use."""
     camera = setup.camera
     with refusing_as(ConfigurationError):
-        height, share = (
-            camera.marker_height_cm,
-            (camera.marker_cm or 4.5) / 4.5,
-        )  # of the usual triangle
+        # Another size of marker scales the usual triangle
+        height = camera.marker_height_cm
+        share = (camera.marker_cm or 4.5) / 4.5
         tip, base, half, disk = (share * size for size in (3.0, 1.5, 1.6, 3.3))
         markers: Markers = TriangleMarkers(tip, base, half, disk, height)
         if camera.markers == "aruco":
@@ -379,18 +378,20 @@ def inspect(
         yield rate
         if rate.fine:
             image = poses.camera.take()
-            seen = poses.tracker.detect(image)
-            yield _look("calibration", _calibration, image, seen, setup, scenario, poses.tracker)
-            yield _look("markers", _markers, seen, setup, poses.tracker)
+            detections = poses.tracker.detect(image)
+            yield _look(
+                "calibration", _calibration, image, detections, setup, scenario, poses.tracker
+            )
+            yield _look("markers", _markers, detections, setup, poses.tracker)
             if picture is not None:
-                yield _look("picture", _picture, image, seen, poses.tracker, picture)
+                yield _look("picture", _picture, image, detections, poses.tracker, picture)
 
 
-def _look(what: str, find: Callable[..., str], *given: object) -> Finding:
+def _look(subject: str, find: Callable[..., str], *arguments: object) -> Finding:
     try:
-        return Finding(what, find(*given), True)
+        return Finding(subject, find(*arguments), True)
     except (OSError, ValueError) as error:
-        return Finding(what, str(error), False)
+        return Finding(subject, str(error), False)
 
 
 def _poses(poses: PoseSource, scenario: Scenario, equipment: Equipment) -> str:
@@ -404,10 +405,10 @@ def _poses(poses: PoseSource, scenario: Scenario, equipment: Equipment) -> str:
 
 def _rate(poses: CameraPoses, fps: float) -> str:
     camera, clock, (width, height) = poses.camera, poses.clock, poses.tracker.image_size
-    first = camera.take()
+    first_image = camera.take()
     rule = f"give images {(height, width, 3)}, as its calibration says"
     remedy = "Calibrate it again, or set it to that size."
-    require(first.shape == (height, width, 3), "camera", rule, str(first.shape), remedy)
+    require(first_image.shape == (height, width, 3), "camera", rule, str(first_image.shape), remedy)
     for _ in range(RATE_TRIES):
         begun = drop_old_images(camera, clock, 1 / fps)
         images, stamps = zip(*(take_stamped(camera, clock) for _ in range(IMAGES)), strict=True)
@@ -417,7 +418,7 @@ def _rate(poses: CameraPoses, fps: float) -> str:
     require(
         fits, "camera.fps", "be the camera's rate", f"{fps:g}, and images at {rate:.2f} per second"
     )
-    frozen = all(np.array_equal(first, image) for image in images)
+    frozen = all(np.array_equal(first_image, image) for image in images)
     require(not frozen, "camera", "give new images", "the same one again and again", "Restart it.")
     granted = f"; granted {granted}" if (granted := getattr(camera, "granted", "")) else ""
     return f"{width} x {height} pixels, {rate:.1f} images per second{granted}"
@@ -425,22 +426,20 @@ def _rate(poses: CameraPoses, fps: float) -> str:
 
 def _calibration(
     image: np.ndarray,
-    seen: Detections,
+    detections: Detections,
     setup: LaboratorySetup,
     scenario: Scenario,
     tracker: Tracker,
 ) -> str:
     """Reject a calibration that sees landmarks elsewhere than they are, or robots outside the arena."""
     name, remedy = "camera.calibration", "Place the camera again."
-    width, height = (
-        float(scenario.arena.width_cm or np.inf),
-        float(scenario.arena.height_cm or np.inf),
-    )
-    for x, y in seen.positions:
+    width = float(scenario.arena.width_cm or np.inf)
+    height = float(scenario.arena.height_cm or np.inf)
+    for x, y in detections.positions:
         inside = 0 <= x <= width and 0 <= y <= height
         rule = f"place robots inside the arena of {width:g} x {height:g} cm"
         require(inside, name, rule, f"one at x, y = {x:.1f}, {y:.1f} cm", remedy)
-    landmarks = {int(identity): place for identity, place in setup.camera.landmarks.items()}
+    landmarks = {int(identity): position for identity, position in setup.camera.landmarks.items()}
     if not landmarks:
         return "all markers inside the arena; no landmarks to compare with"
     centers = aruco_centers(image)
@@ -460,9 +459,11 @@ def _calibration(
     return f"{len(landmarks)} landmarks to {errors[worst]:.2f} cm"
 
 
-def _markers(seen: Detections, setup: LaboratorySetup, tracker: Tracker) -> str:
+def _markers(detections: Detections, setup: LaboratorySetup, tracker: Tracker) -> str:
     landmarks = setup.camera.landmarks if setup.camera.markers == "aruco" else {}
-    wrong = compare_labels(setup.labels, [label for label in seen.labels if label not in landmarks])
+    wrong = compare_labels(
+        setup.labels, [label for label in detections.labels if label not in landmarks]
+    )
     require(
         not wrong,
         "robots",
@@ -470,24 +471,24 @@ def _markers(seen: Detections, setup: LaboratorySetup, tracker: Tracker) -> str:
         "; ".join(wrong),
         "Check the markers.",
     )
-    smallest = min(width for _, _, width in _disks(seen, tracker))
+    smallest = min(width for _, _, width in _disks(detections, tracker))
     return f"all {len(setup.labels)} in sight, the smallest {smallest:.0f} pixels wide"
 
 
-def _disks(seen: Detections, tracker: Tracker) -> list[list[float]]:
+def _disks(detections: Detections, tracker: Tracker) -> list[list[float]]:
     """Return x, y of the centre and the width (pixels) of each marker's disk that was found."""
-    if not seen.labels:
+    if not detections.labels:
         return []
-    places = np.insert(seen.positions, 2, tracker.markers.height_cm, axis=1)
+    positions = np.insert(detections.positions, 2, tracker.markers.height_cm, axis=1)
     radius = np.array([tracker.markers.disk_radius_cm, 0.0, 0.0])
-    left, center, right = (tracker.calibration.project(places + k * radius) for k in (-1, 0, 1))
+    left, center, right = (tracker.calibration.project(positions + k * radius) for k in (-1, 0, 1))
     return np.column_stack([center, np.hypot(*(right - left).T)]).tolist()
 
 
-def _picture(image: np.ndarray, seen: Detections, tracker: Tracker, path: Path) -> str:
+def _picture(image: np.ndarray, detections: Detections, tracker: Tracker, path: Path) -> str:
     """Write an image with a circle around each marker, and its label."""
     drawn, black = image.copy(), (0, 0, 0)
-    for label, (x, y, width) in zip(seen.labels, _disks(seen, tracker), strict=True):
+    for label, (x, y, width) in zip(detections.labels, _disks(detections, tracker), strict=True):
         cv2.circle(drawn, (round(x), round(y)), round(0.7 * width), black, 2)
         at = (round(x) + round(width), round(y))
         cv2.putText(drawn, label, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, black, 1, cv2.LINE_AA)

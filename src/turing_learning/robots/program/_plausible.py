@@ -26,7 +26,7 @@ OFFSET_RAD = math.radians(
     25.0
 )  #: Angle between headings and directions that no marker glued on by hand has
 STILL_RAD = 0.02  #: Change of a heading in a trial below which it is frozen
-NEAR = 0.12  #: Difference of wheel speeds, as fractions of the maximum, within which a step is that of a model
+SAME_MODEL = 0.12  #: Difference of wheel speeds, as fractions of the maximum, within which a step is that of a model
 #: Share of steps, in excess of chance, from which on a track is that of a model
 SPECIFIC = 0.25
 #: Mean excess over all replicas from which on a supposed mistake (metres, mirrored axes, ...) is taken for the true one
@@ -124,16 +124,15 @@ class TrackCheck:
     def _wrong_headings(self) -> str:
         """Hold headings against displacements: these lie along them, or against them."""
         # Models differ from trial to trial: not all of them let a replica drive straight.
-        if max(seen.turned.max() for seen in self._trials) < STILL_RAD:
+        if max(trial.turned.max() for trial in self._trials) < STILL_RAD:
             return "headings look frozen: nobody's has changed in any trial. Check the tracker."
-        moving = np.concatenate([seen.moving.ravel() for seen in self._trials])
+        moving = np.concatenate([trial.moving.ravel() for trial in self._trials])
         if moving.sum() < LEAST_STEPS:
             return ""
-        along = np.concatenate([seen.along.ravel() for seen in self._trials])[moving]
-        heading = np.concatenate([seen.heading.ravel() for seen in self._trials])[moving]
-        between = np.exp(
-            2j * (along - heading)
-        ).mean()  # twice the angle: forward and backward are the same
+        along = np.concatenate([trial.along.ravel() for trial in self._trials])[moving]
+        heading = np.concatenate([trial.heading.ravel() for trial in self._trials])[moving]
+        # Twice the angle: forward and backward are the same
+        between = np.exp(2j * (along - heading)).mean()
         if abs(between) >= COHERENT:
             offset = float(np.angle(between)) / 2
             if abs(offset) < OFFSET_RAD:
@@ -142,7 +141,7 @@ class TrackCheck:
             return f"headings are off by about {degrees} degrees from where robots drive. Check markers and axes."
         if abs(between) > INCOHERENT:
             return ""
-        raw = np.concatenate([seen.raw.ravel() for seen in self._trials])[moving]
+        raw = np.concatenate([trial.raw.ravel() for trial in self._trials])[moving]
         if abs(np.exp(2j * (along - np.radians(raw))).mean()) >= COHERENT:
             return "headings look like degrees. Give them in radians."
         if abs(np.exp(2j * (along + heading)).mean()) >= COHERENT:
@@ -164,10 +163,15 @@ class TrackCheck:
             if same[replica] >= NONE:
                 continue
             name = self._replicas[replica]
-            for other in replicas:
-                if other != replica and self._specific(replica, [agents + other]) >= SPECIFIC:
-                    said = f"replica {self._replicas[other]} executes what replica {name} was sent"
-                    return f"{said}. Exchange their addresses, or their markers."
+            for candidate in replicas:
+                if (
+                    candidate != replica
+                    and self._specific(replica, [agents + candidate]) >= SPECIFIC
+                ):
+                    diagnosis = (
+                        f"replica {self._replicas[candidate]} executes what replica {name} was sent"
+                    )
+                    return f"{diagnosis}. Exchange their addresses, or their markers."
             if self._specific(replica, range(agents)) >= SPECIFIC:
                 return f"an agent executes what replica {name} was sent. Exchange their markers, or their addresses."
         return ""
@@ -184,16 +188,16 @@ class TrackCheck:
         The mean over trials; of the individual whose share is largest in each.
         """
         differences = []
-        for seen in self._trials:
-            wheels = repair(self._wheels(seen.speeds[individuals], length))
-            valid = seen.valid[individuals]
-            own = _shares(wheels, valid, seen.models[replica]).max()
-            others = [
-                _shares(wheels, valid, other.models[replica]).max()
-                for other in self._trials
-                if other is not seen
+        for trial in self._trials:
+            wheels = repair(self._wheels(trial.speeds[individuals], length))
+            valid = trial.valid[individuals]
+            share_here = _shares(wheels, valid, trial.models[replica]).max()
+            shares_elsewhere = [
+                _shares(wheels, valid, another.models[replica]).max()
+                for another in self._trials
+                if another is not trial
             ]
-            differences.append(own - np.mean(others))
+            differences.append(share_here - np.mean(shares_elsewhere))
         return float(np.mean(differences))
 
     def _wheels(self, speeds: np.ndarray, length: float) -> Wheels:
@@ -208,4 +212,4 @@ def _shares(wheels: Wheels, valid: np.ndarray, model: np.ndarray) -> np.ndarray:
     states = model.reshape(-1, 2)
     apart = np.linalg.norm(wheels[:, :, None] - states, axis=-1).min(axis=-1)
     steps = np.maximum(valid.sum(axis=1), 1)
-    return (valid & (apart < NEAR)).sum(axis=1) / steps
+    return (valid & (apart < SAME_MODEL)).sum(axis=1) / steps

@@ -184,16 +184,15 @@ class LaboratorySetup(Section):
         unique, camera = [("name", "robots"), ("address", "robots")], self.camera
         if camera.markers == "aruco":
             unique.append(("marker", "robots with ArUco markers"))
-            both = (
-                sorted(camera.landmarks.keys() & set(self.labels))
-                if camera.dictionary == "4X4_50"
-                else []
-            )
+            if camera.dictionary == "4X4_50":
+                shared = sorted(camera.landmarks.keys() & set(self.labels))
+            else:
+                shared = []
             require(
-                not both,
+                not shared,
                 "camera.landmarks",
                 "not be among the robots' markers",
-                f"{both[:1]} in both",
+                f"{shared[:1]} in both",
             )
         for name, whose in unique:
             values = [getattr(robot, name) for robot in self.robots if getattr(robot, name)]
@@ -207,15 +206,15 @@ class LaboratorySetup(Section):
         calibrated, remedy = camera.calibration or self.tracker, "Calibrate the camera first."
         require(calibrated, "camera.calibration", "be given", "nothing", remedy)
         for replica in self.replicas:
-            others = [
+            twins = [
                 robot.name
                 for robot in self.robots
                 if robot.marker == replica.marker and robot != replica
             ]
             got = (
-                f"{replica.marker!r} of {replica.name!r} for {', '.join(map(repr, others[:1]))} too"
+                f"{replica.marker!r} of {replica.name!r} for {', '.join(map(repr, twins[:1]))} too"
             )
-            require(not others, "marker", "be a replica's alone", got)
+            require(not twins, "marker", "be a replica's alone", got)
         return self
 
 
@@ -232,14 +231,13 @@ class _File(Origins):
     document: Mapping[str, Any] = field(default_factory=dict)
 
     def where(self, key: str) -> str:
-        parts, robots = key.split("."), self.document.get("robots")
-        if parts[0] == "robots" and len(parts) > 1:
-            robot = robots[int(parts[1])] if isinstance(robots, list) else {}
-            name = (
-                robot.get("name", f"number {int(parts[1]) + 1}")
-                if isinstance(robot, Mapping)
-                else parts[1]
-            )
+        path, robots = key.split("."), self.document.get("robots")
+        if path[0] == "robots" and len(path) > 1:
+            robot = robots[int(path[1])] if isinstance(robots, list) else {}
+            if isinstance(robot, Mapping):
+                name = robot.get("name", f"number {int(path[1]) + 1}")
+            else:
+                name = path[1]
             return f"robot {name!r}, {self.path}"
         return super().where(key) or str(self.path)
 
@@ -290,23 +288,23 @@ def read_setup(
     try:
         return LaboratorySetup.model_validate_json(text, strict=strict)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        key, got = ".".join(map(str, first["loc"])), brief(first["input"])
-        why = Refusal(key, f"be {first['msg'].removeprefix('Input should be ')}", got)
-        if first["type"] == "value_error":
-            why = first["ctx"]["error"].refusal
-        elif first["type"] == "missing":
+        detail = error.errors(include_url=False)[0]
+        key, got = ".".join(map(str, detail["loc"])), brief(detail["input"])
+        why = Refusal(key, f"be {detail['msg'].removeprefix('Input should be ')}", got)
+        if detail["type"] == "value_error":
+            why = detail["ctx"]["error"].refusal
+        elif detail["type"] == "missing":
             why = Refusal(key, "be given", "nothing")
-        elif first["type"] == "extra_forbidden":
-            kind: Any = LaboratorySetup
-            for part in first["loc"][:-1]:
-                if not isinstance(part, int):
-                    kind = {"robots": RobotSection}.get(part) or kind.model_fields[part].annotation
-            advice = (
-                nearest(str(first["loc"][-1]), kind.model_fields)
-                if issubclass(kind, BaseModel)
-                else ""
-            )
+        elif detail["type"] == "extra_forbidden":
+            model: Any = LaboratorySetup
+            for name in detail["loc"][:-1]:
+                if not isinstance(name, int):
+                    model = {"robots": RobotSection}.get(name) or model.model_fields[
+                        name
+                    ].annotation
+            advice = ""
+            if issubclass(model, BaseModel):
+                advice = nearest(str(detail["loc"][-1]), model.model_fields)
             why = Refusal(key, "be a known setting", got, remedy=advice)
         raise ConfigurationError(replace(why, place=where(key))) from error
 
@@ -318,22 +316,27 @@ def _configuration(
     document = dict(file.document)
     scenario = document.pop("scenario", {})
     table = {"preset": scenario} if isinstance(scenario, str) else scenario
-    given = dotted(
+    settings = dotted(
         {"scenario": table, **{key: document[key] for key in RUN_SECTIONS[2:] if key in document}}
     )
-    given |= overrides
+    settings |= overrides
     for key, source in _DERIVED.items():
         file.require(
-            key not in given, key, f"be left out, as it follows from {source}", repr(given.get(key))
+            key not in settings,
+            key,
+            f"be left out, as it follows from {source}",
+            repr(settings.get(key)),
         )
     base = {
-        key: value for key, value in _BASE.items() if key not in _SIZES or not _SIZES & given.keys()
+        key: value
+        for key, value in _BASE.items()
+        if key not in _SIZES or not _SIZES & settings.keys()
     }
     derived = dict(
         zip(_DERIVED, (len(setup.agents), len(setup.replicas), 1 / setup.camera.fps), strict=True)
     )
     key, fps = "scenario.trial.duration_s", setup.camera.fps
-    duration_s = given.get(key, _BASE[key])
+    duration_s = settings.get(key, _BASE[key])
     if (
         isinstance(duration_s, int | float)
         and not isinstance(duration_s, bool)
@@ -345,38 +348,34 @@ def _configuration(
         )
         rule = f"be a whole number of images at camera.fps, {fps:g} per second [{file.where('camera.fps')}]"
         got, remedy = f"{duration_s} s", f"Set {key} = {images / fps:.10g}."
-        if key not in given:
+        if key not in settings:
             require(fits, key, rule, f"{got} by default", remedy, error=ConfigurationError)
         file.require(fits, key, rule, got, remedy)
     preset = document.get("preset", "default")
-    if preset == "default" and not any(key.startswith(_OF_GENERATIONS) for key in given):
+    if preset == "default" and not any(key.startswith(_OF_GENERATIONS) for key in settings):
         base["run.trials"] = TRIALS
-    places = {key: file.where(key) for key in given if key in file.labels or key not in overrides}
-    configuration = load_configuration(None, preset, base | derived | given, labels=places)
-    scenario, models, of_trials = (
-        configuration.swarm,
-        configuration.models,
-        configuration.run.trials,
-    )
+    labels = {
+        key: file.where(key) for key in settings if key in file.labels or key not in overrides
+    }
+    configuration = load_configuration(None, preset, base | derived | settings, labels=labels)
+    scenario = configuration.swarm
+    models = configuration.models
+    of_trials = configuration.run.trials
     refuse_without_history(setup, configuration, file.where("run.history"))
     number, replicas = models.parents + models.offspring, len(setup.replicas)
     multiple = f"be a multiple of the {replicas} replicas, which execute them at the same time"
     file.require(of_trials or number % replicas == 0, "models", multiple, number)
-    ends, wide = (
-        (models.initial_low, models.initial_high),
-        "whose first models have all wheel speeds",
-    )
+    limits = (models.initial_low, models.initial_high)
+    wide = "whose first models have all wheel speeds"
     file.require(
-        not of_trials or ends == (-1, 1),
+        not of_trials or limits == (-1, 1),
         "models.initial_low",
         f"be -1 and 1 with run.trials, {wide}",
-        ends,
+        limits,
     )
-    duration_s, longest, speeds = (
-        scenario.trial.duration_s,
-        setup.timing.execute_s,
-        len(scenario.controller),
-    )
+    duration_s = scenario.trial.duration_s
+    longest = setup.timing.execute_s
+    speeds = len(scenario.controller)
     file.require(duration_s <= longest, key, f"be at most timing.execute_s, {longest}", duration_s)
     file.require(
         speeds <= 16,

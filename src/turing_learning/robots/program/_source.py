@@ -42,7 +42,7 @@ IMAGES_ALONE = (
 )
 RECONNECT_S = 30.0  #: How long a lost link is retried: as long as Bluetooth needs to reconnect
 #: If at least this share of the robots jumps in one image, it was the camera that moved
-MOST = 0.6
+MOST_JUMPED = 0.6
 _POLL_S = 0.05
 _LISTED = 3  #: Faults of a trial that are listed for the operator
 REMOTE = "put all robots in their places, and press the remote control"
@@ -118,16 +118,15 @@ class PcProgram:
 
     def __init__(
         self, setup: LaboratorySetup, scenario: Scenario, equipment: Equipment,
-        watch: Callable[[str | ObservedTrial], None] = lambda what: None,
+        watch: Callable[[str | ObservedTrial], None] = lambda event: None,
     ) -> None:  # fmt: skip
         self._setup, self._timing, self._scenario = setup, setup.timing, scenario
         self._check = TrackCheck(scenario.robot, [replica.name for replica in setup.replicas])
         self._equipment, self._clock, self._watch = equipment, equipment.clock, watch
         self._robots: dict[str, Replica] = {}
         self._poses: PoseSource | None = None
-        self._starts_all = all(
-            robot.address for robot in setup.robots
-        )  # so that nobody has to press a remote control
+        # So that nobody has to press a remote control
+        self._starts_all = all(robot.address for robot in setup.robots)
         self._in_step, self._sequence, self.state = True, 0, BEGIN
         self.moving: set[str] = set()
         self.disconnect()
@@ -253,8 +252,8 @@ class PcProgram:
             self._observed = None
         if stops:
             self._starts, self._counts = {}, {name: stop.trial for name, stop in stops.items()}
-            first = min(stop.received_s for stop in stops.values())
-            self._send_until = first + timing.wait_s + timing.disperse_s - timing.tolerance_s
+            first_stop_s = min(stop.received_s for stop in stops.values())
+            self._send_until = first_stop_s + timing.wait_s + timing.disperse_s - timing.tolerance_s
         return self._send_models if self._queue else None
 
     def _send_models(self) -> State:
@@ -335,26 +334,23 @@ class PcProgram:
             )
         sequences = tuple(model.sequence for model in self._sent.values())
         counts = tuple(self._starts[name].trial for name in self._sent)
-        full = (
-            fastest_turn(self._scenario.robot) / 2
-        )  # for a difference of 1 between the wheel speeds
-        stuck = (
-            ()
-            if track.faults
-            else stuck_robots(track, models, self._setup.interventions.stuck_cm, full)
-        )
+        # The fastest turn is that of wheel speeds 1 and -1: this is for a difference of 1
+        turn = fastest_turn(self._scenario.robot) / 2
+        stuck: tuple[Fault, ...] = ()
+        if not track.faults:
+            stuck = stuck_robots(track, models, self._setup.interventions.stuck_cm, turn)
         faults = tuple(fault.text for fault in (*track.faults, *stuck))
         trial = ObservedTrial(len(self._done), models, sequences, counts, started_s, track, faults)
         irregular = any(fault.kind == IRREGULAR for fault in track.faults)
         if trial.faults:
             self._watch(trial)
             listed = [f"{text[0].upper()}{text[1:]}" for text in trial.faults[:_LISTED]]
-            if more := len(trial.faults) - len(listed):
+            if unlisted := len(trial.faults) - len(listed):
                 listed.append(
-                    f"And {more} more; if they are of nearly all robots, look after the camera and the PC."
+                    f"And {unlisted} more; if they are of nearly all robots, look after the camera and the PC."
                 )
-            what = "camera and the PC:" if irregular else "robots:"
-            remedy = f"Look after the {what} {' '.join(listed)} Then {REMOTE}"
+            cause = "camera and the PC:" if irregular else "robots:"
+            remedy = f"Look after the {cause} {' '.join(listed)} Then {REMOTE}"
             passing = irregular or passes(track, stuck)
             tries = IMAGES_ALONE if passing else 0
             raise Disturbance("P5", trial.faults[0], remedy, tries=tries, connected=bool(passing))
@@ -362,45 +358,45 @@ class PcProgram:
         return self._wait_for_stop
 
     def _signals(
-        self, kind: str, expected_s: float, counts: Mapping[str, int] | None = None
+        self, awaited: str, expected_s: float, counts: Mapping[str, int] | None = None
     ) -> dict[str, Signal]:
         """Wait for a signal of each robot, of the trials by their `counts` if given, and with the models that were sent."""
         deadline = self._clock.now() + max(expected_s, 0.0) + self._timing.tolerance_s
-        found: dict[str, Signal] = {}
-        while silent := [name for name in self._robots if name not in found]:
+        signals: dict[str, Signal] = {}
+        while silent := [name for name in self._robots if name not in signals]:
             for name in silent:
                 try:
-                    found[name] = self._robots[name].wait_for(kind, _POLL_S)
+                    signals[name] = self._robots[name].wait_for(awaited, _POLL_S)
                 except TimeoutError:
                     continue
                 except OSError as error:
                     raise self._lost(name, str(error)) from error
-            if self._clock.now() > deadline and len(found) < len(self._robots):
-                silent = [name for name in silent if name not in found]
-                raise self._missed(f"{kind} has not come from {', '.join(silent)}")
-        times = [signal.received_s for signal in found.values()]
+            if self._clock.now() > deadline and len(signals) < len(self._robots):
+                silent = [name for name in silent if name not in signals]
+                raise self._missed(f"{awaited} has not come from {', '.join(silent)}")
+        times = [signal.received_s for signal in signals.values()]
         if (apart := max(times) - min(times)) > self._timing.tolerance_s:
             self._in_step, tries = not self._starts_all, ALONE if self._starts_all else 0
             fault = f"the replicas are {apart:.1f} s out of step"
             raise Disturbance(self.state, fault, REMOTE.capitalize(), tries=tries)
         for name, count in (counts or {}).items():
-            signal = found[name]
+            signal = signals[name]
             if signal.trial != count:
-                came = f"{kind} of trial {signal.trial} has come from {name}"
+                came = f"{awaited} of trial {signal.trial} has come from {name}"
                 raise self._missed(f"{came}, {count} was expected: one was missed")
             model = self._sent[name].sequence if name in self._sent else signal.sequence
             if signal.sequence != model:
                 raise self._missed(
                     f"replica {name} executes model {signal.sequence}, {model} was sent"
                 )
-        return {name: found[name] for name in self._robots}
+        return {name: signals[name] for name in self._robots}
 
-    def _guard(self, name: str, use: Callable[[], Answer]) -> Answer:
+    def _guard(self, name: str, exchange: Callable[[], Answer]) -> Answer:
         """Use a replica's link; one that had to be reopened counts as lost."""
         robot = self._robots[name]
         before = robot.reconnections
         try:
-            answer = use()
+            answer = exchange()
         except OSError as error:
             raise self._lost(name, str(error)) from error
         if robot.reconnections > before:
@@ -424,7 +420,7 @@ class PcProgram:
 def passes(track: Track, stuck: Sequence[Fault]) -> bool:
     """Return whether all faults of a trial are of images alone: gaps that ended, or a jump of nearly all robots."""
     jumps = Counter(fault.frame for fault in track.faults if fault.kind in (CARRIED, SURPLUS))
-    jumped = {frame for frame, number in jumps.items() if number >= MOST * len(track.labels)}
+    jumped = {frame for frame, number in jumps.items() if number >= MOST_JUMPED * len(track.labels)}
     gaps = [fault for fault in track.faults if fault.frame not in jumped]
     ended = (
         all(fault.kind == MISSING and fault.frame > 0 for fault in gaps) and track.present[-1].all()
@@ -561,11 +557,9 @@ class LaboratorySource(Source):
         2); raise `LaboratoryError` if an operator is needed and nobody answers.
         """
         name = f"{'batch' if self._spent else 'generation'}-{self.generation:04d}"
-        every, number, spent = (
-            self._setup.interventions.batteries_every,
-            self.generation,
-            self._spent,
-        )
+        every = self._setup.interventions.batteries_every
+        number = self.generation
+        spent = self._spent
         begun, before = (
             (number, number - 1) if spent is None else (spent(number), spent(number - 1))
         )
@@ -581,12 +575,12 @@ class LaboratorySource(Source):
     def observe(self, speeds: np.ndarray, stage: str) -> Samples:
         """Return samples of models (M, P) in wheel speeds; see `collect`."""
         rounds = np.round(speeds, 4).reshape(-1, len(self._setup.replicas), speeds.shape[1])
-        self._stage, (self._attempt, known) = stage, self._stored(stage)
+        self._stage, (self._attempt, stored) = stage, self._stored(stage)
         same = [
             np.array_equal(trial.models, models)
-            for trial, models in zip(known, rounds, strict=False)
+            for trial, models in zip(stored, rounds, strict=False)
         ]
-        trials, wanted = list(known[: [*same, False].index(False)]), len(rounds)
+        trials, wanted = list(stored[: [*same, False].index(False)]), len(rounds)
         tries, since_s, before = 0, 0.0, 0  # at the same trial: how often disturbed, and since when
         while len(trials) < wanted:
             self._attempt += not trials
@@ -607,11 +601,9 @@ class LaboratorySource(Source):
                 self._program.disconnect()
                 pause_s = min(PAUSE_S * 2 ** (tries - 1), LONGEST_PAUSE_S)
                 if ask:
-                    again, tries, pause_s = (
-                        "" if state == BEGIN else " The trial will be repeated.",
-                        0,
-                        PAUSE_S,
-                    )
+                    again = "" if state == BEGIN else " The trial will be repeated."
+                    tries = 0
+                    pause_s = PAUSE_S
                     fault = f"{disturbance.fault[0].upper()}{disturbance.fault[1:]}".rstrip(".")
                     self._equipment.operator.ask(f"{fault}.{again} {remedy}")
                 self._equipment.clock.sleep(pause_s)
@@ -619,8 +611,8 @@ class LaboratorySource(Source):
         speeds_seen = np.array([trial.track.speeds() for trial in trials])
         return trial_samples(speeds_seen, len(self._setup.replicas))
 
-    def _follow(self, what: str | ObservedTrial) -> None:
-        trial = None if isinstance(what, str) else what
+    def _follow(self, event: str | ObservedTrial) -> None:
+        trial = None if isinstance(event, str) else event
         self._tell("trial" if trial else "state", self._program.state, trial=trial)
 
     def _tell(

@@ -25,10 +25,8 @@ SETTINGS = {
     "white_balance": "WB_TEMPERATURE",
 }  # fmt: skip
 """What a camera may be asked for, and OpenCV's name of it; first the format, on which others depend."""
-_AUTOMATIC = {
-    "exposure": ("AUTO_EXPOSURE", 1),
-    "white_balance": ("AUTO_WB", 0),
-}  # and how it is switched off
+# The automatics of a setting, and the value that switches them off
+_AUTOMATIC = {"exposure": ("AUTO_EXPOSURE", 1), "white_balance": ("AUTO_WB", 0)}
 
 
 class CameraError(ConnectionError):
@@ -48,11 +46,10 @@ cv2 = _Vision()
 def require_image(name: str, image: np.ndarray, size: tuple[int, int] | None = None) -> None:
     """Reject what is not a color image (H, W, 3) of 8 bits, or not of `size`, width and height in pixels."""
     expected = "(H, W, 3)" if size is None else f"({size[1]}, {size[0]}, 3)"
-    fits = (
-        image.ndim == 3 and image.shape[2] == 3
-        if size is None
-        else image.shape == (size[1], size[0], 3)
-    )
+    if size is None:
+        fits = image.ndim == 3 and image.shape[2] == 3
+    else:
+        fits = image.shape == (size[1], size[0], 3)
     got = f"{image.shape} of {image.dtype}"
     require(fits and image.dtype == np.uint8, name, f"be an image {expected} of uint8", got)
 
@@ -80,10 +77,8 @@ class Capture(AbstractContextManager["Capture"]):
 
     def __init__(self, source: int | str | Path, settings: Mapping[str, Any] | None = None) -> None:
         served = "://" in str(source)
-        self._name, self._remedy = (
-            f"camera {source}",
-            "Check its cable, and that no other program uses it.",
-        )
+        self._name = f"camera {source}"
+        self._remedy = "Check its cable, and that no other program uses it."
         if not isinstance(source, int):
             self._name, source = repr(str(source)), str(source)
             self._remedy = (
@@ -103,17 +98,18 @@ class Capture(AbstractContextManager["Capture"]):
             for name in SETTINGS
             if (settings or {}).get(name) is not None
         }
-        known = {name: getattr(cv2, f"CAP_PROP_{SETTINGS[name]}") for name in asked}
+        properties = {name: getattr(cv2, f"CAP_PROP_{SETTINGS[name]}") for name in asked}
         for name, value in asked.items():
             if name in _AUTOMATIC:
                 automatic, off = _AUTOMATIC[name]
                 self._device.set(getattr(cv2, f"CAP_PROP_{automatic}"), off)
             self._device.set(
-                known[name], float(cv2.VideoWriter_fourcc(*value) if name == "fourcc" else value)
+                properties[name],
+                float(cv2.VideoWriter_fourcc(*value) if name == "fourcc" else value),
             )
-        got = {name: format(self._device.get(known[name]), "g") for name in asked}
+        got = {name: format(self._device.get(properties[name]), "g") for name in asked}
         if "fourcc" in got:
-            code = int(self._device.get(known["fourcc"]))
+            code = int(self._device.get(properties["fourcc"]))
             got["fourcc"] = code.to_bytes(4, "little", signed=True).decode("latin-1").strip("\0")
         self.granted = ", ".join(f"{name} {value}" for name, value in got.items())
 
@@ -308,9 +304,8 @@ class Calibration:
         camera at 270 cm whose marker is 6 cm high would be found 3.4 cm too far out.
         """
         above = self.rotation[:, 2] * height_cm + self.translation
-        plane = np.column_stack(
-            [self.rotation[:, 0], self.rotation[:, 1], above]
-        )  # from x, y at that height to rays
+        # From x, y at that height to rays
+        plane = np.column_stack([self.rotation[:, 0], self.rotation[:, 1], above])
         rays = self.lens.rays(pixels)
         on_plane = np.column_stack([rays, np.ones(len(rays))]) @ np.linalg.inv(plane).T
         return np.asarray(on_plane[:, :2] / on_plane[:, 2:])
@@ -338,40 +333,40 @@ class Calibration:
     @classmethod
     def load(cls, path: str | Path) -> "Calibration":
         """Read a file that `save` has written; reject anything else."""
-        place = str(path)
+        file = str(path)
         try:
             content = json.loads(Path(path).read_text(encoding="utf-8"))
         except ValueError as error:
-            refuse("calibration", "be a JSON file", str(error), place=place)
-        known = isinstance(content, dict) and (content.get("format"), content.get("version")) == (
-            FORMAT,
-            VERSION,
-        )
+            refuse("calibration", "be a JSON file", str(error), place=file)
+        readable = isinstance(content, dict) and (
+            content.get("format"),
+            content.get("version"),
+        ) == (FORMAT, VERSION)
         require(
-            known,
+            readable,
             "calibration",
             f"be a {FORMAT} of version {VERSION}",
             "something else",
-            place=place,
+            place=file,
         )
 
         def read(name: str, shape: str) -> np.ndarray:
-            return array(name, content.get(name), shape, place=place)
+            return array(name, content.get(name), shape, place=file)
 
         rotation = read("rotation", "3 3")
         orthogonal = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
-        require(orthogonal, "rotation", "be a rotation", rotation.tolist(), place=place)
+        require(orthogonal, "rotation", "be a rotation", rotation.tolist(), place=file)
         size = content.get("image_size")
         require(
             isinstance(size, list) and len(size) == 2,
             "image_size",
             "be two integers",
             repr(size),
-            place=place,
+            place=file,
         )
-        width, height = (integer("image_size", side, 1, place=place) for side in size)
+        width, height = (integer("image_size", side, 1, place=file) for side in size)
         lens_px, error_px = (
-            number(name, content.get(name), place=place) for name in ("lens_error_px", "error_px")
+            number(name, content.get(name), place=file) for name in ("lens_error_px", "error_px")
         )
         lens = Lens((width, height), read("camera_matrix", "3 3"), read("distortion", "5"), lens_px)
         return cls(lens, rotation, read("translation", "3"), error_px)
@@ -433,11 +428,16 @@ def place_camera(
         Far apart is best: the corners and the middles of the walls.
     """
     require_image("image", image, lens.image_size)
-    seen = aruco_centers(image)
-    known = sorted(seen.keys() & landmarks.keys())
-    require(len(known) >= 4, "image", f"show 4 or more of the landmarks {sorted(landmarks)}", known)
-    points = np.array([(*landmarks[identity], 0.0) for identity in known])
-    pixels = np.array([seen[identity] for identity in known])
+    centers = aruco_centers(image)
+    identities = sorted(centers.keys() & landmarks.keys())
+    require(
+        len(identities) >= 4,
+        "image",
+        f"show 4 or more of the landmarks {sorted(landmarks)}",
+        identities,
+    )
+    points = np.array([(*landmarks[identity], 0.0) for identity in identities])
+    pixels = np.array([centers[identity] for identity in identities])
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     in_sight = f"those in sight at {points[:, :2].tolist()}"
     require(spread[1] >= 0.05 * spread[0], "landmarks", "not lie on one line", in_sight)
@@ -455,9 +455,9 @@ def aruco_centers(image: np.ndarray) -> dict[int, np.ndarray]:
     """Return the centre (2,), in pixels, of each landmark in sight: where the diagonals of its corners meet."""
     centers = {}
     for identity, corners in zip(*find_squares(aruco_detector("4X4_50"), image), strict=True):
-        first, second = corners[2] - corners[0], corners[3] - corners[1]
-        share, _ = np.linalg.solve(np.column_stack([first, -second]), corners[1] - corners[0])
-        centers[identity] = corners[0] + share * first
+        diagonal, second = corners[2] - corners[0], corners[3] - corners[1]
+        share, _ = np.linalg.solve(np.column_stack([diagonal, -second]), corners[1] - corners[0])
+        centers[identity] = corners[0] + share * diagonal
     return centers
 
 

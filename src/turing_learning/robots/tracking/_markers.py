@@ -75,7 +75,7 @@ class _Spot:
 
 
 def _find_spots(
-    image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: float
+    image: np.ndarray, positions: np.ndarray, area_cm2: float, chroma: float
 ) -> list[_Spot]:
     """Return the spots of about the expected area whose chroma, largest minus smallest channel, is high: that of colored paper.
 
@@ -89,7 +89,7 @@ def _find_spots(
     for left, top, width, height, _ in boxes[1:][boxes[1:, 4] >= _LEAST_PIXELS]:
         rows = slice(max(2 * top - 3, 0), 2 * (top + height) + 3)
         columns = slice(max(2 * left - 3, 0), 2 * (left + width) + 3)
-        spots.append(_measure(image[rows, columns], places[rows, columns], area_cm2, chroma))
+        spots.append(_measure(image[rows, columns], positions[rows, columns], area_cm2, chroma))
     return [spot for spot in spots if spot is not None]
 
 
@@ -100,25 +100,29 @@ def _chroma(image: np.ndarray) -> np.ndarray:
     )
 
 
-def _measure(image: np.ndarray, places: np.ndarray, area_cm2: float, least: float) -> _Spot | None:
+def _measure(
+    image: np.ndarray, positions: np.ndarray, area_cm2: float, least_chroma: float
+) -> _Spot | None:
     """Weigh the pixels of a cut-out by their chroma above a fifth of the spot's own; None if the area does not fit."""
     chroma = _chroma(image).astype(np.float64)
-    full = max(float(np.partition(chroma.ravel(), -chroma.size // 6)[-chroma.size // 6]), least)
+    full = max(
+        float(np.partition(chroma.ravel(), -chroma.size // 6)[-chroma.size // 6]), least_chroma
+    )
     weights = np.clip(chroma / full - 0.2, 0.0, 0.8) / 0.8
-    across, down = places[0, -1] - places[0, 0], places[-1, 0] - places[0, 0]
+    across, down = positions[0, -1] - positions[0, 0], positions[-1, 0] - positions[0, 0]
     area = abs(float(across[0] * down[1] - across[1] * down[0])) * float(weights.mean())
     if not 0.75 * area_cm2 <= area <= 1.3 * area_cm2:
         return None
     blue, green, red = (float(value) for value in image[weights > 0.7].mean(axis=0))
     hue = math.degrees(math.atan2(math.sqrt(3) * (green - blue), 2 * red - green - blue)) % 360
-    distances = {name: abs((hue - other + 180) % 360 - 180) for name, other in HUES.items()}
+    distances = {name: abs((hue - reference + 180) % 360 - 180) for name, reference in HUES.items()}
     nearest = min(distances, key=lambda name: distances[name])
     label = nearest if distances[nearest] <= HUE_TOLERANCE else UNKNOWN
-    weights, places = weights[weights > 0], places[weights > 0].astype(np.float64)
-    center, shares = weights @ places / weights.sum(), weights / weights.sum()
-    (xx, xy), (_, yy) = ((places - center) * shares[:, None]).T @ (places - center)
+    weights, positions = weights[weights > 0], positions[weights > 0].astype(np.float64)
+    center, shares = weights @ positions / weights.sum(), weights / weights.sum()
+    (xx, xy), (_, yy) = ((positions - center) * shares[:, None]).T @ (positions - center)
     angle = 0.5 * math.atan2(2 * xy, xx - yy)
-    along = (places - center) @ np.array([math.cos(angle), math.sin(angle)])
+    along = (positions - center) @ np.array([math.cos(angle), math.sin(angle)])
     longest = float(shares @ along**2)
     third = float(shares @ along**3) / max(longest, 1e-9) ** 1.5
     elongation = longest / max(xx + yy - longest, 1e-9)
@@ -163,10 +167,10 @@ class TriangleMarkers(_ColoredMarkers):
         # variance along over that across of a triangle, whose skewness is 0.57; blur and noise reduce both. What a cable or a hand
         # leaves of one, and other colored things, have others
         expected = length**2 / 18 / (width**2 / 24)
-        found = _find_spots(image, places, length * self.half_width_cm, self.chroma)
+        triangles = _find_spots(image, places, length * self.half_width_cm, self.chroma)
         spots = [
             spot
-            for spot in found
+            for spot in triangles
             if spot.skewness > 0.2 and 0.55 * expected < spot.elongation < 1.4 * expected
         ]
         headings = np.array([spot.direction + math.pi for spot in spots])
@@ -216,19 +220,21 @@ class ArucoMarkers(Markers):
     has_heading = True
 
     def check_label(self, label: str) -> None:
-        most = len(self._words.bytesList) - 1
-        fits = label.isdecimal() and int(label) <= most
+        largest = len(self._words.bytesList) - 1
+        fits = label.isdecimal() and int(label) <= largest
         require(
             fits,
             "label",
-            f"be an identity of the dictionary {self.dictionary}, 0 to {most}",
+            f"be an identity of the dictionary {self.dictionary}, 0 to {largest}",
             repr(label),
         )
 
     @cached_property
     def _words(self) -> Any:
-        known = [name.removeprefix("DICT_") for name in dir(cv2.aruco) if name.startswith("DICT_")]
-        choice("camera.dictionary", self.dictionary, known, noun="dictionary")
+        dictionaries = [
+            name.removeprefix("DICT_") for name in dir(cv2.aruco) if name.startswith("DICT_")
+        ]
+        choice("camera.dictionary", self.dictionary, dictionaries, noun="dictionary")
         return self._detector.getDictionary()
 
     def shapes(self, label: str) -> Shapes:

@@ -71,10 +71,12 @@ class Track:
     @property
     def lost(self) -> np.ndarray:
         """Which images (T + 1,) were lost, each alone: nobody was seen in them, and everybody in those before and after."""
-        seen = self.present.sum(axis=1)
-        lost = np.zeros(len(seen), bool)
+        detected = self.present.sum(axis=1)
+        lost = np.zeros(len(detected), bool)
         lost[1:-1] = (
-            (seen[1:-1] == 0) & (seen[:-2] == len(self.labels)) & (seen[2:] == len(self.labels))
+            (detected[1:-1] == 0)
+            & (detected[:-2] == len(self.labels))
+            & (detected[2:] == len(self.labels))
         )
         return lost
 
@@ -86,9 +88,9 @@ class Track:
     def bridged(self) -> "Track":
         """Return it with everybody midway between the poses before and after a single lost image."""
         poses, frames = self.poses.copy(), np.flatnonzero(self.lost)  # never two in a row
-        way = poses[frames + 1] - poses[frames - 1]
-        way[..., 2] = wrap(way[..., 2])
-        poses[frames] = poses[frames - 1] + way / 2
+        displacement = poses[frames + 1] - poses[frames - 1]
+        displacement[..., 2] = wrap(displacement[..., 2])
+        poses[frames] = poses[frames - 1] + displacement / 2
         poses[frames, :, 2] = wrap(poses[frames, :, 2])
         return replace(self, poses=poses)
 
@@ -117,7 +119,11 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
     wheels cannot: these turn only so fast, and it moves sideways only by turns between two images. Without an
     arena all may push each other always.
     """
-    places, everybody, names = track.poses[..., :2], range(len(track.labels)), _named(track.labels)
+    positions, everybody, names = (
+        track.poses[..., :2],
+        range(len(track.labels)),
+        _named(track.labels),
+    )
     gaps = ~track.present & ~track.lost[:, None]
     faults = [
         Fault(
@@ -125,26 +131,27 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
         )
         for who in np.nonzero(gaps.any(axis=0))[0].tolist()
     ]
-    apart = np.linalg.norm(places[:, :, None] - places[:, None], axis=-1) - 2 * robot.radius_cm
+    apart = (
+        np.linalg.norm(positions[:, :, None] - positions[:, None], axis=-1) - 2 * robot.radius_cm
+    )
     apart[:, everybody, everybody] = math.inf
-    room = (
-        apart.min(axis=-1) if arena else np.full(places.shape[:2], -math.inf)
-    )  # to what is nearest
+    # A robot can be pushed only where another one or a wall is this near
+    room = apart.min(axis=-1) if arena else np.full(positions.shape[:2], -math.inf)
     if arena and arena.width_cm and arena.height_cm:
         sides = np.array([arena.width_cm, arena.height_cm])
-        room = np.minimum(room, np.minimum(places, sides - places).min(axis=-1) - robot.radius_cm)
+        room = np.minimum(
+            room, np.minimum(positions, sides - positions).min(axis=-1) - robot.radius_cm
+        )
     sights = [
         (who, *pair) for who in everybody for pair in pairwise(np.nonzero(track.present[:, who])[0])
     ]
     if not sights:
         return tuple(faults)
     who, before, after = np.array(sights).T
-    steps, times = (
-        track.poses[after, who] - track.poses[before, who],
-        (after - before) * track.interval_s,
-    )
+    steps = track.poses[after, who] - track.poses[before, who]
+    times = (after - before) * track.interval_s
     turned, from_middle = wrap(steps[:, 2]), robot.wheel_distance_cm / 2
-    way = robot.maximum_speed_cm_s * (times + LATE * track.interval_s)
+    reach = robot.maximum_speed_cm_s * (times + LATE * track.interval_s)
     middle = track.poses[before, who, 2] + turned / 2
     if not track.has_headings:
         middle = np.arctan2(steps[:, 1], steps[:, 0])
@@ -152,13 +159,12 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
     along = np.abs(steps[:, 0] * np.cos(middle) + steps[:, 1] * np.sin(middle)) / np.sinc(
         turned / (2 * np.pi)
     )
-    pushed = np.minimum(room[before, who], room[after, who]) <= way
-    more = PUSH_CM * pushed + (SCATTER * np.median(aside[~pushed]) if not pushed.all() else 0.0)
-    sideways = (
-        aside > way * way / from_middle / 8 + SIDE_CM + more
-    )  # as far as turns between the images let it
-    wrong = sideways | (along + np.abs(turned) * from_middle > way + WHEEL_CM + more)
-    for step in sorted({int(np.argmax(wrong & (who == one))) for one in who[wrong]}):
+    pushed = np.minimum(room[before, who], room[after, who]) <= reach
+    slack = PUSH_CM * pushed + (SCATTER * np.median(aside[~pushed]) if not pushed.all() else 0.0)
+    # Turns between two images move a robot aside, by their sagitta at most
+    sideways = aside > reach * reach / from_middle / 8 + SIDE_CM + slack
+    wrong = sideways | (along + np.abs(turned) * from_middle > reach + WHEEL_CM + slack)
+    for step in sorted({int(np.argmax(wrong & (who == individual))) for individual in who[wrong]}):
         how = f"{np.hypot(*steps[step, :2]):.1f} cm and turned {np.degrees(turned[step]):.0f} degrees like this"
         text = f"{names[who[step]]} cannot have moved {how}: it was carried, or turned by hand. Repeat the trial."
         faults.append(Fault(int(after[step]), CARRIED, text))
@@ -187,9 +193,9 @@ def write_table(track: Track, path: Path, *, force: bool = False) -> None:
     """
     refuse_taken(path, name="out", force=force)
     columns = ("frame", "x", "y", "id", "heading")[: 5 if track.has_headings else 4]
-    seen = np.argwhere(track.present)
+    sightings = np.argwhere(track.present)
     x, y, heading = track.poses[track.present].T
-    rows = np.column_stack([seen[:, 0], x, y, seen[:, 1] + 1, heading])[:, : len(columns)]
+    rows = np.column_stack([sightings[:, 0], x, y, sightings[:, 1] + 1, heading])[:, : len(columns)]
     with whole(path) as temporary:
         formats = ("%d", "%.4f", "%.4f", "%d", "%.5f")[: len(columns)]
         np.savetxt(
@@ -199,11 +205,11 @@ def write_table(track: Track, path: Path, *, force: bool = False) -> None:
 
 def compare_labels(labels: Sequence[str], seen: Iterable[str]) -> list[str]:
     """Return what is wrong with the markers in sight: fewer or more of a label than expected, or unexpected ones."""
-    expected, found = Counter(labels), Counter(seen)
+    expected, counts = Counter(labels), Counter(seen)
     return [
-        f"{found[label]} {label} markers in sight, {expected[label]} expected"
-        for label in sorted(expected | found)
-        if found[label] != expected[label]
+        f"{counts[label]} {label} markers in sight, {expected[label]} expected"
+        for label in sorted(expected | counts)
+        if counts[label] != expected[label]
     ]
 
 
@@ -295,7 +301,8 @@ class Tracker:
             "Check that the camera gives frames.",
         )
         poses, present = (
-            np.array([getattr(one, name) for one in sightings]) for name in ("poses", "present")
+            np.array([getattr(sighting, name) for sighting in sightings])
+            for name in ("poses", "present")
         )
         faults = [fault for sighting in sightings for fault in sighting.faults]
         track = Track(
@@ -305,24 +312,36 @@ class Tracker:
         return replace(track, faults=tuple(sorted(faults, key=lambda fault: fault.frame)))
 
     def _assign(self, detections: Detections) -> tuple[np.ndarray, np.ndarray]:
-        """Assign detections to individuals; return who is present (A,) and which detections (n,) are left."""
+        """Assign detections to individuals; return who is present (A,) and which detections (n,) are free."""
         present, free = np.zeros(len(self.labels), bool), np.ones(len(detections.labels), bool)
-        worn, seen = np.array(self.labels), np.array(detections.labels)
+        worn, detected = np.array(self.labels), np.array(detections.labels)
         for label in dict.fromkeys(self.labels):
-            (found,) = np.nonzero(seen == label)
-            (known,) = np.nonzero(
+            (candidates,) = np.nonzero(detected == label)
+            (tracked,) = np.nonzero(
                 (worn == label) & (self._gap >= 0) & (self._gap <= self._maximum_gap)
             )
-            (new,) = np.nonzero((worn == label) & (self._gap < 0))
-            apart = self._poses[known, None, :2] - detections.positions[None, found]
+            (unplaced,) = np.nonzero((worn == label) & (self._gap < 0))
+            apart = self._poses[tracked, None, :2] - detections.positions[None, candidates]
             distance = np.hypot(apart[..., 0], apart[..., 1])
-            way = self._robot.maximum_speed_cm_s * self.interval_s * (self._gap[known] + 1 + LATE)
-            near = distance <= (way + WHEEL_CM + PUSH_CM)[:, None]
-            rows, columns = linear_sum_assignment(np.where(near, distance, 1e6))
-            pairs = [(known[i], found[j]) for i, j in zip(rows, columns, strict=True) if near[i, j]]
-            left = np.delete(found, np.searchsorted(found, [which for _, which in pairs]))
-            order = left[np.lexsort((detections.positions[left, 1], detections.positions[left, 0]))]
-            for who, which in [*pairs, *zip(new.tolist(), order.tolist(), strict=False)]:
+            reach = (
+                self._robot.maximum_speed_cm_s * self.interval_s * (self._gap[tracked] + 1 + LATE)
+            )
+            reachable = distance <= (reach + WHEEL_CM + PUSH_CM)[:, None]
+            rows, columns = linear_sum_assignment(np.where(reachable, distance, 1e6))
+            pairs = [
+                (tracked[i], candidates[j])
+                for i, j in zip(rows, columns, strict=True)
+                if reachable[i, j]
+            ]
+            unassigned = np.delete(
+                candidates, np.searchsorted(candidates, [which for _, which in pairs])
+            )
+            order = unassigned[
+                np.lexsort(
+                    (detections.positions[unassigned, 1], detections.positions[unassigned, 0])
+                )
+            ]
+            for who, which in [*pairs, *zip(unplaced.tolist(), order.tolist(), strict=False)]:
                 self._poses[who, :2] = detections.positions[which]
                 if detections.headings is not None:
                     self._poses[who, 2] = detections.headings[which]
@@ -333,33 +352,37 @@ class Tracker:
         self, detections: Detections, present: np.ndarray, free: np.ndarray
     ) -> Iterator[Fault]:
         """Yield the faults that begin in this image; `free` are the detections (n,) that belong to nobody."""
-        names, left = _named(self.labels), np.flatnonzero(free).tolist()
+        names, surplus = _named(self.labels), np.flatnonzero(free).tolist()
         for who in np.flatnonzero(~present & self._was_present).tolist():
             label, (x, y, _) = self.labels[who], self._poses[who]
             away = [
                 math.dist(detections.positions[k], (x, y))
-                for k in left
+                for k in surplus
                 if detections.labels[k] == label
             ]
             if self._gap[who] < 0:
-                seen = f"{detections.labels.count(label)} {label} markers in the first image"
-                text = f"{seen}, {self.labels.count(label)} expected: {names[who]} is missing. Check its marker."
+                count = f"{detections.labels.count(label)} {label} markers in the first image"
+                text = f"{count}, {self.labels.count(label)} expected: {names[who]} is missing. Check its marker."
                 yield Fault(self._frame, MISSING, text)
             elif away:
                 how = f"{names[who]} cannot have moved {min(away):.1f} cm from x, y = {x:.1f}, {y:.1f} cm"
                 yield Fault(self._frame, CARRIED, f"{how}: it was carried away. Repeat the trial.")
             else:
-                last = f"{names[who]} is out of sight, last seen at x, y = {x:.1f}, {y:.1f} cm"
-                yield Fault(self._frame, MISSING, f"{last}: its marker is covered. Look after it.")
+                message = f"{names[who]} is out of sight, last seen at x, y = {x:.1f}, {y:.1f} cm"
+                yield Fault(
+                    self._frame, MISSING, f"{message}: its marker is covered. Look after it."
+                )
         lost = ~present & (self._gap >= self._maximum_gap) & ~self._lost
         self._lost |= lost
         for who in np.flatnonzero(lost).tolist():
             text = f"{names[who]} was out of sight for more than {self._maximum_gap} images. Repeat the trial."
             yield Fault(self._frame, LOST, text)
-        counts = Counter(detections.labels[k] for k in left)
+        counts = Counter(detections.labels[k] for k in surplus)
         for label in sorted(counts):
             if counts[label] > self._surplus[label]:
-                x, y = next(detections.positions[k] for k in left if detections.labels[k] == label)
+                x, y = next(
+                    detections.positions[k] for k in surplus if detections.labels[k] == label
+                )
                 text = f"{counts[label]} {label} markers belong to nobody, one at x, y = {x:.1f}, {y:.1f} cm"
                 yield Fault(self._frame, SURPLUS, text + ". Check the markers.")
         self._surplus = counts

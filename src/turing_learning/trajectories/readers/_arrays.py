@@ -175,11 +175,10 @@ def read_idtracker_h5(path: Path, options: Options) -> Recording:
         found, scores = member(file, "id_probabilities", path), None
         if found is not None:
             scores = dataset(file, "id_probabilities", len(found.shape), path)
-            scores = (
-                scores.reshape(positions.shape[:2])
-                if scores.size == positions[..., 0].size
-                else None
-            )
+            if scores.size == positions[..., 0].size:
+                scores = scores.reshape(positions.shape[:2])
+            else:
+                scores = None
     return _recording(positions, scores, rate, f"{path}, dataset trajectories", path)
 
 
@@ -597,11 +596,10 @@ def _timing(dataset: "xr.Dataset", fps: float | None, source: str) -> tuple[floa
             remedy,
             place=source,
         )
-    rate = (
-        None
-        if dataset.attrs.get("fps") is None
-        else check_rate(dataset.attrs["fps"], f"{source or 'dataset'}, fps")
-    )
+    if dataset.attrs.get("fps") is None:
+        rate = None
+    else:
+        rate = check_rate(dataset.attrs["fps"], f"{source or 'dataset'}, fps")
     if (
         unit == "frames"
         or "time" not in dataset.coords

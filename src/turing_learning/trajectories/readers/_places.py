@@ -104,10 +104,8 @@ def resampled(
         at = begin + frames / fps
         after = np.clip(np.searchsorted(own, at), 1, len(own) - 1)
         widest = WIDEST_GAP * max(float(np.median(np.diff(own))), 1 / fps)
-        frames, at = (
-            frames[own[after] - own[after - 1] <= widest],
-            at[own[after] - own[after - 1] <= widest],
-        )
+        frames = frames[own[after] - own[after - 1] <= widest]
+        at = at[own[after] - own[after - 1] <= widest]
         places = np.column_stack([np.interp(at, own, positions[rows, axis]) for axis in range(2)])
         more = {}
         for extra, values in turned.items():

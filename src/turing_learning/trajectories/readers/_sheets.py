@@ -80,11 +80,10 @@ def _decoded(raw: bytes, path: Path, number: int) -> str:
 def cells_of(line: str, separator: str, path: Path, number: int, width: int = 0) -> list[str]:
     """Return the cells of a line, `width` of them if it is given, quotes taken off."""
     try:
-        row = (
-            line.split(separator)
-            if '"' not in line
-            else next(csv.reader([line], delimiter=separator, strict=True))
-        )
+        if '"' not in line:
+            row = line.split(separator)
+        else:
+            row = next(csv.reader([line], delimiter=separator, strict=True))
     except csv.Error as error:
         raise refusal("have complete quotes", str(error), f"{path}:{number}") from None
     if (

@@ -73,11 +73,9 @@ def choose(keypoint: str | None, names: Sequence[str], place: object) -> str:
 
 def names_of(glance: "Glance") -> set[str]:
     """Return the names of the columns of a text, in small letters."""
-    return (
-        {name.lower() for name in glance.cells(separator_of(glance.lines[0]))}
-        if glance.lines
-        else set()
-    )
+    if glance.lines:
+        return {name.lower() for name in glance.cells(separator_of(glance.lines[0]))}
+    return set()
 
 
 def _is_tidy(glance: "Glance") -> bool:
@@ -141,11 +139,9 @@ COORDINATES = {"x": 0, "y": 1, "probid": 2, "likelihood": 2, "confidence": 2}
 
 def _is_csv(glance: "Glance") -> bool:
     names = glance.cells(",")
-    return (
-        ["x1", "y1"] in (names[:2], names[1:3] if names[0] in ("time", "seconds") else [])
-        if names
-        else False
-    )
+    if names:
+        return ["x1", "y1"] in (names[:2], names[1:3] if names[0] in ("time", "seconds") else [])
+    return False
 
 
 def read_csv(path: Path, options: Options) -> Recording:
@@ -479,9 +475,8 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
     """Read a long or a wide table, or one with columns (scorer, individual, body part, coordinate) or (individual, coordinate)."""
     if not len(frame):
         raise refusal("have at least one row", "none", "DataFrame")
-    stated = {
-        name: frame.attrs[name] for name in ("unit", "y_axis") if name in frame.attrs
-    }  # as `to_pandas` does
+    # As `to_pandas` does
+    stated = {name: frame.attrs[name] for name in ("unit", "y_axis") if name in frame.attrs}
     for name, value in stated.items():
         known = {"unit": ("cm", "px", None), "y_axis": ("up", "down", None)}[name]
         require(
