@@ -218,6 +218,52 @@ def test_the_page_fits_a_phone(opened):
     assert opened.evaluate("document.documentElement.scrollWidth") == 375
 
 
+def over_the_figure(page, x, y):
+    """Return where in the window a part of the figure's width and height is."""
+    return page.evaluate(
+        "(() => { const e = document.querySelector('svg[data-axes]'); e.scrollIntoView({block: 'center'});"
+        f" const b = e.getBoundingClientRect(); return [b.left + {x} * b.width, b.top + {y} * b.height]; }})()"
+    )
+
+
+def point(page, x, y, kind="mouseMoved", **more):
+    left, top = over_the_figure(page, x, y)
+    page.call("Input.dispatchMouseEvent", type=kind, x=left, y=top, **more)
+
+
+TIP = "document.querySelector('.tip:not([hidden])')?.innerText"
+TICKS = "[...document.querySelectorAll('[id*=ytick_] text')].map((text) => text.textContent).join()"
+
+
+def test_curves_answer_to_the_pointer(opened):
+    point(opened, 0.5, 0.5)
+    generation, best, typical = opened.evaluate(TIP).split("\n")[:3]
+    at = float(generation.removeprefix("Generation: "))
+    # both curves are straight on the figure's logarithmic axis, from 1 to 0.1 and to 0.01
+    assert float(best.removeprefix("best model: ")) == pytest.approx(10 ** (-at / 8), rel=0.01)
+    value = float(typical.removeprefix("median of the better half: "))
+    assert value == pytest.approx(10 ** (-at / 4), rel=0.01)
+    point(opened, 0.5, 0.01)
+    assert opened.evaluate(TIP) is None
+
+
+def test_a_part_of_a_figure_is_shown_larger(opened):
+    before = opened.evaluate(TICKS)
+    point(opened, 0.4, 0.4, "mousePressed", button="left", buttons=1, clickCount=1)
+    point(opened, 0.7, 0.7, buttons=1)
+    point(opened, 0.7, 0.7, "mouseReleased", button="left", clickCount=1)
+    assert opened.evaluate(TICKS) != before
+    point(opened, 0.5, 0.5)
+    generation, best = opened.evaluate(TIP).split("\n")[:2]
+    at = float(generation.removeprefix("Generation: "))
+    assert float(best.removeprefix("best model: ")) == pytest.approx(10 ** (-at / 8), rel=0.01)
+    for count in (1, 2):
+        point(opened, 0.5, 0.5, "mousePressed", button="left", buttons=1, clickCount=count)
+        point(opened, 0.5, 0.5, "mouseReleased", button="left", clickCount=count)
+    assert opened.evaluate(TICKS) == before
+    assert opened.complaints() == []
+
+
 def test_nothing_leaves_the_page(opened, report_file):
     opened.click(".play")
     opened.wait_until(f"{TIME} > 0.2")

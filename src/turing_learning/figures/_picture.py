@@ -1,11 +1,16 @@
 """A figure with its words, as files and as markup of a page."""
 
 import io
+import json
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from turing_learning._files import whole
 from turing_learning.errors import require
@@ -13,7 +18,10 @@ from turing_learning.errors import require
 from .style import PAGE_COLORS
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 DOTS_PER_INCH = 200
 SALT = "turing-learning"
@@ -101,14 +109,15 @@ def svg_markup(figure: "Figure", prefix: str, description: str) -> str:
 
     Texts stay texts, the background is transparent, ids start with `prefix`, and the figure's
     colors become the page's CSS variables (``--ink``, ``--blue``, ...) with the printed colors as
-    fallback: the figure follows the page into dark mode.
+    fallback: the figure follows the page into dark mode. The attribute ``data-axes`` says where axes with
+    curves are and which values their edges have, by which a page's script reads values off the curves.
     """
     import matplotlib as mpl
 
     fits = re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", prefix)
     require(fits, "prefix", "be a letter, then letters, digits, and hyphens", repr(prefix))
     file = io.StringIO()
-    with mpl.rc_context({"svg.hashsalt": SALT, "svg.fonttype": "none"}):
+    with mpl.rc_context({"svg.hashsalt": SALT, "svg.fonttype": "none"}), _named_curves(figure):
         figure.savefig(file, format="svg", transparent=True, metadata={"Date": None})
     drawing = re.sub(r"<(metadata|style).*?</\1>", "", file.getvalue(), flags=re.DOTALL)
     drawing = re.sub(r'\bid="', f'id="{prefix}-', drawing)
@@ -119,12 +128,96 @@ def svg_markup(figure: "Figure", prefix: str, description: str) -> str:
     for color, variable in PAGE_COLORS.items():
         drawing = drawing.replace(color, f"var({variable}, {color})")
     width, height = 72 * figure.get_size_inches()
+    axes = _described_axes(figure, prefix, width, height)
+    data = f' data-axes="{escape(json.dumps(axes))}"' if axes else ""
     content = drawing.split("<svg", 1)[1].split(">", 1)[1].strip()
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
-        f'viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(description)}" stroke-linejoin="round">'
+        f'viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(description)}" stroke-linejoin="round"{data}>'
         f"{content}"
     )
+
+
+@dataclass(frozen=True)
+class _Curves:
+    """Axes that have curves; names are those of their groups in the drawing."""
+
+    axes: "Axes"
+    name: str
+    lines: "dict[str, Line2D]"
+
+
+def _curves(figure: "Figure") -> list[_Curves]:
+    """Return the axes of a figure that have curves, on linear or logarithmic scales."""
+    found = []
+    for number, axes in enumerate(figure.axes):
+        scales = {axes.get_xscale(), axes.get_yscale()}
+        if not axes.get_visible() or not scales <= {"linear", "log"}:
+            continue
+        lines = {}
+        for k, line in enumerate(axes.lines):
+            if np.size(line.get_xdata()) > 1 and line.get_linestyle() != "None":
+                lines[f"curve-{number}-{k}"] = line
+        if lines:
+            found.append(_Curves(axes, f"axes-{number}", lines))
+    return found
+
+
+@contextmanager
+def _named_curves(figure: "Figure") -> Iterator[None]:
+    """Name axes and curves in what is drawn meanwhile, and not after that: files of the figure stay the same."""
+    before = []
+    for curves in _curves(figure):
+        artists: dict[str, Artist] = {curves.name: curves.axes, **curves.lines}
+        for name, artist in artists.items():
+            before.append((artist, artist.get_gid()))
+            artist.set_gid(name)
+    try:
+        yield
+    finally:
+        for artist, gid in before:
+            artist.set_gid(gid)
+
+
+def _described_axes(
+    figure: "Figure", prefix: str, width: float, height: float
+) -> list[dict[str, Any]]:
+    """Return what a script has to know of each axes with curves; boxes are in the units of the drawing."""
+    labels = [axes.get_xlabel() for axes in figure.axes if axes.get_xlabel()]
+    described = []
+    for curves in _curves(figure):
+        axes = curves.axes
+        place = axes.get_position()
+        box = [
+            place.x0 * width,
+            (1 - place.y1) * height,
+            place.width * width,
+            place.height * height,
+        ]
+        lines = []
+        for name, line in curves.lines.items():
+            label = str(line.get_label())
+            shown = "" if label.startswith("_") else label
+            lines.append({"id": f"{prefix}-{name}", "name": shown})
+        # of panels above each other the lowest one is labelled
+        x_name = axes.get_xlabel() or (labels[0] if labels else "")
+        facts = {
+            "id": f"{prefix}-{curves.name}",
+            "box": [round(side, 2) for side in box],
+            "title": axes.get_title(loc="left") or axes.get_title(),
+            "xName": x_name,
+            "yName": axes.get_ylabel(),
+            "x": _edges(axes.get_xlim(), axes.get_xscale()),
+            "y": _edges(axes.get_ylim(), axes.get_yscale()),
+            "lines": lines,
+        }
+        described.append(facts)
+    return described
+
+
+def _edges(limits: tuple[float, float], scale: str) -> dict[str, Any]:
+    low, high = limits
+    return {"low": float(low), "high": float(high), "log": scale == "log"}
 
 
 def _shortened(path: re.Match[str]) -> str:

@@ -220,6 +220,8 @@ def _verdict(judgment: Judgment) -> str:
 
 def _page(title: str, summary: str, sections: list[str], replay: Replay | None) -> str:
     script = _asset("_replay.js") if replay is not None else ""
+    if any(" data-axes=" in section for section in sections):
+        script += _asset("_curves.js")
     # The page's policy allows this one script, by its hash, and no other.
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     return Template(_asset("_page.html")).substitute(

@@ -36,7 +36,7 @@ from ._recording import (
 from ._trajectories import Trajectories
 from .readers import _arrays, _exports, _tables
 from .readers._arrays import names_in, read_dataset
-from .readers._sheets import LONGEST_LINE, refuse_utf16
+from .readers._sheets import LONGEST_LINE, refuse_utf16, separator_of
 from .readers._tables import read_frame
 
 if TYPE_CHECKING:
@@ -50,7 +50,8 @@ _ALL = (
     _arrays.TREX_FORMAT, _exports.TREX_CSV_FORMAT, _tables.TOXTRAC_FORMAT, _tables.TOXTRAC_CSV_FORMAT,
     _tables.TRACKTOR_FORMAT, _tables.TRACKMATE_FORMAT, _tables.FASTTRACK_FORMAT, _tables.ANIMALTA_FORMAT,
     _arrays.SLEAP_FORMAT, _tables.DEEPLABCUT_FORMAT, _arrays.DEEPLABCUT_H5_FORMAT, _arrays.MOVEMENT_FORMAT,
-    _exports.ETHOVISION_FORMAT, _exports.GPX_FORMAT, _tables.ROS_FORMAT, _tables.MOVEBANK_FORMAT, _tables.TIDY_FORMAT,
+    _tables.MOT_FORMAT, _tables.SLEAP_CSV_FORMAT, _exports.TRACKMATE_XML_FORMAT, _exports.ETHOVISION_FORMAT,
+    _exports.GPX_FORMAT, _tables.ROS_FORMAT, _tables.MOVEBANK_FORMAT, _tables.TIDY_FORMAT,
 )  # fmt: skip
 FORMATS = tuple(one.name for one in _ALL)
 """Names of the formats that can be read."""
@@ -424,15 +425,63 @@ def _find(path: Path, named: bool) -> Format:
         raise refusal("begin with a header line", got, f"{path}:1", remedy)
     received = "what fits " + " and ".join(one.name for one in found) if found else "none of them"
     give: list[str | Setting] = ["Give ", Setting("format"), "."]
+    if not found:
+        _refuse_encoding(glance, path)
     if glance.lines and not found:
+        cells = glance.cells(separator_of(glance.lines[0]))
+        received = f"a first line of {', '.join(cells[:MOST_NAMED])}"[:MOST_SHOWN]
         names = "Name the columns of a table of your own frame or time (s), x, y, and id where there are several"
         give = [
             f"{names}, or say which is what, for example ",
-            Setting("columns", {"x": "x_cm"}),
+            Setting("columns", _guessed(cells)),
             "; or give ",
             *give[1:],
         ]
     raise refusal(f"have the content of one of {', '.join(FORMATS)}", received, path, tuple(give))
+
+
+MOST_NAMED = 12
+MOST_SHOWN = 200
+"""Columns, and characters of their names, that a message shows of a table that is not understood."""
+
+
+def _refuse_encoding(glance: Glance, path: Path) -> None:
+    """Refuse a text whose characters or line ends are not those of its like."""
+    first = "".join(glance.lines)
+    if "\r" in first:
+        remedy = "Save it with line ends of Unix or Windows."
+        raise refusal("have line ends of one kind", "a carriage return inside a line", path, remedy)
+    if "\N{REPLACEMENT CHARACTER}" in first:
+        remedy = "It may be in Latin-1 or another encoding: save it as UTF-8."
+        raise refusal("be text in UTF-8", "other bytes in its first lines", path, remedy)
+    if glance.kind == "text" and not first:
+        remedy = "If it is text in UTF-16, save it as UTF-8."
+        raise refusal("be text, HDF5 or arrays", "no text in its first lines", path, remedy)
+
+
+def _guessed(cells: list[str]) -> dict[str, str]:
+    """Return role -> column of a table, as far as names of columns let guess it, for an example of what to say."""
+    guessed: dict[str, str] = {}
+    for name in cells:
+        if re.search(r"frame|time|step", name, re.IGNORECASE):
+            guessed.setdefault("frame" if "frame" in name.lower() else "time", name)
+    for name in cells:
+        twin = re.sub(r"(?<![a-z])(c?)x(?![a-z])", r"\1y", name, count=1, flags=re.IGNORECASE)
+        for other in cells:
+            if twin != name and other.lower() == twin.lower() and "x" not in guessed:
+                guessed |= {"x": name, "y": other}
+    return guessed if "x" in guessed else {"x": "x_cm"}
+
+
+_FOREIGN = (
+    (b"\xd0\xcf\x11\xe0", "a workbook", "Save its sheet as CSV (UTF-8)."),
+    (b"MATLAB 5.0 MAT-file", "a file of MATLAB", "Write a table there, by writetable."),
+    (b"SQLite format 3", "a database", "FastTrack writes tracking.txt beside it."),
+    (b"#ROSBAG", "a bag of ROS", "Write its topic as CSV: rostopic echo -b BAG -p TOPIC."),
+    (b"PAR1", "a table in Parquet", "Read it by pandas, and give the DataFrame."),
+    (b"\x1f\x8b", "a compressed file", "Unpack it."),
+)
+"""Beginnings of files that users have, what they are, and what to do."""
 
 
 def _look(path: Path) -> Glance:
@@ -450,6 +499,9 @@ def _look(path: Path) -> Glance:
         raw = [file.readline(LONGEST_LINE) for _ in range(4)]
     if not head:
         raise refusal("not be empty", "0 bytes", path)
+    for begin, what, remedy in _FOREIGN:
+        if head.startswith(begin):
+            raise refusal("be text, HDF5 or arrays", what, path, remedy)
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
         return Glance("hdf5", names=(names_in(path),))
     if head.startswith(b"PK\x03\x04"):
@@ -461,9 +513,9 @@ def _look(path: Path) -> Glance:
     if head.startswith((b"\x93NUMPY", b"CDF\x01", b"CDF\x02")):
         return Glance("npy" if head.startswith(b"\x93") else "netcdf3")
     if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        first = head[: 1 << 10].decode("utf-16", "replace").splitlines()[0]
-        if "header lines" in first:
-            return Glance("text", lines=(first,))
+        first = head[: 1 << 10].decode("utf-16", "replace").splitlines()[:1]
+        if first and "header lines" in first[0]:
+            return Glance("text", lines=tuple(first))
     refuse_utf16(head, path)
     # who reads the lines refuses what is not UTF-8, with its line
     lines = [

@@ -132,7 +132,9 @@ class Glance:
     def cells(self, separator: str) -> list[str]:
         """Return the cells of the first line."""
         if self.lines:
-            return [name.strip().strip('"') for name in self.lines[0].split(separator)]
+            # spaces separate however many they are
+            cells = self.lines[0].split(separator.strip(" ") or None)
+            return [name.strip().strip('"') for name in cells]
         return []
 
     def holds(self, *names: str) -> bool:
@@ -181,14 +183,14 @@ def refuse_first(
 
 
 def assemble(
-    frames: np.ndarray, names: Sequence[str], positions: np.ndarray, place: Place, *, twice: Text = "",
+    frames: np.ndarray, names: Sequence[str], positions: np.ndarray, place: Place, *, twice: Text = "", sparse: Text = "",
     extras: Mapping[str, np.ndarray] = MappingProxyType({}), remarks: tuple[str, ...] = (), **stated: Any,
 ) -> Recording:  # fmt: skip
     """Sort rows, which may be in any order, into arrays by frame and individual.
 
     `frames` and `names` (rows,) are those of `positions` (rows, 2) and of `extras`, "confidence" and "headings"
-    (rows,); `place` says where in the file a row is, `twice` what to do where rows contradict each other. Odd
-    frame numbers are refused, too.
+    (rows,); `place` says where in the file a row is, `twice` what to do where rows contradict each other, `sparse`
+    where hardly any frame has a row. Odd frame numbers are refused, too.
     """
     whole = (frames >= 0) & (frames <= LARGEST) & (frames == np.floor(frames))
     refuse_first(
@@ -204,7 +206,7 @@ def assemble(
     count, late = last - first + 1, int(np.argmax(numbers))
     if count > SPARSEST * max(len(np.unique(numbers)), 100):
         rule = f"name at least one frame in {SPARSEST} between its first and its last"
-        raise refusal(rule, f"frames {first} to {last}", place(late))
+        raise refusal(rule, f"frames {first} to {last}", place(late), sparse)
     if count * len(individuals) > MOST_CELLS:
         rule = f"hold at most {MOST_CELLS} frames times individuals"
         raise refusal(rule, f"{count} x {len(individuals)}", place(late), "Split the recording.")

@@ -1,3 +1,4 @@
+import json
 import re
 from xml.etree import ElementTree as ET
 
@@ -97,6 +98,17 @@ def test_markup_keeps_texts_as_texts(figure):
     root = ET.fromstring(svg_markup(figure, "a", ""))
     texts = {"".join(element.itertext()).strip() for element in root.iter(f"{SVG}text")}
     assert {"Generation", "models", "classifiers", "selection stopped"} <= texts
+
+
+def test_markup_says_where_its_curves_are_and_leaves_the_figure_as_it_was(figure, tmp_path):
+    before = save_figure(figure, tmp_path, "before")[1].read_bytes()
+    root = ET.fromstring(svg_markup(figure, "a", ""))
+    (axes,) = json.loads(root.get("data-axes"))
+    assert axes["xName"] == "Generation"
+    assert [line["name"] for line in axes["lines"]] == ["models", "classifiers"]
+    ids = {element.get("id") for element in root.iter()}
+    assert {axes["id"], *(line["id"] for line in axes["lines"])} <= ids
+    assert save_figure(figure, tmp_path, "before")[1].read_bytes() == before
 
 
 def test_markup_has_no_style_that_leaks_into_the_page(figure):

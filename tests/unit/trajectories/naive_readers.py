@@ -5,7 +5,8 @@ import math
 
 
 def read(name, content):
-    lines = content.decode("utf-8-sig").split("\n")
+    utf16 = name == "ethovision" and content.startswith((b"\xff\xfe", b"\xfe\xff"))
+    lines = content.decode("utf-16" if utf16 else "utf-8-sig").split("\n")
     rows = [
         [cell.strip() for cell in _cells(line, SEPARATORS[name](lines[0]))]
         for line in lines
@@ -24,10 +25,9 @@ def _cells(line, separator):
 
 def _is_number(cell):
     try:
-        float(cell)
+        return math.isfinite(float(cell))
     except ValueError:
         return False
-    return True
 
 
 def _xy(x, y):
@@ -60,7 +60,7 @@ def _toxtrac(rows):
         )
 
 
-def _named(x, y, who="id", words=0):
+def _named(x, y, who="id", words=0, frame="frame", untracked=False):
     def read_rows(rows):
         names = [name.lower() for name in rows[0]]
         # as many header lines as there are: damage may have cut some away
@@ -69,9 +69,35 @@ def _named(x, y, who="id", words=0):
             header += 1
         for row in rows[header:]:
             cell = dict(zip(names, row, strict=False))
-            yield (float(cell["frame"]), cell.get(who, "1")), _xy(cell[x], cell[y])
+            individual = cell.get(who, cell.get("track_id", "1") if who == "id" else "1")
+            if untracked and individual.lower() in ("", "none", "nan", "na"):
+                continue
+            yield (float(cell[frame]), individual), _xy(cell[x], cell[y])
 
     return read_rows
+
+
+def _mot(rows):
+    for row in rows:
+        left, top, width, height = map(float, row[2:6])
+        yield (float(row[0]), row[1]), (left + width / 2, top + height / 2)
+
+
+def _animalta(rows):
+    names = [name.lower() for name in rows[0]]
+    for row in rows[1:]:
+        cell = dict(zip(names, row, strict=False))
+        for name, spelled in zip(names, rows[0], strict=False):
+            if name.startswith("x_"):
+                x, y = (cell[axis + name[1:]] for axis in "xy")
+                frame = float(cell["frame"])
+                yield (frame, spelled[2:]), tuple(float(_without_comma(v)) for v in (x, y))
+
+
+def _without_comma(cell):
+    if cell.lower() in ("", "na", "n/a", "none", "null", "-", "--", "missing"):
+        return "nan"
+    return cell.replace(",", ".")
 
 
 def _deeplabcut(rows):
@@ -100,7 +126,11 @@ READERS = {
     "idtracker.ai-csv": _idtracker_ai,
     "toxtrac": _toxtrac,
     "tracktor": _named("pos_x", "pos_y"),
-    "trackmate": _named("position_x", "position_y", "track_id", words=3),
+    "trackmate": _named("position_x", "position_y", "track_id", words=3, untracked=True),
+    "fasttrack": _named("xbody", "ybody", frame="imagenumber"),
+    "sleap-csv": _named("thorax.x", "thorax.y", "track", frame="frame_idx", untracked=True),
+    "animalta": _animalta,
+    "mot": _mot,
     "tidy": _named("x", "y"),
     "deeplabcut": _deeplabcut,
 }
@@ -110,6 +140,10 @@ SEPARATORS = {
     "toxtrac": lambda line: "\t",
     "tracktor": _most,
     "trackmate": _most,
+    "fasttrack": _most,
+    "sleap-csv": _most,
+    "animalta": _most,
+    "mot": lambda line: ",",
     "tidy": _most,
     "deeplabcut": lambda line: ",",
 }

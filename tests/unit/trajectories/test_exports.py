@@ -1,10 +1,25 @@
 """Exports of programs beyond their plain form: folders, points of the body, uneven times, degrees, units in names."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
 from test_misreadings import table, walk
-from tracker_files import deeplabcut, ethovision, fasttrack, gpx, idtracker_ai_h5, sleap, trex_csv
+from tracker_files import (
+    deeplabcut,
+    ethovision,
+    fasttrack,
+    gpx,
+    idtracker_ai_h5,
+    movebank,
+    ros_csv,
+    sleap,
+    sleap_csv,
+    trackmate,
+    trackmate_xml,
+    trex_csv,
+)
 from tracker_files import walk as short_walk
 
 import turing_learning as tl
@@ -248,3 +263,157 @@ def test_who_is_away_for_long_is_another_individual_after_that(tmp_path):
     assert pieces.individuals == ("0", "1", "1 (2)", "2", "3", "4")
     assert (pieces.at_once, pieces.present.sum()) == (5, read.present.sum())
     assert read.split(4.1) is read
+
+
+# ---------------------------------------------------------------- as users have them
+
+
+def with_units(tmp_path, length, time, interval):
+    """Return a table of TrackMate whose fourth line states these units, with spots of no track at its end."""
+    lines = trackmate(tmp_path, short_walk()).read_text().splitlines()
+    lines[3] = lines[3].replace("(pixel)", f"({length})").replace("(sec)", f"({time})")
+    for number, line in enumerate(lines[4:], 4):
+        cells = line.split(",")
+        cells[7] = str(int(cells[8]) * interval)
+        lines[number] = ",".join(cells)
+    lines += ["ID900,900,,3.2,7,7,0.0,0,0,4", "ID901,901,None,3.2,9,9,0.0,0,0,4"]
+    (tmp_path / "spots.csv").write_text("\n".join(lines) + "\n")
+    return tmp_path / "spots.csv"
+
+
+@pytest.mark.parametrize(
+    ("length", "cm", "time", "interval", "fps"),
+    [
+        ("micron", 1e-4, "sec", 0.5, 2),
+        ("\N{MICRO SIGN}m", 1e-4, "ms", 40, 25),
+        ("mm", 0.1, "min", 5, 1 / 300),
+    ],
+)
+def test_trackmate_states_units_and_interval(length, cm, time, interval, fps, tmp_path):
+    read = load_trajectories(with_units(tmp_path, length, time, interval))
+    assert read.fps == pytest.approx(fps, rel=1e-4)
+    np.testing.assert_allclose(read.positions, np.nan_to_num(short_walk()) * [cm, -cm])
+    assert read.choices == ("2 rows are left out: they are of no track",)
+
+
+@pytest.mark.parametrize("time", ["sec", "frame"])
+def test_what_nobody_has_calibrated_is_asked_for(time, tmp_path):
+    path = with_units(tmp_path, "pixel", time, 1)
+    with pytest.raises(ValueError, match=r"`fps` must be given; .* Give `pixels_per_cm`, too"):
+        load_trajectories(path)
+    read = load_trajectories(path, fps=25, pixels_per_cm=10)
+    np.testing.assert_allclose(read.positions, np.nan_to_num(short_walk()) * [0.1, -0.1])
+
+
+def test_tracks_of_trackmate_as_xml_state_units_and_interval(tmp_path):
+    path = trackmate_xml(tmp_path, short_walk())
+    text = path.read_text().replace('"pixel"', '"micron"')
+    path.write_text(text.replace('frameInterval="1.0"', 'frameInterval="0.04"'))
+    read = load_trajectories(path)
+    assert read.fps == 25
+    np.testing.assert_allclose(read.positions, np.nan_to_num(short_walk()) * [1e-4, -1e-4])
+
+
+def test_the_session_of_trackmate_is_refused_with_what_to_export(tmp_path):
+    path = tmp_path / "session.xml"
+    path.write_text('<?xml version="1.0"?>\n<TrackMate version="7.9.2">\n<Model/></TrackMate>\n')
+    with pytest.raises(ValueError, match=r"got the session of TrackMate .* its tracks as XML"):
+        load_trajectories(path, fps=25)
+
+
+@pytest.mark.parametrize(
+    "name", ["frame_idx", "frame_number", "Frame ID", "FrameNo", "video_frame"]
+)
+def test_frame_numbers_have_many_names(name, tmp_path):
+    path = write(tmp_path, table(walk()).rename(columns={"frame": name}))
+    read = load_trajectories(path, fps=25, **SAID)
+    np.testing.assert_allclose(read.positions, walk() / 10)
+    assert read.reading.columns["frame"] == name
+
+
+def test_columns_that_stand_below_each_other_are_read(tmp_path):
+    path = tmp_path / "table.txt"
+    path.write_text(table(walk()).to_string(index=False) + "\n")
+    np.testing.assert_allclose(load_trajectories(path, fps=25, **SAID).positions, walk() / 10)
+
+
+def test_row_names_of_r_are_no_column(tmp_path):
+    rows = table(walk())
+    lines = ['"frame" "id" "x" "y"']
+    for number, (frame, who, x, y) in enumerate(rows.itertuples(index=False), 1):
+        lines.append(f'"{number}" {frame} {who} {x} {y}')
+    (tmp_path / "table.txt").write_text("\n".join(lines) + "\n")
+    read = load_trajectories(tmp_path / "table.txt", fps=25, **SAID)
+    np.testing.assert_allclose(read.positions, walk() / 10)
+
+
+def test_deeplabcut_saved_by_a_program_for_spreadsheets_is_read(tmp_path):
+    path = deeplabcut(tmp_path, short_walk())
+    plain = load_trajectories(path, fps=25, pixels_per_cm=10, keypoint="head")
+    path.write_text(path.read_text().replace(",", ";").replace(".", ","))
+    read = load_trajectories(path, fps=25, pixels_per_cm=10, keypoint="head")
+    np.testing.assert_array_equal(read.positions, plain.positions)
+
+
+def test_several_robots_in_a_row_are_not_one(tmp_path):
+    rows = pd.DataFrame({"__time": np.arange(60) / 10})
+    for robot in ("r1", "r2"):
+        for axis in "xy":
+            rows[f"/{robot}/odom/pose/pose/position/{axis}"] = walk()[:60, int(robot[1]), 0]
+    path = write(tmp_path, rows)
+    with pytest.raises(ValueError, match=r"one position in a row; got /r1/.*, /r2/.* example col"):
+        load_trajectories(path)
+    said = {axis: f"/r2/odom/pose/pose/position/{axis}" for axis in "xy"}
+    read = load_trajectories(path, columns=said)
+    np.testing.assert_allclose(read.positions[:, 0, 0], 100 * walk()[:60, 2, 0])
+
+
+def test_poses_in_a_plane_have_a_heading(tmp_path):
+    rows = pd.DataFrame({"%time": 1_700_000_000_000_000_000 + 40_000_000 * np.arange(60)})
+    rows = rows.assign(**{"field.x": 1.0, "field.y": 2.0, "field.theta": 0.5})
+    read = load_trajectories(write(tmp_path, rows))
+    assert (read.fps, read.format, read.headings[0, 0]) == (25, "ros-csv", 0.5)
+    np.testing.assert_allclose(read.positions[0, 0], [100, 200])
+
+
+def test_orientations_that_are_none_are_left_out(tmp_path):
+    path = ros_csv(tmp_path, short_walk())
+    rows = pd.read_csv(path)
+    rows["field.pose.pose.orientation.w"] = 0.0
+    read = load_trajectories(write(tmp_path, rows))
+    assert read.headings is None
+    assert "headings are left out" in read.choices[0]
+
+
+def test_animals_that_were_not_tracked_are_one_or_refused(tmp_path):
+    path = sleap_csv(tmp_path, short_walk())
+    lines = path.read_text().splitlines()
+    alone = [line for line in lines if "track_1" not in line and "track_2" not in line]
+    said = {"fps": 25, "pixels_per_cm": 10, "keypoint": "head"}
+    path.write_text("\n".join(alone).replace("track_0", "") + "\n")
+    assert load_trajectories(path, **said).individuals == ("1",)
+    path.write_text("\n".join(re.sub("track_[0-9]", "", line) for line in lines) + "\n")
+    with pytest.raises(ValueError, match=r"one position for each individual .*not read: track"):
+        load_trajectories(path, **said)
+
+
+def test_points_of_a_body_in_rows_of_their_own_are_refused_with_their_column(tmp_path):
+    rows = table(walk()).assign(bodypart="nose")
+    both = pd.concat([rows, rows.assign(bodypart="tail", x=rows.x + 3)])
+    message = r"one position for each individual and frame; .* not read: bodypart\."
+    with pytest.raises(ValueError, match=message):
+        load_trajectories(write(tmp_path, both), fps=25, **SAID)
+
+
+def test_fixes_of_every_ten_minutes_or_so_are_refused_with_what_makes_them_even(tmp_path):
+    path = movebank(tmp_path, short_walk())
+    rows = pd.read_csv(path)
+    numbers = np.arange(len(rows))
+    seconds = 600 * numbers + 371 * (numbers % 2)
+    seconds[-1] = seconds[-2] + 1
+    late = pd.to_timedelta(seconds, unit="s")
+    rows["timestamp"] = (pd.Timestamp("2024-05-01") + late).strftime("%Y-%m-%d %H:%M:%S")
+    rows.to_csv(path, index=False)
+    with pytest.raises(ValueError, match=r"one frame in 100 .*uneven, .* by resample="):
+        load_trajectories(path, project=True)
+    assert load_trajectories(path, project=True, resample=1 / 600).present.any()

@@ -168,15 +168,32 @@ def test_an_ambiguous_content_is_refused_and_the_candidates_are_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "content", [b"a,b\n1,2\n", b"hello", b"\x00\x01\xff" * 50, b"\xff\n", b"\n\n\n"]
+    ("content", "message"),
+    [
+        (
+            b"a,b\n1,2\n",
+            r"have the content of one of .*; got a first line of a, b \[.*\]\. Name the",
+        ),
+        (b"hello", r"have the content of one of .*; got a first line of hello \[.*\]\. Name the"),
+        (b"a\rb\r", r"have line ends of one kind; .* Save it with line ends of Unix or Windows"),
+        (b"\xff\n", r"be text in UTF-8; .* save it as UTF-8"),
+        (b"\x00\x01\xff" * 50, r"be text, HDF5 or arrays; got no text in its first lines"),
+        (b"\n\n\n", r"be text, HDF5 or arrays; got no text in its first lines"),
+        (
+            b"MATLAB 5.0 MAT-file\n",
+            r"be text, HDF5 or arrays; got a file of MATLAB .*by writetable",
+        ),
+        (
+            b"Fr,cx,cy,z\n1,2,3,4\n",
+            r"got a first line of Fr, .*example columns=\{'x': 'cx', 'y': 'cy'\}",
+        ),
+        (b"frame_nr,bx,by\n1,2,3\n", r"example columns=\{'x': 'x_cm'\}"),
+    ],
 )
-def test_an_unknown_content_is_refused(content, tmp_path):
+def test_an_unknown_content_is_refused_with_what_it_is(content, message, tmp_path):
     path = tmp_path / "some.dat"
     path.write_bytes(content)
-    with pytest.raises(
-        ValueError,
-        match=r"`path` must have the content of one of idtracker, .*; got none of them \[.*some.dat\]\. (Name the|Give `f)",
-    ):
+    with pytest.raises(ValueError, match=f"`path` must .*{message}"):
         load_trajectories(path, fps=25, pixels_per_cm=10)
 
 

@@ -7,6 +7,7 @@ time; to run others, say how many in all:
 """
 
 import os
+import re
 from contextlib import suppress
 from pathlib import Path
 
@@ -16,20 +17,24 @@ import pandas as pd
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from tracker_files import SAID, WRITERS, expected, walk
+from tracker_files import PROJECTED, SAID, WRITERS, expected, walk
 
 from turing_learning.errors import RefusedError
 from turing_learning.trajectories import load_trajectories
 
-CASES = int(os.environ.get("TURING_LEARNING_FUZZ_CASES", "300"))
+CASES = int(os.environ.get("TURING_LEARNING_FUZZ_CASES", "400"))
 TEXT = tuple(naive_readers.READERS)
+TIMED = ("trackmate-xml", "trex-csv", "toxtrac-csv", "ethovision", "gpx", "ros-csv", "movebank")
+"""Formats whose rows have times, or that are no tables: what they say where they are damaged has no plain twin."""
 ARRAYS = ("idtracker.ai-h5", "idtracker.ai-npy", "sleap", "trex", "deeplabcut-h5", "movement")
 DATA = Path(__file__).parent / "data"
 REAL = {name: DATA / name for name in ("deeplabcut_table.h5", "deeplabcut_fixed.h5", "movement.nc")}
 """Files that pandas, PyTables and h5netcdf wrote."""
-NUMBERED = {"toxtrac": 0, "tracktor": 1, "trackmate": 4, "tidy": 1, "deeplabcut": 4}
+NUMBERED = {
+    "toxtrac": 0, "tracktor": 1, "trackmate": 4, "tidy": 1, "deeplabcut": 4, "fasttrack": 1, "sleap-csv": 1, "mot": 0,
+}  # fmt: skip
 """Formats whose rows carry a frame number, with their header lines."""
-TESTS = 2 * len(TEXT) + len(ARRAYS) + len(NUMBERED) + 9
+TESTS = 2 * len(TEXT) + 2 * len(TIMED) + len(ARRAYS) + len(NUMBERED) + 9
 
 each = settings(
     max_examples=-(-CASES // TESTS),
@@ -73,9 +78,40 @@ def damage(draw, content):
     """Return the content cut off, overwritten, with pieces inserted, removed or repeated, once or a few times."""
     for _ in range(draw(st.integers(1, 3))):
         content = draw(
-            st.sampled_from([cut, overwrite, insert, remove, repeat, swap_lines, replace_cell])
+            st.sampled_from(
+                [cut, overwrite, insert, remove, repeat, swap_lines, replace_cell, rename, recode]
+            )
         )(draw, content)
     return content
+
+
+NAMES = st.sampled_from(
+    ["x", "y", "id", "frame", "time", "TRACK_ID", "POSITION_ZZ", "heading", "missing", "visible",
+     "x (mm)", "y (\N{MICRO SIGN}m)", "POSITION_T", "confidence", "z", "w", "h", ""]
+)  # fmt: skip
+
+
+def rename(draw, content):
+    """Call a column of one of the first lines otherwise."""
+    lines = content.splitlines(keepends=True) or [b""]
+    at = draw(st.integers(0, min(5, len(lines) - 1)))
+    separator = max(b",\t;", key=lines[at].count)
+    separator = bytes([separator])
+    cells = lines[at].rstrip(b"\r\n").split(separator)
+    cells[draw(st.integers(0, len(cells) - 1))] = draw(NAMES).encode()
+    lines[at] = separator.join(cells) + b"\n"
+    return b"".join(lines)
+
+
+def recode(draw, content):
+    """Write the text in another encoding, or with other line ends."""
+    text = content.decode("utf-8", "replace")
+    how = draw(
+        st.sampled_from(["utf-8-sig", "utf-16", "utf-16-le", "utf-32", "cp1252", "\r\n", "\r"])
+    )
+    if how.isspace():
+        return text.replace("\r\n", "\n").replace("\n", how).encode()
+    return text.encode(how, "replace")
 
 
 def _place(draw, content):
@@ -132,6 +168,7 @@ def outcome(path, said):
         message = str(error)
     assert str(path) in message
     assert " must " in message
+    assert "\n" not in message
     return None
 
 
@@ -172,6 +209,60 @@ def test_a_text_file_that_is_cut_off_is_refused_or_gives_whole_rows(name, tmp_pa
     if read is not None:
         whole = expected(name, positions)[: len(read.positions), : len(read.individuals)]
         np.testing.assert_allclose(read.positions[read.present], whole[read.present])
+
+
+@pytest.mark.parametrize("name", TIMED)
+@given(data=st.data())
+@each
+def test_a_damaged_export_is_refused_or_has_no_position_that_it_does_not_state(
+    name, tmp_path, data
+):
+    path = WRITERS[name](tmp_path, walk(frames=8))
+    path = sorted(path.glob("*.csv"))[0] if path.is_dir() else path
+    content = data.draw(damage(path.read_bytes()))
+    path.write_bytes(content)
+    read = outcome(path, SAID[name])
+    if read is None:
+        return
+    utf16 = content.startswith((b"\xff\xfe", b"\xfe\xff"))
+    text = content.decode("utf-16" if utf16 else "utf-8-sig", "replace")
+    numbers = {
+        float(word)
+        for word in re.findall(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?", text)
+    }
+    found = read.positions[read.present]
+    assert np.isfinite(found).all()
+    if name in PROJECTED:  # the origin is theirs, too: as many places as different numbers at most
+        assert len(np.unique(found[:, 0])) <= len(numbers)
+        return
+    stated = np.array(sorted({abs(number) for number in numbers if abs(number) <= 1e9}))
+    per_cm = SAID[name].get("pixels_per_cm", 1)
+    units = np.array(CM_PER_UNIT) / per_cm if per_cm != 1 else np.array(CM_PER_UNIT)
+    possible = np.unique(np.concatenate([stated * unit for unit in units]))
+    nearest = np.searchsorted(possible, np.abs(found))
+    around = [possible[np.clip(nearest + shift, 0, len(possible) - 1)] for shift in (-1, 0)]
+    error = np.minimum(*(np.abs(np.abs(found) - near) for near in around))
+    assert (error <= 1e-9 * np.maximum(1, np.abs(found))).all()
+
+
+CM_PER_UNIT = (1.0, 0.1, 100.0, 1e-4)
+"""Units of length that a header may come to state."""
+
+
+@pytest.mark.parametrize("name", TIMED)
+@given(data=st.data())
+@each
+def test_an_export_that_is_cut_off_is_refused_or_gives_whole_rows(name, tmp_path, data):
+    positions = walk(frames=8)
+    path = WRITERS[name](tmp_path, positions)
+    if path.is_dir():  # a file for each individual
+        path = sorted(path.glob("*.csv"))[0]
+        positions = positions[:, :1]
+    path.write_bytes(cut(data.draw, path.read_bytes()))
+    read = outcome(path, SAID[name])
+    if read is not None and name not in PROJECTED:
+        whole = expected(name, positions)[: len(read.positions), : len(read.individuals)]
+        np.testing.assert_allclose(read.positions[read.present], whole[read.present], atol=1e-9)
 
 
 @pytest.mark.parametrize("name", NUMBERED)

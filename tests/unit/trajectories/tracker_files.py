@@ -119,6 +119,38 @@ def trackmate(folder: Path, positions: np.ndarray) -> Path:
     return _text(folder / "spots.csv", [names, words, words, units, *rows])
 
 
+def trackmate_xml(folder: Path, positions: np.ndarray) -> Path:
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f'<Tracks nTracks="{positions.shape[1]}" spaceUnits="pixel" frameInterval="1.0" timeUnits="sec" '
+        'generationDateTime="Thu, 2 Feb 2023 10:11:12" from="TrackMate v7.9.2">',
+    ]
+    for who in range(positions.shape[1]):
+        spots = [(frame, x, y) for frame, whose, x, y in _rows(positions) if whose == who]
+        lines.append(f'  <particle nSpots="{len(spots)}">')
+        lines += [f'    <detection t="{t}" x="{x}" y="{y}" z="0.0" />' for t, x, y in spots]
+        lines.append("  </particle>")
+    return _text(folder / "Tracks.xml", [*lines, "</Tracks>"])
+
+
+def sleap_csv(folder: Path, positions: np.ndarray) -> Path:
+    names = "track,frame_idx,instance.score,thorax.x,thorax.y,thorax.score,head.x,head.y,head.score"
+    rows = [
+        f"track_{who},{frame},0.9,{x},{y},0.8,{float(x) + 1},{y},0.7"
+        for frame, who, x, y in _rows(positions)
+    ]
+    return _text(folder / "video.analysis.csv", [names, *rows])
+
+
+def mot(folder: Path, positions: np.ndarray) -> Path:
+    """Write as SORT does: boxes of 20 x 40 pixels around positions."""
+    rows = [
+        f"{frame},{who + 1},{float(x) - 10:.3f},{float(y) - 20:.3f},20.000,40.000,1,-1,-1,-1"
+        for frame, who, x, y in _rows(positions)
+    ]
+    return _text(folder / "det.txt", rows)
+
+
 def fasttrack(folder: Path, positions: np.ndarray) -> Path:
     names = "xHead yHead tHead xTail yTail tTail xBody yBody tBody curvature areaBody perimeterBody imageNumber id"
     rows = []
@@ -346,7 +378,10 @@ WRITERS = {
     "movebank": movebank,
     "tracktor": tracktor,
     "trackmate": trackmate,
+    "trackmate-xml": trackmate_xml,
+    "mot": mot,
     "sleap": sleap,
+    "sleap-csv": sleap_csv,
     "deeplabcut": deeplabcut,
     "deeplabcut-h5": deeplabcut_h5,
     "movement": movement,
@@ -370,7 +405,10 @@ SAID = {
     "movebank": {"project": True},
     "tracktor": {"fps": FPS, "pixels_per_cm": 10},
     "trackmate": {"fps": FPS, "pixels_per_cm": 10},
+    "trackmate-xml": {"fps": FPS, "pixels_per_cm": 10},
+    "mot": {"fps": FPS, "pixels_per_cm": 10},
     "sleap": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
+    "sleap-csv": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
     "deeplabcut": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
     "deeplabcut-h5": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
     "movement": {"pixels_per_cm": 10, "keypoint": "thorax", "y_axis": "down"},

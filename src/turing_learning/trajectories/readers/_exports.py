@@ -16,8 +16,9 @@ from .._recording import Format, Options, Recording, natural, refusal
 from ._arrays import whole
 from ._layouts import CM_PER_UNIT, TREX, Layout
 from ._long import read_long
-from ._sheets import MISSING, separator_of, sheet_of
+from ._sheets import MISSING, number_of, separator_of, sheet_of
 from ._tables import frame_sheet, names_of
+from ._times import IN_UNITS, UNITS_OF_TIME, rounded
 
 if TYPE_CHECKING:
     from .._recording import Glance
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 _HEADER_LINES = re.compile(r'"?Number of header lines:"?[;,\t] ?"?([0-9]{1,4})"?', re.IGNORECASE)
 """First line of what EthoVision XT exports."""
 CENTER = "center"
+CUT = "The file may be cut off or damaged."
 MOST_BYTES = 1 << 30
 """Size of a text that is opened as a whole."""
 
@@ -53,7 +55,11 @@ def read_ethovision(path: Path, options: Options) -> Recording:
     """
     import pandas as pd
 
-    lines = _text_of(path).splitlines()
+    text = _text_of(path)
+    lines = text.splitlines()
+    if not text.endswith(("\n", "\r")):
+        remedy = "The file may be cut off; if it is whole, add a line end."
+        raise refusal("end with a line end", repr(text[-20:]), f"{path}:{len(lines)}", remedy)
     match = _HEADER_LINES.match(lines[0]) if lines else None
     count = int(match[1]) if match else 0
     if not 2 <= count < len(lines):
@@ -73,6 +79,11 @@ def read_ethovision(path: Path, options: Options) -> Recording:
         point in points, "keypoint", f"be one of {', '.join(points)}", brief(point), place=str(path)
     )
     x, y = f"x {point}", f"y {point}"
+    fewest = len([name for name in names if name])
+    for number, line in enumerate(lines[count:], count + 1):
+        if line.strip() and line.count(separator) + 1 < fewest:
+            cells = f"{line.count(separator) + 1} cells"
+            raise refusal(f"have {fewest} cells in each row", cells, f"{path}:{number}", CUT)
     body = "\n".join(lines[count:]) + "\n"
     decimal = "," if separator != "," and "." not in body else "."
     with whole("EthoVision", path):
@@ -120,10 +131,7 @@ def read_gpx(path: Path, options: Options) -> Recording:
     """
     import pandas as pd
 
-    if path.stat().st_size > MOST_BYTES:
-        raise refusal(f"have at most {MOST_BYTES} bytes", path.stat().st_size, path)
-    with whole("GPX", path):
-        root = ElementTree.parse(path).getroot()
+    root = xml_root(path, "GPX")
     tracks = root.findall("{*}trk")
     rows = []
     for number, track in enumerate(tracks, 1):
@@ -132,14 +140,71 @@ def read_gpx(path: Path, options: Options) -> Recording:
             time = point.findtext("{*}time", "").strip()
             rows.append((name, time, point.get("lon"), point.get("lat")))
     if not rows:
-        raise refusal("hold points of tracks (trkpt)", "none", path)
+        remedy = "Waypoints and routes are no recordings: export the track."
+        raise refusal("hold points of tracks (trkpt)", "none", path, remedy)
     timeless = [row for row in rows if not row[1]]
     if timeless:
-        raise refusal("give a time for each point", f"{len(timeless)} points without one", path)
+        got = f"{len(timeless)} points without one"
+        raise refusal("give a time for each point", got, path, "Export the track with its times.")
     table = pd.DataFrame(rows, columns=["id", "time", "lon", "lat"])
     return read_long(frame_sheet(table, str(path)), options, GPX)
 
 
+def _is_trackmate_xml(glance: "Glance") -> bool:
+    return any(re.match(r"\s*<(Tracks|TrackMate)[ >]", line) for line in glance.lines)
+
+
+def read_trackmate_xml(path: Path, options: Options) -> Recording:
+    """Read what TrackMate exports by "Export tracks to XML file": a particle for each track, with its detections.
+
+    Source: Ershov et al. 2022, TrackMate 7, Nature Methods 19; its documentation of the export.
+    """
+    import pandas as pd
+
+    root = xml_root(path, "XML")
+    if root.tag == "TrackMate":
+        remedy = "Give what TrackMate exports: its spots as CSV, or its tracks as XML."
+        raise refusal("hold tracks", "the session of TrackMate itself", path, remedy)
+    rows = []
+    for number, particle in enumerate(root.findall("particle")):
+        for spot in particle.findall("detection"):
+            rows.append((str(number), *map(spot.get, "txyz")))
+    if not rows:
+        raise refusal("hold detections of particles", "none", path)
+    table = pd.DataFrame(rows, columns=["id", "frame", "x", "y", "z"])
+    recording = read_long(frame_sheet(table, str(path)), replace(options, columns={"id": "id"}))
+    unit = root.get("spaceUnits", "").lower()
+    return replace(
+        recording,
+        positions=recording.positions * CM_PER_UNIT.get(unit, 1.0),
+        unit="cm" if unit in CM_PER_UNIT else None,
+        y_axis="down",
+        fps=_rate_of(root, path),
+    )
+
+
+def _rate_of(root: ElementTree.Element, path: Path) -> float | None:
+    """Return frames per second by the stated interval; None where it is 1, as where nobody has set it."""
+    name = UNITS_OF_TIME.get(root.get("timeUnits", "").lower(), "")
+    interval = number_of(root.get("frameInterval", ""))
+    if not name or np.isnan(interval) or interval == 1:
+        return None
+    if not 0 < interval < np.inf:
+        raise refusal(
+            "state an interval above 0", root.get("frameInterval"), f"{path}, frameInterval"
+        )
+    return rounded(IN_UNITS[name] / interval)
+
+
+def xml_root(path: Path, kind: str) -> ElementTree.Element:
+    """Return the root of an XML file that is whole."""
+    if path.stat().st_size > MOST_BYTES:
+        raise refusal(f"have at most {MOST_BYTES} bytes", path.stat().st_size, path)
+    with whole(kind, path):
+        return ElementTree.parse(path).getroot()
+
+
+TRACKMATE_XML_FORMAT = Format("trackmate-xml", _is_trackmate_xml, read_trackmate_xml)
 ETHOVISION_FORMAT = Format(
     "ethovision", _is_ethovision, read_ethovision, has_keypoints=True, has_times=True
 )

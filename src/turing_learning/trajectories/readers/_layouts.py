@@ -6,10 +6,15 @@ from dataclasses import dataclass, field
 
 from .._recording import YAxis
 from ._columns import WHO
+from ._times import TIME
 
-CM_PER_UNIT = {"cm": 1.0, "mm": 0.1, "m": 100.0}
-"""Units of length that names of columns state, in cm."""
-_UNIT = re.compile(r"(.*?)(?:[ _]*[\[(](mm|cm|m|px|pixels?)[\])]|[ _](mm|cm|m|px))")
+CM_PER_UNIT = {
+    "cm": 1.0, "mm": 0.1, "m": 100.0, "um": 1e-4, "\N{MICRO SIGN}m": 1e-4, "\N{GREEK SMALL LETTER MU}m": 1e-4,
+    "micron": 1e-4, "microns": 1e-4, "micrometer": 1e-4,
+}  # fmt: skip
+"""Units of length that names of columns, or header lines, state, in cm."""
+_LENGTHS = "|".join(CM_PER_UNIT)
+_UNIT = re.compile(rf"(.*?)(?:[ _]*[\[(]({_LENGTHS}|px|pixels?)[\])]|[ _](mm|cm|m|um|px))")
 """A name with a unit at its end: x (cm), x [mm], x_cm."""
 _POSITION = re.compile(
     r"(?:pos(?:ition)?[. _]*)?([xyz])(?:[ _]?(?:cent(?:er|re|roid)|pos(?:ition)?))?"
@@ -35,6 +40,10 @@ class Layout:
     extras: bool = True  #: Whether there are headings and confidences
     against_y: bool = False  #: Whether headings are counted from x against y of the file
     absent: Sequence[str] = ()  #: What cells say besides the usual words where there is no position
+    untracked: bool = (
+        False  #: Whether rows without an individual are detections that belong to nobody
+    )
+    single: bool = False  #: Whether a second column that fits a pattern of x is of another body
 
     def roles(self, names: Sequence[str]) -> dict[str, str]:
         """Return role -> name of the columns that this layout has among names in small letters."""
@@ -65,9 +74,16 @@ TRACKTOR = (
 TRACKMATE = (
     Layout(  # Ershov et al. 2022, TrackMate 7, Nature Methods 19; a table of spots, y of images
         "trackmate",
-        {"frame": ["frame"], "x": ["position_x"], "y": ["position_y"], "z": ["position_z"]},
+        {
+            "frame": ["frame"],
+            "time": ["position_t"],
+            "x": ["position_x"],
+            "y": ["position_y"],
+            "z": ["position_z"],
+        },
         who=("track_id",),
         y_axis="down",
+        untracked=True,
     )
 )
 FASTTRACK = (
@@ -83,8 +99,8 @@ TREX = Layout(  # Walter and Couzin 2021, TRex, eLife 10; a file for each indivi
     "trex-csv",
     {
         "frame": ["frame"],
-        "x": [r"x#wcentroid( \(cm\))?", r"x#p?centroid( \(cm\))?"],
-        "y": [r"y#wcentroid( \(cm\))?", r"y#p?centroid( \(cm\))?"],
+        "x": [r"x#wcentroid( \((cm|px)\))?", r"x#p?centroid( \((cm|px)\))?"],
+        "y": [r"y#wcentroid( \((cm|px)\))?", r"y#p?centroid( \((cm|px)\))?"],
     },
     y_axis="down",
     unit="cm",
@@ -101,9 +117,11 @@ ROS = Layout(  # `rostopic echo -p`, bagpy and PlotJuggler; REP 103: m, y to the
     "ros-csv",
     {
         "time": ["%time", "__time", "time"],
-        "x": [r".*position[./]x"],
-        "y": [r".*position[./]y"],
+        # the last ones are those of poses in a plane, as of turtlesim
+        "x": [r".*position[./]x", r"(.*pose|field)[./]x"],
+        "y": [r".*position[./]y", r"(.*pose|field)[./]y"],
         "z": [r".*position[./]z"],
+        "heading": [r"(.*pose|field)[./]theta"],
         "qx": [r".*orientation[./]x"],
         "qy": [r".*orientation[./]y"],
         "qz": [r".*orientation[./]z"],
@@ -112,6 +130,7 @@ ROS = Layout(  # `rostopic echo -p`, bagpy and PlotJuggler; REP 103: m, y to the
     who=(),
     y_axis="up",
     unit="m",
+    single=True,
 )
 MOVEBANK = Layout(  # Kays et al. 2022, The Movebank system, Methods in Ecology and Evolution 13; degrees, UTC
     "movebank",
@@ -127,6 +146,19 @@ MOVEBANK = Layout(  # Kays et al. 2022, The Movebank system, Methods in Ecology 
 )
 LAYOUTS = (TRACKTOR, TRACKMATE, FASTTRACK, TREX, TOXTRAC, ROS, MOVEBANK)
 """Those of programs, which are no tables of one's own."""
+
+
+FRAME = re.compile(r"(video[ _])?frames?[ _]?(id|idx|index|number|num|no\.?|nr\.?|#)?")
+"""Names of columns of frame numbers, in small letters."""
+
+
+def frame_column(names: Collection[str]) -> str:
+    """Return the one column of frame numbers of a table that has neither "frame" nor times; empty if there is none."""
+    lower = [name.lower() for name in names]
+    if not {"frame", *TIME}.isdisjoint(lower):
+        return ""
+    fitting = [name for name in names if FRAME.fullmatch(name.lower())]
+    return fitting[0] if len(fitting) == 1 else ""
 
 
 def unit_of(name: str) -> str:

@@ -27,6 +27,7 @@ from ._times import (
     FARTHEST,
     IN_UNITS,
     TIME,
+    UNITS_OF_TIME,
     check_times,
     frames_at,
     per_second,
@@ -65,11 +66,12 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
         {name: table.words[name] for name in table.apart}, frames, individuals, sheet.place
     )
     extras = table.extras(positions)
+    choices += table.doubts
     at = sheet.at
     seconds = table.seconds
-    kept = table.visible()
+    kept, dropped = table.kept(who)
+    choices += dropped
     if len(kept) < len(frames):
-        choices.append(f"{len(frames) - len(kept)} rows are left out as not visible")
         frames, positions = frames[kept], positions[kept]
         individuals = [individuals[row] for row in kept]
         extras = {name: values[kept] for name, values in extras.items()}
@@ -93,6 +95,8 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
         )
         example = Setting("columns", {"id": unread[-1]})
         twice = ("If a column that is not read names the individuals, say so: ", example, ".")
+    elif unread:
+        twice = f"Rows may differ in a column that is not read: {', '.join(unread)}."
     recording = assemble(
         frames,
         individuals,
@@ -105,6 +109,7 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
         remarks=tuple(remarks),
         choices=tuple(choices),
         twice=twice,
+        sparse=table.sparse,
         columns=table.read_from(who),
         unread=tuple(unread),
     )
@@ -123,6 +128,10 @@ class _LongTable:
         self.said = options.columns or {}
         #: Names by roles where that is said, else in small letters
         names = [name.lower() for name in named(sheet.names, self.said, sheet.place)]
+        self.units = {
+            role: sheet.units.get(name.lower(), "")
+            for role, name in zip(names, sheet.names, strict=True)
+        }
         if layout.columns and not layout.fits(names):
             roles = {
                 role: patterns[0].replace("\\", "") for role, patterns in layout.columns.items()
@@ -132,10 +141,13 @@ class _LongTable:
             )
             raise refusal(f"have the columns {needed}", sheet.names, sheet.place)
         roles = layout.roles(names) or plain_roles(names, project=options.project)
-        roles = {role: name for role, name in roles.items() if role not in names}
+        if layout.single:
+            _refuse_bodies(names, roles, layout, sheet)
+        roles = {role: name for role, name in roles.items() if role not in self.said}
         self.called = roles | {role: name.lower() for role, name in self.said.items()}
         back = {name: role for role, name in roles.items()}
-        self.names = [back.get(name, name) for name in names]
+        # another column that is called as a role is not meant
+        self.names = [back.get(name, "" if name in roles else name) for name in names]
         self._choose_columns()
         for name in {*self.wanted, *self.texts}:
             if self.names.count(name) > 1:
@@ -146,6 +158,10 @@ class _LongTable:
         self.numbers = dict(zip(self.wanted, values.T, strict=True))
         self.words = dict(zip(self.texts, words, strict=True))
         self.seconds = np.zeros(0)  #: Times (rows,) in s, set by `frames`
+        #: What to do where hardly any frame has a row, set by `frames`
+        self.sparse: Text = ""
+        #: What is left out, in words, set by `extras`
+        self.doubts: list[str] = []
 
     def _choose_columns(self) -> None:
         """Find which columns are needed, as numbers and as texts; refuse a table that lacks some."""
@@ -160,7 +176,7 @@ class _LongTable:
         self.plain = [axis for axis in ("x", "y") if axis in names or not self.box]
         if not {self.when, *self.plain} <= set(names):
             x, y = (self.layout.columns.get(axis, [axis])[0] for axis in ("x", "y"))
-            remedy: Text = ""
+            remedy: Text = "" if self.when in names else "Number the frames in a column frame."
             if angles(names):
                 remedy = ("To bring degrees into a plane, add ", Setting("project", True), ".")
             raise refusal(f"have the columns frame, {x}, {y}", self.sheet.names, place, remedy)
@@ -198,7 +214,12 @@ class _LongTable:
         return "cm" if self.options.project or self._stated_unit() in CM_PER_UNIT else None
 
     def _stated_unit(self) -> str:
-        units = {unit_of(self.called.get(axis, axis)) for axis in self.plain}
+        units = set()
+        for axis in self.plain:
+            name = self.called.get(axis, axis)
+            # a unit that is not known, as inch of what ImageJ took for one, is not stated
+            below = self.units.get(name, "")
+            units.add(unit_of(name) or (below if below in CM_PER_UNIT else ""))
         if len(units) > 1:
             raise refusal(
                 "have x and y in the same unit", " and ".join(sorted(units)), self.sheet.place
@@ -221,14 +242,26 @@ class _LongTable:
                 )
             fps = None
             if self.clock:
-                fps = _rate_beside(
-                    self.words[self.clock[0]], frames, options.fps, sheet.place, self.clock[0]
-                )
+                clock = self.clock[0]
+                unit = self.units.get(self.called.get(clock, clock), "")
+                name = UNITS_OF_TIME.get(unit, clock)
+                if name:
+                    beside = self.words[clock]
+                    fps = _rate_beside(beside, frames, options.fps, sheet.place, name)
             return frames, fps, remarks
         times, in_seconds = seconds_of(self.words[self.when], sheet.at)
         name = "seconds" if in_seconds else self.called.get("time", self.when)
         times, more = since_start(times, IN_UNITS.get(name, 1.0))
         remarks += more
+        # in the order of the file, in which times of an individual often stand together
+        steps = np.abs(np.diff(times[np.abs(times) <= FARTHEST]))
+        if (steps > 0).any():
+            even = rounded(IN_UNITS.get(name, 1.0) / float(np.median(steps[steps > 0])))
+            self.sparse = (
+                "If times are uneven, make them even by ",
+                Setting("resample", even),
+                ".",
+            )
         if options.resample is None:
             # what a name or a date says of the unit states a rate, whatever the user's is
             stated = name in IN_UNITS and options.fps is not None
@@ -277,14 +310,32 @@ class _LongTable:
             )
         return positions * CM_PER_UNIT.get(self._stated_unit(), 1.0), choices
 
+    def kept(self, who: str) -> tuple[np.ndarray, list[str]]:
+        """Return the numbers of the rows that are of somebody in the column `who`, and in words what is left out."""
+        rows = self.visible()
+        words = []
+        hidden = self._rows() - len(rows)
+        if hidden:
+            words.append(f"{hidden} rows are left out as not visible")
+        if self.layout.untracked and who:
+            named_rows = [row for row in rows if self.words[who][row].lower() not in UNTRACKED]
+            if not named_rows:
+                rule = f"name the track of a row in the column {self.called.get(who, who)}"
+                raise refusal(rule, "none", self.sheet.place, "Link what was detected to tracks.")
+            if len(named_rows) < len(rows):
+                words.append(
+                    f"{len(rows) - len(named_rows)} rows are left out: they are of no track"
+                )
+            rows = np.array(named_rows)
+        return rows, words
+
+    def _rows(self) -> int:
+        return len(self.words[self.when] if self.when in self.words else self.numbers["frame"])
+
     def visible(self) -> np.ndarray:
         """Return the numbers of the rows that a column does not call invisible, as outliers in tables of Movebank."""
         if VISIBLE not in self.words:
-            return np.arange(
-                len(self.words[self.when])
-                if self.when in self.words
-                else len(self.numbers["frame"])
-            )
+            return np.arange(self._rows())
         return np.flatnonzero([word.lower() not in NO for word in self.words[VISIBLE]])
 
     def individuals(self, frames: np.ndarray, positions: np.ndarray) -> tuple[str, list[str]]:
@@ -306,8 +357,16 @@ class _LongTable:
         if self.layout.against_y and "headings" in extras:
             extras["headings"] = -extras["headings"]
         if self.turned:
-            x, y, z, w = (self.numbers[name] for name in QUATERNION)
-            extras["headings"] = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y**2 + z**2))
+            parts = np.column_stack([self.numbers[name] for name in QUATERNION])
+            # far beyond 1, so that no square is too large
+            x, y, z, w = np.clip(parts, -10, 10).T
+            wrong = ~(np.abs(x**2 + y**2 + z**2 + w**2 - 1) < OFF) & ~np.isnan(positions[:, 0])
+            if wrong.any():
+                self.doubts.append(
+                    f"headings are left out: {wrong.sum()} orientations are no unit quaternions"
+                )
+            else:
+                extras["headings"] = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y**2 + z**2))
         return extras
 
     def read_from(self, who: str) -> dict[str, str]:
@@ -328,7 +387,25 @@ class _LongTable:
         return [spelled for name, spelled in pairs if spelled and name not in used]
 
 
+UNTRACKED = ("", "none", "nan", "na")
+"""What cells say in small letters where a detection is of no track."""
+
+
+def _refuse_bodies(
+    names: Sequence[str], roles: Mapping[str, str], layout: Layout, sheet: Sheet
+) -> None:
+    """Refuse positions of several bodies in the same row, as if all but the first were no positions."""
+    for pattern in layout.columns["x"]:
+        fitting = [name for name in names if re.fullmatch(pattern, name)]
+        if roles["x"] in fitting and len(fitting) > 1:
+            x, y = (roles[axis] for axis in ("x", "y"))
+            remedy: Text = ("Say which, for example ", Setting("columns", {"x": x, "y": y}), ".")
+            raise refusal("have one position in a row", ", ".join(fitting), sheet.place, remedy)
+
+
 QUATERNION = ("qx", "qy", "qz", "qw")
+OFF = 0.1
+"""By how much the squares of a unit quaternion may differ from 1 in sum."""
 MISSING, VISIBLE = "missing", "visible"
 """Columns that say which rows hold no position: 1 where it is missing, false where it is not visible."""
 NO = ("false", "f", "no", "0", "0.0", "")

@@ -2,9 +2,10 @@
 
 import codecs
 import csv
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
 
@@ -28,6 +29,8 @@ class Sheet:
     place: str  #: Where the names are
     at: Callable[[int], str]  #: Where a row is
     remark: str = ""  #: What was left out
+    units: Mapping[str, str] = field(default_factory=dict)
+    """Name in small letters -> unit that a further header line states, as "micron" of "(micron)"."""
 
 
 def read_lines(path: Path) -> Iterator[tuple[int, str]]:
@@ -39,7 +42,9 @@ def read_lines(path: Path) -> Iterator[tuple[int, str]]:
             if not line or line.isspace():
                 blank = blank or number
             elif blank:
-                raise refusal("have no blank line inside", "an empty line", f"{path}:{blank}")
+                remedy = "Remove it, and what stands below it if that is no row."
+                place = f"{path}:{blank}"
+                raise refusal("have no blank line inside", "an empty line", place, remedy)
             else:
                 yield number, line
 
@@ -80,10 +85,7 @@ def _decoded(raw: bytes, path: Path, number: int) -> str:
 def cells_of(line: str, separator: str, path: Path, number: int, width: int = 0) -> list[str]:
     """Return the cells of a line, `width` of them if it is given, quotes taken off."""
     try:
-        if '"' not in line:
-            row = line.split(separator)
-        else:
-            row = next(csv.reader([line], delimiter=separator, strict=True))
+        row = cells_in(line, separator)
     except csv.Error as error:
         raise refusal("have complete quotes", str(error), f"{path}:{number}") from None
     if (
@@ -176,21 +178,64 @@ def number_of(cell: str) -> float:
 
 
 def separator_of(line: str) -> str:
-    return max(",\t;", key=line.count)
+    """Return what separates the cells of a header line: a comma, tab or semicolon, or spaces where there is none."""
+    separator = max(",\t;", key=line.count)
+    if separator not in line and len(line.split()) > 1:
+        return SPACES
+    return separator
+
+
+def first_separator(path: Path) -> str:
+    """Return what separates the cells of the first line of a file."""
+    with path.open("rb") as file:
+        return separator_of(file.readline(1 << 16).decode("utf-8-sig", errors="replace"))
+
+
+SPACES = " "
+"""Separator of tables whose columns stand below each other, with any number of spaces between them."""
+
+
+def cells_in(line: str, separator: str) -> list[str]:
+    """Return the cells of a line, quotes taken off; a damaged quote is a `csv.Error`."""
+    if separator == SPACES:
+        line = line.strip()
+    if '"' in line:
+        spaces = separator == SPACES
+        reader = csv.reader([line], delimiter=separator, strict=True, skipinitialspace=spaces)
+        return next(reader)
+    return line.split() if separator == SPACES else line.split(separator)
 
 
 def sheet_of(path: Path, separator: str = "", absent: Sequence[str] = ()) -> Sheet:
     """Return a text file whose first line names its columns, and shows what separates them unless that is said."""
-    with path.open("rb") as file:
-        separator = separator or separator_of(
-            file.readline(1 << 16).decode("utf-8-sig", errors="replace")
-        )
+    separator = separator or first_separator(path)
     names = header(path, 1, separator)[0]
+    if _has_row_names(path, separator, len(names)):
+        names = ["", *names]
     more = _more_header_lines(path, separator, names)
     sheet = text_sheet(path, separator, names, skip=1 + len(more), absent=absent)
     if more:
-        sheet = replace(sheet, remark=f"{len(more)} more header lines are no rows: {more[-1]}")
+        remark = f"{len(more)} more header lines are no rows: {more[-1]}"
+        units = _units_in(cells_of(more[-1], separator, path, 1 + len(more)), names)
+        sheet = replace(sheet, remark=remark, units=units)
     return sheet
+
+
+def _has_row_names(path: Path, separator: str, width: int) -> bool:
+    """Return whether rows begin with a quoted name that has no header, as R writes them."""
+    for number, line in islice(read_lines(path), 1, 2):
+        return line.startswith('"') and len(cells_of(line, separator, path, number)) == width + 1
+    return False
+
+
+def _units_in(cells: Sequence[str], names: Sequence[str]) -> dict[str, str]:
+    """Return name in small letters -> unit of the cells that are one in brackets, as "(micron)"."""
+    units = {}
+    for name, cell in zip(names, cells, strict=False):
+        match = re.fullmatch(r"[(\[](.+)[)\]]", cell.strip())
+        if match:
+            units[name.lower()] = match[1].strip().lower()
+    return units
 
 
 MOST_HEADER_LINES = 3

@@ -33,11 +33,12 @@ from ._layouts import (
     TRACKTOR,
     Layout,
     angles,
+    frame_column,
     plain_roles,
 )
 from ._long import is_long, is_wide, read_long
 from ._places import resampled
-from ._sheets import Sheet, header, separator_of, sheet_of, text_sheet
+from ._sheets import Sheet, first_separator, header, number_of, separator_of, sheet_of, text_sheet
 from ._times import (
     FARTHEST,
     TIME,
@@ -82,7 +83,7 @@ def _is_tidy(glance: "Glance") -> bool:
     names = names_of(glance)
     if not {"x", "y"} <= names and any(layout.fits(names) for layout in LAYOUTS):
         return False
-    others = names - {"frame", *TIME}
+    others = names - {frame_column(names) or "frame", "frame", *TIME}
     wide = bool(others) and is_wide(others) and not (_is_csv(glance) or _is_animalta(glance))
     listed = sorted(names)
     long = (
@@ -95,7 +96,11 @@ def _is_tidy(glance: "Glance") -> bool:
 
 def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
     """Read columns frame or time (s), x, y and, if there are any, id, heading (rad) and confidence; or a wide table."""
-    beyond_time = {*(options.columns or ())} - {"frame", "time"}
+    said = dict(options.columns or {})
+    frame = frame_column(sheet.names)
+    if frame and said.keys().isdisjoint(("frame", "time")) and frame not in said.values():
+        options = replace(options, columns={"frame": frame, **said})
+    beyond_time = {*said} - {"frame", "time"}
     names = [name.lower() for name in sheet.names]
     long = is_long(names) or plain_roles(names, project=False) or angles(names)
     if beyond_time or long:
@@ -125,6 +130,33 @@ FASTTRACK_FORMAT = _format_of(FASTTRACK)
 TOXTRAC_CSV_FORMAT = _format_of(TOXTRAC)
 ROS_FORMAT = _format_of(ROS)
 MOVEBANK_FORMAT = _format_of(MOVEBANK)
+MOT = ("frame", "id", "bb_left", "bb_top", "bb_width", "bb_height", "confidence", "x", "y", "z")
+"""Columns of rows of MOT, which have no header line."""
+
+
+def _is_mot(glance: "Glance") -> bool:
+    """Whether the first line is ten numbers, the last three -1: boxes without a place in space."""
+    row = glance.cells(",")
+    numbers = [number_of(cell) for cell in row]
+    return len(row) == len(MOT) and bool(np.isfinite(numbers).all()) and numbers[7:] == [-1.0] * 3
+
+
+def read_mot(path: Path, options: Options) -> Recording:
+    """Read frame, individual and box (pixels) of rows of MOT; positions are the centers of boxes.
+
+    Source: Milan et al. 2016, MOT16: a benchmark for multi-object tracking, arXiv:1603.00831.
+    """
+    separator = first_separator(path)
+    width = len(header(path, 1, separator)[0])
+    if width < 6:
+        rule = "have the cells frame, id, left, top, width, height in each row"
+        raise refusal(rule, f"{width} cells", f"{path}:1")
+    names = [*MOT[:6], *(f"column {k}" for k in range(7, width + 1))]
+    recording = read_long(text_sheet(path, separator, names, skip=0), options)
+    return replace(recording, y_axis="down", unread=())
+
+
+MOT_FORMAT = Format("mot", _is_mot, read_mot)
 TIDY_FORMAT = Format(
     "tidy",
     _is_tidy,
@@ -416,7 +448,9 @@ Labels = list[tuple[str, ...]]
 
 
 def _is_deeplabcut(glance: "Glance") -> bool:
-    first = [line.split(",")[0] for line in glance.lines[:4]]
+    # a program for spreadsheets may have written it anew, with semicolons
+    separator = separator_of(glance.lines[0]) if glance.lines else ","
+    first = [line.split(separator)[0].strip('"') for line in glance.lines[:4]]
     return first == SEVERAL or first[:3] == SINGLE
 
 
@@ -425,7 +459,8 @@ def read_deeplabcut(path: Path, options: Options) -> Recording:
 
     Source: Mathis et al. 2018, Lauer et al. 2022, DeepLabCut, Nature Neuroscience 21, Nature Methods 19.
     """
-    rows = header(path, 4, ",")
+    separator = first_separator(path)
+    rows = header(path, 4, separator)
     several = [row[0] for row in rows] == SEVERAL
     if not several and [row[0] for row in rows[:3]] != SINGLE:
         raise refusal(
@@ -438,7 +473,7 @@ def read_deeplabcut(path: Path, options: Options) -> Recording:
     if len(set(lengths)) > 1:
         raise refusal("have header lines of the same length", lengths, f"{path}:1")
     labels = list(zip(*(row[1:] for row in rows[:skip]), strict=True))
-    return read_points(labels, text_sheet(path, ",", rows[0], skip=skip), options)
+    return read_points(labels, text_sheet(path, separator, rows[0], skip=skip), options)
 
 
 def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
@@ -468,6 +503,30 @@ def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
     )
 
 
+def _is_sleap_csv(glance: "Glance") -> bool:
+    names = names_of(glance)
+    return {"track", "frame_idx"} <= names and any(name.endswith(".x") for name in names)
+
+
+def read_sleap_csv(path: Path, options: Options) -> Recording:
+    """Read a key point (pixels) of each instance: track, frame_idx, instance.score, nose.x, nose.y, nose.score, ...
+
+    Source: documentation of SLEAP and sleap-io, analysis CSV.
+    """
+    sheet = sheet_of(path)
+    points = [name[:-2] for name in sheet.names if name.endswith(".x")]
+    lower = re.escape(choose(options.keypoint, points, path).lower())
+    roles = {"frame": ["frame_idx"], "confidence": [f"{lower}.score"]}
+    roles |= {axis: [f"{lower}.{axis}"] for axis in ("x", "y")}
+    _, (tracks,) = sheet.read([], [sheet.names.index("track")])
+    # what was not tracked is a single animal, or contradicts itself
+    who = ("track",) if any(tracks) else ()
+    return read_long(
+        sheet, options, Layout("sleap-csv", roles, who=who, y_axis="down", untracked=True)
+    )
+
+
+SLEAP_CSV_FORMAT = Format("sleap-csv", _is_sleap_csv, read_sleap_csv, has_keypoints=True)
 DEEPLABCUT_FORMAT = Format("deeplabcut", _is_deeplabcut, read_deeplabcut, has_keypoints=True)
 
 
@@ -502,9 +561,9 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
         )
     if any(name is not None for name in frame.index.names):
         frame = frame.reset_index()
-    if {str(name).lower() for name in frame.columns}.isdisjoint(
-        ("x", "frame", *TIME)
-    ) and not options.columns:
+    names = {str(name).lower() for name in frame.columns}
+    numbered = not names.isdisjoint(("x", "frame", *TIME)) or frame_column(names)
+    if not numbered and not options.columns:
         frame = frame.reset_index(names="frame")
     return replace(_long_or_wide(frame_sheet(frame), options), **stated)
 

@@ -13,10 +13,17 @@ from .._recording import LARGEST, refusal, refuse_first
 IN_UNITS = {
     "time_s": 1.0, "time (s)": 1.0, "time [s]": 1.0, "time (sec)": 1.0, "time_sec": 1.0, "seconds": 1.0, "sec": 1.0,
     "time_ms": 1e3, "time (ms)": 1e3, "time [ms]": 1e3, "milliseconds": 1e3, "%time": 1e9, "__time": 1.0,
+    "minutes": 1 / 60, "hours": 1 / 3600,
 }  # fmt: skip
 """Names of columns of times that say the unit, and how many of it are a second."""
 TIME = ("time", *IN_UNITS, "t", "timestamp", "datetime", "date_time", "date")
 """Names of columns of times."""
+UNITS_OF_TIME = {
+    "s": "seconds", "sec": "seconds", "second": "seconds", "seconds": "seconds", "ms": "milliseconds",
+    "msec": "milliseconds", "millisecond": "milliseconds", "min": "minutes", "minute": "minutes", "h": "hours",
+    "hour": "hours", "frame": "", "frames": "",
+}  # fmt: skip
+"""Units of times in header lines -> names of `IN_UNITS`; empty where times count frames."""
 LARGEST_START_S = 1e8
 """First time (s) from which on times count since another age, as those of computers since 1970."""
 PER_SECOND = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600, "days": 1 / 86400}
@@ -41,7 +48,7 @@ def rounded(rate: float) -> float:
 
 def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
     """Return the frame rate that times (s) of frames state, or None if they do not to a tenth of a frame."""
-    known = np.abs(seconds) <= FARTHEST
+    known = (np.abs(seconds) <= FARTHEST) & (np.abs(frames) <= LARGEST)
     if known.sum() < 2:
         return None
     seconds, frames = seconds[known], frames[known]
