@@ -29,8 +29,11 @@ docs/decisions/0028.
 `FewTrials`, `Batch`
     The loop; what is known after a batch of trials. `batch_schedule`: how many trials are spent
     after each.
-`SearchSpace`, `symmetries_of`
-    The space of parameters; what may turn one solution of a custom system into another.
+`SearchSpace`
+    The space of parameters.
+`Symmetry`, `SymmetryGroup`, `walked_symmetries`, `candidate_symmetries`
+    A transformation of models; several of them, and what comes of these in turn; what may turn one
+    solution of a custom system into another: along which walkers jump, and what is tried.
 `SampleBuffer`
     All samples of a run.
 `Observers`, `PooledClassifier`

@@ -13,4 +13,7 @@ from ._observers import Observers as Observers
 from ._observers import PooledClassifier as PooledClassifier
 from ._schedule import batch_schedule as batch_schedule
 from ._space import SearchSpace as SearchSpace
-from ._space import symmetries_of as symmetries_of
+from ._symmetry import Symmetry as Symmetry
+from ._symmetry import SymmetryGroup as SymmetryGroup
+from ._symmetry import candidate_symmetries as candidate_symmetries
+from ._symmetry import walked_symmetries as walked_symmetries

@@ -10,6 +10,7 @@ from turing_learning.errors import integer, number
 from turing_learning.evolution import Seed, check_seed, generation_rng, state_arrays
 
 from ._space import SearchSpace
+from ._symmetry import SymmetryGroup
 
 LogDensity = Callable[..., np.ndarray]
 """Logarithm (N,) of the density with which models (N, P) are the right one.
@@ -108,9 +109,7 @@ class TrialDesign:
         self._seed = check_seed(seed)
         self._groups = np.array([list(group) for group in space.groups], dtype=np.int64)
         self._dependent = list(space.dependent)
-        self._symmetries = [
-            (np.asarray(order), np.asarray(signs, dtype=float)) for order, signs in space.symmetries
-        ]
+        self._symmetries = list(space.symmetries)
         self._widening = number("widening", widening, least=1)
         self._exploration = number("exploration", exploration, least=0, most=1)
         self._explorers_share = number("explorers", explorers, least=0, most=1 - SCOUTS)
@@ -192,6 +191,12 @@ class TrialDesign:
             self._explorers = self._followed(self._explorers, wide, rng)
         self._step += 1
 
+    def fold(self, group: SymmetryGroup) -> None:
+        """Bring all walkers to one of the regions that are images of each other."""
+        self._places = group.folded(self._places)
+        self._scouts = group.folded(self._scouts)
+        self._explorers = group.folded(self._explorers)
+
     def _followed(
         self, walkers: np.ndarray, density: LogDensity, rng: np.random.Generator
     ) -> np.ndarray:
@@ -236,8 +241,8 @@ class TrialDesign:
         """Exchange two groups of each model (N, P) in place, or draw one of its parameters anew."""
         if exchange and self._symmetries:
             for model in models:
-                order, signs = self._symmetries[rng.integers(len(self._symmetries))]
-                model[:] = signs * model[order]
+                symmetry = self._symmetries[rng.integers(len(self._symmetries))]
+                model[:] = symmetry.of(model)
             return
         rows = np.arange(len(models))
         if not exchange or len(self._groups) < 2:

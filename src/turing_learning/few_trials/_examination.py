@@ -1,8 +1,9 @@
 """New samples of the estimate beside the genuine ones, and solutions that are images of others.
-Decision 0037."""
+Decisions 0037 and 0043."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from ._buffer import SampleBuffer
 from ._matching import Matched
 from ._readout import Evidence
 from ._space import SearchSpace
+from ._symmetry import Symmetry, SymmetryGroup, oddness, one_side, share_beyond
 
 TRIALS_PER_SAMPLE = 20
 """For so many trials of the run, one new sample is simulated, within the two bounds below."""
@@ -32,17 +34,29 @@ For each root of the number of genuine samples.
 EXCHANGED_APART = 0.3
 """The same of an image by exchanged parameters."""
 
-LEAST_IMAGE = 0.05
-"""p-value of new samples from which the image of a solution is a solution, too."""
+LEAST_IMAGE = 0.02
+"""p-value of new samples from which an image of a solution is a solution, too."""
 
-IMAGES = 8
+IMAGES = 12
 """Images whose samples are simulated, at most."""
 
-NEIGHBORS = 20
-"""Trials beside an image whose judgments say whether it is worth simulating."""
+SAMPLES_OF_IMAGE = 75
+"""Samples of an image, at most."""
 
-NEAR_IMAGE = 0.05
-"""Least distance from an image that counts, in units of the space."""
+LEAST_ODD = 0.003
+"""p-value from which the first models of a run do not rule a symmetry out, see `oddness`."""
+
+MOST_MOVING = 0.01
+"""p-value up to which what a symmetry moves says something at all."""
+
+MIXED = 0.1
+"""Share of the draws on the side of fewer of them from which on they may be a mixture."""
+
+DIRECTIONS = 12
+"""Principal directions of the observers' outputs by which both are computed."""
+
+MOST_DRAWS = 3600
+"""Draws of all images together, at most: six times those of one solution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,21 +80,17 @@ class Examiner:
     def examine(
         self,
         matched: Matched,
-        evidence: Evidence,
+        group: SymmetryGroup | None,
         buffer: SampleBuffer,
         trials: int,
         rng: np.random.Generator,
     ) -> Examination:
-        """Examine a solution of a run of so many trials.
-
-        If it passes, look for images of it that pass, too.
-        """
-        count = int(np.clip(trials // TRIALS_PER_SAMPLE, FEWEST_SAMPLES, MOST_SAMPLES))
+        """Examine a solution of a run of so many trials; add its images by a group of symmetries."""
+        count = samples_of(trials)
         others = buffer.samples[buffer.usable, 0], buffer.parameters[buffer.usable]
         modes = range(int(matched.mode.max()) + 1)
         solutions = [matched.draws[matched.mode == number] for number in modes]
         checks = []
-        fresh = []
         for draws in solutions:
             models, samples = self._simulated(draws, count // len(solutions), rng)
             checks.append(
@@ -88,24 +98,139 @@ class Examiner:
                     self.genuine, samples, models, draws, names=self.signals, rng=rng, others=others
                 )
             )
-            fresh.append(samples)
         best = max(checks, key=lambda check: check.p_value)
         report = {
             "examined": np.array([best.p_value, best.difference]),
             "statistic": np.array(best.statistic),
         }
-        images = []
-        if best.p_value >= LEAST_IMAGE:
-            for draws, number in self._images(solutions, evidence)[:IMAGES]:
-                _, samples = self._simulated(draws, count // 2, rng)
-                if resemblance(samples, fresh[number], self.signals, rng) >= LEAST_IMAGE:
-                    images.append(draws)
-        if not images:
-            return Examination(report, matched.draws, matched.mode)
-        together = [*solutions, *images]
-        sizes = [len(part) for part in together]
-        mode = np.repeat(np.arange(len(together)), sizes)
-        return Examination(report, np.concatenate(together), mode)
+        if group is not None:
+            solutions = self.with_images(solutions, group)
+        sizes = [len(part) for part in solutions]
+        mode = np.repeat(np.arange(len(solutions)), sizes)
+        return Examination(report, np.concatenate(solutions), mode)
+
+    def symmetries(
+        self, draws: np.ndarray, first: Evidence, trials: int, rng: np.random.Generator
+    ) -> SymmetryGroup | None:
+        """Return what turns draws (D, P) of a solution into others that are as good, apart from it.
+
+        The `first` models of the run are anywhere. If these do not rule a symmetry out, samples
+        of an image of the solution are held against samples of itself.
+        """
+        count = min(samples_of(trials), SAMPLES_OF_IMAGE)
+        generators: list[Symmetry] = []
+        tried: list[np.ndarray] = []
+        group = None
+        for symmetry in self._plausible(draws, first)[:IMAGES]:
+            own = draws if group is None else group.folded(draws)
+            image = symmetry.of(own)
+            others = tried.copy()
+            if group is not None:
+                others.extend(member.of(own) for member in group.members)
+            if any(_alike(image, other) for other in others):
+                continue
+            if self._resemble(own, image, count, rng):
+                generators.append(symmetry)
+                group = self._group(generators, own)
+            else:
+                tried.append(image)
+        return group
+
+    def mixture(
+        self, draws: np.ndarray, first: Evidence, trials: int, rng: np.random.Generator
+    ) -> SymmetryGroup | None:
+        """Return symmetries of the system of which draws (D, P) are a mixture of several images.
+
+        That is, the first family of symmetries that the `first` models of the run, which are
+        anywhere, do not rule out, nor samples of the draws on one side beside those of their
+        images. All of its symmetries belong to a system, or none.
+        """
+        count = min(samples_of(trials), SAMPLES_OF_IMAGE)
+        outputs = self._outputs(first)
+        for family in self.space.candidates:
+            if max(share_beyond(symmetry, draws) for symmetry in family) < MIXED:
+                continue
+            chances = [oddness(symmetry, first.parameters, outputs) for symmetry in family]
+            odd = min(by_chance for by_chance, _ in chances) < LEAST_ODD / len(family)
+            if odd or max(moving for _, moving in chances) > MOST_MOVING:
+                continue
+            own = draws
+            for symmetry in [*family, *family]:
+                own = one_side(symmetry, own)
+            group = self._group(family, own)
+            own = group.folded(own)
+            member = rng.integers(1, max(len(group.members), 2), size=len(own))
+            images = np.stack([other.of(own) for other in group.members])
+            if len(images) < 2:
+                continue
+            if self._resemble(own, images[member, np.arange(len(own))], count, rng):
+                return group
+        return None
+
+    def apart(self, draws: np.ndarray, group: SymmetryGroup) -> bool:
+        """Say whether an image of draws (D, P) by a group lies apart from them."""
+        return any(self._apart(member, draws) for member in group.members[1:])
+
+    def _apart(self, symmetry: Symmetry, draws: np.ndarray) -> bool:
+        """Say whether the image of draws (D, P) lies apart from them.
+
+        So far that samples of models halfway would be told.
+        """
+        image = symmetry.of(draws)
+        distance = EXCHANGED_APART if symmetry.exchanges else MIRRORED_APART
+        inside = (np.abs(np.median(image, axis=0)) <= self.space.widest).all()
+        return bool(inside) and _apart(draws, image, distance * np.sqrt(len(self.genuine)))
+
+    def _group(self, generators: Sequence[Symmetry], draws: np.ndarray) -> SymmetryGroup:
+        """Return the group of some symmetries about draws (D, P)."""
+        scale = draws.std(axis=0) + 1e-12
+        widest = self.space.widest
+        return SymmetryGroup.generated(generators, np.median(draws, axis=0), scale, widest)
+
+    def _outputs(self, first: Evidence) -> np.ndarray:
+        """Return the principal directions (N, F) of what observers say of the first models."""
+        outputs = first.counterfeit - first.counterfeit.mean(axis=0)
+        vectors, values, _ = np.linalg.svd(outputs, full_matrices=False)
+        return np.asarray(vectors[:, values > 1e-6 * values[0]][:, :DIRECTIONS])
+
+    def _plausible(self, draws: np.ndarray, first: Evidence) -> list[Symmetry]:
+        """Return symmetries whose images of draws (D, P) lie apart, the most plausible first.
+
+        None that the first models of a run rule out.
+        """
+        outputs = self._outputs(first)
+        plausible = []
+        chances = []
+        for symmetry in chain(*self.space.candidates):
+            if not self._apart(symmetry, draws):
+                continue
+            by_chance, _ = oddness(symmetry, first.parameters, outputs)
+            if by_chance >= LEAST_ODD:
+                plausible.append(symmetry)
+                chances.append(-by_chance)
+        return [plausible[k] for k in np.argsort(chances, kind="stable")]
+
+    def _resemble(
+        self, own: np.ndarray, image: np.ndarray, count: int, rng: np.random.Generator
+    ) -> bool:
+        """Say whether samples of draws and of their images are alike."""
+        _, samples = self._simulated(own, count, rng)
+        _, others = self._simulated(image, count, rng)
+        return resemblance(others, samples, self.signals, rng) >= LEAST_IMAGE
+
+    def with_images(
+        self, solutions: Sequence[np.ndarray], group: SymmetryGroup
+    ) -> list[np.ndarray]:
+        """Return solutions (D, P) with those of their images that are no other solution."""
+        parts: list[np.ndarray] = []
+        for member in group.members:
+            for draws in solutions:
+                image = member.of(draws)
+                image = image[(np.abs(image) <= self.space.widest).all(axis=1)]
+                if len(image) and not any(_alike(image, other) for other in parts):
+                    parts.append(image)
+        step = -(-sum(map(len, parts)) // MOST_DRAWS)
+        return [part[::step] for part in parts]
 
     def _simulated(
         self, draws: np.ndarray, count: int, rng: np.random.Generator
@@ -119,41 +244,16 @@ class Examiner:
         failed = getattr(self.source, "failed", np.zeros(len(models), dtype=bool))
         return models[~failed], samples.counterfeit[~failed, 0]
 
-    def _images(
-        self, solutions: Sequence[np.ndarray], evidence: Evidence
-    ) -> list[tuple[np.ndarray, int]]:
-        """Return images of solutions by symmetries, and whose they are.
 
-        Those first whose trials look most genuine.
-
-        They lie apart from all solutions: so far that samples of models halfway would be told.
-        """
-        images: list[tuple[np.ndarray, int]] = []
-        for number, draws in enumerate(solutions):
-            for order, signs in self.space.symmetries:
-                image = np.asarray(signs) * draws[:, list(order)]
-                distance = MIRRORED_APART if min(signs) < 0 else EXCHANGED_APART
-                far = distance * np.sqrt(len(self.genuine))
-                before = [*solutions, *(other for other, _ in images)]
-                if all(_apart(image, other, far) for other in before):
-                    images.append((image, number))
-        unlike = [_unlikeness(image, evidence) for image, _ in images]
-        return [images[k] for k in np.argsort(unlike, kind="stable")]
+def samples_of(trials: int) -> int:
+    """Return how many new samples a run of so many trials is examined by."""
+    return int(np.clip(trials // TRIALS_PER_SAMPLE, FEWEST_SAMPLES, MOST_SAMPLES))
 
 
-def _unlikeness(image: np.ndarray, evidence: Evidence) -> float:
-    """Return how far observers tell the trials beside draws (D, P) from the genuine samples.
-
-    Mean squared deviations.
-    """
-    scale = np.maximum(image.std(axis=0), NEAR_IMAGE)
-    distances = ((evidence.parameters - np.median(image, axis=0)) / scale) ** 2
-    near = np.argsort(distances.sum(axis=1))[:NEIGHBORS]
-    outputs = evidence.counterfeit[near]
-    genuine = evidence.genuine
-    spread = np.sqrt(outputs.var(axis=0) + genuine.var(axis=0)) + 1e-3
-    deviations = (outputs.mean(axis=0) - genuine.mean(axis=0)) / spread
-    return float((deviations**2).mean())
+def _alike(some: np.ndarray, others: np.ndarray) -> bool:
+    """Say whether the middles of draws (D, P) lie within both, in each parameter."""
+    distance = np.abs(np.median(some, axis=0) - np.median(others, axis=0))
+    return bool((distance <= np.maximum(some.std(axis=0), others.std(axis=0)) + 1e-12).all())
 
 
 def _apart(some: np.ndarray, others: np.ndarray, far: float) -> bool:

@@ -6,6 +6,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -35,6 +36,7 @@ from ._readout import Cloud, Evidence, best_center, evidence_within, solution, s
 from ._schedule import batch_schedule
 from ._search import END, FEWEST, Search
 from ._space import SearchSpace
+from ._symmetry import SymmetryGroup
 
 # Classifiers that evolve. Decision 0028, "Judge again".
 
@@ -63,6 +65,7 @@ RENEWED_BY = 200
 """Trials, the likeliest ones, whose samples say which observers tell nothing."""
 STILL = 0.03
 """Standard deviation of an output, of 0 to 1, below which it tells nothing."""
+_MIXTURE = 8  # the same
 _RENEWAL = 7  # part of the random numbers of a batch
 
 # Maps. Decision 0028, "Map".
@@ -95,6 +98,8 @@ PARTS = 5
 """Parts of a batch of a lost run, at most: where trials are many, many are tried at once."""
 LOOKED_AT = 4
 """Batches after which a run with a tolerance looks at its intervals, from the second time on."""
+MIXTURES_SOUGHT = (8, 16, 24)
+"""Batches after which walkers are looked at whether they are a mixture of images of each other."""
 REFINED = 3
 """Batches after which a lost run that has settled is matched anew."""
 _READ_OUT = 1_000_000  # batch whose random numbers intervals are drawn with
@@ -230,6 +235,7 @@ class FewTrials:
         self._density = Density(None)
         self._pooled = np.empty((0, space.dimension))
         self.search = Search(self._space.furthest)
+        self._group: SymmetryGroup | None = None
         self._matched: tuple[int, Matched | None] = (0, None)
 
     # Where the run is
@@ -266,6 +272,12 @@ class FewTrials:
         if self._fixed is not None:
             return len(self._fixed)
         return int(np.clip(self._budget, *POOL))
+
+    @property
+    def _parameters(self) -> np.ndarray:
+        """Parameters (S, P) of all trials; in one region where several are images of each other."""
+        parameters = self.buffer.parameters
+        return parameters if self._group is None else self._group.folded(parameters)
 
     @property
     def draws(self) -> np.ndarray:
@@ -323,6 +335,8 @@ class FewTrials:
             self._try_models(progress)
             self._evolve_classifiers()
             explained = self._follow_moments()
+            if self._number in MIXTURES_SOUGHT:
+                self._find_mixture()
             self._pooled = self._design.walkers
             if self._number % RENEWED_EVERY == 2 and progress <= RENEWED_UNTIL:
                 self._renew_observers()
@@ -442,8 +456,31 @@ class FewTrials:
             reference = float(wide.log_density(self._design.walkers).max())
         self._density = Density(field, wide, reference)
         if not self.search.settled:  # else the map says nothing
-            self._design.move(self._density)
+            self._design.move(self._height)
+        if self._group is not None:
+            self._design.fold(self._group)
         return explained
+
+    def _height(self, models: np.ndarray, **options: Any) -> np.ndarray:
+        """Return the logarithm (N,) of the density of models (N, P), whichever region they are in."""
+        if self._group is not None:
+            models = self._group.folded(models)
+        return self._density(models, **options)
+
+    def _find_mixture(self) -> None:
+        """Go on in one region where walkers are in several that are images of each other.
+
+        Else no parameter of one of two parts that may be exchanged could be predicted from what
+        classifiers say.
+        """
+        if self._examiner is None or self._group is not None or self.search.needed:
+            return
+        first = self._first()
+        walkers = self._design.walkers
+        rng = self._rng(MATCHING, _MIXTURE)
+        self._group = self._examiner.mixture(walkers, first, self.trials, rng)
+        if self._group is not None:
+            self._design.fold(self._group)
 
     def _nearest(self, usable: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return the trials that are matched.
@@ -453,7 +490,7 @@ class FewTrials:
         size = round(np.clip(NEAR_SHARE * len(usable), NEAR_LEAST, NEAR_MOST))
         if len(usable) <= size or self._density.near is None:
             return usable
-        density = self._density(self.buffer.parameters[usable])
+        density = self._density(self._parameters[usable])
         order = usable[np.argsort(-density, kind="stable")]
         others = rng.permutation(order[size - FAR :])[:FAR]
         return np.sort(np.concatenate((order[: size - FAR], others)))
@@ -465,7 +502,7 @@ class FewTrials:
         records = [self._jury] if self._observed is None else [self._observed, self._jury]
         outputs = np.concatenate([record.counterfeit[trials] for record in records], axis=1)
         system = np.concatenate([record.genuine for record in records], axis=1)
-        parameters = self.buffer.parameters[trials]
+        parameters = self._parameters[trials]
         moments = train_moments(parameters, outputs, system, rng)
         # of the genuine mean: as many samples of a trial may be alike
         noise = self.buffer.samples.shape[1] / len(system)
@@ -482,7 +519,7 @@ class FewTrials:
         if self._observers is None or self._observed is None:
             return
         usable = np.flatnonzero(self.buffer.usable)
-        density = self._density(self.buffer.parameters[usable])
+        density = self._density(self._parameters[usable])
         near = usable[np.argsort(-density, kind="stable")[:RENEWED_BY]]
         counterfeit = self._observed.counterfeit[near].std(axis=0)
         variation = np.maximum(counterfeit, self._observed.genuine.std(axis=0))
@@ -572,6 +609,8 @@ class FewTrials:
         if not evidence.enough:
             return
         centers = self.search.centers if undecided else self.search.centers[:0]
+        if self._group is not None and len(centers):
+            centers = self._group.folded(centers)
         best = best_center(evidence, Cloud.of(self._walkers), centers, lambda: self._match_rng(1))
         if undecided or best.usable:
             self.settle(best.draws)
@@ -619,6 +658,9 @@ class FewTrials:
         matched = self.matched()
         if matched is None:
             return {}
+        group = None
+        if self._examiner is not None:
+            matched, group = self._folded(matched, self._examiner)
         p_value = np.array(matched.p_value)
         if not matched.settled:
             return {"p_value": p_value}
@@ -628,9 +670,8 @@ class FewTrials:
         mode = np.zeros_like(matched.mode)
         examined: dict[str, np.ndarray] = {}
         if self._examiner is not None:
-            evidence = self._evidence(whole=True)
             examination = self._examiner.examine(
-                matched, evidence, self.buffer, self.trials, self._match_rng(2)
+                matched, group, self.buffer, self.trials, self._match_rng(2)
             )
             examined = examination.report
             draws = examination.draws
@@ -644,12 +685,46 @@ class FewTrials:
             **examined,
         }
 
+    def _folded(self, matched: Matched, examiner: Examiner) -> tuple[Matched, SymmetryGroup | None]:
+        """Return the solution in one of the regions that are images of each other, and their group.
+
+        Where there are several, trials of all of them tell of one. Without that a parameter of one
+        of two parts that may be exchanged could not be predicted from what classifiers say.
+        """
+        draws = matched.draws[matched.mode == 0]
+        first = self._first()
+        group = examiner.symmetries(draws, first, self.trials, self._match_rng(3))
+        known = self._group
+        if group is None and known is None:
+            group = examiner.mixture(draws, first, self.trials, self._match_rng(4))
+        if group is None:
+            if known is None:
+                return matched, None
+            # regions that are images of each other, but do not lie apart
+            images = examiner.with_images([draws], known)
+            return matched.spread(np.concatenate(images)), None
+        if known is not None and len(group.members) == len(known.members):
+            return matched, group
+        parameters = group.folded(self.buffer.parameters[self.buffer.usable])
+        within = evidence_within(replace(self._evidence(whole=True), parameters=parameters))
+        cloud = Cloud(group.reference, group.scale)
+        folded = solution(within, cloud, self._match_rng(5), lost=self.search.needed)
+        if folded.settled and examiner.apart(folded.draws, group):
+            return folded, group
+        return matched, group if examiner.apart(draws, group) else None
+
+    def _first(self) -> Evidence:
+        """Return what observers say of the first models, which are anywhere."""
+        first = np.arange(len(self.buffer))[self.buffer.usable] < self._schedule[0] * self._together
+        parameters = self.buffer.parameters[self.buffer.usable]
+        return replace(self._evidence(whole=True), parameters=parameters).of(first)
+
     def _evidence(self, whole: bool = False) -> Evidence:
         """Return what observers say of the trials within reach of a solution, or of all."""
         counterfeit, genuine, usable = self.observed
         evidence = Evidence(
             space=self._space,
-            parameters=self.buffer.parameters[usable],
+            parameters=self._parameters[usable],
             counterfeit=counterfeit,
             genuine=genuine,
             averaged=self.buffer.samples.shape[1],
@@ -679,6 +754,8 @@ class FewTrials:
             "density": self._density.state(),
             "climb": self.search.state(),
         }
+        if self._group is not None:
+            parts["group"] = self._group.state
         state = {
             "number": np.array(self._number, dtype=np.int64),
             "tolerated": np.array(self.tolerated),
@@ -712,6 +789,8 @@ class FewTrials:
         searches = state_part(state, "climb/")
         if searches:  # runs of 0.2.0 may have none
             self.search.restore(searches)
+        group = state_part(state, "group/")
+        self._group = SymmetryGroup.restored(group) if group else None
         self._observed = None if self._observers is None else JudgmentRecord(self._observers)
         self._jury = JudgmentRecord(self._classifier)
         self.batch = None

@@ -117,6 +117,19 @@ class Matched:
         """Whether it says anything: it is settled, and rests on a sample or more."""
         return self.settled and self.leverage <= 1
 
+    def spread(self, draws: np.ndarray) -> "Matched":
+        """Return what is stated of further draws (N, P), as of one solution."""
+        low, high = np.quantile(draws, [TAIL, 1 - TAIL], axis=0)
+        return replace(
+            self,
+            estimate=np.median(draws, axis=0),
+            covariance=np.atleast_2d(np.cov(draws.T)),
+            interval_low=np.where(self.identified, low, self.interval_low),
+            interval_high=np.where(self.identified, high, self.interval_high),
+            draws=draws,
+            mode=np.zeros(len(draws), dtype=np.int64),
+        )
+
     @property
     def order(self) -> tuple[bool, float]:
         """What is less for the better one of two solutions."""

@@ -71,6 +71,12 @@ class Evidence:
         """Whether there are enough trials to match."""
         return len(self.parameters) >= FEWEST
 
+    def of(self, trials: np.ndarray) -> "Evidence":
+        """Return what there is of some of the trials."""
+        return replace(
+            self, parameters=self.parameters[trials], counterfeit=self.counterfeit[trials]
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
@@ -95,9 +101,7 @@ def evidence_within(evidence: Evidence) -> Evidence:
     if space.limits.any():
         parameters = np.where(space.limits, np.clip(parameters, -1, 1), parameters)
     inside = (np.abs(parameters) <= space.widest).all(axis=1)
-    return replace(
-        evidence, parameters=parameters[inside], counterfeit=evidence.counterfeit[inside]
-    )
+    return replace(evidence, parameters=parameters).of(inside)
 
 
 def solution(evidence: Evidence, cloud: Cloud, rng: np.random.Generator, *, lost: bool) -> Matched:

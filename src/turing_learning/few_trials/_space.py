@@ -1,27 +1,21 @@
-"""The space of parameters that is searched, and what may turn one solution in it into another."""
+"""The space of parameters that is searched."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from turing_learning.arrays import array
 from turing_learning.errors import require
-from turing_learning.models import Parameter
 
-FEW_EXCHANGES = 12
-"""Exchanges of parameters up to which each is also tried together with each mirrored parameter."""
+from ._symmetry import Symmetry
 
 FURTHEST = 1.5
 """How far from the middle models are tried where a parameter has no ends."""
 
 WIDEST = 2.0
 """How far from the middle a solution is sought there."""
-
-Symmetry = tuple[Sequence[int], Sequence[float]]
-"""In which order the parameters of a model are taken, and the sign of each: another model."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +39,10 @@ class SearchSpace:
     dependent
         Indices of parameters that are drawn anew when groups are exchanged.
     symmetries
-        What may turn one solution into another; they take the place of `groups`.
+        What walkers jump along, because it may turn one solution into another; they take the place
+        of `groups`.
+    candidates
+        Families of symmetries that the system may have.
     """
 
     middle: np.ndarray
@@ -56,6 +53,7 @@ class SearchSpace:
     groups: Sequence[Sequence[int]] = ()
     dependent: Sequence[int] = ()
     symmetries: Sequence[Symmetry] = field(default_factory=list)
+    candidates: Sequence[Sequence[Symmetry]] = field(default_factory=list)
 
     @classmethod
     def between(
@@ -104,74 +102,3 @@ class SearchSpace:
     def to_numbers(self, models: np.ndarray) -> np.ndarray:
         """Return models (..., P) in the optimizer's numbers."""
         return self.middle + self.half * models
-
-
-def symmetries_of(parameters: Iterable[Parameter]) -> list[Symmetry]:
-    """Return what may turn one solution of a custom system into another.
-
-    Parameters of the same range may be exchanged: two of them, or those of two parts of a model,
-    such as the mean and the spread of each of two states. Any parameter may be mirrored at the
-    middle of its range.
-    """
-    alike: dict[tuple[float | None, float | None, str], list[int]] = {}
-    count = 0
-    for place, parameter in enumerate(parameters):
-        low, high = parameter.initial or (parameter.low, parameter.high)
-        alike.setdefault((low, high, parameter.scale), []).append(place)
-        count = place + 1
-    groups = [places for places in alike.values() if len(places) > 1]
-    orders = sorted(_exchanges_across(groups, count) | _exchanges_within(groups, count))
-    plain = [1.0] * count
-    symmetries: list[Symmetry] = [(order, plain) for order in orders]
-    for place in range(count):
-        mirrored = plain.copy()
-        mirrored[place] = -1.0
-        symmetries.append((range(count), mirrored))
-        if len(orders) > FEW_EXCHANGES:
-            continue
-        # the share of the first of two parts becomes that of the second where they are exchanged
-        for order in orders:
-            if order[place] == place:
-                symmetries.append((order, mirrored))
-    return symmetries
-
-
-def _exchanges_across(groups: Sequence[Sequence[int]], count: int) -> set[tuple[int, ...]]:
-    """Return orders in which two parameters of a group are exchanged.
-
-    That is alone, or in all groups of one size.     Groups of one size are taken for the kinds of
-    parameters that each part of a model has.
-    """
-    orders: set[tuple[int, ...]] = set()
-    for size in {len(places) for places in groups}:
-        same = [places for places in groups if len(places) == size]
-        for first, second in combinations(range(size), 2):
-            pairs = [(places[first], places[second]) for places in same]
-            orders.add(_exchanged(count, pairs))
-            for pair in pairs:
-                orders.add(_exchanged(count, [pair]))
-    return orders
-
-
-def _exchanges_within(groups: Sequence[Sequence[int]], count: int) -> set[tuple[int, ...]]:
-    """Return orders in which two parts of a model are exchanged, all in one range.
-
-    The parameters of a part are every second one, or one half of them.
-    """
-    orders: set[tuple[int, ...]] = set()
-    for places in groups:
-        half = len(places) // 2
-        if len(places) % 2 or half < 2:
-            continue
-        orders.add(_exchanged(count, list(zip(places[::2], places[1::2], strict=True))))
-        orders.add(_exchanged(count, list(zip(places[:half], places[half:], strict=True))))
-    return orders
-
-
-def _exchanged(count: int, pairs: Sequence[tuple[int, int]]) -> tuple[int, ...]:
-    """Return the order of so many parameters in which some pairs are exchanged."""
-    order = list(range(count))
-    for first, second in pairs:
-        order[first] = second
-        order[second] = first
-    return tuple(order)

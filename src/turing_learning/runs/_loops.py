@@ -22,7 +22,14 @@ from turing_learning.config.parts import (
     optimizer_of,
 )
 from turing_learning.evolution import join_states
-from turing_learning.few_trials import Examiner, FewTrials, SearchSpace, symmetries_of
+from turing_learning.few_trials import (
+    Examiner,
+    FewTrials,
+    SearchSpace,
+    Symmetry,
+    candidate_symmetries,
+    walked_symmetries,
+)
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION
 from turing_learning.systems import Source
 
@@ -196,12 +203,14 @@ def search_space(configuration: Configuration, source: Source) -> SearchSpace:
     if source.ends is not None:
         saturated[:] = True
     limits = saturated
-    symmetries = []
+    symmetries: list[Symmetry] = []
+    candidates: list[list[Symmetry]] = []
     if source.genuine is not None:
-        parameters = configuration.system.parameters.values()
-        ends = [parameter.initial == (parameter.low, parameter.high) for parameter in parameters]
+        parameters = configuration.system.parameters
+        ends = [own.initial == (own.low, own.high) for own in parameters.values()]
         limits = np.array(ends)
-        symmetries = symmetries_of(parameters)
+        symmetries = walked_symmetries(parameters.values())
+        candidates = candidate_symmetries(parameters)
     return SearchSpace(
         np.full(dimension, middle),
         half,
@@ -211,6 +220,7 @@ def search_space(configuration: Configuration, source: Source) -> SearchSpace:
         groups=jumps.groups,
         dependent=jumps.dependent,
         symmetries=symmetries,
+        candidates=candidates,
     )
 
 

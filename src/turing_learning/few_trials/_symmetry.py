@@ -1,0 +1,541 @@
+"""What may turn one solution of a custom system into another. Decision 0043."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import scipy.stats
+
+from turing_learning.models import Parameter
+
+FEW_EXCHANGES = 12
+"""Exchanges of parameters up to which each is also tried together with each mirrored parameter."""
+
+MOST_CANDIDATES = 600
+"""Families of symmetries that are looked at, at most."""
+
+MOST_IMAGES = 120
+"""Images of a solution by symmetries in turn, at most: five parts in any order."""
+
+FRACTIONS = (1 / 2, 1 / 3, 1 / 4)
+"""Parts of the range by which a parameter may be turned."""
+
+NUMBERED = re.compile(r"(.*?)[_ ]?(\d+|(?<![^\W_])[^\W_])")
+"""A name and the part of a model it is of, such as "mean_a" and "x2"."""
+
+
+@dataclass(frozen=True, eq=False)
+class Symmetry:
+    """A transformation of models that keeps volumes: matrix @ model + shift.
+
+    Attributes
+    ----------
+    matrix : (P, P)
+    shift : (P,)
+        In units of the space, in which the range is from -1 to 1.
+    periodic : (P,) bool
+        Which parameters begin again at the ends of their range.
+    """
+
+    matrix: np.ndarray
+    shift: np.ndarray
+    periodic: np.ndarray
+
+    @classmethod
+    def none(cls, count: int) -> "Symmetry":
+        """Return that which leaves models of so many parameters as they are."""
+        return cls(np.eye(count), np.zeros(count), np.zeros(count, dtype=bool))
+
+    def of(self, models: np.ndarray) -> np.ndarray:
+        """Return the images of models (..., P)."""
+        images = models @ self.matrix.T + self.shift
+        if not self.periodic.any():
+            return images
+        return np.where(self.periodic, (images + 1) % 2 - 1, images)
+
+    def after(self, other: "Symmetry") -> "Symmetry":
+        """Return the symmetry that comes to this one after another."""
+        matrix = self.matrix @ other.matrix
+        shift = self.matrix @ other.shift + self.shift
+        periodic = self.periodic | ((self.matrix != 0) & other.periodic).any(axis=1)
+        return Symmetry(matrix, shift, periodic)
+
+    @property
+    def exchanges(self) -> bool:
+        """Whether parameters change places, and nothing else."""
+        return bool((self.matrix >= 0).all() and not self.shift.any())
+
+    @property
+    def moved(self) -> np.ndarray:
+        """Which parameters (P,) it changes."""
+        still = (self.matrix == np.eye(len(self.shift))).all(axis=1) & (self.shift == 0)
+        return np.asarray(~still)
+
+    @property
+    def key(self) -> tuple[float, ...]:
+        """What is equal for equal ones, beside rounding."""
+        numbers = np.concatenate((self.matrix.ravel(), self.shift, self.periodic))
+        return tuple((np.round(numbers, 9) + 0.0).tolist())
+
+    @property
+    def order(self) -> int:
+        """After how many times every model is as it was; 0 if more than four."""
+        model = np.linspace(-0.83, 0.71, len(self.shift))
+        image = model
+        for times in range(1, 5):
+            image = self.of(image)
+            if np.allclose(image, model):
+                return times
+        return 0
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """A parameter, as far as symmetries are concerned."""
+
+    place: int
+    stem: str  #: Its name, without the part of a model it is of
+    part: str  #: That part, "" where the name says none
+    low: float  #: Of the range of the first models, or its logarithm
+    high: float
+    scale: str
+
+    @property
+    def kind(self) -> tuple[float, float, str]:
+        """What parameters have in common that may be exchanged."""
+        return self.low, self.high, self.scale
+
+    @property
+    def zero(self) -> float | None:
+        """Where 0 is, in units of the space, if it is within the range and not in the middle."""
+        if self.scale != "linear" or not self.low < 0 < self.high or self.low == -self.high:
+            return None
+        return -(self.low + self.high) / (self.high - self.low)
+
+    @property
+    def share(self) -> bool:
+        """Whether it may be one of shares, which sum to 1."""
+        return self.scale == "linear" and self.low >= 0 and self.high <= 1
+
+
+def walked_symmetries(parameters: Iterable[Parameter]) -> list[Symmetry]:
+    """Return what walkers of a custom system jump along.
+
+    Parameters of the same range may be exchanged: two of them, or those of two parts of a model,
+    such as the mean and the spread of each of two states. Any parameter may be mirrored at the
+    middle of its range.
+    """
+    axes = _axes(dict(enumerate(parameters)))
+    count = len(axes)
+    groups = [[axis.place for axis in group] for group in _alike(axes)]
+    orders = sorted(_exchanges_across(groups, count) | _exchanges_within(groups, count))
+    plain = [1.0] * count
+    symmetries = [_signed(order, plain) for order in orders]
+    for place in range(count):
+        mirrored = plain.copy()
+        mirrored[place] = -1.0
+        symmetries.append(_signed(range(count), mirrored))
+        if len(orders) > FEW_EXCHANGES:
+            continue
+        # the share of the first of two parts becomes that of the second where they are exchanged
+        for order in orders:
+            if order[place] == place:
+                symmetries.append(_signed(order, mirrored))
+    return symmetries
+
+
+def candidate_symmetries(parameters: Mapping[str, Parameter]) -> list[list[Symmetry]]:
+    """Return what may turn a solution of a custom system into another, the plainest first.
+
+    Lists of symmetries that a system has together. Equal parts of a model may change places, of
+    which the share of one may be what others leave of 1. A parameter may be mirrored at the middle
+    of its range or at 0, and turned by a part of its range, alone or together with another one.
+    """
+    axes = _axes(parameters)
+    exchanges = sorted(_exchanges(axes), key=lambda family: -family[0].moved.sum())
+    alone = {axis.place: list(_alone(axes, axis)) for axis in axes}
+    families = list(exchanges)
+    for some in [*alone.values(), _together(axes)]:
+        families.extend([symmetry] for symmetry in some)
+    pairs = [family[0] for family in exchanges if len(family) == 1]
+    if len(pairs) <= FEW_EXCHANGES:
+        for exchange in pairs:
+            for axis in axes:
+                if exchange.matrix[axis.place, axis.place] == 1:
+                    families.extend([one.after(exchange)] for one in alone[axis.place])
+    return list(_unique(families))[:MOST_CANDIDATES]
+
+
+def _axes(parameters: Mapping[Any, Parameter]) -> list[_Axis]:
+    """Return parameters as axes."""
+    axes = []
+    for place, (name, parameter) in enumerate(parameters.items()):
+        assert parameter.initial is not None
+        low, high = parameter.initial
+        split = NUMBERED.fullmatch(str(name))
+        stem, part = (split[1], split[2]) if split else (str(name), "")
+        axes.append(_Axis(place, stem, part, low, high, parameter.scale))
+    return axes
+
+
+def _alike(axes: Sequence[_Axis]) -> list[list[_Axis]]:
+    """Return groups of two and more parameters of one kind."""
+    groups: dict[tuple[float, float, str], list[_Axis]] = {}
+    for axis in axes:
+        groups.setdefault(axis.kind, []).append(axis)
+    return [group for group in groups.values() if len(group) > 1]
+
+
+def _unique(families: Iterable[list[Symmetry]]) -> Iterator[list[Symmetry]]:
+    """Yield families of symmetries, each once, and none that changes nothing."""
+    seen = set()
+    for family in families:
+        key = frozenset(symmetry.key for symmetry in family)
+        if key not in seen and all(symmetry.order > 1 for symmetry in family):
+            seen.add(key)
+            yield family
+
+
+def _signed(order: Sequence[int], signs: Sequence[float]) -> Symmetry:
+    """Return what takes parameters in an order, each with a sign."""
+    count = len(order)
+    matrix = np.eye(count)[list(order)] * np.asarray(signs)[:, None]
+    return Symmetry(matrix, np.zeros(count), np.zeros(count, dtype=bool))
+
+
+def _mirrored(count: int, about: dict[int, float]) -> Symmetry:
+    """Return what mirrors some parameters at these values."""
+    symmetry = Symmetry.none(count)
+    for place, value in about.items():
+        symmetry.matrix[place, place] = -1
+        symmetry.shift[place] = 2 * value
+    return symmetry
+
+
+def _turned(count: int, places: Iterable[int], fraction: float) -> Symmetry:
+    """Return what turns some parameters by a part of their range, at whose ends they begin again."""
+    symmetry = Symmetry.none(count)
+    for place in places:
+        symmetry.shift[place] = 2 * fraction
+        symmetry.periodic[place] = True
+    return symmetry
+
+
+def _remaining(axes: Sequence[_Axis], shares: Sequence[_Axis], share: _Axis) -> Symmetry:
+    """Return what puts in place of a share what all of the shares leave of 1."""
+    symmetry = Symmetry.none(len(axes))
+    middle = (share.low + share.high) / 2
+    half = (share.high - share.low) / 2
+    for other in shares:
+        symmetry.matrix[share.place, other.place] = -1
+    symmetry.shift[share.place] = (1 - (len(shares) + 1) * middle) / half
+    return symmetry
+
+
+def _alone(axes: Sequence[_Axis], axis: _Axis) -> Iterator[Symmetry]:
+    """Yield what mirrors or turns one parameter."""
+    count = len(axes)
+    yield _mirrored(count, {axis.place: 0.0})
+    if axis.zero is not None:
+        yield _mirrored(count, {axis.place: axis.zero})
+    if axis.share and axis.low + axis.high != 1:
+        yield _remaining(axes, [axis], axis)
+    if axis.scale != "linear":
+        return
+    for fraction in FRACTIONS:
+        yield _turned(count, [axis.place], fraction)
+    # such as the supplementary angle, of the same sine
+    half = _turned(count, [axis.place], 1 / 2)
+    yield half.after(_mirrored(count, {axis.place: 0.0}))
+
+
+def _together(axes: Sequence[_Axis]) -> Iterator[Symmetry]:
+    """Yield what mirrors or turns several parameters at once."""
+    count = len(axes)
+    zeros = {}
+    for axis in axes:
+        if axis.scale == "linear" and axis.low < 0 < axis.high:
+            zeros[axis.place] = axis.zero or 0.0
+    yield _mirrored(count, zeros)
+    yield _mirrored(count, {axis.place: 0.0 for axis in axes})
+    for group in _alike(axes):
+        yield _mirrored(count, {axis.place: zeros.get(axis.place, 0.0) for axis in group})
+        if group[0].scale == "linear":
+            yield _turned(count, [axis.place for axis in group], 1 / 2)
+    for parts in _parts(axes):
+        for part in zip(*parts, strict=False):
+            yield _mirrored(count, {axis.place: zeros.get(axis.place, 0.0) for axis in part})
+    for first, second in combinations(zeros, 2):
+        yield _mirrored(count, {first: zeros[first], second: zeros[second]})
+    for axis in axes:
+        if axis.scale != "linear":
+            continue
+        half = _turned(count, [axis.place], 1 / 2)
+        for place, value in zeros.items():
+            if place != axis.place:
+                # an amplitude of the other sign, half a turn on
+                yield half.after(_mirrored(count, {place: value}))
+    for one, other in combinations(axes, 2):
+        yield _mirrored(count, {one.place: 0.0, other.place: 0.0})
+
+
+def _parts(axes: Sequence[_Axis]) -> Iterator[list[list[_Axis]]]:
+    """Yield ways to take a model for parts that are alike.
+
+    Lists of parameters of one kind, in which the numbers of the parts are the places.
+    """
+    stems: dict[tuple[str, tuple[float, float, str]], list[_Axis]] = {}
+    for axis in axes:
+        if axis.part:
+            stems.setdefault((axis.stem, axis.kind), []).append(axis)
+    named = [group for group in stems.values() if len(group) > 1]
+    yield from _subsets(named)
+    groups = _alike(axes)
+    for parts in range(2, max(map(len, groups), default=1) + 1):
+        for strided in (False, True):
+            rows = []
+            for group in groups:
+                size = len(group) // parts
+                if len(group) % parts:
+                    continue
+                columns = np.arange(len(group)).reshape(parts, size)
+                if strided:
+                    columns = np.arange(len(group)).reshape(size, parts).T
+                rows.append([[group[k] for k in column] for column in columns.T])
+            for some in _subsets(rows):
+                yield [row for group in some for row in group]
+
+
+def _subsets(groups: list[Any]) -> Iterator[list[Any]]:
+    """Yield all groups of as many members together, and each alone; of few, any of them."""
+    if len(groups) <= 4:
+        for count in range(len(groups), 0, -1):
+            yield from map(list, combinations(groups, count))
+        return
+    yield groups
+    for group in groups:
+        yield [group]
+
+
+def _exchanges(axes: Sequence[_Axis]) -> Iterator[list[Symmetry]]:
+    """Yield what exchanges two parts of a model: all pairs of parts that it is taken for."""
+    count = len(axes)
+    for rows in _parts(axes):
+        parts = min(map(len, rows))
+        rows = [row for row in rows if len(row) == parts]
+        pairs = list(combinations(range(parts), 2))
+        yield [_exchange(count, rows, pair) for pair in pairs]
+        used = {axis.place for row in rows for axis in row}
+        rest = [axis for axis in axes if axis.share and axis.place not in used]
+        for shares in _shares(rest, parts - 1):
+            family = [
+                _exchange(count, [*rows, shares], pair) for pair in pairs if pair[1] < parts - 1
+            ]
+            for number, share in enumerate(shares):
+                last = _exchange(count, rows, (number, parts - 1))
+                family.append(_remaining(axes, shares, share).after(last))
+            yield family
+
+
+def _shares(axes: Sequence[_Axis], count: int) -> Iterator[list[_Axis]]:
+    """Yield so many neighboring parameters of one kind that may be shares."""
+    for first in range(len(axes) - count + 1):
+        some = list(axes[first : first + count])
+        if len({axis.kind for axis in some}) == 1:
+            yield some
+
+
+def _exchange(count: int, rows: Sequence[Sequence[_Axis]], pair: tuple[int, int]) -> Symmetry:
+    """Return what exchanges two of the parts whose parameters are in rows."""
+    first, second = pair
+    places = [(row[first].place, row[second].place) for row in rows]
+    return _signed(_exchanged(count, places), [1.0] * count)
+
+
+def _exchanges_across(groups: Sequence[Sequence[int]], count: int) -> set[tuple[int, ...]]:
+    """Return orders in which two parameters of a group are exchanged.
+
+    That is alone, or in all groups of one size. Groups of one size are taken for the kinds of
+    parameters that each part of a model has.
+    """
+    orders: set[tuple[int, ...]] = set()
+    for size in {len(places) for places in groups}:
+        same = [places for places in groups if len(places) == size]
+        for first, second in combinations(range(size), 2):
+            pairs = [(places[first], places[second]) for places in same]
+            orders.add(_exchanged(count, pairs))
+            for pair in pairs:
+                orders.add(_exchanged(count, [pair]))
+    return orders
+
+
+def _exchanges_within(groups: Sequence[Sequence[int]], count: int) -> set[tuple[int, ...]]:
+    """Return orders in which two parts of a model are exchanged, all in one range.
+
+    The parameters of a part are every second one, or one half of them.
+    """
+    orders: set[tuple[int, ...]] = set()
+    for places in groups:
+        half = len(places) // 2
+        if len(places) % 2 or half < 2:
+            continue
+        orders.add(_exchanged(count, list(zip(places[::2], places[1::2], strict=True))))
+        orders.add(_exchanged(count, list(zip(places[:half], places[half:], strict=True))))
+    return orders
+
+
+def _exchanged(count: int, pairs: Sequence[tuple[int, int]]) -> tuple[int, ...]:
+    """Return the order of so many parameters in which some pairs are exchanged."""
+    order = list(range(count))
+    for first, second in pairs:
+        order[first] = second
+        order[second] = first
+    return tuple(order)
+
+
+@dataclass(frozen=True, eq=False)
+class SymmetryGroup:
+    """Symmetries of a system, and all that come of them in turn; the first changes nothing.
+
+    Attributes
+    ----------
+    members
+        G symmetries.
+    reference : (P,)
+        A solution.
+    scale : (P,)
+        How far from it counts, for each parameter.
+    """
+
+    members: Sequence[Symmetry]
+    reference: np.ndarray
+    scale: np.ndarray
+
+    @classmethod
+    def generated(
+        cls,
+        generators: Sequence[Symmetry],
+        reference: np.ndarray,
+        scale: np.ndarray,
+        widest: np.ndarray,
+    ) -> "SymmetryGroup":
+        """Return what comes of generators, as far as images of the reference are within +-widest."""
+        members = [Symmetry.none(len(reference))]
+        images = [reference]
+        for member in members:
+            for generator in generators:
+                further = generator.after(member)
+                image = further.of(reference)
+                apart = [np.abs((image - other) / scale).max() > 1 for other in images]
+                if (np.abs(image) <= widest).all() and all(apart) and len(members) < MOST_IMAGES:
+                    members.append(further)
+                    images.append(image)
+        return cls(members, reference, scale)
+
+    @property
+    def state(self) -> dict[str, np.ndarray]:
+        """What it is, as arrays, see `restored`."""
+        return {
+            "matrices": np.stack([member.matrix for member in self.members]),
+            "shifts": np.stack([member.shift for member in self.members]),
+            "periodic": np.stack([member.periodic for member in self.members]),
+            "reference": self.reference,
+            "scale": self.scale,
+        }
+
+    @classmethod
+    def restored(cls, state: Mapping[str, np.ndarray]) -> "SymmetryGroup":
+        """Return the group of a `state`."""
+        parts = (state[name] for name in ("matrices", "shifts", "periodic"))
+        members = [Symmetry(*each) for each in zip(*parts, strict=True)]
+        return cls(members, state["reference"], state["scale"])
+
+    def folded(self, models: np.ndarray) -> np.ndarray:
+        """Return of all images of each of the models (N, P) that nearest to the reference."""
+        images = np.stack([member.of(models) for member in self.members])
+        distances = (((images - self.reference) / self.scale) ** 2).sum(axis=2)
+        nearest: np.ndarray = images[distances.argmin(axis=0), np.arange(len(models))]
+        return nearest
+
+
+def one_side(symmetry: Symmetry, models: np.ndarray) -> np.ndarray:
+    """Return models (N, P), those on the side of fewer of them turned to the other side.
+
+    Between the sides lies what the symmetry leaves as it is.
+    """
+    if symmetry.order != 2:
+        return models
+    offsets = models - symmetry.of(models)
+    offsets /= models.std(axis=0) + 1e-12
+    along = np.linalg.svd(offsets, full_matrices=False)[2][0]
+    left = offsets @ along < 0
+    if left.mean() > 0.5:
+        left = ~left
+    return np.where(left[:, None], symmetry.of(models), models)
+
+
+def share_beyond(symmetry: Symmetry, models: np.ndarray) -> float:
+    """Return the share of models (N, P) that `one_side` turns."""
+    return float((one_side(symmetry, models) != models).any(axis=1).mean())
+
+
+def oddness(symmetry: Symmetry, models: np.ndarray, outputs: np.ndarray) -> tuple[float, float]:
+    """Return how often outputs (N, F) would tell models (N, P) from their images by chance.
+
+    Models are to be anywhere, evenly: then what a symmetry of the system leaves as it is has
+    nothing to do with what changes its sign. The second number says the same of whether outputs
+    change with what is moved at all. Both are p-values of F-tests, of the output that differs most.
+    """
+    terms = [_terms(models)]
+    image = models
+    for _ in range(symmetry.order - 1):
+        image = symmetry.of(image)
+        terms.append(_terms(image))
+    even = np.mean(terms, axis=0)
+    fixed = np.abs(terms[0] - _terms(np.where(symmetry.moved, 0.0, models))).max(axis=0) < 1e-9
+    plain = _basis(even[:, fixed])
+    bent = _basis(even[:, ~fixed], plain)
+    odd = _basis(terms[0] - even, np.c_[plain, bent])
+    rest = outputs - outputs.mean(axis=0)
+    rest = rest - plain @ (plain.T @ rest)
+    without = rest - bent @ (bent.T @ rest)
+    return _p_value(odd, without, plain, bent), _p_value(bent, rest, plain, odd[:, :0])
+
+
+def _p_value(basis: np.ndarray, outputs: np.ndarray, *besides: np.ndarray) -> float:
+    """Return how often a basis (N, M) would explain so much of one of the outputs (N, F) by chance.
+
+    Outputs are without what other bases explain.
+    """
+    count = basis.shape[1]
+    left = len(outputs) - 1 - count - sum(other.shape[1] for other in besides)
+    if not count or left < 1:
+        return 1.0
+    explained = ((basis.T @ outputs) ** 2).sum(axis=0)
+    unexplained = np.maximum((outputs**2).sum(axis=0) - explained, 1e-12)
+    chances = scipy.stats.f.sf(explained / count / (unexplained / left), count, left)
+    return float(min(1.0, chances.min() * len(chances)))
+
+
+def _terms(models: np.ndarray) -> np.ndarray:
+    """Return models (N, P), their squares, and where they are enough their products."""
+    first, second = np.triu_indices(models.shape[1], 1)
+    terms = [models, models**2]
+    if len(models) > 3 * (1 + 2 * models.shape[1] + len(first)):
+        terms.append(models[:, first] * models[:, second])
+    return np.concatenate(terms, axis=1)
+
+
+def _basis(terms: np.ndarray, besides: np.ndarray | None = None) -> np.ndarray:
+    """Return an orthonormal basis of centered terms (N, M), without what another basis spans."""
+    rest = terms - terms.mean(axis=0)
+    if not rest.shape[1]:
+        return rest
+    if besides is not None:
+        rest = rest - besides @ (besides.T @ rest)
+    vectors, values, _ = np.linalg.svd(rest, full_matrices=False)
+    basis: np.ndarray = vectors[:, values > 1e-6 * np.sqrt(len(terms))]
+    return basis

@@ -1,0 +1,146 @@
+"""What turns a solution into others: proposed, seen in the first models, and folded away."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from turing_learning.few_trials import (
+    Examiner,
+    SearchSpace,
+    Symmetry,
+    SymmetryGroup,
+    candidate_symmetries,
+)
+from turing_learning.few_trials._readout import Evidence
+from turing_learning.models import Parameter
+
+CLUSTERS = [f"{axis}{number}" for number in (1, 2, 3) for axis in "xy"]
+THREE = {name: Parameter(0, 1) for name in ("mean_a", "mean_b", "mean_c")}
+
+
+def family_of(names, moves):
+    """Return the family of a model with these parameters of one range that has such a symmetry."""
+    families = candidate_symmetries({name: Parameter(-5, 5) for name in names})
+    model = np.linspace(-0.9, 0.8, len(names))
+    wanted = moves(model.copy())
+    for family in families:
+        if any(np.allclose(symmetry.of(model), wanted) for symmetry in family):
+            return family
+    raise AssertionError("no such symmetry is proposed")
+
+
+def exchanged(first, second):
+    def moves(model):
+        model[[*first, *second]] = model[[*second, *first]]
+        return model
+
+    return moves
+
+
+@pytest.mark.parametrize(
+    ("names", "first", "second"),
+    [
+        (CLUSTERS, (0, 1), (4, 5)),
+        (["p", "q", "r", "s", "t", "u"], (0, 3), (2, 5)),
+        (["p", "q", "r", "s", "t", "u"], (0, 1, 2), (3, 4, 5)),
+        (["x_a", "y_a", "x_b", "z", "y_b"], (0, 1), (2, 4)),
+    ],
+)
+def test_parts_of_any_size_change_places(names, first, second):
+    family_of(names, exchanged(first, second))
+
+
+def test_three_parts_have_six_solutions_and_trials_are_brought_to_one_of_them():
+    family = family_of(CLUSTERS, exchanged((0, 1), (2, 3)))
+    assert len(family) == 3
+    solution = np.array([-0.5, 0.1, 0.2, 0.4, 0.7, -0.3])
+    group = SymmetryGroup.generated(family, solution, np.full(6, 0.01), np.full(6, 1.0))
+    assert len(group.members) == 6
+    images = np.stack([member.of(solution) for member in group.members])
+    assert len(np.unique(images.round(9), axis=0)) == 6
+    near = images + 0.01
+    assert np.allclose(group.folded(near) - 0.01, solution)
+    again = SymmetryGroup.restored(group.state)
+    assert (again.folded(near) == group.folded(near)).all()
+
+
+def test_a_share_of_three_becomes_what_the_others_leave():
+    parameters = {"share_a": Parameter(0, 1), "share_b": Parameter(0, 1)} | {
+        name: Parameter(-3, 3) for name in THREE
+    }
+    model = 2 * np.array([0.2, 0.5, 0.1, 0.6, 0.9]) - 1
+    wanted = 2 * np.array([0.3, 0.5, 0.9, 0.6, 0.1]) - 1  # the first and the third part
+    symmetries = [one for family in candidate_symmetries(parameters) for one in family]
+    assert any(np.allclose(symmetry.of(model), wanted) for symmetry in symmetries)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "model", "image"),
+    [
+        ({"f": Parameter(-1, 3)}, [2 / 3], [-2 / 3]),  # -2.33, out of range, is 2.33 with a sign
+        ({"f": Parameter(-1, 3)}, [-0.25], [-0.75]),  # 0.5 and -0.5
+        ({"angle": Parameter(0, 6.28)}, [0.3], [-0.7]),  # half a turn
+        ({"angle": Parameter(0, 6.28)}, [0.3], [0.7]),  # the supplement, of the same sine
+        ({"size": Parameter(-2, 2), "turn": Parameter(0, 6.28)}, [0.4, 0.3], [-0.4, -0.7]),
+    ],
+)
+def test_signs_and_turns(parameters, model, image):
+    symmetries = [one for family in candidate_symmetries(parameters) for one in family]
+    assert any(np.allclose(symmetry.of(np.array(model)), image) for symmetry in symmetries)
+
+
+def squared(parameters, rng):
+    """Yield samples (N, 1, 2) that know the square of the first parameter, and the second."""
+    mean = np.c_[parameters[:, 0] ** 2, parameters[:, 1]]
+    return (mean + 0.05 * rng.standard_normal(mean.shape))[:, None]
+
+
+class Squares:
+    """A source of such samples."""
+
+    def collect(self, models, rng):
+        return SimpleNamespace(counterfeit=squared(models, rng)[:, None])
+
+
+@pytest.fixture(scope="module")
+def examined():
+    """An examiner of such a system, what is known of its first models, and a generator."""
+    rng = np.random.default_rng(3)
+    candidates = candidate_symmetries({"root": Parameter(-1, 1), "level": Parameter(-1, 1)})
+    space = SearchSpace.between(-np.ones(2), np.ones(2), limits=True, candidates=candidates)
+    genuine = squared(np.tile([0.6, 0.3], (100, 1)), rng)
+    models = rng.uniform(-1, 1, (150, 2))
+    outputs = squared(models, rng)[:, 0]
+    evidence = Evidence(space, models, outputs, genuine[:, 0], 1, observed_anew=False)
+    return Examiner(Squares(), space, genuine, ("square", "level")), evidence, rng
+
+
+def test_a_solution_has_the_images_that_samples_resemble(examined):
+    examiner, evidence, rng = examined
+    draws = np.array([0.6, 0.3]) + 0.01 * rng.standard_normal((600, 2))
+    group = examiner.symmetries(draws, evidence, 1000, rng)
+    assert [member.of(np.array([0.6, 0.3])).round(9).tolist() for member in group.members] == [
+        [0.6, 0.3],
+        [-0.6, 0.3],
+    ]
+
+
+def test_a_mixture_of_images_is_seen_and_nothing_else_is_taken_for_one(examined):
+    examiner, evidence, rng = examined
+    side = rng.choice([-1, 1], 200)
+    draws = np.c_[side * 0.6, np.full(200, 0.3)] + 0.02 * rng.standard_normal((200, 2))
+    group = examiner.mixture(draws, evidence, 1000, rng)
+    assert len(group.members) == 2
+    assert (np.sign(group.folded(draws)[:, 0]) == np.sign(group.reference[0])).all()
+    draws[:, 0] = 0.6 + 0.02 * rng.standard_normal(200)
+    draws[:, 1] = side * 0.3  # which is no symmetry
+    assert examiner.mixture(draws, evidence, 1000, rng) is None
+
+
+def test_a_symmetry_after_another_is_one_again():
+    turn = Symmetry(np.eye(1), np.array([1.0]), np.array([True]))
+    mirror = Symmetry(-np.eye(1), np.array([0.2]), np.array([False]))
+    models = np.linspace(-0.9, 0.9, 7)[:, None]
+    assert np.allclose(turn.after(mirror).of(models), turn.of(mirror.of(models)))
+    assert turn.order == mirror.order == 2
