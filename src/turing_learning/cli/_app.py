@@ -5,7 +5,7 @@ from importlib.metadata import version
 
 from cyclopts import App, Parameter
 
-from . import _beside, _detect, _examine, _look, _robots, _runs
+from . import _beside, _detect, _examine, _look, _robots, _runs, _simulate
 
 app = App(
     name="turing-learning",
@@ -24,7 +24,7 @@ _ORDER: tuple[Callable[..., object], ...] = (
     _runs.infer,
     _runs.resume,
     _runs.show,
-    _runs.simulate,
+    _simulate.simulate,
     _runs.scenarios,
     _runs.study,
     _runs.pool,

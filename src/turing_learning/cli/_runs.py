@@ -6,12 +6,10 @@ from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
-
-from cyclopts import Parameter
+from typing import Any
 
 import turing_learning as tl
-from turing_learning.errors import choice, integer, refuse, require
+from turing_learning.errors import integer, refuse, require
 
 from . import _robots
 from ._command import Callers, Program, remembered_program
@@ -160,7 +158,7 @@ def resume(
     require(not trust, "--trust", rule, "it", place=str(run))
     system: dict[str, Any] = {}
     if recording.given or trials is not None or not _is_finished(run):
-        system = _system_of(run, recording, "resume({run}, genuine=..., simulate=...)")
+        system = system_of(run, recording, "resume({run}, genuine=..., simulate=...)")
         system.pop("recording", None)
     if tl.runs.RunFolder(run).configuration().system.simulated is not None:
         callers.refuse("a single run of simulated robots")
@@ -196,68 +194,6 @@ def show(run: Path, /) -> None:
         print_study(plain_console(), tl.load_study(run))
     else:
         print_result(plain_console(), tl.runs.load_run(run), run)
-
-
-def simulate(
-    scenario: str | None = None,
-    /,
-    *,
-    config: Path | None = None,
-    controller: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
-    robots: Integer | None = None,
-    duration: Real = 180.0,
-    seed: Integer = 1,
-    threads: Integer | None = None,
-    out: Path | None = None,
-    force: bool = False,
-    settings: Settings = None,
-) -> None:
-    """Simulate one trial and write it as a page, a GIF, or a film.
-
-    Examples:
-
-      turing-learning simulate aggregation
-      turing-learning simulate aggregation --robots 50 --duration 300 --out fifty.gif
-      turing-learning simulate aggregation --controller=-0.7,-1,1,-1 --out agents.mp4
-      turing-learning simulate --config my.toml --set scenario.sensor.field_of_view=0.5
-
-    :param scenario: Name of a scenario, see `scenarios`; or in the file.
-    :param config: TOML file with any setting, as for `infer`.
-    :param controller: Wheel speeds for each sensor state, with commas between them; the agents' by default.
-    :param robots: Number of robots; the scenario's by default.
-    :param duration: Duration of the trial (s); 180 by default.
-    :param seed: Seed of initial poses and noise; 1 by default.
-    :param threads: Number of threads; all by default. The result does not depend on it.
-    :param out: Page (.html), GIF (.gif) or film (.mp4); SCENARIO.html by default.
-    :param force: Replace a file that exists.
-    :param settings: Any setting, for example scenario.noise.wheel_speed_sd=0.1. Repeatable.
-    """
-    from turing_learning.config import load_configuration
-    from turing_learning.runs import REPLAY_SUFFIXES
-    from turing_learning.targets import refuse_target
-
-    require_scenario(scenario, config, tl.swarm.SCENARIOS)
-    overrides, labels = settings_of(settings, {})
-    named = None
-    if scenario is not None:
-        choice("scenario", scenario, tl.swarm.SCENARIOS, noun="scenario")
-        named = tl.swarm.SCENARIOS[scenario]
-    system = load_configuration(config, "default", overrides, scenario=named, labels=labels).system
-    chosen = system.simulated
-    if chosen is None:
-        refuse("SCENARIO", "be a swarm of robots", system.name)
-    path = out or Path(f"{chosen.name}.html")
-    refuse_target(path, name="out", suffixes=REPLAY_SUFFIXES, force=force)
-    speeds = None
-    if controller is not None:
-        try:
-            speeds = [float(speed) for speed in controller.split(",")]
-        except ValueError:
-            refuse("controller", "be numbers with commas between them", repr(controller))
-    replay = tl.runs.trial_replay(
-        chosen, speeds, robots=robots, duration_s=duration, seed=seed, threads=threads
-    )
-    print(tl.runs.write_trial(replay, path, force=force))
 
 
 def scenarios() -> None:
@@ -439,7 +375,7 @@ def check(
     :param force: Check again, and replace the check that is there.
     """
     result = opened(run)
-    system = _system_of(run, recording, "load_run({run}).check(genuine=..., simulate=...)")
+    system = system_of(run, recording, "load_run({run}).check(genuine=..., simulate=...)")
     effort = tl.identifiability.Effort()
     if samples is not None:
         effort = replace(effort, samples=samples)
@@ -470,7 +406,7 @@ def opened(run: Path) -> "tl.Result":
     return replace(tl.runs.load_run(run), path=tl.runs.RunFolder(run).path)
 
 
-def _system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
+def system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
     """Return genuine motion, simulator and recordings of a run on recorded motion, nothing for others.
 
     A run whose simulator only Python has is rejected; `call` is what Python does with it.

@@ -12,6 +12,8 @@
 `FAMILIES`          The families of equations by name; `MODELS` has the network, too.
 `as_recorded`       A family with groups, steps and signals as recorded; `Replicates` where recordings differ in group or tank.
 `recorded_ranges`   Ranges of the parameters that fit a recording; `said_ranges` reads those of commands, as speed=5:300.
+`virtual_group`     A group of any size in any tank, as if recorded; `beyond_recorded` says where it leaves what was recorded.
+`tank_sides`        Width and height of a tank that is given as 100x60.
 `RecordedSystem`    Recordings, how they are cut into samples, and the family that imitates them; `read_recording` opens one.
 ==================  ===========================================================================================
 

@@ -3,9 +3,9 @@
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -185,6 +185,22 @@ class Family(ABC):
         integer("groups", groups, 1, MOST_PLACES // self.moves)
         parameters = np.tile([float(truth[name]) for name in self.parameters], (groups, 1))
         return self(parameters, rng).reshape(-1, self.steps, len(self.signals))
+
+    def in_group(
+        self, individuals: int, tank_cm: tuple[float, float] | None = None, **settings: Any
+    ) -> Self:
+        """Return the same family in a group of another size, and in another tank (cm) if one is given.
+
+        Where a group starts in a square of its own, the square grows with the group. `settings` are others of the family.
+        """
+        integer("individuals", individuals, 1)
+        if tank_cm is not None:
+            rule = "be left out for this family, which knows no tank"
+            require(hasattr(self, "tank_cm"), "tank_cm", rule, brief(tank_cm))
+            settings["tank_cm"] = tank_cm
+        wider = math.sqrt(individuals / self.individuals)
+        start_side_cm = self.start_side_cm * wider
+        return replace(self, individuals=individuals, start_side_cm=start_side_cm, **settings)
 
     @abstractmethod
     def _paths(

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -88,7 +88,7 @@ class Network(Family):
     """
 
     brain: Brain = field(repr=False)  #: What was learned
-    #: Width and height of another tank (cm) than the recorded one; None for that
+    #: Width and height of another tank (cm) than the recorded one, one corner of which is the origin; None for that
     tank_cm: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
@@ -198,10 +198,12 @@ class Network(Family):
         usual = {"individuals": brain.starts.paths.shape[2], "settling_steps": length}
         return cls(brain=brain, **own, **usual | settings)
 
-    def in_group(self, individuals: int, tank_cm: tuple[float, float] | None = None) -> Self:
-        """Return the same animals in a group, or a tank, that was never recorded."""
+    def in_group(
+        self, individuals: int, tank_cm: tuple[float, float] | None = None, **settings: Any
+    ) -> Self:
+        """Return the same animals in a group, or a tank (cm), that was never recorded."""
         integer("individuals", individuals, 2)
-        return replace(self, individuals=individuals, tank_cm=tank_cm or self.tank_cm)
+        return super().in_group(individuals, tank_cm, **settings)
 
     def to_bytes(self) -> bytes:
         """Return what was learned in the format safetensors: numbers alone, no code."""
@@ -265,7 +267,7 @@ class Network(Family):
             gains[:, GAINS.index(name)] = column
         gains[:, 1:3] = np.maximum(gains[:, 1:3], LEAST_NOISE)
         brain = self.brain
-        tanks = brain.tanks if self.tank_cm is None else _tanks_in_the_middle(*self.tank_cm)
+        tanks = brain.tanks if self.tank_cm is None else _rectangular_tank(*self.tank_cm)
         paths = np.full((count, HISTORY + 1 + self.moves, self.individuals, 2), np.nan)
         memories = np.empty((count, self.individuals, MEMORIES))
         which = np.zeros(count, dtype=np.int64)
@@ -316,9 +318,8 @@ class Network(Family):
         chosen = rng.integers(len(moments), size=self.individuals)
         path = starts.paths[moments[chosen], :, individuals[chosen]].swapaxes(0, 1)
         if self.tank_cm is not None:
-            path = (
-                path - path[-1] + (rng.random((self.individuals, 2)) - 0.5) * np.array(self.tank_cm)
-            )
+            places = rng.random((self.individuals, 2)) * np.array(self.tank_cm)
+            path = path - path[-1] + places
         return path, starts.memories[moments[chosen], individuals[chosen]], tank
 
 
@@ -380,9 +381,10 @@ def _grids(
 
 # its table of distances takes a second, and every batch of models asks for it
 @lru_cache(maxsize=4)
-def _tanks_in_the_middle(width_cm: float, height_cm: float) -> Tanks:
-    """Return a rectangle around the origin."""
-    return tanks_of([rectangle_grid(np.zeros(2), (width_cm, height_cm))], [True])
+def _rectangular_tank(width_cm: float, height_cm: float) -> Tanks:
+    """Return a rectangle, one corner of which is the origin."""
+    sides = (width_cm, height_cm)
+    return tanks_of([rectangle_grid(np.array(sides) / 2, sides)], [True])
 
 
 def _learned_steps(windows: Windows) -> list[np.ndarray]:

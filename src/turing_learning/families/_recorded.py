@@ -267,9 +267,20 @@ def _tank(text: str, recording: Trajectories) -> tuple[float, float] | None:
         low, high = recording.reach
         width, height = (high - low).tolist()
         return width, height
+    return tank_sides(text, "be width x height in cm, recorded, or none")
+
+
+def tank_sides(text: str, rule: str = "be width x height in cm") -> tuple[float, float]:
+    """Return width and height (cm) of a tank that is given as 100x60.
+
+    Raises
+    ------
+    RefusedError
+        If it is not two numbers.
+    """
     sides = re.fullmatch(r"([0-9.]+)x([0-9.]+)", text)
     try:
         return float(sides[1]), float(sides[2])  # type: ignore[index]
     except (TypeError, ValueError):
         remedy = ("For example: ", Setting("tank", "40x30"))
-        refuse("tank", "be width x height in cm, recorded, or none", repr(text), remedy)
+        refuse("tank", rule, repr(text), remedy)

@@ -35,7 +35,7 @@ and `pool` are functions of results.
     Its trials as they were observed; what its last models are worth when they are observed again.
 `simulate_laboratory`, `SimulatedRun`
     The same setup in plain simulation.
-`trial_replay`, `write_trial`, `REPLAY_SUFFIXES`
+`trial_replay`, `write_trial`, `write_group`, `REPLAY_SUFFIXES`, `TABLE_SUFFIXES`
     One trial of a scenario, as page or film; how such files end.
 `is_custom`
     Whether a custom system is given.

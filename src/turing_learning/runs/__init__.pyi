@@ -36,7 +36,9 @@ from ._result import Result as Result
 from ._run import Run as Run
 from ._summary import load_run as load_run
 from ._trial import REPLAY_SUFFIXES as REPLAY_SUFFIXES
+from ._trial import TABLE_SUFFIXES as TABLE_SUFFIXES
 from ._trial import trial_replay as trial_replay
+from ._trial import write_group as write_group
 from ._trial import write_trial as write_trial
 from ._trials import ModelEvaluation as ModelEvaluation
 from ._trials import ObservedTrials as ObservedTrials

@@ -1,18 +1,21 @@
 """One trial of a scenario, to look at."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from turing_learning import report
+from turing_learning._files import whole
 from turing_learning.config import ConfigurationError, require_whole_cycles
 from turing_learning.errors import brief, check, integer, number
 from turing_learning.models import ReactiveModel
 from turing_learning.swarm import Execution, Scenario, initial_poses
 from turing_learning.targets import refuse_target, writing
+from turing_learning.trajectories import Trajectories
 
-from ._plots import swarm_replay
+from ._plots import recorded_replay, swarm_replay
 
 LONGEST_S = 3600.0
 MOST_ROBOTS = 1000
@@ -20,6 +23,8 @@ LARGEST_SPEED = 1e6  # of a controller, in maximum speeds
 FILM_SPEED = 10.0  # seconds of the swarm's time in one second of film
 REPLAY_SUFFIXES = (".html", ".gif", ".mp4")
 """Endings of the files that a replay is written to."""
+TABLE_SUFFIXES = (".csv", ".nc")
+"""Endings of the files that hold positions, and are read again as recordings."""
 
 
 def trial_replay(
@@ -81,6 +86,40 @@ def trial_replay(
         seed=seed,
         threads=threads,
     )
+
+
+def write_group(
+    group: Trajectories,
+    path: Path,
+    *,
+    tank_cm: tuple[float, float] | None = None,
+    force: bool = False,
+) -> Path:
+    """Write simulated animals as page, GIF, film, table (.csv) or dataset of movement (.nc), by the suffix of the path.
+
+    `tank_cm` are the sides of walls to draw, one corner of which is the origin; `force` replaces a file that exists.
+
+    Raises
+    ------
+    ConfigurationError
+        As `write_trial`.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in TABLE_SUFFIXES:
+        places = np.where(group.present[..., None], group.positions, np.nan)
+        motion = {"replicas": places, "interval_s": np.array(1 / group.fps)}
+        if tank_cm is not None:
+            motion["tank"] = np.array(tank_cm)
+        replay = recorded_replay(motion)
+        assert replay is not None
+        return write_trial(replace(replay, title="Virtual animals"), path, force=force)
+    refuse_target(path, name="out", suffixes=TABLE_SUFFIXES, force=force)
+    with writing(path, "out"), whole(path) as temporary:
+        if suffix == ".csv":
+            group.to_pandas().round(4).to_csv(temporary, index=False)
+        else:
+            group.to_xarray().to_netcdf(temporary, engine="scipy")
+    return path
 
 
 def write_trial(replay: report.Replay, path: Path, *, force: bool = False) -> Path:
