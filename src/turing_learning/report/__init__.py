@@ -9,8 +9,8 @@
 `short_number`, `shown`, `counted`
     A number in a few characters, with significant digits where it is small; a number in a table, or
     a dash where there is none; a number of things, in words.
-`Tabular`
-    A result with a short `repr` and a table in notebooks.
+`Tabular`, `Judged`
+    A result with a short `repr` and a table in notebooks; one that ends in a verdict.
 
 `report_page`
     The page of a run, a study or a detection: a `Report` has what it shows, with a `Listing` for

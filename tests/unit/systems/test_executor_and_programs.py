@@ -304,7 +304,7 @@ def test_a_client_of_dask_yields_what_this_process_yields():
         "n_workers": 2,
         "threads_per_worker": 1,
         "processes": False,
-        "dashboard_address": None,
+        "dashboard_address": ":0",
     }
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
         there = by(client.get_executor(pure=False), noise_of_one, batches=0)
