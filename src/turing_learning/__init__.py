@@ -5,7 +5,8 @@ swarm, `swarm`), classifiers that judge motion samples (`classifiers`), and the 
 against classifiers (`coevolution`, on top of `evolution`). `infer` runs all of it, with simulated robots or
 with a custom system (recorded samples and a simulator), whose parameters may be described by `Parameter`;
 `resume` resumes a run; `load_run` opens a stored run; `pool` combines several runs; `study` does many runs, and
-`load_study` opens them. `load_trajectories` reads recorded motion. `test` puts any simulator to the test.
+`load_study` opens them. `load_trajectories` reads recorded motion. `test` puts any simulator to the test,
+and `compare` several models of one system.
 
 Rejected input raises `errors.RefusedError`, a ValueError; `config.ConfigurationError` and `runs.RunFolderError` are kinds of it.
 A run that has begun and fails raises `systems.CustomSystemError`, `runs.RunStorageError` or `robots.LaboratoryError`.

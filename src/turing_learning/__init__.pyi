@@ -1,6 +1,7 @@
 from . import analysis as analysis
 from . import classifiers as classifiers
 from . import coevolution as coevolution
+from . import comparison as comparison
 from . import config as config
 from . import detection as detection
 from . import errors as errors
@@ -20,6 +21,7 @@ from . import studies as studies
 from . import swarm as swarm
 from . import systems as systems
 from . import trajectories as trajectories
+from .comparison import compare as compare
 from .examination import test as test
 from .models import Parameter as Parameter
 from .runs import Evolution as Evolution

@@ -5,7 +5,7 @@ from importlib.metadata import version
 
 from cyclopts import App, Parameter
 
-from . import _beside, _detect, _examine, _look, _robots, _runs, _simulate
+from . import _beside, _compare, _detect, _examine, _game, _look, _robots, _runs, _simulate
 
 app = App(
     name="turing-learning",
@@ -30,6 +30,8 @@ _ORDER: tuple[Callable[..., object], ...] = (
     _runs.pool,
     _runs.check,
     _examine.test,
+    _compare.compare,
+    _game.game,
     _detect.detect,
     _look.look,
     _beside.reproduce,

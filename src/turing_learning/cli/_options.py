@@ -102,13 +102,9 @@ class Tracks(Given):
 
 @Parameter(name="*", group=RECORDED)
 @dataclass(frozen=True)
-class Recording(Tracks):
-    """Recorded motion and the family of models that imitates it."""
+class Sampling(Tracks):
+    """How recordings become samples for learning and for testing, and the models that imitate them."""
 
-    trajectories: Files = None
-    """File of a tracker; several times for several recordings, each with individuals of its own."""
-    model: str | None = None
-    """Family of models, see `turing-learning docs families`."""
     range: Columns = None
     """Range of a parameter of the models, as speed=5:300, also with :log or :integer; several times for several. By default it
     follows from the recording."""
@@ -126,6 +122,17 @@ class Recording(Tracks):
     """Individuals, separated by commas, that are for testing alone."""
     hold_out_recordings: str | None = None
     """Numbers, from 1 and separated by commas, of the recordings that are for testing alone."""
+
+
+@Parameter(name="*", group=RECORDED)
+@dataclass(frozen=True)
+class Recording(Sampling):
+    """Recorded motion and the family of models that imitates it."""
+
+    trajectories: Files = None
+    """File of a tracker; several times for several recordings, each with individuals of its own."""
+    model: str | None = None
+    """Family of models, see `turing-learning docs families`."""
 
     def motion(self) -> "RecordedSystem":
         """Return what the options name; reject them where they do not name recordings and a family."""
@@ -159,7 +166,7 @@ class Recording(Tracks):
 
     def system(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
-        windows, family, recordings = self.motion().opened(progress=_tell_learning)
+        windows, family, recordings = self.motion().opened(progress=tell_learning)
         parameters, unusual_ranges = self.motion().parameters(family, recordings)
         paths = self.trajectories or []
         names = [titled(path) for path in paths]
@@ -169,7 +176,7 @@ class Recording(Tracks):
         else:
             title += f" and {len(paths) - 1} more"
         for name, recording in zip(names, recordings, strict=True):
-            _print_problems(name, recording)
+            print_problems(name, recording)
         social = tl.families.MODELS[str(self.model)].social
         if social and all(len(recording.individuals) == 1 for recording in recordings):
             neighbors = f"what {self.model} says of neighbors"
@@ -198,7 +205,7 @@ class Recording(Tracks):
         return Recording(**system.options | self.given)
 
 
-def _print_problems(name: str, recording: "tl.Trajectories") -> None:
+def print_problems(name: str, recording: "tl.Trajectories") -> None:
     """Print what is found in a recording, by the name of its file."""
     problems = str(recording.problems).splitlines()
     for line in problems[:MOST_PROBLEMS]:
@@ -208,7 +215,7 @@ def _print_problems(name: str, recording: "tl.Trajectories") -> None:
         print(f"{name}: and {more} more; all by `recording.check()` in Python")
 
 
-def _tell_learning(done: int, steps: int) -> None:
+def tell_learning(done: int, steps: int) -> None:
     """Say how far a network has learned, every tenth of the way."""
     tenth = max(steps // 10, 1)
     if done % tenth == 0:

@@ -125,7 +125,7 @@ def resume(
     recording: Recording = Recording(),  # noqa: B008 - frozen
     callers: Callers = Callers(),  # noqa: B008 - frozen
 ) -> int | None:
-    """Resume a run or study that was stopped or killed; the result is that of one that never stopped.
+    """Resume a run, study or comparison that was stopped or killed; the result is that of one that never stopped.
 
     A run on recorded motion knows its recording; give --trajectories if the file is elsewhere now.
 
@@ -134,7 +134,7 @@ def resume(
       turing-learning resume runs/aggregation-20261121-093015-seed1
       turing-learning resume runs/frugal --trials 3000
 
-    :param run: A run folder, or a study folder.
+    :param run: The folder of a run, a study or a comparison.
     :param threads: Of a run: number of threads; all by default. The result does not depend on it.
     :param trials: Of a finished run of trials: the number that it shall have in all.
     :param tolerance: Beside --trials: as in `infer`; that of the run by default.
@@ -147,6 +147,13 @@ def resume(
         recording.refuse_beside("be left out for a study, which needs nothing but its folder")
         resumed = partial(tl.studies.resume_study, run, **callers.given)
         return _execute_study(resumed, run)
+    if tl.comparison.is_comparison(run):
+        from ._compare import resume_comparison
+
+        what = "comparison"
+        _refuse_options(what, trials=trials, tolerance=tolerance, trust=trust or None)
+        recording.refuse_beside("be left out for a comparison, which needs nothing but its folder")
+        return resume_comparison(run, threads, callers)
     if threads is not None:
         integer("threads", threads, 1, place="--threads")
     if tl.runs.is_laboratory_run(run):

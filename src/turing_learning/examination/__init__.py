@@ -2,6 +2,14 @@
 
 `test`, `TuringTest`
     Two sets of recordings or of arrays to an accuracy, a p-value, the power of the test, and what gives one away.
+`test_held_out`
+    The same of a simulator against the windows that were held out from learning.
+`game`, `scene_size`, `scenes_of`
+    A Turing test for people: pairs of replays of two sets of recordings, and the scenes that they consist of.
+`pool_answers`, `Answers`
+    What several people answered.
+`paths_of`
+    Paths of samples, by their speed and turn.
 `examine`, `Examined`, `Member`
     The same of samples that are cut and grouped already, without what gives them away.
 `Examiner`, `Ridge`, `Kernel`, `Trees`, `PANEL`, `QUICK`

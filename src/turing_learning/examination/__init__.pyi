@@ -4,9 +4,16 @@ from ._examiners import Examiner as Examiner
 from ._examiners import Kernel as Kernel
 from ._examiners import Ridge as Ridge
 from ._examiners import Trees as Trees
+from ._game import Answers as Answers
+from ._game import game as game
+from ._game import pool_answers as pool_answers
+from ._game import scene_size as scene_size
+from ._game import scenes_of as scenes_of
 from ._panel import Examined as Examined
 from ._panel import Member as Member
 from ._panel import examine as examine
+from ._samples import paths_of as paths_of
 from ._telling import Telling as Telling
 from ._test import TuringTest as TuringTest
 from ._test import test as test
+from ._test import test_held_out as test_held_out

@@ -76,6 +76,8 @@ class Examined:
     def to_json(self) -> dict[str, Any]:
         """Return all but the scores by name."""
         content = {name: value for name, value in vars(self).items() if name != "scores"}
+        # JSON has no infinity: nothing is noticed then
+        content["critical"] = self.critical if np.isfinite(self.critical) else None
         content["examiners"] = [dict(vars(member)) for member in self.examiners]
         return content
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from turing_learning.analysis import polarization
 from turing_learning.errors import RefusedError, nearest, refuse, refusing_as, require
-from turing_learning.trajectories import SIGNALS, Trajectories
+from turing_learning.trajectories import SIGNALS, Trajectories, Windows
 
 OF_GROUPS = {"polarization": "", "area": "cm2"}
 """Signals of all individuals at a time, beside those of `trajectories.SIGNALS`, and their units."""
@@ -103,7 +103,7 @@ def pair_of(
     require(len(units) == 1, "unit", "be the same for all recordings", " and ".join(units), remedy)
     if any(each.headings is None for each in every):
         sides = [[replace(each, headings=None) for each in side] for side in sides]
-    sides = [_same_rate(side, every, remarks) for side in sides]
+    sides = [same_rate(side, every, remarks) for side in sides]
     every = [each for side in sides for each in side]
     names = _names(names, every, of_groups=_enough(len(real), len(simulated)))
     steps = _steps(every, window_s)
@@ -147,7 +147,7 @@ def pair_of_arrays(
     return Pair(sides[0], sides[1], tuple(names), {}, 0.0), (owners[0], owners[1])
 
 
-def _same_rate(
+def same_rate(
     side: list[Trajectories], every: Sequence[Trajectories], remarks: list[str]
 ) -> list[Trajectories]:
     """Return recordings at the lowest rate of all; one that is not a whole multiple of it is rejected."""
@@ -277,9 +277,14 @@ def _joined(parts: Sequence[Side]) -> Side:
 
 def _limited(side: Side, rng: np.random.Generator) -> Side:
     """Return at most `MOST_SAMPLES` samples, drawn evenly from the individuals of each recording."""
+    return side.taken(_some(side, rng))
+
+
+def _some(side: Side, rng: np.random.Generator) -> np.ndarray:
+    """Return the rows of `_limited`."""
     count = len(side.samples)
     if count <= MOST_SAMPLES:
-        return side
+        return np.arange(count)
     owners = np.unique(side.owners("individuals"), return_inverse=True)[1].ravel()
     shuffled = rng.permutation(count)
     order = np.argsort(owners[shuffled], kind="stable")
@@ -288,7 +293,54 @@ def _limited(side: Side, rng: np.random.Generator) -> Side:
     rank = np.empty(count, dtype=int)
     rank[shuffled[order]] = np.arange(count) - begins[owners[shuffled][order]]
     chosen = np.lexsort((rng.random(count), rank))[:MOST_SAMPLES]
-    return side.taken(np.sort(chosen))
+    return np.sort(chosen)
+
+
+def pair_of_windows(windows: Windows, simulated: np.ndarray, seed: int) -> Pair:
+    """Return held-out windows and as many simulated samples (K, T, D), which are grouped as the windows are."""
+    steps = windows.held_out.shape[1]
+    recording = windows.held_out_recording
+    who, start = windows.held_out_index.T
+    # frames that are held out, counted without those between them
+    block = np.empty(len(start), dtype=int)
+    begin = 0
+    for number, shown in enumerate(windows.frames("held out")):
+        frames = shown.any(axis=1)
+        own = recording == number
+        length = max(2 * steps, -(-int(frames.sum()) // BLOCKS))
+        block[own] = np.cumsum(frames)[start[own] - begin] // length
+        begin += len(frames)
+    real = Side(
+        samples=windows.held_out,
+        recording=recording,
+        individual=who,
+        start=start,
+        block=block,
+        paths=paths_of(windows.held_out, windows.names, windows.interval_s),
+    )
+    other = replace(
+        real, samples=simulated, paths=paths_of(simulated, windows.names, windows.interval_s)
+    )
+    rows = _some(real, np.random.default_rng((seed, 2)))
+    units = {name: SIGNALS[name] for name in windows.names}
+    length_s = steps * windows.interval_s
+    remarks = (f"Samples are held-out windows of {steps} steps ({length_s:.3g} s).",)
+    return Pair(
+        real.taken(rows), other.taken(rows), windows.names, units, windows.interval_s, remarks
+    )
+
+
+def paths_of(samples: np.ndarray, names: Sequence[str], interval_s: float) -> np.ndarray | None:
+    """Return the paths (K, T + 1, 2) of samples (K, T, D), which begin at 0 along x; None without speed and turn."""
+    if not {"speed", "turn"} <= set(names):
+        return None
+    speed = samples[..., list(names).index("speed")]
+    direction = np.cumsum(samples[..., list(names).index("turn")] * interval_s, axis=1)
+    steps = (speed * interval_s)[..., None] * np.stack(
+        (np.cos(direction), np.sin(direction)), axis=-1
+    )
+    start = np.zeros((len(samples), 1, 2))
+    return np.concatenate((start, np.cumsum(steps, axis=1)), axis=1)
 
 
 def recordings_of(value: object, name: str) -> list[Trajectories]:

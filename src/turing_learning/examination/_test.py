@@ -10,11 +10,11 @@ from turing_learning.analysis import LEVEL
 from turing_learning.arrays import array
 from turing_learning.errors import integer, refuse, require
 from turing_learning.report import Tabular, counted
-from turing_learning.trajectories import Trajectories
+from turing_learning.trajectories import Trajectories, Windows
 
 from ._examiners import PANEL, QUICK, Examiner, Ridge
 from ._panel import PERMUTATIONS, Examined, Views, examine_views, group_numbers
-from ._samples import Pair, pair_of, pair_of_arrays, recordings_of
+from ._samples import Pair, pair_of, pair_of_arrays, pair_of_windows, recordings_of
 from ._telling import Given, Telling, told_by, what_tells
 
 if TYPE_CHECKING:
@@ -208,9 +208,57 @@ def test(
         pair = pair_of(
             *sides, names=names, window_s=window_s, smooth_frames=smooth_frames, seed=seed
         )
-        views = _views(pair, examiners, seed)
-        grouping = _grouping(pair, views, seed)
-        owners = pair.real.owners(grouping), pair.simulated.owners(grouping)
+        return _of_pair(
+            pair, control=control, examiners=examiners, permutations=permutations, seed=seed
+        )
+    return _tested(views, pair, owners, grouping, control, examiners, permutations, seed)
+
+
+def test_held_out(
+    windows: Windows, simulated: np.ndarray, *, control: bool = False, examiners: Sequence[Examiner] = PANEL,
+    permutations: int = PERMUTATIONS, seed: int = 0,
+) -> TuringTest:  # fmt: skip
+    """Test samples of a simulator against the windows that were held out from learning.
+
+    Parameters
+    ----------
+    windows
+        Of recorded motion, H of them held out.
+    simulated : (H, T, D)
+        As many samples, in the same signals. They are grouped as the windows are: recordings if there are enough of them,
+        else individuals or blocks of time.
+    control, examiners, permutations, seed
+        As in `test`.
+
+    Raises
+    ------
+    ValueError
+        If the samples are not of that shape, or there are too few groups.
+    """
+    integer("seed", seed)
+    held_out = windows.held_out.shape
+    sizes = {"H": held_out[0], "T": held_out[1], "D": held_out[2]}
+    simulated = array("simulated", simulated, "H T D", **sizes)
+    pair = pair_of_windows(windows, simulated, seed)
+    return _of_pair(
+        pair, control=control, examiners=examiners, permutations=permutations, seed=seed
+    )
+
+
+def _of_pair(
+    pair: Pair, *, control: bool, examiners: Sequence[Examiner], permutations: int, seed: int
+) -> TuringTest:
+    """Test a pair of sides whose groups are chosen."""
+    views = _views(pair, examiners, seed)
+    grouping = _grouping(pair, views, seed)
+    owners = pair.real.owners(grouping), pair.simulated.owners(grouping)
+    return _tested(views, pair, owners, grouping, control, examiners, permutations, seed)
+
+
+def _tested(
+    views: Views, pair: Pair, owners: tuple[np.ndarray, np.ndarray], grouping: str, control: bool,
+    examiners: Sequence[Examiner], permutations: int, seed: int,
+) -> TuringTest:  # fmt: skip
     numbers = group_numbers((len(owners[0]), len(owners[1])), owners)
     examined = examine_views(views, numbers, grouping, examiners, permutations, seed)
     labels = np.repeat([1.0, 0.0], examined.samples)

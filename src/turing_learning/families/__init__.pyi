@@ -14,6 +14,7 @@ from ._recorded import MODELS as MODELS
 from ._recorded import RecordedSystem as RecordedSystem
 from ._recorded import Replicates as Replicates
 from ._recorded import as_recorded as as_recorded
+from ._recorded import model_named as model_named
 from ._recorded import tank_sides as tank_sides
 from ._virtual import beyond_recorded as beyond_recorded
 from ._virtual import virtual_group as virtual_group

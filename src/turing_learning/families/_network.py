@@ -153,7 +153,7 @@ class Network(Family):
         grids, walls = _grids(recordings, tanks)
         shapes = tanks_of(grids, walls)
         paths = [np.where(each.present[..., None], each.positions, np.nan) for each in recordings]
-        learned = _learned_steps(windows)
+        learned = windows.frames("learning")
         seen = [
             np.where(steps_learned[..., None], path, np.nan)
             for path, steps_learned in zip(paths, learned, strict=True)
@@ -385,20 +385,6 @@ def _rectangular_tank(width_cm: float, height_cm: float) -> Tanks:
     """Return a rectangle, one corner of which is the origin."""
     sides = (width_cm, height_cm)
     return tanks_of([rectangle_grid(np.array(sides) / 2, sides)], [True])
-
-
-def _learned_steps(windows: Windows) -> list[np.ndarray]:
-    """Return for each recording at which frames who may be learned from (F, A)."""
-    individuals, frames = windows.recordings.sum(axis=0)
-    # who is held out has no windows for learning
-    someone = np.isin(np.arange(individuals), windows.learning_index[:, 0])
-    at_times = np.zeros(frames, dtype=bool)
-    for begin, end, side in windows.blocks:
-        if side.startswith("learning"):
-            at_times[begin:end] = True
-    borders = np.cumsum(windows.recordings[:-1], axis=0)
-    steps = zip(np.split(at_times, borders[:, 1]), np.split(someone, borders[:, 0]), strict=True)
-    return [time[:, None] & who for time, who in steps]
 
 
 def _moments(

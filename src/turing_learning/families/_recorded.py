@@ -11,10 +11,11 @@ from typing import Any, Self
 import numpy as np
 
 from turing_learning._files import digest_of, file_digest
-from turing_learning.errors import RefusedError, Setting, refuse, refusing_as, require
+from turing_learning.errors import RefusedError, Setting, nearest, refuse, refusing_as, require
 from turing_learning.trajectories import LONGEST_REST_S
 
 from ..models import Parameter
+from ..systems import imported
 from ..trajectories import SIGNALS, Trajectories, Windows, pooled_windows
 from ._family import NEIGHBOR, Family, Particles
 from ._kinds import FAMILIES
@@ -122,6 +123,15 @@ def as_recorded(
     return first
 
 
+def model_named(name: str) -> Any:
+    """Return a family of models by its name, or what "module:name" names: a family, or a simulator as `infer` takes it."""
+    if ":" in name:
+        return imported(name, "model")
+    rule = f"be one of {', '.join(MODELS)}, or module:name"
+    require(name in MODELS, "model", rule, repr(name), nearest(name, MODELS))
+    return MODELS[name]
+
+
 @dataclass(frozen=True)
 class RecordedSystem:
     """Recordings, how they are cut into samples, and the family of models that imitates them.
@@ -193,7 +203,7 @@ class RecordedSystem:
         """
         given = self.options.get
         paths = self.options["trajectories"]
-        chosen = MODELS[self.options["model"]]
+        chosen: Any = model_named(self.options["model"])
         names = listed(given("signals"), "signals", "names")
         apart = listed(given("hold_out_individuals"), "hold_out_individuals", "names")
         numbers = listed(given("hold_out_recordings"), "hold_out_recordings", "numbers")
@@ -205,14 +215,16 @@ class RecordedSystem:
         rule = f"be numbers of some of the {count} recordings, from 1, but not of all"
         require(fits, "hold_out_recordings", rule, repr(given("hold_out_recordings")))
         motion = tuple(read_recording(path, "trajectories", self.options) for path in paths)
-        if not chosen.headings:
+        if not getattr(chosen, "headings", False):
             motion = tuple(replace(each, headings=None) for each in motion)
         known = "window" not in self.options and steps is not None
         length: Any = (
             {"steps": steps} if known else {"length_s": self.options.get("window", WINDOW_S)}
         )
         # signals of neighbors say most of groups whose models take notice of each other
-        together = chosen.social and all(len(each.individuals) > 1 for each in motion)
+        together = getattr(chosen, "social", True) and all(
+            len(each.individuals) > 1 for each in motion
+        )
         rest = given("longest_rest", LONGEST_REST_S)
         with refusing_as(RefusedError):
             windows = pooled_windows(
@@ -225,6 +237,8 @@ class RecordedSystem:
                 hold_out_recordings=[int(number) - 1 for number in numbers],
             )
             likely = [recording.cleared(longest_rest_s=rest) for recording in motion]
+            if not isinstance(chosen, type):
+                return windows, chosen, motion
             if issubclass(chosen, Network):
                 tanks = given("tank") or ["recorded"]
                 return windows, network or _learned(likely, windows, tanks, progress), motion

@@ -4,6 +4,8 @@
     A page with nothing but a `Replay`: one or more `Swarm`, side by side.
 `write_gif`, `write_mp4`
     A `Replay` as film.
+`Game`, `game_page`
+    Pairs of motion, one of which is real, and the page that asks people which.
 `write_page`
     Write a page so that it appears complete or not at all.
 `short_number`, `shown`, `counted`
@@ -20,6 +22,7 @@
 The module `tabular` has tables of parameters, for terminals and data frames.
 """
 
+from ._game import Game, game_page
 from ._page import (
     Listing,
     Report,
@@ -33,6 +36,6 @@ from ._replay import Replay, Swarm, write_gif, write_mp4
 from .tabular import Judged, Tabular, counted, short_number, shown
 
 __all__ = [
-    "Judged", "Listing", "Replay", "Report", "Swarm", "Tabular", "counted", "describe_selection", "is_page", "replay_page",
-    "report_page", "short_number", "shown", "write_gif", "write_mp4", "write_page",
+    "Game", "Judged", "Listing", "Replay", "Report", "Swarm", "Tabular", "counted", "describe_selection", "game_page",
+    "is_page", "replay_page", "report_page", "short_number", "shown", "write_gif", "write_mp4", "write_page",
 ]  # fmt: skip

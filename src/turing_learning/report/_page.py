@@ -90,7 +90,7 @@ def report_page(report: Report) -> str:
     if report.warning:
         sections.append(_warning(report.warning))
     if report.judgment is not None:
-        sections.append(_asset("_reading.html"))
+        sections.append(asset("_reading.html"))
     if report.check is not None:
         sections.append(_listing(report.check) + _figures(report.check_figures))
     if report.steps:
@@ -207,7 +207,8 @@ def is_page(path: Path, mark: str = f'<meta name="generator" content="{GENERATOR
 
 
 @cache
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """Return a text file of this room."""
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
@@ -219,19 +220,25 @@ def _verdict(judgment: Judgment) -> str:
 
 
 def _page(title: str, summary: str, sections: list[str], replay: Replay | None) -> str:
-    script = _asset("_replay.js") if replay is not None else ""
+    script = asset("_replay.js") if replay is not None else ""
     if any(" data-axes=" in section for section in sections):
-        script += _asset("_curves.js")
+        script += asset("_curves.js")
+    data = _embed(replay) if replay is not None else "null"
+    return page_of(title, summary, sections, script, data)
+
+
+def page_of(title: str, summary: str, sections: Sequence[str], script: str, data: str) -> str:
+    """Return a page of sections, which are markup already, with one script and the data (JSON) that it reads."""
     # The page's policy allows this one script, by its hash, and no other.
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    return Template(_asset("_page.html")).substitute(
+    return Template(asset("_page.html")).substitute(
         generator=GENERATOR,
         policy=f"'sha256-{digest}'",
         title=escape(title),
-        style=_asset("_style.css"),
+        style=asset("_style.css"),
         summary=f'<p class="summary">{escape(summary)}</p>' if summary else "",
         sections="\n".join(filter(None, sections)),
-        data=_embed(replay) if replay is not None else "null",
+        data=data,
         script=script,
     )
 
@@ -327,7 +334,7 @@ def _replay(replay: Replay, heading: bool = True) -> str:
             f'<figure class="stage"><figcaption><b>{escape(swarm.label)}</b>{legend}</figcaption>'
             f'<canvas role="img" aria-label="{escape(swarm.label)}, seen from above"></canvas></figure>\n'
         )
-    body = Template(_asset("_replay.html")).substitute(
+    body = Template(asset("_replay.html")).substitute(
         stages=stages,
         count=len(replay.swarms),
         duration=f"{replay.duration_s:.1f}",

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -58,6 +58,21 @@ class Windows:
         return np.searchsorted(
             np.cumsum(self.recordings[:, 1]), self.held_out_index[:, 1], side="right"
         )
+
+    def frames(self, side: Literal["learning", "held out"]) -> list[np.ndarray]:
+        """Return for each recording at which frames who may be learned from, or is held out: (F, A) bool."""
+        individuals, rows = self.recordings.sum(axis=0)
+        index = self.learning_index if side == "learning" else self.held_out_index
+        # an individual that is for the other side alone has no windows on this one
+        someone = np.isin(np.arange(individuals), index[:, 0])
+        at_times = np.zeros(rows, dtype=bool)
+        for begin, end, of in self.blocks:
+            if of in (side, BOTH):
+                at_times[begin:end] = True
+        borders = np.cumsum(self.recordings[:-1], axis=0)
+        times = np.split(at_times, borders[:, 1])
+        people = np.split(someone, borders[:, 0])
+        return [time[:, None] & who for time, who in zip(times, people, strict=True)]
 
 
 def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Windows:

@@ -8,7 +8,7 @@ import pytest
 
 import turing_learning as tl
 from turing_learning.cli import main
-from turing_learning.families import Couzin, Network, _network, _tank
+from turing_learning.families import Couzin, Network, _tank
 from turing_learning.trajectories import Trajectories
 
 pytest.importorskip("safetensors")
@@ -160,14 +160,14 @@ def test_too_little_is_refused():
 def test_nothing_is_learned_from_individuals_that_are_held_out():
     recording = recorded(3)
     windows = recording.windows(length_s=2, hold_out_individuals=["1"])
-    (steps,) = _network._learned_steps(windows)
+    (steps,) = windows.frames("learning")
     assert steps.any(axis=0).tolist() == [True, False, True]
 
 
 def test_nothing_is_learned_from_times_that_are_held_out():
     recording = recorded(3)
     windows = recording.windows(length_s=2)
-    (steps,) = _network._learned_steps(windows)
+    (steps,) = windows.frames("learning")
     for begin, end, side in windows.blocks:
         assert (steps[begin:end] == (side == "learning")).all()
 

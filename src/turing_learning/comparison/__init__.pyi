@@ -1,0 +1,11 @@
+from ._compare import Subject as Subject
+from ._compare import compare as compare
+from ._compare import examine_runs as examine_runs
+from ._compare import is_comparison as is_comparison
+from ._compare import new_comparison_path as new_comparison_path
+from ._compare import remembered_comparison as remembered_comparison
+from ._game import game_of_run as game_of_run
+from ._recorded import recorded_subjects as recorded_subjects
+from ._recorded import run_subjects as run_subjects
+from ._result import Compared as Compared
+from ._result import Comparison as Comparison

@@ -1,0 +1,147 @@
+"""What models imitate that are to be compared, by the options of commands, or as their runs remember it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from turing_learning.errors import require
+from turing_learning.families import (
+    Network,
+    RecordedSystem,
+    model_named,
+    read_recording,
+    said_ranges,
+)
+from turing_learning.runs import Result, RunFolder
+from turing_learning.systems import read_parameters
+from turing_learning.trajectories import SIGNALS, Windows
+
+from ._compare import RUNS, Subject
+
+ALONE = ("speed", "turn")
+"""Signals of an individual without others."""
+
+
+def recorded_subjects(
+    options: Mapping[str, Any], models: Sequence[str], out: Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, Subject]:  # fmt: skip
+    """Return models of recordings, all with the same windows.
+
+    Parameters
+    ----------
+    options
+        Those of commands that are given, by their names in Python, `trajectories` among them. Without `signals`, all that
+        there are: those of neighbors where nobody is alone.
+    models
+        Names of families, or "module:name" of families or simulators. A simulator has an attribute `parameters`.
+    out
+        The folder of the comparison, whose run may have learned a network before.
+    progress
+        Called while a network learns.
+
+    Raises
+    ------
+    ValueError
+        If an option or a model is refused.
+    """
+    motion = [read_recording(path, "trajectories", options) for path in options["trajectories"]]
+    if "signals" not in options:
+        lonely = any(len(recording.individuals) == 1 for recording in motion)
+        options = {**options, "signals": ",".join(ALONE if lonely else SIGNALS)}
+    texts = [text for text in options.get("range") or () if text]
+    used: set[str] = set()
+    subjects = {}
+    for name in models:
+        require(name not in subjects, "--model", "be given once for each model", repr(name))
+        system = RecordedSystem({**options, "model": name})
+        network = _learned_before(name, out)
+        windows, simulate, recordings = system.opened(network=network, progress=progress)
+        known = getattr(simulate, "parameters", None)
+        rule = "say its parameters and their ranges by an attribute `parameters`"
+        require(isinstance(known, Mapping), "--model", rule, name)
+        assert isinstance(known, Mapping)
+        own = [text for text in texts if text.partition("=")[0] in known]
+        used.update(own)
+        if isinstance(model_named(name), type):
+            chosen = RecordedSystem({**system.options, "range": own})
+            parameters, _ = chosen.parameters(simulate, recordings)
+        else:
+            parameters = said_ranges(own, read_parameters(known))
+        subjects[name] = Subject(windows, simulate, parameters, {"recording": system.entry})
+    for text in texts:
+        require(text in used, "--range", "name a parameter of one of the models", repr(text))
+    return subjects
+
+
+def _learned_before(name: str, out: Path | None) -> Network | None:
+    """Return the network of a run that was begun before: to learn it again would take minutes."""
+    if out is None or not RunFolder(out / RUNS / name).is_run():
+        return None
+    return RunFolder(out / RUNS / name).network()
+
+
+def run_subjects(results: Mapping[str, Result]) -> dict[str, Subject]:
+    """Return what finished runs on recordings imitate, all in the signals of any of them.
+
+    Parameters
+    ----------
+    results
+        Name -> result of a run in a folder, begun by a command.
+
+    Raises
+    ------
+    ValueError
+        If the runs are not on the same recordings, or do not hold out the same frames.
+    """
+    systems: dict[str, RecordedSystem] = {}
+    digests = {}
+    for name, result in results.items():
+        require(result.path is not None, "run", "be in a folder", name)
+        assert result.path is not None
+        stored = RunFolder(result.path).manifest().get("recording")
+        rule = "be on recorded motion, and begun by a command"
+        require(isinstance(stored, Mapping), "run", rule, "another one", place=name)
+        assert isinstance(stored, Mapping)
+        systems[name] = RecordedSystem.remembered(stored)
+        digests[name] = stored["sha256"]
+    first = next(iter(digests))
+    for name, digest in digests.items():
+        same = digest == digests[first]
+        require(same, "run", f"be on the recordings of {first}", "others", place=name)
+    own = {name: result.configuration.system for name, result in results.items()}
+    signals = [name for name in SIGNALS if any(name in each.signals for each in own.values())]
+    subjects = {}
+    for name, system in systems.items():
+        result = results[name]
+        assert result.path is not None
+        network = RunFolder(result.path).network()
+        steps = own[name].steps
+        windows, simulate, _ = system.opened(steps, own[name].signals, network=network)
+        if tuple(signals) != windows.names:
+            blocks = windows.blocks
+            if isinstance(simulate, Network):
+                simulate = replace(simulate, signals=tuple(signals))
+            both = RecordedSystem({**system.options, "signals": ",".join(signals)})
+            windows, opened, _ = both.opened(steps, network=network)
+            if not isinstance(simulate, Network):
+                simulate = opened
+            remedy = "Run all with the same --signals."
+            rule = "hold out the same frames in all signals of the runs"
+            require(windows.blocks == blocks, "run", rule, "others", remedy, place=name)
+        subjects[name] = Subject(windows, simulate)
+    _require_alike({name: subject.windows for name, subject in subjects.items()})
+    return subjects
+
+
+def _require_alike(windows: Mapping[str, Windows]) -> None:
+    """Reject windows of different lengths, or held out from different frames."""
+    first = next(iter(windows))
+    for name, each in windows.items():
+        steps = windows[first].held_out.shape[1]
+        got = each.held_out.shape[1]
+        require(got == steps, "run", f"have windows of {steps} steps, as {first}", got, place=name)
+        same = each.blocks == windows[first].blocks
+        rule = f"hold out what {first} does"
+        require(same, "run", rule, "other frames or recordings", place=name)
