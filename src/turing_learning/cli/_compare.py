@@ -197,7 +197,8 @@ def _command(content: Mapping[str, Any], paths: "list[Path]") -> str:
         if name == "trajectories":
             continue
         for each in value if isinstance(value, list) else [value]:
-            words += [f"--{name.replace('_', '-')}", str(each)]
+            text = f"{each:g}" if isinstance(each, float) else str(each)
+            words += [f"--{name.replace('_', '-')}", text]
     for name, value in content["settings"].items():
         words += ["--set", f"{name}={value}"]
     if content["seed"] is not None:

@@ -203,7 +203,7 @@ def examine_runs(
                 path=result.path,
             )
         )
-    models.sort(key=lambda model: model.accuracy)
+    models.sort(key=lambda model: (model.accuracy, model.test.examined.auc))
     return Comparison(tuple(models), path=path)
 
 

@@ -104,7 +104,9 @@ class Comparison(Tabular):
             low, high = model.interval
             numbers = f"accuracy {model.accuracy:.3f}, {low:.3f} to {high:.3f}"
             if model.verdict == "told apart":
-                by = model.told_by or "several statistics together"
+                by = "several statistics together"
+                if model.telling:
+                    by = f"{model.telling[0].what} ({model.telling[0].words})"
                 said.append(f"{model.name} is told from the genuine motion ({numbers}), by {by}.")
             elif model.verdict == "cannot tell":
                 said.append(f"The panel cannot tell {model.name} ({numbers}).")

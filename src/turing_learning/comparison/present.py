@@ -28,6 +28,8 @@ def comparison_page(found: Comparison, title: str, command: str = "") -> str:
         ("Signals", ", ".join(found.models[0].test.signals)),
         ("How samples were made", " ".join(found.models[0].test.remarks)),
     ]
+    if found.control is None:
+        facts.append(("Control", "none, as there are fewer than four genuine groups"))
     if command:
         facts.append(("Command", command))
     columns = ["model", "accuracy (95 %)", "more than the first (95 %)", "p", "verdict"]
@@ -37,8 +39,9 @@ def comparison_page(found: Comparison, title: str, command: str = "") -> str:
     rows: list[list[str | float | None]] = []
     for model in found.models:
         for telling in model.telling:
-            values = telling.words.partition(" against ")
-            rows.append([model.name, telling.what, telling.accuracy, values[0], values[2]])
+            accuracy = f"{telling.accuracy:.3f}"
+            means = [telling.said(telling.simulated), telling.said(telling.real)]
+            rows.append([model.name, telling.what, accuracy, *means])
     if rows:
         columns = ["model", "statistic", "accuracy alone", "simulated", "genuine"]
         note = (
@@ -107,7 +110,7 @@ def _motion(found: Comparison) -> "Figure | None":
     if len(paths) < len(sides):
         return None
     titles = ["genuine", *(model.name for model in found.models)]
-    panels = panel_grid(titles, 2.3)
+    panels = panel_grid(titles, 2.6)
     reach = 0.0
     for axes, side, title in zip(panels.axes, paths, titles, strict=True):
         color = BLUE if title == "genuine" else ORANGE
@@ -119,6 +122,6 @@ def _motion(found: Comparison) -> "Figure | None":
         axes.grid(visible=False)
     for axes in panels.axes:
         ends = (-1.05 * reach, 1.05 * reach)
-        axes.set(xlim=ends, ylim=ends, aspect="equal")
+        axes.set(xlim=ends, ylim=ends, box_aspect=1)
     panels.label("cm", "cm")
     return panels.figure

@@ -43,6 +43,14 @@ class Telling:
     simulated: float | None = None  #: The same of simulated ones
     unit: str = ""  #: Of both
 
+    def said(self, value: float | None) -> str | None:
+        """Return a mean with its unit."""
+        if value is None:
+            return None
+        if self.unit == "%":
+            return f"{value:.1%}".replace("%", " %")
+        return f"{value:.3g} {self.unit}".strip()
+
     @property
     def words(self) -> str:
         """Both values in words, such as "74 % against 8 %", simulated first; empty without values."""

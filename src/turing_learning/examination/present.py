@@ -60,7 +60,7 @@ def test_page(found: TuringTest, title: str, command: str = "") -> str:
     ]
     statistics = [each for each in found.telling if each.kind == "statistic"]
     rows: list[list[str | float | None]] = [
-        [each.what, each.accuracy, _valued(each.simulated, each), _valued(each.real, each)]
+        [each.what, each.accuracy, each.said(each.simulated), each.said(each.real)]
         for each in statistics
     ]
     columns = ["statistic", "accuracy alone", "simulated", "real"]
@@ -81,15 +81,6 @@ def test_page(found: TuringTest, title: str, command: str = "") -> str:
         facts=facts,
     )
     return report_page(report)
-
-
-def _valued(value: float | None, telling: Telling) -> str | None:
-    """Return a mean with its unit."""
-    if value is None:
-        return None
-    if telling.unit == "%":
-        return f"{value:.1%}".replace("%", " %")
-    return f"{value:.3g} {telling.unit}".strip()
 
 
 def _pictures(found: TuringTest, statistics: Sequence[Telling]) -> list[Picture]:

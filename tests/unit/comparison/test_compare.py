@@ -122,9 +122,9 @@ def test_the_command_compares_families_and_functions_and_goes_on(
     ]
 
 
-def test_runs_with_other_signals_are_compared_in_all_of_them(call, done, run, recorded, tmp_path):
+def test_runs_with_other_signals_are_compared_in_all_of_them(call, run, recorded):
     options = ("--trajectories", recorded, *READ, "--model", "couzin", "--window", "1")
-    done("infer", *options, *SMALL, "--out", "couzin")
+    assert call("infer", *options, *SMALL, "--out", "couzin")[0] == 0
     code, out, err = call("compare", run, "couzin", "--quick", "--json")
     assert code == 0, err
     assert {model["name"] for model in json.loads(out)["models"]} == {"walk", "couzin"}
