@@ -153,7 +153,8 @@ def resume(
         what = "comparison"
         _refuse_options(what, trials=trials, tolerance=tolerance, trust=trust or None)
         recording.refuse_beside("be left out for a comparison, which needs nothing but its folder")
-        return resume_comparison(run, threads, callers)
+        resume_comparison(run, threads, callers)
+        return None
     if threads is not None:
         integer("threads", threads, 1, place="--threads")
     if tl.runs.is_laboratory_run(run):

@@ -7,9 +7,10 @@ from typing import Any
 
 from turing_learning.errors import require
 from turing_learning.families import (
+    Family,
     Network,
     RecordedSystem,
-    model_named,
+    Replicates,
     read_recording,
     said_ranges,
 )
@@ -64,7 +65,8 @@ def recorded_subjects(
         assert isinstance(known, Mapping)
         own = [text for text in texts if text.partition("=")[0] in known]
         used.update(own)
-        if isinstance(model_named(name), type):
+        # families know which ranges fit a recording
+        if isinstance(simulate, Family | Replicates):
             chosen = RecordedSystem({**system.options, "range": own})
             parameters, _ = chosen.parameters(simulate, recordings)
         else:

@@ -305,7 +305,7 @@ def pair_of_windows(windows: Windows, simulated: np.ndarray, seed: int) -> Pair:
     block = np.empty(len(start), dtype=int)
     begin = 0
     for number, shown in enumerate(windows.frames("held out")):
-        frames = shown.any(axis=1)
+        frames = np.asarray(shown.any(axis=1))
         own = recording == number
         length = max(2 * steps, -(-int(frames.sum()) // BLOCKS))
         block[own] = np.cumsum(frames)[start[own] - begin] // length

@@ -237,7 +237,7 @@ class RecordedSystem:
                 hold_out_recordings=[int(number) - 1 for number in numbers],
             )
             likely = [recording.cleared(longest_rest_s=rest) for recording in motion]
-            if not isinstance(chosen, type):
+            if not (isinstance(chosen, type) and issubclass(chosen, Family)):
                 return windows, chosen, motion
             if issubclass(chosen, Network):
                 tanks = given("tank") or ["recorded"]
