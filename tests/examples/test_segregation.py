@@ -20,7 +20,7 @@ def segregation(monkeypatch):
 
 
 def test_what_a_model_of_mesa_reports_is_inferred_from(segregation):
-    result = segregation.infer(trials=120, observed=20)
+    result = segregation.infer(trials=60, observed=20)
     assert result.estimate["density"] == pytest.approx(0.8, abs=0.1)
     assert result.estimate["minority_pc"] == pytest.approx(0.3, abs=0.1)
 

@@ -92,7 +92,7 @@ def test_signals_of_the_group_are_there_where_there_is_one():
 
 
 def test_the_area_is_that_of_a_disk_of_evenly_spread_points():
-    places = RNG.uniform(-1, 1, (40_000, 2))
+    places = RNG.uniform(-1, 1, (4_000, 2))
     places = 3 * places[(places**2).sum(axis=1) < 1]
     still = np.repeat(places[None], 12, axis=0) + 0.01 * RNG.standard_normal(
         (12, *places.shape)
