@@ -110,10 +110,16 @@ class Examiner:
         return Examination(report, np.concatenate(solutions), mode)
 
     def symmetries(
-        self, draws: np.ndarray, first: Evidence, trials: int, rng: np.random.Generator
+        self,
+        draws: np.ndarray,
+        first: Evidence,
+        trials: int,
+        rng: np.random.Generator,
+        known: SymmetryGroup | None = None,
     ) -> SymmetryGroup | None:
         """Return what turns draws (D, P) of a solution into others that are as good, apart from it.
 
+        A group that is known already counts if its images lie apart.
         The `first` models of the run are anywhere. If these do not rule a symmetry out, samples
         of an image of the solution are held against samples of itself.
         """
@@ -121,6 +127,9 @@ class Examiner:
         generators: list[Symmetry] = []
         tried: list[np.ndarray] = []
         group = None
+        if known is not None and self.apart(draws, known):
+            generators.extend(known.members[1:])
+            group = self._group(generators, draws)
         for symmetry in self._plausible(draws, first)[:IMAGES]:
             own = draws if group is None else group.folded(draws)
             image = symmetry.of(own)

@@ -693,8 +693,8 @@ class FewTrials:
         """
         draws = matched.draws[matched.mode == 0]
         first = self._first()
-        group = examiner.symmetries(draws, first, self.trials, self._match_rng(3))
         known = self._group
+        group = examiner.symmetries(draws, first, self.trials, self._match_rng(3), known)
         if group is None and known is None:
             group = examiner.mixture(draws, first, self.trials, self._match_rng(4))
         if group is None:

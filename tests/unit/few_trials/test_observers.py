@@ -85,3 +85,17 @@ def test_huge_values_are_judged():
 def test_what_cannot_be_judged_is_rejected(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_half_of_the_neurons_see_changes_of_a_signal_that_wanders_and_no_other():
+    rng = np.random.default_rng(1)
+    wandering = np.cumsum(rng.standard_normal((40, 50, 2)), axis=1) * 1e3
+    wandering[..., 1] = rng.standard_normal((40, 50))
+    genomes = PooledClassifier().draw(90, wandering, rng)
+    weights = genomes[:, 3:].reshape(90, 16, 2).sum(axis=1)
+    changes = np.abs(weights[:, 0]) < 1e-9
+    assert 0.4 < changes[genomes[:, 0] > 1].mean() < 0.6
+    assert (np.abs(weights[:, 1]) > 1e-9).all()
+    # however large the values are, some neurons neither always nor never fire
+    outputs = PooledClassifier().judge(genomes[changes], wandering)
+    assert np.median(outputs.std(axis=1)) > 0.02
