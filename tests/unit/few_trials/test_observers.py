@@ -89,8 +89,8 @@ def test_what_cannot_be_judged_is_rejected(make, message):
 
 def test_half_of_the_neurons_see_changes_of_a_signal_that_wanders_and_no_other():
     rng = np.random.default_rng(1)
-    wandering = np.cumsum(rng.standard_normal((40, 50, 2)), axis=1) * 1e3
-    wandering[..., 1] = rng.standard_normal((40, 50))
+    wandering = np.cumsum(rng.standard_normal((40, 100, 2)), axis=1) * 1e3
+    wandering[..., 1] = rng.standard_normal((40, 100))
     genomes = PooledClassifier().draw(90, wandering, rng)
     weights = genomes[:, 3:].reshape(90, 16, 2).sum(axis=1)
     changes = np.abs(weights[:, 0]) < 1e-9
