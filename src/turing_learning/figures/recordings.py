@@ -5,7 +5,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .style import BLUE, DASHED, INK, MUTED, ORANGE, one_panel, series
+from .style import (
+    BLUE,
+    DASHED,
+    INK,
+    MUTED,
+    ORANGE,
+    RULE,
+    Panels,
+    new_figure,
+    one_panel,
+    series,
+    titled,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -121,3 +133,50 @@ def distribution_figure(values: np.ndarray, label: str) -> "Figure":
     axes.tick_params(colors=MUTED, axis="x")
     panels.label("Frequency", label)
     return panels.with_legend(ncols=1)
+
+
+def maps_figure(
+    titles: Sequence[str],
+    values: Sequence[Sequence[np.ndarray]],
+    edges: Sequence[tuple[np.ndarray, np.ndarray]],
+    labels: Sequence[tuple[str, str, str]],
+) -> "Figure":
+    """Draw maps side by side, a row for each of several sources; a column has one scale of colors.
+
+    Parameters
+    ----------
+    titles
+        Of the R rows.
+    values : R x C arrays (rows, columns)
+        What is drawn, NaN where nothing is known; 0 is white.
+    edges
+        Of each column: those of the cells along x and along y.
+    labels
+        Of each column: what is drawn with its unit, and the two axes.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    count = len(edges)
+    headings = [f"{title}: {labels[k][0]}" for title in titles for k in range(count)]
+    figure = new_figure(3.6 * count, 3.1 * len(titles))
+    figure.set_layout_engine("constrained", w_pad=0.1)
+    axes = list(figure.subplots(len(titles), count, squeeze=False).flat)
+    panels = titled(Panels(figure, axes, count), headings, fontsize=8.5, parse_math=False)
+    for k in range(count):
+        column = [row[k] for row in values]
+        shown = np.concatenate([np.abs(picture[np.isfinite(picture)]) for picture in column])
+        # single cells with few moments would make everything else pale
+        limit = float(np.quantile(shown, 0.98)) if len(shown) else 1.0
+        for r, picture in enumerate(column):
+            one = panels.axes[r * count + k]
+            one.grid(visible=False)
+            one.set_facecolor(RULE)
+            along_x, along_y = edges[k]
+            mesh = one.pcolormesh(along_x, along_y, picture, cmap="PuOr_r", vmin=-limit, vmax=limit)
+            one.set_xlabel(labels[k][1], fontsize=8.5, color=INK)
+            one.set_ylabel(labels[k][2], fontsize=8.5, color=INK)
+            bar = figure.colorbar(mesh, ax=one, shrink=0.85)
+            bar.ax.tick_params(labelsize=7.5, colors=MUTED)
+    return figure

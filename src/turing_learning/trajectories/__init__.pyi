@@ -6,6 +6,9 @@ from ._look import Look as Look
 from ._recording import Options as Options
 from ._recording import Problems as Problems
 from ._recording import Reading as Reading
+from ._responses import ResponseMaps as ResponseMaps
+from ._responses import response_figure as response_figure
+from ._responses import response_maps as response_maps
 from ._signals import DIRECTED as DIRECTED
 from ._signals import SIGNALS as SIGNALS
 from ._signals import Signals as Signals
