@@ -93,7 +93,8 @@ class Result(Judged):
         Lower and upper end, for each parameter, of what the estimate leaves open: nine of ten hold
         the truth, see `turing_learning.analysis.interval`. Both are NaN, in `result.json` null,
         where the run is still moving, where classifiers still tell its models, and where the models
-        have never moved.
+        have never moved. Of several solutions (`Posterior.modes`) it spans all, from the lowest end
+        of them to the highest; between them most values are wrong.
     absolute_error, estimate_absolute_error
         Of `best_model` and of `estimate`; None where there is no truth.
     mae, estimate_mae
@@ -403,7 +404,8 @@ class Posterior(Result):
         Name -> name -> covariance of two parameters, in their units: what matching leaves open, see
         `draws`. None, and not in `result.json`, where the run has not settled.
     modes
-        Its solutions, that of most draws first; none where the run has not settled.
+        Its solutions, that of most draws first, each with an interval of its own; none where the
+        run has not settled. `estimate` is that of the first.
     """
 
     covariance: dict[str, dict[str, float]] | None = None

@@ -486,23 +486,47 @@ def squares(parameters, rng):
     return parameters[:, :1, None] ** 2 + rng.standard_normal((len(parameters), 20, 1))
 
 
-def test_two_solutions_are_found_and_stated():
-    genuine = squares(np.full((60, 1), 1.5), np.random.default_rng(1))
-    result = tl.infer(
-        genuine=genuine, simulate=squares, parameters={"root": (-3.0, 3.0)}, trials=400, seed=1
-    )
+TWO_SOLUTIONS = {
+    "genuine": squares(np.full((60, 1), 1.5), np.random.default_rng(1)),
+    "parameters": {"root": (-3.0, 3.0)},
+    "trials": 400,
+    "seed": 1,
+    "settings": {"run.threads": 1},
+}
+
+
+@pytest.fixture(scope="module")
+def two_solutions():
+    """The result of a run with two solutions."""
+    return tl.infer(simulate=squares, **TWO_SOLUTIONS)
+
+
+def test_two_solutions_are_found_and_stated(two_solutions):
+    result = two_solutions
     assert result.verdict == "several solutions"
     assert sorted(np.sign(mode.estimate["root"]) for mode in result.modes) == [-1, 1]
     assert sum(mode.weight for mode in result.modes) == pytest.approx(1, abs=0.01)
     low, high = result.interval["root"]
     assert low < -1.4 < 1.4 < high
+    ends = [mode.interval["root"] for mode in result.modes]
+    assert (low, high) == (min(ends)[0], max(ends)[1])
 
 
-def test_a_stored_run_has_its_solutions(tmp_path):
-    genuine = squares(np.full((60, 1), 1.5), np.random.default_rng(1))
-    options = {"parameters": {"root": (-3.0, 3.0)}, "trials": 400, "seed": 1}
-    result = tl.infer(genuine=genuine, simulate=squares, out=tmp_path / "run", **options)
-    assert tl.load_run(tmp_path / "run").modes == result.modes
+def test_a_run_that_has_noticed_two_solutions_is_resumed_to_the_same_bits(two_solutions, tmp_path):
+    calls = []
+
+    def broken(parameters, rng):
+        calls.append(len(parameters))
+        if len(calls) > 14:  # ten batches, and a look at the walkers before
+            raise OSError("no license")
+        return squares(parameters, rng)
+
+    with pytest.raises(CustomSystemError, match="no license"):
+        tl.infer(simulate=broken, out=tmp_path / "run", **TWO_SOLUTIONS)
+    genuine = TWO_SOLUTIONS["genuine"]
+    found = tl.resume(tmp_path / "run", genuine=genuine, simulate=squares)
+    assert found.modes == two_solutions.modes
+    assert tl.load_run(tmp_path / "run").modes == found.modes
     assert len(json.loads((tmp_path / "run" / "result.json").read_text())["modes"]) == 2
 
 
