@@ -179,9 +179,9 @@ class Judged(Tabular):
 def tables(headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> "Iterator[Table]":
     """Yield a table for a terminal: words to the left, numbers to the right, alarming words in red.
 
-    Where a terminal of `width` characters has no room for a column, it and those after it come in a
-    further table, which begins with the first column again. Columns of words wrap before they do
-    so.
+    Where a terminal of `width` characters has no room for a column, columns stand closer; if that is
+    not enough, it and those after it come in a further table, which begins with the first column
+    again. Columns of words wrap before they do so.
     """
     from rich.table import Table
     from rich.text import Text
@@ -196,14 +196,18 @@ def tables(headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -
             width_of_column if is_number[k] else min(width_of_column, NARROWEST_WORDS)
         )
     remaining = list(range(1, len(headings)))
+    # one character between columns, rather than two, where that spares a further table
+    gaps = len(remaining)
+    closer = sum(least_widths) + gaps <= width < sum(least_widths) + 2 * gaps
+    gap = 1 if closer else 2
     while remaining:
         chosen = [0]
-        # Two characters stand between columns. A table has at least one column beside the first.
+        # A table has at least one column beside the first.
         taken = least_widths[0]
-        while remaining and (len(chosen) == 1 or taken + 2 + least_widths[remaining[0]] <= width):
-            taken += 2 + least_widths[remaining[0]]
+        while remaining and (len(chosen) == 1 or taken + gap + least_widths[remaining[0]] <= width):
+            taken += gap + least_widths[remaining[0]]
             chosen.append(remaining.pop(0))
-        table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="dim")
+        table = Table(box=None, padding=(0, gap, 0, 0), pad_edge=False, header_style="dim")
         for k in chosen:
             to_the_right = is_number[k] and k != 0
             justify: Any = "right" if to_the_right else "left"

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from shlex import quote
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -98,14 +99,17 @@ def write_report(
     again = f"see {'recording in Manifest' if 'recording' in manifest else 'Configuration'}, below"
     steps: list[tuple[str, str]] = []
     if result.path is not None and not result.in_laboratory:
-        again = "turing-learning infer --config RUN/config.toml --out AGAIN" if simulated else again
-        tells = "Can fresh classifiers tell the model from the system? What is pinned down?"
-        tells += " (RUN: the folder of this page.)"
-        agree = "Do runs with other seeds agree? Make one or more, and pool them."
-        steps = [
-            ("turing-learning check RUN", tells),
-            ("turing-learning pool RUN ANOTHER-SEED", agree),
-        ]
+        run = quote(str(result.path))
+        infer = f"turing-learning infer --config {quote(str(result.path / 'config.toml'))}"
+        again = f"{infer} --out AGAIN" if simulated else again
+        if result.checked is None:
+            tells = "Can fresh classifiers tell the model from the system? What is pinned down?"
+            steps.append((f"turing-learning check {run}", tells))
+        other = quote(f"{result.path}-again")
+        pool = f"turing-learning pool {run} {other}"
+        if simulated:
+            pool = f"{infer} --seed {result.seed + 1} --out {other}\n{pool}"
+        steps.append((pool, "Do runs with other seeds agree? Make one or more, and pool them."))
     begun = manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
     words = {code: word for word, code in SELECTION_CODES.items()}
     stopped = describe_selection([words[int(code)] for code in history["selection"].to_numpy()])

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from turing_learning.analysis import WHY_UNKNOWN
 from turing_learning.report import short_number, shown
-from turing_learning.report.tabular import describe_unknown
+from turing_learning.report.tabular import describe_unknown, tables
 
 
 @pytest.mark.parametrize(
@@ -43,3 +43,8 @@ def test_it_is_said_what_is_unknown_and_why():
     told = describe_unknown({"a": [nan, nan], "b": [0.0, 0.0], "c": [nan, nan]})
     assert told == f"The 90 % interval is unknown for a, c: {WHY_UNKNOWN}."
     assert describe_unknown({"b": [0.0, 0.0]}) == ""
+
+
+@pytest.mark.parametrize(("width", "count"), [(19, 1), (18, 1), (17, 1), (16, 2)])
+def test_columns_stand_closer_where_that_spares_a_further_table(width, count):
+    assert len(list(tables(["parameter", "a", "b"], [["x", "1.0", "2.0"]], width))) == count

@@ -206,6 +206,7 @@ def test_what_is_not_known_of_a_run_that_has_not_moved_is_said_in_file_figure_an
     page = (result.path / "report.html").read_text(encoding="utf-8")
     assert result.verdict == kept["verdicts"][0] == found.verdict
     assert f"<b>{result.verdict}</b>" in page
+    assert "turing-learning check" not in page  # it is done
     assert ">nan" not in page
 
 

@@ -80,6 +80,7 @@ def test_the_history_has_a_row_for_each_batch(whole):
 def test_it_is_described_in_trials(whole):
     assert repr(whole).startswith("<Posterior: aggregation, seed 3, 90 trials, ")
     page = (whole.path / "report.html").read_text()
+    assert f"turing-learning check {whole.path}<" in page
     assert "After 90 trials the estimate differs" in page
     assert "Parameters over trials" in page
     assert "generations.csv" not in page
