@@ -1,7 +1,9 @@
-"""Draw the pictures of README.md: a swarm of agents beside its inferred twin, still and moving.
+"""Draw the pictures of README.md and the site: a swarm of agents beside its inferred twin, still and moving.
 
-Run with ``python docs/pictures.py RUN``, where RUN is a finished run of ``turing-learning infer aggregation`` with
-``--generations 1000``. It writes ``images/twins.png`` for the site and ``images/twins.gif``, 180 s in 15 s, for the README.
+Run with ``python docs/pictures.py RUN``, where RUN is a finished run of ``turing-learning infer aggregation``. It writes
+``images/twins.png``, ``images/twins.gif`` for the README, 180 s in 15 s, and ``_static/twins.html``, the replay at the
+site's beginning. The first two are of a run with ``--generations 1000``, the replay is of one with 3,000 trials and seed 1:
+``python docs/pictures.py RUN --replay`` writes it alone.
 """
 
 import sys
@@ -11,12 +13,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import turing_learning as tl
-from turing_learning.report import Replay, Swarm, write_gif
+from turing_learning.report import Replay, Swarm, replay_page, write_gif, write_page
 
 ROBOTS = 25
 ROBOT_RADIUS_CM = 5.5  # larger than they are
 TIMES_S = (0, 60, 120, 180)
 IMAGES = Path(__file__).parent / "images"
+REPLAY = Path(__file__).parent / "_static" / "twins.html"
+REPLAY_STEP = 5  # of the steps one is in the replay, twice a second
 
 
 def simulate_twins(run: tl.Result) -> tuple[np.ndarray, float]:
@@ -63,24 +67,24 @@ def draw_twins(moved: np.ndarray, interval: float) -> Figure:
     return figure
 
 
-def write_moving_twins(moved: np.ndarray, interval: float, path: Path) -> None:
-    """Write the two swarms as an animation that repeats."""
-    labels = ("Agents", "Replicas of the inferred model")
+def twins(moved: np.ndarray, interval: float) -> Replay:
+    """Return the replay of the two swarms."""
+    labels = ("Agents", "Replicas")
     swarms = tuple(Swarm(labels[k], moved[k], ROBOTS, np.full(ROBOTS, k == 1)) for k in (0, 1))
-    write_gif(
-        Replay("Twins", ROBOT_RADIUS_CM, 1.0, interval, swarms),
-        path,
-        speed=12.0,
-        frames_per_second=10,
-    )
+    return Replay("A swarm and its inferred twin", ROBOT_RADIUS_CM, 1.0, interval, swarms)
 
 
 def main() -> None:
     """Draw the pictures of the run named on the command line."""
     IMAGES.mkdir(exist_ok=True)
     moved, interval = simulate_twins(tl.load_run(sys.argv[1]))
+    sparse = twins(moved[:, ::REPLAY_STEP], REPLAY_STEP * interval)
+    write_page(replay_page(sparse), REPLAY)
+    if "--replay" in sys.argv:
+        return
     draw_twins(moved, interval).savefig(IMAGES / "twins.png", dpi=130)
-    write_moving_twins(moved, interval, IMAGES / "twins.gif")
+    gif = IMAGES / "twins.gif"
+    write_gif(twins(moved, interval), gif, speed=12.0, frames_per_second=10)
 
 
 if __name__ == "__main__":

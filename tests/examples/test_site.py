@@ -89,6 +89,13 @@ def test_experiments_come_along_as_pages_with_their_tables(site):
     assert 'href="experiments/4.3.html"' in (site / "reproduction.html").read_text(encoding="utf-8")
 
 
+def test_the_home_page_plays_a_replay_that_comes_along():
+    address = re.search(r'<iframe[^>]* src="([^"]+)"', (DOCS / "index.md").read_text("utf-8"))[1]
+    page = (DOCS / address).read_text(encoding="utf-8")
+    assert "25 replicas" in page
+    assert len(page) < 250_000
+
+
 def test_every_experiment_has_a_page():
     written = {path.parent.name for path in (ROOT / "experiments").glob("*/README.md")}
     assert {path.stem for path in (DOCS / "experiments").glob("*.md")} - {"index"} == written

@@ -17,8 +17,8 @@ from ._tables import plain_console, print_table
 if TYPE_CHECKING:
     from rich.console import Console
 
-FISH = "--fps 30 --scale 20 --every 3 --bridge 5 --model burst-and-coast"
-SWARM = "--fps 10 --scale 1 --y-axis up --model robots"
+FISH = "--fps 30 --pixels-per-cm 20 --every 3 --bridge 5 --model burst-and-coast"
+SWARM = "--fps 10 --pixels-per-cm 1 --y-axis up --model robots"
 """Options of `infer` for the two samples."""
 
 SWARM_S = 40.0

@@ -47,7 +47,7 @@ def compare(
 
     Examples:
 
-      turing-learning compare fish.csv --fps 25 --scale 12.3 --model couzin --model burst-and-coast --out runs/families
+      turing-learning compare fish.csv --fps 25 --pixels-per-cm 12.3 --model couzin --model burst-and-coast --out runs/families
       turing-learning compare monday.csv tuesday.csv --model couzin --model my_module:simulate --trials 1000
       turing-learning compare runs/couzin runs/coast --json
 

@@ -14,7 +14,7 @@ from cyclopts import Parameter
 import turing_learning as tl
 from turing_learning.errors import RefusedError, refuse, refusing_as, require
 
-from ._options import Files, Integer, Real, Tracks, titled
+from ._options import Files, Integer, Real, Tracks, option_of, titled
 from ._runs import opened
 from ._tables import plain_console, print_table
 
@@ -169,7 +169,7 @@ def _add_usual_options(summary: "_Summary", tracks: Tracks, usual: Mapping[str, 
         taken.pop("every", None)
     if taken:
         summary.content["as_in_the_run"] = taken
-        words = " ".join(f"--{name.replace('_', '-')} {value}" for name, value in taken.items())
+        words = " ".join(f"{option_of(name)} {value}" for name, value in taken.items())
         summary.lines.append(f"What files do not state is as in the recording of the run: {words}")
 
 
@@ -233,7 +233,7 @@ def _samples(
         )
     except RefusedError as error:
         tracked = path.is_file() and not holds_motion(path)
-        remedy = " If a tracker wrote it, give --fps and --scale." if tracked else ""
+        remedy = " If a tracker wrote it, give --fps and --pixels-per-cm." if tracked else ""
         raise RefusedError(f"{error}{remedy}".replace("`motion`", f"`{option}`")) from error
 
 

@@ -32,7 +32,7 @@ def test(
     seed: Integer = 0,
     tracks: Tracks = Tracks(),  # noqa: B008 - frozen
     against_fps: Real | None = None,
-    against_scale: Real | None = None,
+    against_pixels_per_cm: Real | None = None,
     against_y_axis: str | None = None,
     out: Path | None = None,
     force: bool = False,
@@ -45,7 +45,7 @@ def test(
 
     Examples:
 
-      turing-learning test fish.csv --against simulated.csv --fps 25 --scale 20 --out test.html
+      turing-learning test fish.csv --against simulated.csv --fps 25 --pixels-per-cm 20 --out test.html
       turing-learning test monday.csv tuesday.csv --against model/*.csv --signals speed,turn --json
 
     :param real: Recordings of the real thing.
@@ -57,7 +57,7 @@ def test(
     :param quick: Leave the boosted trees out, which take most of the time.
     :param seed: Seed of all that is drawn; 0 by default.
     :param against_fps: Frames per second of the simulated recordings; by default as stated, or as the real ones.
-    :param against_scale: Their pixels per cm; the same.
+    :param against_pixels_per_cm: Their pixels per cm; the same.
     :param against_y_axis: Where y points in them; the same.
     :param out: Write a page (.html).
     :param force: Replace a page that is there.
@@ -99,7 +99,7 @@ def test(
         }
         # faster recordings are thinned to the rate of the others, so `every` is for the real ones
         others = replace(
-            tracks, fps=against_fps, scale=against_scale, y_axis=against_y_axis, every=None
+            tracks, fps=against_fps, scale=against_pixels_per_cm, y_axis=against_y_axis, every=None
         )
         simulated = [others.read(path, "--against", usual) for path in against]
         for each in (*recordings, *simulated):

@@ -24,7 +24,7 @@ def game(
     title: str = "Which one is real?",
     recording: Recording = Recording(),  # noqa: B008 - frozen
     against_fps: Real | None = None,
-    against_scale: Real | None = None,
+    against_pixels_per_cm: Real | None = None,
     against_y_axis: str | None = None,
     out: Path | None = None,
     force: bool = False,
@@ -37,7 +37,7 @@ def game(
     Examples:
 
       turing-learning game runs/fish
-      turing-learning game fish.csv --against simulated.csv --fps 25 --scale 20 --out game.html
+      turing-learning game fish.csv --against simulated.csv --fps 25 --pixels-per-cm 20 --out game.html
 
     :param run: A run folder; with --against a recording of the real thing.
     :param more: Further recordings.
@@ -47,7 +47,7 @@ def game(
     :param seed: Seed of all that is drawn, also of the sides; 0 by default.
     :param title: Heading of the page.
     :param against_fps: Frames per second of the simulated recordings; by default as stated, or as the real ones.
-    :param against_scale: Their pixels per cm; the same.
+    :param against_pixels_per_cm: Their pixels per cm; the same.
     :param against_y_axis: Where y points in them; the same.
     :param out: Page (.html) to write; RUN-game.html in this folder by default.
     :param force: Replace a file that exists.
@@ -76,7 +76,11 @@ def game(
         }
         # faster recordings are thinned to the rate of the others, so `every` is for the real ones
         others = replace(
-            recording, fps=against_fps, scale=against_scale, y_axis=against_y_axis, every=None
+            recording,
+            fps=against_fps,
+            scale=against_pixels_per_cm,
+            y_axis=against_y_axis,
+            every=None,
         )
         simulated = [others.read(path, "--against", usual) for path in against]
         options = {} if length is None else {"length_s": length}

@@ -26,7 +26,7 @@ def look(
     Examples:
 
       turing-learning look fish.csv
-      turing-learning look fish.csv --fps 25 --scale 12.3 --column id=track --out fish.html
+      turing-learning look fish.csv --fps 25 --pixels-per-cm 12.3 --column id=track --out fish.html
 
     :param file: A file of a tracker, or several.
     :param out: Page (.html) to write; FILE-look.html in this folder by default.

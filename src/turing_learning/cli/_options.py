@@ -36,6 +36,11 @@ Columns = Annotated[list[str] | None, Parameter(negative="")]
 Settings = Annotated[list[str] | None, Parameter("--set", negative="")]
 
 
+def option_of(name: str) -> str:
+    """Return the option that a run has stored under a name."""
+    return "--pixels-per-cm" if name == "scale" else f"--{name.replace('_', '-')}"
+
+
 @dataclass(frozen=True)
 class Given:
     """Options of a command; those that are not given are None."""
@@ -49,11 +54,12 @@ class Given:
 @Parameter(name="*", group=RECORDED)
 @dataclass(frozen=True)
 class Tracks(Given):
-    """How a file of a tracker is read; the names are those of `load_trajectories` but for the scale."""
+    """How a file of a tracker is read; the names are those of `load_trajectories`."""
 
     fps: Real | None = None
     """Frames per second."""
-    scale: Real | None = None
+    # runs have stored it as "scale"
+    scale: Annotated[Real | None, Parameter(("--pixels-per-cm", "--scale"))] = None
     """Pixels per cm; 1 for a file in cm."""
     y_axis: str | None = None
     """Where y points in a file that does not say so: down, as in images, or up."""
@@ -86,7 +92,7 @@ class Tracks(Given):
             if isinstance(value, list | tuple):
                 value = " ".join(map(str, value))
             if value is not None:
-                refuse(f"--{name.replace('_', '-')}", rule, str(value), remedy)
+                refuse(option_of(name), rule, str(value), remedy)
 
     def read(
         self, path: Path, name: str, usual: Mapping[str, Any] | None = None
@@ -139,7 +145,8 @@ class Recording(Sampling):
         from turing_learning.families import RecordedSystem
 
         families = tl.families.MODELS
-        example = "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin"
+        recording = "--trajectories fish.txt --fps 25 --pixels-per-cm 12.3"
+        example = f"For example: {recording} --model couzin"
         if not self.trajectories:
             refuse("--trajectories", "be given for recorded motion", "none", example)
         if self.model is None:

@@ -49,7 +49,7 @@ def infer(
       turing-learning infer --config my.toml --set classifiers.hidden=8
       turing-learning infer light-response --passive random
       turing-learning infer --simulate-command "ants {speed} {seed}" --range speed=0:10 --series nests.csv --workers 4
-      turing-learning infer --trajectories monday/fish.txt --trajectories tuesday/fish.txt --fps 25 --scale 12.3 --model couzin
+      turing-learning infer --trajectories monday.txt --trajectories tuesday.txt --fps 25 --pixels-per-cm 12.3 --model couzin
 
     :param scenario: Name of a scenario, see `scenarios`; or in the file.
     :param config: TOML file with any setting, see `turing-learning docs scenarios`.

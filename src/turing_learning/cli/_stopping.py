@@ -38,7 +38,7 @@ _ALIKE = (
     "range",
 )
 _OPTIONS = {name: f"--{name.replace('_', '-')}" for name in _ALIKE} | {
-    "pixels_per_cm": "--scale", "length_s": "--window", "steps": "--window", "max_gap": "--bridge",
+    "pixels_per_cm": "--pixels-per-cm", "length_s": "--window", "steps": "--window", "max_gap": "--bridge",
     "smooth_frames": "--smooth", "names": "--signals", "tank_cm": "--tank", "tanks": "--tank", "columns": "--column",
     "longest_rest_s": "--longest-rest", "longest_gap_s": "--split-gaps",
 }  # fmt: skip

@@ -245,7 +245,7 @@ class CustomSystem(System, Settings):
             require(fits, "simulate", rule, got, remedy)
 
         parameters = getattr(simulate, "parameters", None)
-        if isinstance(parameters, Mapping):
+        if isinstance(parameters, Mapping | tuple):
             fits = tuple(parameters) == self.parameter_names
             rule = f"have the parameters of the run, {', '.join(self.parameters)}, in this order"
             remedy = "Give the simulator that the run has, or its parameters."

@@ -42,7 +42,12 @@ def table_values(table: Any, columns: Sequence[str] = ()) -> np.ndarray:
             rule = f"have the columns {', '.join(map(str, names))}"
             refuse("table", rule, ", ".join(map(str, table.keys())) or "none")
         table = np.column_stack([np.asarray(table[name], dtype=np.float64) for name in names])
-    values = np.asarray(table, dtype=np.float64)
+    try:
+        values = np.asarray(table, dtype=np.float64)
+    except TypeError:
+        rule = "be a DataFrame, a dict of series, or an array"
+        remedy = "A model is run, and its table returned, in a function around it."
+        refuse("table", rule, type(table).__name__, remedy)
     return values[:, None] if values.ndim == 1 else values
 
 
@@ -56,6 +61,11 @@ class PerModel:
     seeded: bool = True  #: Whether the function takes `seed`
 
     vectorized = False
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters, in the order of a model's values."""
+        return self.names
 
     @property
     def signals(self) -> tuple[str, ...] | None:
@@ -127,6 +137,11 @@ class Command:
         unknown = fields - {*self.names, SEED}
         rule = f"hold no other names in braces than those of the parameters and {{{SEED}}}"
         require(not unknown, "simulate_command", rule, ", ".join(sorted(unknown)))
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters, in the order of a model's values."""
+        return self.names
 
     @property
     def signals(self) -> tuple[str, ...] | None:

@@ -64,6 +64,12 @@ def implausible(
             doubts.append(
                 f"{tank}, and 99.9 % of them over {usual[0]:.4g} x {usual[1]:.4g}: give the tank"
             )
+    gaps = _gaps_between(likely)
+    if likely.sum() >= LONG and gaps > likely.sum():
+        share = gaps / (gaps + likely.sum())
+        doubts.append(
+            f"{share:.0%} of the positions are missing between first and last ones: if times are uneven, resample them"
+        )
     lives = likely.sum(axis=0)
     moments = [name for name, count in zip(names, lives, strict=True) if 0 < count <= SHORTEST]
     if moments and len(positions) >= LONG:
@@ -72,3 +78,10 @@ def implausible(
             f"{len(moments)} of {len(names)} individuals are there for {SHORTEST} frames or fewer: {listed}"
         )
     return doubts
+
+
+def _gaps_between(there: np.ndarray) -> int:
+    """Return how many positions (F, A) are missing between the first and the last one of individuals."""
+    begun = np.maximum.accumulate(there, axis=0)
+    ending = np.maximum.accumulate(there[::-1], axis=0)[::-1]
+    return int((begun & ending & ~there).sum())

@@ -338,7 +338,7 @@ def _reading(
         fps = "stated by the file"
     elif options.fps is not None:
         fps = "given"
-    pixels_per_cm = "the file is in cm"
+    pixels_per_cm = "stated by the file, in cm from here on"
     if scale == "unknown":
         pixels_per_cm = "unknown: positions stay in pixels"
     elif scale is not None and recording.unit != "cm":

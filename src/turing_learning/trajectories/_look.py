@@ -38,7 +38,9 @@ class Look:
     @property
     def doubts(self) -> tuple[str, ...]:
         """What may be meant otherwise than it was read, or can hardly be true; a sentence each."""
-        return (*self.problems.doubts, *self.problems.headings)
+        every = self.problems.every
+        thin = f"only one frame in {every} is there: keep those, by every={every} or `thinned`"
+        return (*[thin] * (every > 1), *self.problems.doubts, *self.problems.headings)
 
     @cached_property
     def facts(self) -> dict[str, str]:

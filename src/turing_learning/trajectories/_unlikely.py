@@ -19,6 +19,8 @@ STAY_FRAMES = 5
 RELEASE = 5.0
 """Typical steps from which on a step to or from a stay is none of an animal that rests. Of 400 stays
 in the recordings of the tests, the fastest one ends with 1.1."""
+MARKS = 5
+"""Stays at exactly one point for missing positions from which on all stays there are such."""
 COMMON = 0.05
 """Share of all positions from which on those at one point do not tell what is typical."""
 SAMPLED = 5000
@@ -145,6 +147,10 @@ def _mark_markers(mask: np.ndarray, paths: _Paths, jump: float, stay: int) -> np
     again = np.zeros_like(at_origin)
     again[there_and_back] = _counts(stays.points[there_and_back]) > 1
     markers = at_origin | (there_and_back & (again | (stays.frames >= stay)))
+    # nobody is at exactly such a point, also where a path begins, or passes nearby
+    places = stays.points @ [1, 1j]
+    often = _counts(stays.points[markers]) >= MARKS
+    markers |= np.isin(places, places[markers][often])
     paths.mark(mask, markers[stays.of])
     aside = np.zeros_like(mask)
     paths.mark(aside, (at_origin | there_and_back)[stays.of])

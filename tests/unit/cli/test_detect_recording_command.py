@@ -23,7 +23,7 @@ SMALL = [
     "--generations",
     "6",
 ]
-OPTIONS = ["--fps", "10", "--scale", "1"]
+OPTIONS = ["--fps", "10", "--pixels-per-cm", "1"]
 
 
 def write_recording(path, seed=0, frames=500):
@@ -175,11 +175,14 @@ def test_without_normal_recordings_there_is_a_ranking_and_no_verdict(fish, trial
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["trial.txt", "--fps", "25", "--scale", "1"], "fps` must be that of the run, 10; got 25"),
-        (["trial.txt", "--fps", "10"], "`--scale` must be given; got none"),
         (
-            ["trial.txt", "--fps", "10", "--scale", "1e-12"],
-            r"`--scale` must be a finite number of at least 1e-09 and .*; got 1e-12\.",
+            ["trial.txt", "--fps", "25", "--pixels-per-cm", "1"],
+            "fps` must be that of the run, 10; got 25",
+        ),
+        (["trial.txt", "--fps", "10"], "`--pixels-per-cm` must be given; got none"),
+        (
+            ["trial.txt", "--fps", "10", "--pixels-per-cm", "1e-12"],
+            r"`--pixels-per-cm` must be a finite number of at least 1e-09 and .*; got 1e-12\.",
         ),
         (["short.txt", *OPTIONS], r"`motion` must hold a window of 20 steps .* got 15 frames"),
         (["none.txt", *OPTIONS], r"`motion` must be a readable file; got none.txt"),
@@ -211,7 +214,7 @@ def test_what_does_not_fit_is_refused_in_one_line(fish, trial, call, arguments, 
 
 @pytest.mark.parametrize("name", ["samples.npy", "samples.npz", "samples.csv"])
 @pytest.mark.parametrize(
-    ("option", "value"), [("--scale", "3.0"), ("--fps", "10.0"), ("--y-axis", "up")]
+    ("option", "value"), [("--pixels-per-cm", "3.0"), ("--fps", "10.0"), ("--y-axis", "up")]
 )
 def test_samples_have_neither_scale_nor_rate(fish, call, name, option, value):
     samples = np.random.default_rng(0).normal(size=(2, 20, 2))
@@ -242,7 +245,7 @@ def test_a_table_of_a_tracker_without_options_is_told_of_them(fish, call):
     assert call("detect", fish, write_recording("table.csv")) == (
         *(2, ""),
         "error: `motion` must begin with individual,step or individual,sample,step and the names of signals; got 'frame,id,x,y' "
-        "[table.csv:1]. If a tracker wrote it, give --fps and --scale.\n",
+        "[table.csv:1]. If a tracker wrote it, give --fps and --pixels-per-cm.\n",
     )
 
 
@@ -252,7 +255,7 @@ def test_without_normal_recordings_individuals_are_ranked_beside_those_that_the_
     how = [
         "--fps",
         "10",
-        "--scale",
+        "--pixels-per-cm",
         "2",
         "--y-axis",
         "up",
@@ -285,7 +288,7 @@ def test_without_normal_recordings_individuals_are_ranked_beside_those_that_the_
 def test_recordings_are_read_as_that_of_the_run_unless_they_or_options_say_otherwise(
     rate, trial, call
 ):
-    how = [*rate, "--scale", "2.0", "--y-axis", "up"]
+    how = [*rate, "--pixels-per-cm", "2.0", "--y-axis", "up"]
     run = ["--model", "burst-and-coast", "--window", "2", *SMALL, "--out", "run"]
     assert call("infer", "--trajectories", write_recording("fish.csv"), *how, *run)[0] == 0
     files = [
@@ -299,7 +302,9 @@ def test_recordings_are_read_as_that_of_the_run_unless_they_or_options_say_other
     )
     code, out, err = call("detect", "run", *files)
     assert (code, out, err) == (0, f"{told}{line}{' '.join(how)}\n", "")
-    assert call("detect", "run", *files, *how[:-4])[1].endswith(f"{line}--scale 2.0 --y-axis up\n")
+    assert call("detect", "run", *files, *how[:-4])[1].endswith(
+        f"{line}--pixels-per-cm 2.0 --y-axis up\n"
+    )
     found = json.loads(
         call("detect", "run", trial(), "--genuine", trial("normal.txt"), "--json")[1]
     )
@@ -313,7 +318,7 @@ def test_a_recording_of_every_second_frame_is_told_and_kept_by_an_option(fish, c
     header, *rows = Path(write_recording("whole.csv", seed=1)).read_text().splitlines()
     sparse = [row for row in rows if int(row.split(",")[0]) % 2 == 0]
     Path("sparse.csv").write_text("\n".join([header, *sparse]) + "\n")
-    command = ("detect", fish, "sparse.csv", "--scale", "1", "--y-axis", "up")
+    command = ("detect", fish, "sparse.csv", "--pixels-per-cm", "1", "--y-axis", "up")
     assert "only one in 2 is there: 5 per second" in call(*command, "--fps", "10")[2]
     code, out, err = call(*command, "--fps", "20", "--every", "2")
     assert (code, err) == (0, "")

@@ -22,7 +22,9 @@ def write_walk(path, frames=300, individuals=3, seed=0):
 
 def test_look_says_how_a_file_is_read_and_writes_a_page(call):
     write_walk("fish.csv")
-    code, out, err = call("look", "fish.csv", "--fps", "25", "--scale", "10", "--y-axis", "down")
+    code, out, err = call(
+        "look", "fish.csv", "--fps", "25", "--pixels-per-cm", "10", "--y-axis", "down"
+    )
     assert (code, err) == (0, "")
     lines = {line.partition("  ")[0]: line.partition("  ")[2].strip() for line in out.splitlines()}
     assert lines["read from"] == "frame = frame, id = track, x = x, y = y"

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.usefixtures("wide")
 
 TERMITES = Path(__file__).parents[2] / "reference/data/tracktor/termite_video_idtracked.txt"
 RECORDED = [
-    "--trajectories", str(TERMITES), "--fps", "25", "--scale", "20", "--model", "burst-and-coast", "--window", "2",
+    "--trajectories", str(TERMITES), "--fps", "25", "--pixels-per-cm", "20", "--model", "burst-and-coast", "--window", "2",
 ]  # fmt: skip
 OTHER_MODEL = ["boids" if word == "burst-and-coast" else word for word in RECORDED]
 
@@ -55,7 +55,7 @@ def given(table, fps):
         table,
         "--fps",
         str(fps),
-        "--scale",
+        "--pixels-per-cm",
         "1",
         "--y-axis",
         "up",
@@ -248,7 +248,7 @@ def test_a_table_of_ones_own_says_where_y_points(call):
         "own.csv",
         "--fps",
         "10",
-        "--scale",
+        "--pixels-per-cm",
         "1",
         "--model",
         "burst-and-coast",
@@ -262,7 +262,7 @@ def test_a_table_of_ones_own_says_where_y_points(call):
         "infer", *table, "--y-axis", "up", *SMALL, "--generations", "1", "--out", "run"
     )
     assert (code, err) == (0, "")
-    code, out, err = call("detect", "run", "own.csv", "--fps", "10", "--scale", "1")
+    code, out, err = call("detect", "run", "own.csv", "--fps", "10", "--pixels-per-cm", "1")
     assert (code, err) == (0, "")
     assert out.endswith("is as in the recording of the run: --y-axis up\n")
 
@@ -273,7 +273,7 @@ def test_a_recording_in_which_nobody_moves_is_refused(call):
     read = [
         "--fps",
         "10",
-        "--scale",
+        "--pixels-per-cm",
         "1",
         "--y-axis",
         "up",
@@ -307,7 +307,7 @@ def test_headings_are_on_both_sides_or_on_none(call):
         Path(name).write_text(
             "\n".join([f"frame,id,x,y{column}", *(row + heading for row in rows)]) + "\n"
         )
-    read = ["--fps", "10", "--scale", "1", "--y-axis", "up"]
+    read = ["--fps", "10", "--pixels-per-cm", "1", "--y-axis", "up"]
     more = [*read, "--window", "2", *SMALL, "--generations", "1"]
     code, _, err = call(
         "infer", "--trajectories", "plain.csv", "--model", "robots", *more, "--out", "run"
@@ -378,7 +378,7 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
         (["resume", "run", *RECORDED[:-1], "3"], "; got 75"),
         (["check", "run", *RECORDED[:-1], "3"], "; got 75"),
         (
-            ["check", "run", *without(RECORDED, "--scale"), "--scale", "10"],
+            ["check", "run", *without(RECORDED, "--pixels-per-cm"), "--pixels-per-cm", "10"],
             "that the run began with",
         ),
         (["infer", *RECORDED, "--out", "run"], "Resume it with `turing-learning resume run`, "),
@@ -403,7 +403,7 @@ def test_whatever_is_refused_of_a_run_on_a_recording_names_options(call, stopped
 
 def test_detectors_of_runs_on_recordings_say_what_helps(call, stopped):
     stopped("--generations", "3", after=1)
-    motion = ["detect", "run", TERMITES, "--fps", "25", "--scale", "20"]
+    motion = ["detect", "run", TERMITES, "--fps", "25", "--pixels-per-cm", "20"]
     assert "must be given for a run that has stored no motion" in call(*motion)[2]
     assert (
         "must be on simulated robots for individuals to be simulated"
@@ -423,7 +423,7 @@ def test_a_short_recording_of_one_individual_is_not_checked(call):
         "one.csv",
         "--fps",
         "10",
-        "--scale",
+        "--pixels-per-cm",
         "1",
         "--y-axis",
         "up",
@@ -475,7 +475,9 @@ def test_a_finished_run_is_resumed_with_its_own_recording_and_model_only(call):
     assert call("infer", *RECORDED, *SMALL, "--generations", "1", "--out", "run")[0] == 0
     assert call("resume", "run")[0] == 0
     assert call("resume", "run", *without(RECORDED, "--window"))[0] == 0
-    code, _, err = call("resume", "run", *without(RECORDED, "--scale"), "--scale", "10")
+    code, _, err = call(
+        "resume", "run", *without(RECORDED, "--pixels-per-cm"), "--pixels-per-cm", "10"
+    )
     assert code == 2
     assert "that the run began with" in err
     code, _, err = call("resume", "run", *OTHER_MODEL)
@@ -547,7 +549,7 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
     model = [
         "--fps",
         "10",
-        "--scale",
+        "--pixels-per-cm",
         "1",
         "--model",
         "burst-and-coast",
@@ -571,7 +573,7 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
         assert message in err
         code, _, err = call("infer", "--trajectories", file, *model, *options, "--out", run)
         assert (code, err) == (0, "")
-        recording = ["detect", run, file, "--fps", "10", "--scale", "1"]
+        recording = ["detect", run, file, "--fps", "10", "--pixels-per-cm", "1"]
         assert message in call(*recording)[2]
         assert message not in call(*recording, *options)[2]
 
@@ -583,16 +585,16 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
         (["--trajectories", TERMITES], "`--model` must be given for recorded motion; got none."),
         (
             ["--trajectories", TERMITES],
-            "--model couzin. Give --fps, too. Give --scale, too: 1 for a file in cm.",
+            "--model couzin. Give --fps, too. Give --pixels-per-cm, too: 1 for a file in cm.",
         ),
         (["--trajectories", TERMITES, "--model", "couzn"], "got 'couzn'. Did you mean `couzin`?"),
         (
-            ["--trajectories", TERMITES, "--model", "couzin", "--scale", "20"],
+            ["--trajectories", TERMITES, "--model", "couzin", "--pixels-per-cm", "20"],
             "`--fps` must be given; got none",
         ),
         (
             ["--trajectories", TERMITES, "--model", "couzin", "--fps", "25"],
-            "`--scale` must be given; got none",
+            "`--pixels-per-cm` must be given; got none",
         ),
         (
             ["--trajectories", "none.txt", "--model", "couzin"],
@@ -612,19 +614,28 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
             "Opening it can run any code it holds. Let idtracker.ai write h5 or csv",
         ),
         (
-            [*without(RECORDED, "--scale"), "--scale", "1e-12"],
-            "`--scale` must be a finite number of at least 1e-09 and of at most 1e+09; got 1e-12.",
+            [*without(RECORDED, "--pixels-per-cm"), "--pixels-per-cm", "1e-12"],
+            "`--pixels-per-cm` must be a finite number of at least 1e-09 and of at most 1e+09; got 1e-12.",
         ),
         (
-            [*without(RECORDED, "--scale"), "--scale", "1e-7"],
-            "`--scale` must leave coordinates within +-1e+09 cm",
+            [*without(RECORDED, "--pixels-per-cm"), "--pixels-per-cm", "1e-7"],
+            "`--pixels-per-cm` must leave coordinates within +-1e+09 cm",
         ),
         (
             [*without(RECORDED, "--fps"), "--fps", "1e12"],
             "`--fps` must be a finite number of at least 1e-09 and of at most 1e+09; got 1000000000000.0.",
         ),
         (
-            [*RECORDED[:2], *RECORDED[6:8], "--scale", "1e-5", "--fps", "1e9", "--window", "2e-7"],
+            [
+                *RECORDED[:2],
+                *RECORDED[6:8],
+                "--pixels-per-cm",
+                "1e-5",
+                "--fps",
+                "1e9",
+                "--window",
+                "2e-7",
+            ],
             "must be finite and at most 1e+09 in size; got ",
         ),
         ([*RECORDED, "--y-axis", "left"], "`--y-axis` must be 'up' or 'down'; got 'left'."),

@@ -20,7 +20,7 @@ def write_recording(path, turn, individuals=6, frames=300, scale=1.0):
     )
 
 
-READ = ("--fps", "10", "--scale", "1", "--y-axis", "up", "--quick")
+READ = ("--fps", "10", "--pixels-per-cm", "1", "--y-axis", "up", "--quick")
 
 
 def test_two_recordings_end_in_sentences_json_and_a_page(call, tmp_path, wide):
@@ -47,7 +47,7 @@ def test_two_recordings_end_in_sentences_json_and_a_page(call, tmp_path, wide):
 def test_the_simulated_recordings_have_a_scale_and_a_rate_of_their_own(call, tmp_path):
     write_recording(tmp_path / "real.csv", 0.3)
     write_recording(tmp_path / "pixels.csv", 0.3, scale=20.0)
-    own = ("--against-scale", "20", "--signals", "speed")
+    own = ("--against-pixels-per-cm", "20", "--signals", "speed")
     found = json.loads(
         call("test", "real.csv", "--against", "pixels.csv", *READ, *own, "--json")[1]
     )

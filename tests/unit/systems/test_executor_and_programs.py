@@ -228,9 +228,24 @@ def test_a_function_may_take_no_seed():
     assert simulate(np.array([1.0, 2.0]), np.random.default_rng(1)).tolist() == [[1.0], [2.0]]
 
 
+def test_a_simulator_with_parameters_of_other_names_is_refused():
+    simulate = per_model(
+        lambda mean, spread: {"x": [mean, spread]}, ["mean", "spread"], seeded=False
+    )
+    message = (
+        "`simulate` must have the parameters of the run, mean, sd, in this order; got mean, spread"
+    )
+    with pytest.raises(ValueError, match=message):
+        tl.infer(genuine=np.ones((3, 2, 1)), simulate=simulate, parameters=PARAMETERS, trials=60)
+
+
 def test_tables_of_all_kinds_are_numbers():
     assert table_values({"a": [1, 2], "b": [3, 4]}, ["b", "a"]).tolist() == [[3, 1], [4, 2]]
     assert table_values([1, 2]).tolist() == [[1], [2]]
+    with pytest.raises(
+        ValueError, match=r"`table` must be a DataFrame, .*; got object\. A model is run"
+    ):
+        table_values(object())
     with pytest.raises(ValueError, match="`table` must have the columns a, c; got a, b"):
         table_values({"a": [1], "b": [2]}, ["a", "c"])
 

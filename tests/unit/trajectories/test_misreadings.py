@@ -514,6 +514,24 @@ def test_who_goes_far_away_without_a_jump_is_learned_from(tmp_path):
     assert load(tmp_path, table(positions[:700])).cleared().present.all()
 
 
+def test_a_point_for_missing_positions_is_one_where_a_path_begins_or_passes_nearby(tmp_path):
+    rows = table(walk())
+    there = rows.frame % 9 == 0
+    start = rows[rows.id == 0].iloc[200]
+    rows.loc[there, ["x", "y"]] = [start.x + 0.01, start.y]
+    read = load(tmp_path, rows).cleared()
+    assert not read.present[::9].any()
+    assert read.present[1:9].all()
+
+
+def test_most_positions_missing_is_odd(tmp_path):
+    rows = table(walk())
+    look = load(tmp_path, rows[np.random.default_rng(0).random(len(rows)) < 0.4]).look()
+    assert any("59% of the positions are missing" in doubt for doubt in look.doubts)
+    every_third = rows[rows.frame % 3 == 0]
+    assert "only one frame in 3 is there" in load(tmp_path, every_third).look().doubts[0]
+
+
 def test_everybody_at_one_point_is_refused(tmp_path):
     read = load(tmp_path, table(np.full((400, 5, 2), 7.0)))
     assert read.problems.still == ("0", "1", "2", "3", "4")
