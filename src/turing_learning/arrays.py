@@ -69,8 +69,8 @@ def _convertible(numbers: np.ndarray, dtype: "np.dtype[Any]") -> bool:
         return False
     if numbers.size == 0:  # NumPy takes an empty list for floats
         return True
-    whole = np.isfinite(numbers).all() and (numbers == np.floor(numbers)).all()
-    return dtype.kind in "iu" and bool(whole)
+    integral = np.isfinite(numbers).all() and (numbers == np.floor(numbers)).all()
+    return dtype.kind in "iu" and bool(integral)
 
 
 def _all_finite(numbers: np.ndarray) -> bool:

@@ -187,9 +187,9 @@ def refusing_as(error: type[RefusedError], *, name: str = "", place: str = "") -
             raise error(str(refused)) from refused
         if isinstance(refused, error) and not (place or name):
             raise
-        places = filter(None, (refusal.place, place))
+        labels = filter(None, (refusal.place, place))
         raise error(
-            replace(refusal, name=name or refusal.name, place=", ".join(places))
+            replace(refusal, name=name or refusal.name, place=", ".join(labels))
         ) from refused
     except ValueError as refused:
         raise error(str(refused)) from refused

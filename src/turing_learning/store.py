@@ -98,8 +98,8 @@ def writable(name: str, path: Path) -> AbstractContextManager[None]:
 
 def storage(path: Path, ahead: str, name: str = "out") -> AbstractContextManager[None]:
     """Say of a folder that cannot be written any further what to do when there is room."""
-    what = f"`{name}` must be a folder with space left; could not write to {path}"
-    return os_errors_as(RunStorageError, what, f"Make room, then {ahead}")
+    trouble = f"`{name}` must be a folder with space left; could not write to {path}"
+    return os_errors_as(RunStorageError, trouble, f"Make room, then {ahead}")
 
 
 @dataclass(frozen=True)

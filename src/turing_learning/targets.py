@@ -34,5 +34,5 @@ def refuse_target(
 
 def writing(path: Path, name: str) -> AbstractContextManager[None]:
     """Turn what the operating system says about such a file into one message."""
-    what = f"`{name}` must be a file that can be written; got {path}"
-    return os_errors_as(ConfigurationError, what, "Choose another place.")
+    trouble = f"`{name}` must be a file that can be written; got {path}"
+    return os_errors_as(ConfigurationError, trouble, "Choose another place.")

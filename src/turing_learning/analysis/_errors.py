@@ -84,13 +84,12 @@ def _name_assignment(estimate: np.ndarray, truth: np.ndarray) -> str:
     distance = np.abs(estimate[:, None] - truth[None]).max(axis=2)
     orders = [order for order in permutations(range(len(truth))) if list(order) != sorted(order)]
     if any(
-        all(distance[state, other] < _CLOSE for state, other in enumerate(order))
-        for order in orders
+        all(distance[state, twin] < _CLOSE for state, twin in enumerate(order)) for order in orders
     ):
         return "states exchanged"
-    for state, other in np.argwhere(distance < _CLOSE):
-        if state != other and distance[state, state] >= _CLOSE:
-            return f"I = {state} as I = {other}"
+    for state, twin in np.argwhere(distance < _CLOSE):
+        if state != twin and distance[state, state] >= _CLOSE:
+            return f"I = {state} as I = {twin}"
     return "other"
 
 

@@ -45,7 +45,8 @@ def replace_unknown(
     That is None for a file, and `UNKNOWN` in Python: as one and the same object, so that lists of it are equal.
     """
     return {
-        name: [end if is_known(end) else instead for end in ends] for name, ends in interval.items()
+        name: [bound if is_known(bound) else instead for bound in bounds]
+        for name, bounds in interval.items()
     }
 
 
@@ -95,13 +96,13 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     typical_models, window
         As for `estimate`.
     """
-    last = _last(typical_models, window)
-    middle, ends = np.median(last, axis=0), np.percentile(last, CENTRAL, axis=0)
-    known = zip(last.T, _moves(last), strict=True)
+    tail = _last(typical_models, window)
+    middle, bounds = np.median(tail, axis=0), np.percentile(tail, CENTRAL, axis=0)
+    pairs = zip(tail.T, _moves(tail), strict=True)
     growth = np.array(
-        [_growth(_independent(series)) if moves else UNKNOWN for series, moves in known]
+        [_growth(_independent(series)) if moves else UNKNOWN for series, moves in pairs]
     )
-    return (middle + growth * (ends - middle)).T
+    return (middle + growth * (bounds - middle)).T
 
 
 def _moves(typical_models: np.ndarray) -> np.ndarray:
@@ -126,8 +127,8 @@ def _independent(series: np.ndarray) -> float:
 
 
 def _last(typical_models: np.ndarray, window: int) -> np.ndarray:
-    given = array("typical_models", typical_models, "G P", finite=False)
-    return array("typical_models", given[-integer("window", window, 1) :], "G P")
+    models = array("typical_models", typical_models, "G P", finite=False)
+    return array("typical_models", models[-integer("window", window, 1) :], "G P")
 
 
 def pooled_estimate(typical_models: np.ndarray) -> np.ndarray:
@@ -178,9 +179,9 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     )
     wandering = np.stack([_wandering(runs) for runs in np.moveaxis(typical, 2, 0)], axis=1)
     low, high = np.hypot(wandering, scatter)
-    known = wandering.any(axis=0) | (np.ptp(estimates, axis=0) > 0)
+    varies = wandering.any(axis=0) | (np.ptp(estimates, axis=0) > 0)
     middle = np.median(estimates, axis=0)
-    return np.where(known[:, None], np.stack([middle - low, middle + high], axis=1), UNKNOWN)
+    return np.where(varies[:, None], np.stack([middle - low, middle + high], axis=1), UNKNOWN)
 
 
 def r_hat(typical_models: np.ndarray) -> np.ndarray:
@@ -227,18 +228,18 @@ def mixed_interval(
     """
     if not draws:
         return np.full((parameters, 2), UNKNOWN), np.full(parameters, UNKNOWN)
-    ends = np.quantile(np.concatenate(draws), (0.05, 0.95), axis=0).T
+    bounds = np.quantile(np.concatenate(draws), (0.05, 0.95), axis=0).T
     stated = np.array(intervals)
-    own = np.stack([np.quantile(each, (0.05, 0.95), axis=0).T for each in draws])
-    widened = (np.ptp(stated, axis=2) > 1.001 * np.ptp(own, axis=2)).any(axis=0)
-    ends[widened] = np.stack((stated[..., 0].min(axis=0), stated[..., 1].max(axis=0)), axis=1)[
+    draw_bounds = np.stack([np.quantile(draw, (0.05, 0.95), axis=0).T for draw in draws])
+    widened = (np.ptp(stated, axis=2) > 1.001 * np.ptp(draw_bounds, axis=2)).any(axis=0)
+    bounds[widened] = np.stack((stated[..., 0].min(axis=0), stated[..., 1].max(axis=0)), axis=1)[
         widened
     ]
-    middles = np.array([np.median(each, axis=0) for each in draws])
+    middles = np.array([np.median(draw, axis=0) for draw in draws])
     squares = (
-        (middles - middles.mean(axis=0)) ** 2 / np.array([each.var(axis=0) for each in draws])
+        (middles - middles.mean(axis=0)) ** 2 / np.array([draw.var(axis=0) for draw in draws])
     ).sum(axis=0)
-    return ends, np.sqrt(squares / (len(draws) - 1)) if len(draws) > 1 else np.full(
+    return bounds, np.sqrt(squares / (len(draws) - 1)) if len(draws) > 1 else np.full(
         parameters, UNKNOWN
     )
 
@@ -283,15 +284,15 @@ def settled(
     spreads : (G, P)
         Standard deviation of the models of each generation, in the same units; None where that is not known.
     """
-    last = array("typical_models", typical_models, "G P", finite=False)[-window:]
-    half = np.diff(interval(last, window), axis=1)[:, 0] / 2
-    middles = [np.median(part, axis=0) for part in np.array_split(last, 2) if len(part)]
+    tail = array("typical_models", typical_models, "G P", finite=False)[-window:]
+    half = np.diff(interval(tail, window), axis=1)[:, 0] / 2
+    middles = [np.median(piece, axis=0) for piece in np.array_split(tail, 2) if len(piece)]
     still = ~(np.abs(middles[-1] - middles[0]) > half)
     if spreads is None:
         return still & ~np.isnan(half)
     now = spreads[-window:].mean(axis=0)
-    first = np.where(spreads[0] > 0, spreads[0], spreads.max(axis=0))
-    quiet: np.ndarray = still & ((now < CONTRACTED * first) | (half >= now))
+    before = np.where(spreads[0] > 0, spreads[0], spreads.max(axis=0))
+    quiet: np.ndarray = still & ((now < CONTRACTED * before) | (half >= now))
     return quiet
 
 

@@ -190,21 +190,21 @@ class Judgment:
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
         """All that is to be said in a word, the one to show first; "converged" stands alone."""
-        found = {Verdict(each) for each in self.said} - {Verdict.CONVERGED}
+        verdicts = {Verdict(verdict) for verdict in self.said} - {Verdict.CONVERGED}
         if self.fault is not None:
-            found.add(self.fault)
+            verdicts.add(self.fault)
         elif self.examination is not None:
             if self.search_succeeds is False:
-                found.add(Verdict.UNRELIABLE)
+                verdicts.add(Verdict.UNRELIABLE)
             if self.fits is None:
-                found.add(Verdict.UNTESTED)
+                verdicts.add(Verdict.UNTESTED)
             if self.fits and self._all_loose:
-                found.add(Verdict.LOOSE)
-            if self.fits and found & TELLING:
-                found = found - TELLING | {Verdict.DISPUTED}
-        fitting = [each for each in FITTING if each in found]
-        found -= set(fitting[1:])
-        return tuple(each for each in Verdict if each in found) or (Verdict.CONVERGED,)
+                verdicts.add(Verdict.LOOSE)
+            if self.fits and verdicts & TELLING:
+                verdicts = verdicts - TELLING | {Verdict.DISPUTED}
+        fitting = [verdict for verdict in FITTING if verdict in verdicts]
+        verdicts -= set(fitting[1:])
+        return tuple(verdict for verdict in Verdict if verdict in verdicts) or (Verdict.CONVERGED,)
 
     @property
     def verdict(self) -> Verdict:
@@ -214,11 +214,11 @@ class Judgment:
     @property
     def meaning(self) -> str:
         """What the verdict means, and what else holds."""
-        first, *others = self.verdicts
-        meaning = first.meaning
-        if first is Verdict.CONVERGED and (self.dissent or self.examination is not None):
+        main, *further = self.verdicts
+        meaning = main.meaning
+        if main is Verdict.CONVERGED and (self.dissent or self.examination is not None):
             meaning = _MOST if self.dissent else _CHECKED
-        return meaning + (f" Also: {', '.join(others)}." if others else "")
+        return meaning + (f" Also: {', '.join(further)}." if further else "")
 
     @property
     def line(self) -> str:
@@ -239,24 +239,24 @@ class Judgment:
         if test is None:
             return ()
         numbers = f"(accuracy {test.accuracy:.3f}, p = {test.p_value:.3f})"
-        own = bool(TELLING & {*self.said})
+        told_by_run = bool(TELLING & {*self.said})
         if self.fits is False:
-            found = [f"Fresh classifiers can tell held-out samples from the model {numbers}."]
+            sentences = [f"Fresh classifiers can tell held-out samples from the model {numbers}."]
         elif self.fits is None:
-            found = [
+            sentences = [
                 f"Fresh classifiers cannot say whether the estimate fits {numbers}: "
                 f"they would notice a clearly wrong model in {test.power:.0%} of such checks."
             ]
-            if own:
-                found.append("The run itself tells its models from the system.")
+            if told_by_run:
+                sentences.append("The run itself tells its models from the system.")
         else:
             tell = "cannot tell held-out samples from the model"
             if test.p_value <= LEVEL:
                 tell = "tell held-out samples from the model no better than from a right one"
-            found = [f"The estimate passes: fresh classifiers {tell} {numbers}."]
-            if own:
-                found.append("Yet the run itself tells its models from the system.")
-        return *found, *self._of_searches(), *self._of_parameters()
+            sentences = [f"The estimate passes: fresh classifiers {tell} {numbers}."]
+            if told_by_run:
+                sentences.append("Yet the run itself tells its models from the system.")
+        return *sentences, *self._of_searches(), *self._of_parameters()
 
     def to_json(self) -> dict[str, Any]:
         """Return what `check.json` holds of it."""
@@ -280,17 +280,17 @@ class Judgment:
         return 0 < self.parameters <= len(self.loose)
 
     def _of_searches(self) -> list[str]:
-        found = []
+        sentences = []
         if self.search_succeeds is False:
             mean = f"mean accuracy {np.mean(self.recovered):.3f}"
-            told = "end with models that classifiers tell from it"
-            found.append(f"Searches for a known truth {told} ({mean}).")
+            outcome = "end with models that classifiers tell from it"
+            sentences.append(f"Searches for a known truth {outcome} ({mean}).")
         elif self.search_succeeds:
-            ends = "end with models that pass for it" if self._calibrated else "come near it"
-            found.append(f"Searches for a known truth {ends}.")
+            outcome = "end with models that pass for it" if self._calibrated else "come near it"
+            sentences.append(f"Searches for a known truth {outcome}.")
         if self.fault is Verdict.TOLD:
-            found.append("Whether the model or the search is at fault is not known.")
-        return found
+            sentences.append("Whether the model or the search is at fault is not known.")
+        return sentences
 
     def _of_parameters(self) -> list[str]:
         if not self.parameters:
@@ -305,6 +305,6 @@ class Judgment:
 
 def _exceeds(value: float, sample: Iterable[float], level: float) -> bool:
     """Return whether so large a value is less likely than a level, by a normal sample of others."""
-    known = np.array([*sample])
-    error = max(float(known.std(ddof=1)), 1e-9) * np.sqrt(1 + 1 / len(known))
-    return bool(stdtr(len(known) - 1, (value - known.mean()) / error) > 1 - level)
+    values = np.array([*sample])
+    error = max(float(values.std(ddof=1)), 1e-9) * np.sqrt(1 + 1 / len(values))
+    return bool(stdtr(len(values) - 1, (value - values.mean()) / error) > 1 - level)

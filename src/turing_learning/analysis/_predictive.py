@@ -114,10 +114,12 @@ def predictive_check(
         models = np.concatenate((parameters, others[1][nearest]))
     labels, table = window_statistics(np.concatenate((genuine, samples)), names)
     count, fresh = len(genuine), len(simulated)
-    own, new = table[:count], table[count : count + fresh]
+    simulated_rows, fresh_rows = table[:count], table[count : count + fresh]
     # of a simulator without noise all genuine samples are alike, and draws differ by more: they need to surround them
-    varies = own.std(axis=0) > STILL * new.std(axis=0) + 1e-9
-    apart = np.abs(own.mean(axis=0) - new.mean(axis=0)) / (new.std(axis=0) + 1e-9)
+    varies = simulated_rows.std(axis=0) > STILL * fresh_rows.std(axis=0) + 1e-9
+    apart = np.abs(simulated_rows.mean(axis=0) - fresh_rows.mean(axis=0)) / (
+        fresh_rows.std(axis=0) + 1e-9
+    )
     apart[varies] = 0
     if apart.max() > SURROUNDED:
         return PredictiveCheck(0.0, labels[int(np.argmax(apart))], float(apart.max()))
@@ -125,14 +127,14 @@ def predictive_check(
         return PredictiveCheck(1.0, "", 0.0)
     scores = normal_scores(table)
     observed, scores = scores[:count], scores[count:]
-    labels = [label for label, kept in zip(labels, varies, strict=True) if kept]
+    labels = [label for label, varying in zip(labels, varies, strict=True) if varying]
     observed, scores = observed[:, varies], scores[:, varies]
 
     # how the statistics change with the parameters: ever nearer to the draw that explains them best
-    places, drawn = (models - center) / scale, (draws - center) / scale
-    best = np.zeros(places.shape[1])
+    offsets, drawn = (models - center) / scale, (draws - center) / scale
+    best = np.zeros(offsets.shape[1])
     for share in NARROWER:
-        fit = _regression(places, scores, best, share)
+        fit = _regression(offsets, scores, best, share)
         differences, variances = fit.miss(drawn, observed.mean(axis=0))
         variances += 1 / count
         distances = ((differences @ fit.whitening) ** 2).sum(axis=1)
@@ -155,7 +157,7 @@ def resemblance(
     _, table = window_statistics(np.concatenate((first, second)), names)
     scores = normal_scores(table)
     scores = scores[:, scores.std(axis=0) > 1e-6]
-    count, others = len(first), len(second)
+    count, second_count = len(first), len(second)
     centered = np.concatenate(
         (scores[:count] - scores[:count].mean(axis=0), scores[count:] - scores[count:].mean(axis=0))
     )
@@ -165,7 +167,7 @@ def resemblance(
         [np.arange(count), *(rng.permutation(len(scores))[:count] for _ in range(PERMUTATIONS))]
     )
     of_first = _row_means(scores, rows)
-    of_second = (total - count * of_first) / others
+    of_second = (total - count * of_first) / second_count
     return _surprise(of_first - of_second, deviation, whitening)
 
 
@@ -181,19 +183,19 @@ class _Regression:
     deviation: np.ndarray  # (F,), standard deviations of these
     whitening: np.ndarray  # (F, F), turns scores into uncorrelated ones of variance 1
 
-    def miss(self, places: np.ndarray, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def miss(self, models: np.ndarray, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return what a mean (F,) misses of the scores expected at places (W, P), and variances (W,), in those of a sample."""
-        terms = _terms(places - self.center)
+        terms = _terms(models - self.center)
         return mean - terms @ self.coefficients, ((terms @ self.inverse) * terms).sum(axis=1)
 
 
 def _regression(
-    places: np.ndarray, scores: np.ndarray, center: np.ndarray, share: float
+    models: np.ndarray, scores: np.ndarray, center: np.ndarray, share: float
 ) -> _Regression:
     """Fit scores (S, F) of samples at places (S, P), by that share of them that is nearest to a center (P,)."""
-    terms = _terms(places - center)
-    remoteness = ((places - center) ** 2).sum(axis=1)
-    wanted = min(max(share * len(places), 4.0 * terms.shape[1]), 0.9 * len(places))
+    terms = _terms(models - center)
+    remoteness = ((models - center) ** 2).sum(axis=1)
+    wanted = min(max(share * len(models), 4.0 * terms.shape[1]), 0.9 * len(models))
     width = 10 * float(remoteness.mean()) + 1e-12
     weights = np.exp(-0.5 * remoteness / width)
     while weights.sum() ** 2 > wanted * (weights**2).sum() and width > 1e-9:
@@ -205,10 +207,10 @@ def _regression(
     inverse = np.linalg.inv(terms.T @ weighted + np.diag(penalty))
     coefficients = inverse @ (weighted.T @ scores)
     weights = weights / weights.sum()
-    rest = scores - terms @ coefficients
-    rest -= weights @ rest
-    deviation, whitening = _whitened((rest * weights[:, None]).T @ rest)
-    return _Regression(center, coefficients, inverse, weights, rest, deviation, whitening)
+    residuals = scores - terms @ coefficients
+    residuals -= weights @ residuals
+    deviation, whitening = _whitened((residuals * weights[:, None]).T @ residuals)
+    return _Regression(center, coefficients, inverse, weights, residuals, deviation, whitening)
 
 
 def _whitened(covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -276,12 +278,14 @@ def window_statistics(samples: np.ndarray, names: tuple[str, ...]) -> tuple[list
         center = values.reshape(-1, signals)
         center_mean = center.mean(axis=0)
         spreads, directions = np.linalg.eigh(np.atleast_2d(np.cov(center.T)))
-        for place in range(signals):
+        for direction in range(signals):
             projected = (
-                (values - center_mean) @ directions[:, place] / np.sqrt(max(spreads[place], 1e-12))
+                (values - center_mean)
+                @ directions[:, direction]
+                / np.sqrt(max(spreads[direction], 1e-12))
             )
-            add(f"mean along direction {place + 1}", projected.mean(axis=1))
-            add(f"spread along direction {place + 1}", (projected**2).mean(axis=1))
+            add(f"mean along direction {direction + 1}", projected.mean(axis=1))
+            add(f"spread along direction {direction + 1}", (projected**2).mean(axis=1))
     if 1 < signals <= PAIRS and steps > SHORT:
         for first in range(signals):
             for second in range(signals):
@@ -303,10 +307,10 @@ def _correlation(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.divide(product, size, out=np.zeros(len(size)), where=size > 1e-12)
 
 
-def _terms(places: np.ndarray) -> np.ndarray:
+def _terms(models: np.ndarray) -> np.ndarray:
     """Return 1, all linear and all quadratic terms (S, 1 + P + P (P + 1) / 2) of points (S, P)."""
-    first, second = np.triu_indices(places.shape[1])
-    return np.column_stack((np.ones(len(places)), places, places[:, first] * places[:, second]))
+    first, second = np.triu_indices(models.shape[1])
+    return np.column_stack((np.ones(len(models)), models, models[:, first] * models[:, second]))
 
 
 def _row_means(table: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -54,9 +54,9 @@ def compare(
 
     number("level", level, above=0, below=1)
     require(len(samples), "samples", "hold at least one sample", "none")
-    first = array("reference", reference, "R")
-    others = [array(f"samples[{k}]", sample, "R") for k, sample in enumerate(samples)]
-    tests = (mannwhitneyu(first, other, alternative="two-sided") for other in others)
+    reference_values = array("reference", reference, "R")
+    compared = [array(f"samples[{k}]", sample, "R") for k, sample in enumerate(samples)]
+    tests = (mannwhitneyu(reference_values, sample, alternative="two-sided") for sample in compared)
     return Comparison(np.array([test.pvalue for test in tests]), level)
 
 
@@ -77,8 +77,8 @@ def decision_accuracy(agents: np.typing.ArrayLike, models: np.typing.ArrayLike) 
     """
     shares = []
     for name, judgments in (("agents", agents), ("models", models)):
-        given = np.asarray(judgments)
-        judged = array(name, given.astype(int) if given.dtype == bool else given, "... S R")
+        values = np.asarray(judgments)
+        judged = array(name, values.astype(int) if values.dtype == bool else values, "... S R")
         wrong = judged[~np.isin(judged, (0, 1))]
         require(not wrong.size, name, "hold nothing but 0 and 1", wrong[:1].tolist())
         shares.append(judged.any(axis=-1).mean(axis=-1))

@@ -36,16 +36,16 @@ def signal_statistics(windows: np.ndarray) -> np.ndarray:
     )
     ordered = np.sort(windows, axis=1)  # much faster than percentiles
     at = np.array(QUANTILES) * (windows.shape[1] - 1)
-    low, part = at.astype(int), (at % 1)[:, None]
-    quantiles = (1 - part) * ordered[:, low] + part * ordered[:, np.ceil(at).astype(int)]
-    parts = (
+    low, fraction = at.astype(int), (at % 1)[:, None]
+    quantiles = (1 - fraction) * ordered[:, low] + fraction * ordered[:, np.ceil(at).astype(int)]
+    columns = (
         windows.mean(axis=1),
         windows.std(axis=1),
         *quantiles.swapaxes(0, 1),
         steps.std(axis=1),
         correlation,
     )
-    return np.concatenate(parts, axis=1)
+    return np.concatenate(columns, axis=1)
 
 
 def signal_statistic_names(names: Sequence[str]) -> list[str]:
@@ -86,55 +86,55 @@ def rhythm_statistics(windows: np.ndarray) -> np.ndarray:
     around = windows - windows.mean(axis=1, keepdims=True)
     power = np.abs(np.fft.rfft(around * np.hanning(length)[:, None], axis=1))[:, 1:] ** 2
     power /= np.maximum(power.mean(axis=1, keepdims=True), 1e-12)
-    parts = [
+    columns = [
         np.log(power[:, low:high].mean(axis=1) + 1e-3) for low, high in pairwise(_edges(length))
     ]
     for values in (windows, np.diff(windows, axis=1)):
         unit = standardized(values)
         squares = unit * unit  # much faster than powers
         skewness = (squares * unit).mean(axis=1)
-        parts += [skewness / (1 + np.abs(skewness)), np.log(1 + (squares * squares).mean(axis=1))]
+        columns += [skewness / (1 + np.abs(skewness)), np.log(1 + (squares * squares).mean(axis=1))]
     size = np.ascontiguousarray(np.moveaxis(standardized(np.abs(windows)), 2, 0))
-    for one, other in combinations(range(count), 2):
+    for signal, partner in combinations(range(count), 2):
         for lag in delays(length):
-            parts.append(delayed_product(size[one], size[other], lag)[:, None])
-    return np.concatenate(parts, axis=1)
+            columns.append(delayed_product(size[signal], size[partner], lag)[:, None])
+    return np.concatenate(columns, axis=1)
 
 
 def rhythm_statistic_names(names: Sequence[str], length: int, interval_s: float) -> list[str]:
     """Return the names (F,) of what `rhythm_statistics` returns for windows of so many steps of a duration (s)."""
-    found = []
+    titles = []
     for low, high in pairwise(_edges(length)):
         slow, fast = length * interval_s / (low + 1), length * interval_s / high
         period = f"{slow:.2g} s" if high == low + 1 else f"{fast:.2g} to {slow:.2g} s"
-        found += [f"rhythm of {name}, {period}" for name in names]
-    found += [f"asymmetry of {name}" for name in names]
-    found += [f"rare large values of {name}" for name in names]
-    found += [f"asymmetry of rises and falls of {name}" for name in names]
-    found += [f"rare large changes of {name}" for name in names]
-    for one, other in combinations(names, 2):
+        titles += [f"rhythm of {name}, {period}" for name in names]
+    titles += [f"asymmetry of {name}" for name in names]
+    titles += [f"rare large values of {name}" for name in names]
+    titles += [f"asymmetry of rises and falls of {name}" for name in names]
+    titles += [f"rare large changes of {name}" for name in names]
+    for signal, partner in combinations(names, 2):
         for lag in delays(length):
-            found.append(f"magnitudes of {together(one, other, lag * interval_s)}")
-    return found
+            titles.append(f"magnitudes of {together(signal, partner, lag * interval_s)}")
+    return titles
 
 
 def delays(length: int) -> list[int]:
     """Return the delays (steps) at which signals of windows of so many steps are correlated."""
-    return [int(np.sign(part)) * (length // abs(part)) if part else 0 for part in LAGS]
+    return [int(np.sign(divisor)) * (length // abs(divisor)) if divisor else 0 for divisor in LAGS]
 
 
-def together(one: str, other: str, delay_s: float) -> str:
+def together(signal: str, partner: str, delay_s: float) -> str:
     """Return in words which two signals go together; the first is later if the delay is above 0."""
     if delay_s == 0:
-        return f"{one} and {other} together"
-    early, late = (other, one) if delay_s > 0 else (one, other)
+        return f"{signal} and {partner} together"
+    early, late = (partner, signal) if delay_s > 0 else (signal, partner)
     return f"{early} and {late} {abs(delay_s):.2g} s later"
 
 
-def delayed_product(one: np.ndarray, other: np.ndarray, lag: int) -> np.ndarray:
+def delayed_product(signal: np.ndarray, partner: np.ndarray, lag: int) -> np.ndarray:
     """Return the mean product (K,) of two series (K, T), the first as many steps later as `lag` says, or earlier."""
-    length = one.shape[1]
-    late, early = (one, other) if lag >= 0 else (other, one)
+    length = signal.shape[1]
+    late, early = (signal, partner) if lag >= 0 else (partner, signal)
     product = np.einsum("kt,kt->k", late[:, abs(lag) :], early[:, : length - abs(lag)])
     return np.asarray(product / (length - abs(lag)))
 

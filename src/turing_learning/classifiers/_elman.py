@@ -66,9 +66,9 @@ class ElmanClassifier:
     threads: int | None = None
 
     def __post_init__(self) -> None:
-        both = integer("inputs", self.inputs, 1) + integer("hidden", self.hidden, 1)
+        neurons = integer("inputs", self.inputs, 1) + integer("hidden", self.hidden, 1)
         rule = f"be at most {LARGEST_SUM - 1}"
-        require(both < LARGEST_SUM, "inputs + hidden", rule, f"{self.inputs} + {self.hidden}")
+        require(neurons < LARGEST_SUM, "inputs + hidden", rule, f"{self.inputs} + {self.hidden}")
         if self.threads is not None:
             integer("threads", self.threads, 1)
         if self.scale is not None:
@@ -103,9 +103,9 @@ class ElmanClassifier:
         samples = _as_float64("samples", samples, "S T D", self.inputs)
         require(samples.shape[1], "samples", "have at least one time step", samples.shape)
         weights = self._weights(genomes)
-        first: dict[bytes, int] = {}  # of the networks that are equal
-        same = [first.setdefault(network.tobytes(), n) for n, network in enumerate(weights)]
-        chosen = np.array(list(first.values()), dtype=np.int64)
+        first_of: dict[bytes, int] = {}  # of the networks that are equal
+        same = [first_of.setdefault(network.tobytes(), n) for n, network in enumerate(weights)]
+        chosen = np.array(list(first_of.values()), dtype=np.int64)
         outputs = np.empty((len(chosen), len(samples)), np.float32)
         if outputs.size:
             kernels = load_elman(int(self.inputs), int(self.hidden))
@@ -128,9 +128,9 @@ class ElmanClassifier:
         run_range(kernels.pack, len(blocks), self.threads, samples, 1.0 / scale, blocks, faults)
         if faults.max() >= 0:
             s, t, d = (int(k) for k in np.unravel_index(int(faults[faults >= 0][0]), samples.shape))
-            place = f"sample {s}, step {t}, signal {d}"
+            where = f"sample {s}, step {t}, signal {d}"
             refuse(
-                "samples", "be finite", f"{samples[s, t, d]}", "Remove or repair it.", place=place
+                "samples", "be finite", f"{samples[s, t, d]}", "Remove or repair it.", place=where
             )
         return blocks
 
@@ -168,10 +168,10 @@ def _aligned(shape: tuple[int, ...]) -> np.ndarray:
     return memory[start : start + size].view(np.float32).reshape(shape)
 
 
-def _as_float64(name: str, values: np.ndarray, shape: str, last: int) -> np.ndarray:
-    """Return contiguous numbers of a shape whose last axis is of the length `last`; whether they are finite is seen later."""
+def _as_float64(name: str, values: np.ndarray, shape: str, last_size: int) -> np.ndarray:
+    """Return contiguous numbers of a shape whose last axis is of the length `last_size`; whether they are finite is seen later."""
     remedy = "Set `inputs` to the number of signals per time step." if name == "samples" else ""
     with np.errstate(over="ignore"):  # extended precision beyond float64 becomes infinite
-        sizes: dict[str, Any] = {shape[-1]: last}
-        given = array(name, values, shape, finite=False, empty=True, remedy=remedy, **sizes)
-    return np.require(given, np.float64, ["C_CONTIGUOUS", "ALIGNED"])
+        sizes: dict[str, Any] = {shape[-1]: last_size}
+        checked = array(name, values, shape, finite=False, empty=True, remedy=remedy, **sizes)
+    return np.require(checked, np.float64, ["C_CONTIGUOUS", "ALIGNED"])

@@ -74,8 +74,8 @@ def reproduce(
         _print_outcomes(console, _repeated(experiment, fast, out, workers))
     if page is not None:
         folder = out or tl.reproduction.default_folder(fast=fast)
-        what = f"`page` must be a file that can be written; got {page}"
-        with os_errors_as(tl.runs.RunFolderError, what, "Choose another place."):
+        trouble = f"`page` must be a file that can be written; got {page}"
+        with os_errors_as(tl.runs.RunFolderError, trouble, "Choose another place."):
             print(tl.reproduction.write_page(folder, page, force=force))
 
 

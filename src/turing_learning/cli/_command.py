@@ -87,7 +87,7 @@ def _series(
     """Return the series (K arrays (T, D)) in files, and the names of their D columns."""
     import numpy as np
 
-    found: list[np.ndarray] = []
+    series: list[np.ndarray] = []
     names: tuple[str, ...] = columns
     for path in paths:
         try:
@@ -99,8 +99,8 @@ def _series(
             runs = np.array(table.pop(RUN, [0.0] * len(next(iter(table.values())))))
             names = names or tuple(table)
             values = tl.systems.table_values(table, names)
-            found += [values[runs == run] for run in dict.fromkeys(runs.tolist())]
-    return found, names
+            series += [values[runs == run] for run in dict.fromkeys(runs.tolist())]
+    return series, names
 
 
 @Parameter(name="*", group=CALLERS)
@@ -113,10 +113,10 @@ class Callers(Given):
     cluster: str | None = None
     """A Dask scheduler whose workers do that, as tcp://10.0.0.1:8786."""
 
-    def refuse(self, what: str) -> None:
+    def refuse(self, case: str) -> None:
         """Refuse the options where nobody calls a simulator."""
         for name, value in self.given.items():
-            refuse(f"--{name}", f"be left out for {what}", str(value))
+            refuse(f"--{name}", f"be left out for {case}", str(value))
 
     @contextmanager
     def options(self) -> Iterator[dict[str, Any]]:

@@ -357,9 +357,9 @@ def _timed_row(verdict: "tl.detection.TimedVerdict") -> tuple[str, ...]:
             "abnormal" if verdict.abnormal else "normal",
         )
     spells = [f"{begin:.1f} to {end:.1f}" for begin, end in verdict.spells[:MOST_SPELLS]]
-    more = len(verdict.spells) - MOST_SPELLS
-    if more > 0:
-        spells.append(f"{more} more")
+    unshown = len(verdict.spells) - MOST_SPELLS
+    if unshown > 0:
+        spells.append(f"{unshown} more")
     return (verdict.individual, str(verdict.windows), *cells, ", ".join(spells) or "-")
 
 
@@ -388,9 +388,9 @@ def _write(
     figure = timeline_of(motion, verdicts, votes=detection is None)
     paths = [out.with_suffix(suffix) for suffix in (_WRITTEN if detection else _WRITTEN[:-1])]
     new_paths = [path for path in paths if not path.exists()]
-    what = f"`out` must be a file that can be written; could not write to {out}"
+    trouble = f"`out` must be a file that can be written; could not write to {out}"
     remedy = "Make room, or choose another place, and give the command again."
-    with os_errors_as(tl.runs.RunStorageError, what, remedy):
+    with os_errors_as(tl.runs.RunStorageError, trouble, remedy):
         try:
             write_atomically(out, window_table(verdicts).encode())
             tl.figures.save_figure(figure, out.parent, out.stem)

@@ -89,7 +89,7 @@ def test(
         sides = [_samples(real), _samples(against)]
         several = len(real) > 1 and len(against) > 1
         groups = [owners for _, owners in sides] if several else None
-        found = tl.test(sides[0][0], sides[1][0], groups, names, **options)
+        outcome = tl.test(sides[0][0], sides[1][0], groups, names, **options)
     else:
         recordings = [tracks.read(path, "REAL") for path in real]
         usual = {
@@ -98,24 +98,24 @@ def test(
             if name in ("fps", "scale", "y_axis")
         }
         # faster recordings are thinned to the rate of the others, so `every` is for the real ones
-        others = replace(
+        against_tracks = replace(
             tracks, fps=against_fps, scale=against_pixels_per_cm, y_axis=against_y_axis, every=None
         )
-        simulated = [others.read(path, "--against", usual) for path in against]
-        for each in (*recordings, *simulated):
-            each.announce()
+        simulated = [against_tracks.read(path, "--against", usual) for path in against]
+        for tracks_file in (*recordings, *simulated):
+            tracks_file.announce()
         options |= {"window_s": window, "smooth_frames": tracks.smooth or 1}
-        found = tl.test(recordings, simulated, names=names, **options)
+        outcome = tl.test(recordings, simulated, names=names, **options)
     if as_json:
-        print(json.dumps(found.to_json(), indent=2, allow_nan=False))
+        print(json.dumps(outcome.to_json(), indent=2, allow_nan=False))
     else:
-        plain_console().print(found)
+        plain_console().print(outcome)
     if out is not None:
         title = f"{_named(real)} against {_named(against)}"
         command = shlex.join(
             ["turing-learning", "test", *map(str, real), "--against", *map(str, against)]
         )
-        tl.report.write_page(test_page(found, title, command), out)
+        tl.report.write_page(test_page(outcome, title, command), out)
         print(out, file=sys.stderr if as_json else sys.stdout)
 
 
@@ -123,22 +123,22 @@ def _samples(paths: "tuple[Path, ...] | list[Path]") -> "tuple[np.ndarray, np.nd
     """Return the samples (K, T, D) of some files, and of which file each is."""
     import numpy as np
 
-    parts: list[np.ndarray] = []
+    pieces: list[np.ndarray] = []
     for path in paths:
         content = np.load(path, allow_pickle=False)
         samples = content["samples"] if isinstance(content, np.lib.npyio.NpzFile) else content
         require(
             samples.ndim == 3, "REAL", "hold samples (K, T, D)", str(samples.shape), place=str(path)
         )
-        same = samples.shape[1:] == (parts[0] if parts else samples).shape[1:]
+        same = samples.shape[1:] == (pieces[0] if pieces else samples).shape[1:]
         rule = f"hold samples of the same T and D as {paths[0]}"
         require(same, "REAL", rule, str(samples.shape), place=str(path))
-        parts.append(samples)
-    owners = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
-    return np.concatenate(parts), owners
+        pieces.append(samples)
+    owners = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces])
+    return np.concatenate(pieces), owners
 
 
 def _named(paths: "tuple[Path, ...] | list[Path]") -> str:
     """Return the name of the first file, and how many more there are."""
-    more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
-    return f"{paths[0].name}{more}"
+    suffix = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
+    return f"{paths[0].name}{suffix}"

@@ -28,12 +28,12 @@ SHOWN_RUNS = 5
 
 
 @contextmanager
-def _terminal(console: Console, what: str) -> Iterator[tuple[Live | None, Text]]:
+def _terminal(console: Console, unit: str) -> Iterator[tuple[Live | None, Text]]:
     """Lend what draws on a terminal, and what is said before the first step.
 
     Elsewhere it is None, and lines are printed.
     """
-    text = f"getting ready; the first {what} of an installation compiles for some seconds"
+    text = f"getting ready; the first {unit} of an installation compiles for some seconds"
     waiting = Text(text, style="dim")
     if not console.is_terminal:
         yield None, waiting
@@ -133,9 +133,9 @@ def _run_picture(progress: "tl.runs.Progress", alarm: str, width: int) -> Group:
     rows = [[name, *map(short_number, model)] for name, model in models.items()]
     pieces: list[Table | Text] = list(tables(["", *progress.parameter_names], rows, width))
     bar = ProgressBar(total=progress.total, completed=progress.completed, width=30)
-    place = Text(progress.place, style="bold")
-    left = Text(f"{_clock(progress.seconds_left)} left")
-    pieces.append(_row(place, bar, Text(_rate(progress)), left))
+    title = Text(progress.place, style="bold")
+    remaining = Text(f"{_clock(progress.seconds_left)} left")
+    pieces.append(_row(title, bar, Text(_rate(progress)), remaining))
     rows = []
     for name, fitness in (
         ("models", scored.model_fitness),

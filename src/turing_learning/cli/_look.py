@@ -42,8 +42,8 @@ def look(
         page = out or Path(f"{path.stem}-look.html")
         replaced = force or (page.is_file() and is_page(page))
         refuse_target(page, name="out", suffixes=(".html",), force=replaced)
-        found = tracks.read(path, "FILE", ASSUMED).look()
+        overview = tracks.read(path, "FILE", ASSUMED).look()
         if number:
             console.print()
-        console.print(str(found), soft_wrap=True)
-        console.print(f"page: {found.save(page)}", soft_wrap=True)
+        console.print(str(overview), soft_wrap=True)
+        console.print(f"page: {overview.save(page)}", soft_wrap=True)

@@ -137,8 +137,8 @@ def _of_files(error: OSError) -> str:
     except OSError:
         return "the folder in which the command runs is gone. Change to another folder, then give the command again."
     if error.errno in _NO_ROOM and error.filename is None:  # files have names
-        what = f"what the command prints could not be written ({error.strerror})"
-        return f"{what}. Print elsewhere. What is stored can be shown, and a run that was not done be resumed."
+        trouble = f"what the command prints could not be written ({error.strerror})"
+        return f"{trouble}. Print elsewhere. What is stored can be shown, and a run that was not done be resumed."
     if error.errno in _NO_ROOM:
         return f"no room is left for {error.filename} ({error.strerror}). Make room, then give the same command again."
     if error.errno in _NOT_USABLE and error.filename is not None:

@@ -217,9 +217,9 @@ def print_problems(name: str, recording: "tl.Trajectories") -> None:
     problems = str(recording.problems).splitlines()
     for line in problems[:MOST_PROBLEMS]:
         print(f"{name}: {line}")
-    more = len(problems) - MOST_PROBLEMS
-    if more > 0:
-        print(f"{name}: and {more} more; all by `recording.check()` in Python")
+    unshown = len(problems) - MOST_PROBLEMS
+    if unshown > 0:
+        print(f"{name}: and {unshown} more; all by `recording.check()` in Python")
 
 
 def tell_learning(done: int, steps: int) -> None:

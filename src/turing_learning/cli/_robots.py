@@ -98,13 +98,13 @@ def run(
     lengths = {"run.generations": generations, "run.trials": trials}
     overrides, labels = settings_of(settings, {**lengths, "run.seed": seed})
     if resume is not None:
-        others = {
+        unfitting = {
             "a file": config is not None,
             "settings": overrides,
             "a folder": out is not None,
             "--force": force,
         }
-        if got := [name for name, given in others.items() if given]:
+        if got := [name for name, value in unfitting.items() if value]:
             rule = "be given without a file, settings or a folder, which the run has, and without --force"
             edited = tl.runs.RunFolder(resume).laboratory_path
             remedy = f"Its laboratory may be edited in {edited}; then add --trust."
@@ -177,14 +177,14 @@ def track(
                 observed = tracker.track(capture)
     except OSError as error:
         raise RefusedError(str(error)) from error
-    what = f"`out` must be a file that can be written; got {path}"
-    with os_errors_as(RefusedError, what, "Choose another, or make room."):
+    trouble = f"`out` must be a file that can be written; got {path}"
+    with os_errors_as(RefusedError, trouble, "Choose another, or make room."):
         write_table(observed, path, force=force)
     for fault in observed.faults:
         print(f"image {fault.frame}: {fault.kind}: {fault.text}")
-    seen = observed.present.mean()
+    share_seen = observed.present.mean()
     print(
-        f"{len(observed.poses)} images, {len(observed.labels)} robots, seen in {100 * seen:.2f} %: {path}"
+        f"{len(observed.poses)} images, {len(observed.labels)} robots, seen in {100 * share_seen:.2f} %: {path}"
     )
 
 
@@ -228,13 +228,13 @@ def arena(
     with refusing_as(RefusedError):
         scenario = replace(tl.robots.LABORATORY, agents=agents, replicas=replicas)
         service = tl.robots.ArenaService(scenario, seed=seed, lines=lines, speed=speed)
-    what = f"`out` must be a folder that can be written; got {out}"
+    trouble = f"`out` must be a folder that can be written; got {out}"
     with (
         service,
         suppress(KeyboardInterrupt),
         handling((signal.SIGINT, signal.SIGTERM), signal.default_int_handler),
     ):
-        with os_errors_as(RefusedError, what, "Choose another, or make room."):
+        with os_errors_as(RefusedError, trouble, "Choose another, or make room."):
             path = service.write(out, force=force)
         for name, address in (
             *service.addresses.items(),
@@ -380,8 +380,8 @@ def _execute(
     line = partial(console.print, soft_wrap=True)
 
     def progressed(progress: "tl.runs.Progress") -> None:
-        shown = progress.estimate if of_trials else progress.scored.best_model
-        models = named_numbers(zip(progress.parameter_names, shown, strict=True))
+        model = progress.estimate if of_trials else progress.scored.best_model
+        models = named_numbers(zip(progress.parameter_names, model, strict=True))
         each = (
             f"{progress.seconds_per_generation:.0f} s each {'batch' if of_trials else 'generation'}"
         )

@@ -141,17 +141,17 @@ def resume(
     :param trust: Of a run in a laboratory whose laboratory.json you have edited: it names functions that are executed.
     """
     if tl.studies.is_study(run):
-        what = "study, whose runs have one thread each"
+        noun = "study, whose runs have one thread each"
         of_runs = {"threads": threads, "trials": trials, "tolerance": tolerance}
-        _refuse_options(what, **of_runs, trust=trust or None)
+        _refuse_options(noun, **of_runs, trust=trust or None)
         recording.refuse_beside("be left out for a study, which needs nothing but its folder")
         resumed = partial(tl.studies.resume_study, run, **callers.given)
         return _execute_study(resumed, run)
     if tl.comparison.is_comparison(run):
         from ._compare import resume_comparison
 
-        what = "comparison"
-        _refuse_options(what, trials=trials, tolerance=tolerance, trust=trust or None)
+        noun = "comparison"
+        _refuse_options(noun, trials=trials, tolerance=tolerance, trust=trust or None)
         recording.refuse_beside("be left out for a comparison, which needs nothing but its folder")
         resume_comparison(run, threads, callers)
         return None
@@ -178,11 +178,11 @@ def resume(
     return None
 
 
-def _refuse_options(what: str, **options: Any) -> None:
+def _refuse_options(noun: str, **options: Any) -> None:
     """Reject the first option that is given, as it is none of such a folder."""
     for name, value in options.items():
         if value is not None:
-            refuse(name, f"be left out for a {what}", str(value), place=f"--{name}")
+            refuse(name, f"be left out for a {noun}", str(value), place=f"--{name}")
 
 
 def _is_finished(run: Path) -> bool:

@@ -43,14 +43,14 @@ class ClassifierArchive:
 
     def admit(self, genome: np.ndarray, specificity: float) -> None:
         """Offer a classifier (Q,): kept with probability capacity / number offered so far, in the place of another."""
-        place = int(generation_rng(self._seed, self._seen).integers(self._seen + 1))
+        slot = int(generation_rng(self._seed, self._seen).integers(self._seen + 1))
         self._seen += 1
         if len(self.genomes) < self.capacity:
             self.genomes = np.vstack([*self.genomes, genome])
             self.specificity = np.append(self.specificity, specificity)
-        elif place < self.capacity:
+        elif slot < self.capacity:
             self.genomes, self.specificity = self.genomes.copy(), self.specificity.copy()
-            self.genomes[place], self.specificity[place] = genome, specificity
+            self.genomes[slot], self.specificity[slot] = genome, specificity
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the classifiers, their specificity, and the number offered so far."""
@@ -62,7 +62,7 @@ class ClassifierArchive:
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state."""
-        genomes, shares, seen = state_arrays(
+        genomes, shares, admitted = state_arrays(
             state, {"genomes": "B Q", "specificity": "B", "seen": ""}
         ).values()
         rule = f"be at most {self.capacity} classifiers (B, Q)"
@@ -73,4 +73,4 @@ class ClassifierArchive:
             "be shares from 0 to 1",
             shares.tolist(),
         )
-        self.genomes, self.specificity, self._seen = genomes, shares, int(seen)
+        self.genomes, self.specificity, self._seen = genomes, shares, int(admitted)

@@ -44,8 +44,8 @@ class PassiveInterrogation:
         jury = classifiers if referees is None else np.concatenate((classifiers, referees))
         flat = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
         counterfeit = self._outputs(jury, flat).reshape(len(jury), *samples.counterfeit.shape[:2])
-        own, theirs = counterfeit[: len(classifiers)], counterfeit[len(classifiers) :]
-        return Judgments(genuine, own, theirs if len(theirs) else None)
+        own_outputs, theirs = counterfeit[: len(classifiers)], counterfeit[len(classifiers) :]
+        return Judgments(genuine, own_outputs, theirs if len(theirs) else None)
 
     def _outputs(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
         outputs = self.classifier.judge(genomes, samples)
@@ -87,21 +87,23 @@ class InteractiveInterrogation:
         """
         met = self._opponents(len(models), len(classifiers), rng)
         genuine, counterfeit = self._confronted(models, classifiers, met, met.shape[1], rng)
-        own = _spread(counterfeit, met, len(models))
+        own_outputs = _spread(counterfeit, met, len(models))
         if referees is None or len(referees) == 0:
-            return Judgments(genuine, own[0], met=own[1])
+            return Judgments(genuine, own_outputs[0], met=own_outputs[1])
         refereed = self._opponents(len(models), len(referees), rng)
         _, outputs = self._confronted(models, referees, refereed, 0, rng)
         theirs = _spread(outputs, refereed, len(models))
-        return Judgments(genuine, own[0], theirs[0], met=own[1], referees_met=theirs[1])
+        return Judgments(
+            genuine, own_outputs[0], theirs[0], met=own_outputs[1], referees_met=theirs[1]
+        )
 
     def _opponents(self, models: int, classifiers: int, rng: np.random.Generator) -> np.ndarray:
         """Return which models (N, k) each classifier meets: the next k of them, in a random order that has no end."""
         count = min(self.opponents, models)
         if count == models:
             return np.tile(np.arange(models), (classifiers, 1))
-        places = (np.arange(classifiers * count) % models).reshape(classifiers, count)
-        return rng.permutation(models)[places][rng.permutation(classifiers)]
+        indices = (np.arange(classifiers * count) % models).reshape(classifiers, count)
+        return rng.permutation(models)[indices][rng.permutation(classifiers)]
 
     def _confronted(
         self,
@@ -113,7 +115,7 @@ class InteractiveInterrogation:
     ) -> tuple[np.ndarray, np.ndarray]:
         outputs = self.source.confront(models, genomes, met, genuine, rng)
         wanted = ((len(genomes), genuine), met.shape)
-        shapes = tuple(each.shape for each in outputs)
+        shapes = tuple(output.shape for output in outputs)
         rule = f"return outputs of shapes {wanted[0]} and {wanted[1]}"
         require(shapes == wanted, "source.confront", rule, " and ".join(map(str, shapes)))
         return outputs
@@ -123,7 +125,7 @@ def _spread(
     outputs: np.ndarray, met: np.ndarray, models: int
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Return outputs (N, k) for the models that were met as (N, M, 1), 0 elsewhere, and which were; None for all."""
-    spread, places = np.zeros((len(met), models), outputs.dtype), np.zeros((len(met), models), bool)
+    spread, filled = np.zeros((len(met), models), outputs.dtype), np.zeros((len(met), models), bool)
     np.put_along_axis(spread, met, outputs, axis=1)
-    np.put_along_axis(places, met, True, axis=1)
-    return spread[:, :, None], None if places.all() else places
+    np.put_along_axis(filled, met, True, axis=1)
+    return spread[:, :, None], None if filled.all() else filled

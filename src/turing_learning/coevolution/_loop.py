@@ -146,9 +146,9 @@ class Coevolution:
         That is "generation", the states of the optimizers as "models/..." and "classifiers/...", and that of
         the archive, if there is one, as "archive/...".
         """
-        parts = {"models": self._models.state(), "classifiers": self._classifiers.state()}
-        parts |= {} if self._archive is None else {"archive": self._archive.state()}
-        return {"generation": np.array(self.generation, dtype=np.int64), **join_states(parts)}
+        states = {"models": self._models.state(), "classifiers": self._classifiers.state()}
+        states |= {} if self._archive is None else {"archive": self._archive.state()}
+        return {"generation": np.array(self.generation, dtype=np.int64), **join_states(states)}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over what `state` returned, from a coevolution with the same settings; allowed at any time.

@@ -36,20 +36,20 @@ class Judgments:
             ("genuine_outputs", "N K"), ("counterfeit_outputs", "N M C"), ("referee_outputs", "B M C"),
             ("met", "N M"), ("referees_met", "B M"),
         ):  # fmt: skip
-            given = getattr(self, name)
-            if given is None:
+            values = getattr(self, name)
+            if values is None:
                 continue
             truth = name in ("met", "referees_met")
-            array(name, given, shape, dtype=bool if truth else given.dtype, finite=False, **sizes)
-            sizes |= dict(zip(shape.split(), given.shape, strict=True))
+            array(name, values, shape, dtype=bool if truth else values.dtype, finite=False, **sizes)
+            sizes |= dict(zip(shape.split(), values.shape, strict=True))
             if not truth and not (
-                given.min() >= 0 and given.max() <= 1
+                values.min() >= 0 and values.max() <= 1
             ):  # so that NaN, too, is rejected
-                place = tuple(int(k) for k in np.argwhere(~((given >= 0) & (given <= 1)))[0])
+                index = tuple(int(k) for k in np.argwhere(~((values >= 0) & (values <= 1)))[0])
                 refuse(
                     name,
                     "be from 0 to 1",
-                    f"{given[place]} at {place} of ({', '.join(shape.split())})",
+                    f"{values[index]} at {index} of ({', '.join(shape.split())})",
                 )
         met_by_some = self.met is None or bool(self.met.any(axis=0).all())
         require(met_by_some, "met", "hold a classifier for each model", "a model that none has met")

@@ -239,9 +239,9 @@ def check_limits(configuration: Configuration) -> None:
         largest = sections.LARGEST_NEURONS - len(configuration.input_scale)
         rule = f"be at most {largest}, as a network has at most {sections.LARGEST_NEURONS} inputs and hidden neurons"
         require(hidden <= largest, "classifiers.hidden", rule, hidden)
-    for what, size, keys in _demands(configuration):
+    for demand, size, keys in _demands(configuration):
         if size > LARGEST_GIB * 2**30:
-            need = f"{what} needs {size / 2**30:.3g} GiB, and {LARGEST_GIB:g} are allowed"
+            need = f"{demand} needs {size / 2**30:.3g} GiB, and {LARGEST_GIB:g} are allowed"
             _refuse_largest(configuration, keys, need)
     if scenario:
         models = configuration.models.parents + configuration.models.offspring

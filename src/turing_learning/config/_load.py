@@ -321,8 +321,8 @@ def _scenario_data(
     base = _scenario_fields(preset, table.get("name"), argument, origins)
     if "world" in table and scenario_type(base) is Scenario:
         world = table.pop("world")
-        place = origins.where("scenario.world")
-        choice("scenario.world", world, WORLDS, noun="world", place=place, error=ConfigurationError)
+        where = origins.where("scenario.world")
+        choice("scenario.world", world, WORLDS, noun="world", place=where, error=ConfigurationError)
         base = merged(base, WORLDS[world])
     scenario = merged(base, table)
     for key in ("arena", "parameters"):
@@ -353,10 +353,10 @@ def _scenario_fields(
     if argument is not None:
         _require_known_scenario(argument, "scenario", origins)
         if in_file is not None and in_file != argument:
-            place = origins.where(key)
+            where = origins.where(key)
             got = f"{argument!r} as an argument and {brief(in_file)}"
-            if place:
-                got += f" [{place}]"
+            if where:
+                got += f" [{where}]"
             reject("scenario", "be the same everywhere", got, "Leave one of them out.")
         return asdict(SCENARIOS[argument])
     if in_file is not None:

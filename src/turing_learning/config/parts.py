@@ -183,8 +183,8 @@ class _Guarded:
         self.state = optimizer.state
         self.restore = optimizer.restore
 
-    def _array(self, what: str, value: Any, shape: str) -> np.ndarray:
-        name = f"{self._argument}.{what}"
+    def _array(self, field: str, value: Any, shape: str) -> np.ndarray:
+        name = f"{self._argument}.{field}"
         return array(
             name, value, shape, error=ConfigurationError, M=self.size, P=self.dimension
         ).copy()

@@ -84,22 +84,24 @@ def state_arrays(
     state: Mapping[str, np.ndarray], shapes: Mapping[str, str], **sizes: int
 ) -> dict[str, np.ndarray]:
     """Return copies of arrays of a state if they are there, finite, and of shapes as for `array`, whose letters they share."""
-    found = {}
+    arrays = {}
     for name, shape in shapes.items():
         require(name in state, "state", f"hold an array {name!r}", str(sorted(state)))
-        found[name] = array(f"state[{name!r}]", state[name], shape, empty=True, **sizes).copy()  # type: ignore[arg-type]
+        arrays[name] = array(f"state[{name!r}]", state[name], shape, empty=True, **sizes).copy()  # type: ignore[arg-type]
         sizes |= {
             axis: n
-            for axis, n in zip(shape.split(), found[name].shape, strict=True)
+            for axis, n in zip(shape.split(), arrays[name].shape, strict=True)
             if not axis.isdigit()
         }
-    return found
+    return arrays
 
 
-def join_states(parts: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
+def join_states(states: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Return the states of parts as one, each array by the names of its part and its own."""
     return {
-        f"{part}/{name}": value for part, state in parts.items() for name, value in state.items()
+        f"{prefix}/{name}": value
+        for prefix, state in states.items()
+        for name, value in state.items()
     }
 
 

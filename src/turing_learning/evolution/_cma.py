@@ -139,25 +139,27 @@ class _Distribution:
         self._draw()
 
     def _draw(self) -> None:
-        self.state = {name: np.array(getattr(part, field)) for name, part, field in self._inside()}
+        self.state = {
+            name: np.array(getattr(holder, field)) for name, holder, field in self._inside()
+        }
         self._rng = generation_rng(self._seed, self.generation)
         self.solutions: list[np.ndarray] = self._strategy.ask()
 
     def _inside(self) -> list[tuple[str, Any, str]]:
-        parts = [
+        holders = [
             (name, getattr(self._strategy, name) if name else self._strategy) for name in _INSIDE
         ]
         return [
-            (f"{name}.{field}".lstrip("."), part, field)
-            for name, part in parts
+            (f"{name}.{field}".lstrip("."), holder, field)
+            for name, holder in holders
             for field in _INSIDE[name]
         ]
 
     def restore(self, state: Mapping[str, np.ndarray], generation: int) -> None:
         self.generation = generation
-        for name, part, field in self._inside():
-            kind = type(getattr(part, field))
-            setattr(part, field, state[name] if kind is np.ndarray else kind(state[name]))
+        for name, holder, field in self._inside():
+            convert = type(getattr(holder, field))
+            setattr(holder, field, state[name] if convert is np.ndarray else convert(state[name]))
         self._strategy.mean_old = self._strategy.mean  # which it reads before it writes
         self._draw()
 

@@ -114,8 +114,8 @@ class EvolutionStrategy(Turns):
         pairs = self._mating.pair(generation, self.parents, self.offspring, rng)
         inherited = (steps[pairs[0]] + steps[pairs[1]]) / 2
         common = self._common_rate * rng.standard_normal((self.offspring, 1))
-        own = self._own_rate * rng.standard_normal(inherited.shape)
-        child_steps = inherited * np.exp(common + own)
+        individual = self._own_rate * rng.standard_normal(inherited.shape)
+        child_steps = inherited * np.exp(common + individual)
         child_steps = np.minimum(np.maximum(child_steps, self._minimum), STEP_SIZE_LIMIT)
         children = self._mating.mix(generation, parents, pairs, rng)
         children = children + child_steps * rng.standard_normal(children.shape)
@@ -144,10 +144,10 @@ class EvolutionStrategy(Turns):
         """Take over what `state` returned, from a strategy with the same settings; allowed also between `ask` and `tell`."""
         shapes = {"population": "N P", "step_sizes": "N P", "totals": "N", "weights": "N"}
         generation = check_generation(state)
-        held = state_arrays(state, shapes, N=self.size, P=self.dimension)
+        arrays = state_arrays(state, shapes, N=self.size, P=self.dimension)
         if self._memory is not None:
-            self._memory.totals, self._memory.weights = held["totals"], held["weights"]
+            self._memory.totals, self._memory.weights = arrays["totals"], arrays["weights"]
         self._generation = generation
-        self._population = held["population"]
-        self._steps = held["step_sizes"]
+        self._population = arrays["population"]
+        self._steps = arrays["step_sizes"]
         self._awaits_fitness, self._asked_steps = False, self._steps

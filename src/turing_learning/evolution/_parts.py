@@ -135,8 +135,12 @@ class Jumper:
         """Let children (lambda, n) jump, in place."""
         low, high, dependent, rate = self._low, self._high, self._dependent, 1.0
         if generation >= self._refinement:
-            left = self._settled - generation
-            rate = left / (self._settled - self._refinement) if left > 0 else 0.0
+            generations_left = self._settled - generation
+            rate = (
+                generations_left / (self._settled - self._refinement)
+                if generations_left > 0
+                else 0.0
+            )
         if self._redraw * rate > 0:
             chosen = np.flatnonzero(rng.random(len(children)) < self._redraw * rate)
             parameter = rng.integers(self._dimension, size=len(chosen))

@@ -55,13 +55,13 @@ def convolution_features(windows: np.ndarray, rng: np.random.Generator) -> np.nd
     kernels = np.array(list(combinations(range(LENGTH), HIGH)))
     wanted = max(1, FEATURES // (LEVELS * len(series)))
     columns = []
-    for one in series:
-        dilations = _dilations(one.shape[1])
+    for signal in series:
+        dilations = _dilations(signal.shape[1])
         drawn = rng.permutation(len(kernels) * len(dilations))[:wanted]
         for number in np.sort(drawn):
             kernel = kernels[number % len(kernels)]
             dilation = dilations[number // len(kernels)]
-            response = _response(_mixture(one, rng), kernel, dilation)
+            response = _response(_mixture(signal, rng), kernel, dilation)
             levels = np.quantile(
                 response[rng.integers(len(response))], rng.uniform(0.05, 0.95, LEVELS)
             )
@@ -71,8 +71,8 @@ def convolution_features(windows: np.ndarray, rng: np.random.Generator) -> np.nd
 
 def _dilations(steps: int) -> np.ndarray:
     """Return distances between the values under a kernel that fit into so many steps."""
-    most = max(1.0, (steps - 1) / (LENGTH - 1))
-    return np.unique(np.geomspace(1, most, MOST_DILATIONS).astype(int))
+    widest = max(1.0, (steps - 1) / (LENGTH - 1))
+    return np.unique(np.geomspace(1, widest, MOST_DILATIONS).astype(int))
 
 
 def _mixture(series: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -89,10 +89,10 @@ def _response(series: np.ndarray, kernel: np.ndarray, dilation: int) -> np.ndarr
     padded = np.pad(series, ((0, 0), (reach, reach)))
     steps = series.shape[1]
     response = np.zeros_like(series)
-    for place in range(LENGTH):
-        part = padded[:, place * dilation : place * dilation + steps]
-        if place in kernel:
-            response += 2 * part
+    for tap in range(LENGTH):
+        shifted = padded[:, tap * dilation : tap * dilation + steps]
+        if tap in kernel:
+            response += 2 * shifted
         else:
-            response -= part
+            response -= shifted
     return response

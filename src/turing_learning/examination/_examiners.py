@@ -129,9 +129,9 @@ class Ridge:
         """
         return Smoother.of(self._products(samples, samples)).cross_fitted(labels, groups)[0]
 
-    def _products(self, some: np.ndarray, others: np.ndarray) -> np.ndarray:
+    def _products(self, samples: np.ndarray, references: np.ndarray) -> np.ndarray:
         """Return how alike samples are (K, L)."""
-        return some @ others.T
+        return samples @ references.T
 
 
 @dataclass
@@ -140,10 +140,10 @@ class Kernel(Ridge):
 
     name: str = "kernel regression on window statistics"
 
-    def _products(self, some: np.ndarray, others: np.ndarray) -> np.ndarray:
-        distances = cdist(some, others, "sqeuclidean")
+    def _products(self, samples: np.ndarray, references: np.ndarray) -> np.ndarray:
+        distances = cdist(samples, references, "sqeuclidean")
         # samples come standardized: the mean squared distance of two is twice the number of their features
-        return np.asarray(np.exp(-distances / (2 * some.shape[1])))
+        return np.asarray(np.exp(-distances / (2 * samples.shape[1])))
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,31 +177,37 @@ class Smoother:
         members = (
             [] if single else [np.flatnonzero(groups == group) for group in range(groups.max() + 1)]
         )
-        for place, penalty in enumerate(PENALTIES):
+        for column, penalty in enumerate(PENALTIES):
             roots = self.vectors * np.sqrt(self.values / (self.values + penalty))
-            rest = labels - roots @ (roots.T @ labels) - total / count
+            residuals = labels - roots @ (roots.T @ labels) - total / count
             if single:
-                left = 1 + LEAST - (roots**2).sum(axis=1) - 1 / count
-                found = labels - rest / left[:, None] - (total - labels) / (count - 1)
+                leverage_left = 1 + LEAST - (roots**2).sum(axis=1) - 1 / count
+                predicted = (
+                    labels - residuals / leverage_left[:, None] - (total - labels) / (count - 1)
+                )
             else:
-                found = np.empty_like(scores)
+                predicted = np.empty_like(scores)
             for own in members:
-                left = (1 + LEAST) * np.eye(len(own)) - roots[own] @ roots[own].T - 1 / count
+                leverage_left = (
+                    (1 + LEAST) * np.eye(len(own)) - roots[own] @ roots[own].T - 1 / count
+                )
                 mean = (total - labels[own].sum(axis=0)) / (count - len(own))
-                found[own] = labels[own] - solve(left, rest[own], assume_a="pos") - mean
-            apart = _separation(found, labels)
+                predicted[own] = (
+                    labels[own] - solve(leverage_left, residuals[own], assume_a="pos") - mean
+                )
+            apart = _separation(predicted, labels)
             better = apart > separation
             separation[better] = apart[better]
-            chosen[better] = place
-            scores[:, better] = found[:, better]
+            chosen[better] = column
+            scores[:, better] = predicted[:, better]
         return scores, chosen
 
 
 def _separation(scores: np.ndarray, labels: np.ndarray) -> np.ndarray:
     """Return the difference of the mean scores (K, B) of the two kinds in units of their standard deviation (B,)."""
-    first, second = _moments(scores, labels), _moments(scores, 1 - labels)
-    difference = first[0] - second[0]
-    return np.asarray(difference / np.sqrt(np.maximum(first[1] + second[1], LEAST**2)))
+    genuine, second = _moments(scores, labels), _moments(scores, 1 - labels)
+    difference = genuine[0] - second[0]
+    return np.asarray(difference / np.sqrt(np.maximum(genuine[1] + second[1], LEAST**2)))
 
 
 def _moments(scores: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -101,15 +101,15 @@ class Views:
     ) -> "Views":
         """Describe windows (K, T, D) of signals with names (D,) for some examiners."""
         _, statistics = named_statistics(windows, names, interval_s)
-        seen = {"windows": windows, "statistics": _standardized(statistics)}
+        views = {"windows": windows, "statistics": _standardized(statistics)}
         if any(examiner.sees == "ranks" for examiner in examiners):
-            ranks = rankdata(seen["statistics"], method="min", axis=0) - 1
-            seen["ranks"] = np.floor(ranks * LEVELS / len(windows))
+            ranks = rankdata(views["statistics"], method="min", axis=0) - 1
+            views["ranks"] = np.floor(ranks * LEVELS / len(windows))
         if any(examiner.sees == "convolutions" for examiner in examiners):
-            seen["convolutions"] = _standardized(
+            views["convolutions"] = _standardized(
                 convolution_features(windows, np.random.default_rng(seed))
             )
-        return cls(windows, seen)
+        return cls(windows, views)
 
 
 def examine(
@@ -190,35 +190,36 @@ def examine_views(
     labellings = group_labellings(counts, permutations, rng)  # (G, B), the true one first
     labels = labellings[groups]
     scores = [
-        _cross_fitted(each, views.standardized[each.sees], labels, groups) for each in examiners
+        _cross_fitted(examiner, views.standardized[examiner.sees], labels, groups)
+        for examiner in examiners
     ]
-    right = np.stack([right_answers(each, labels, groups) for each in scores])
+    right = np.stack([right_answers(examiner, labels, groups) for examiner in scores])
     # both kinds weigh the same
     sides_right = (
         right.mean(axis=1, where=labels[None] > 0.5),
         right.mean(axis=1, where=labels[None] < 0.5),
     )
     single = (sides_right[0] + sides_right[1]) / 2  # (examiners, B)
-    own = single.max(axis=0)
+    best_accuracies = single.max(axis=0)
     best = int(single[:, 0].argmax())
-    order = np.sort(own)
+    order = np.sort(best_accuracies)
     # as many of all labellings, the true one among them, may reach the critical accuracy
-    above = int(np.floor(LEVEL * len(own) + 1e-9))
+    above = int(np.floor(LEVEL * len(best_accuracies) + 1e-9))
     critical = float(order[-above] + 1e-12) if above else np.inf
-    spread = float(own[1:].std())
+    spread = float(best_accuracies[1:].std())
     needed = critical + ndtri(SURE) * spread
-    of_best, first = scores[best][:, 0], labels[:, 0] > 0.5
-    placement = _placements(of_best, first)
+    of_best, genuine = scores[best][:, 0], labels[:, 0] > 0.5
+    placement = _placements(of_best, genuine)
     members = [
-        Member(each.name, float(single[k, 0]), _p_value(single[k]))
-        for k, each in enumerate(examiners)
+        Member(examiner.name, float(single[k, 0]), _p_value(single[k]))
+        for k, examiner in enumerate(examiners)
     ]
     return Examined(
-        accuracy=float(own[0]),
-        interval=_interval(right[best, :, 0].astype(float), first, groups),
-        p_value=_p_value(own),
-        auc=float(area_under_curve(of_best[first], of_best[~first])),
-        auc_interval=_interval(placement, first, groups),
+        accuracy=float(best_accuracies[0]),
+        interval=_interval(right[best, :, 0].astype(float), genuine, groups),
+        p_value=_p_value(best_accuracies),
+        auc=float(area_under_curve(of_best[genuine], of_best[~genuine])),
+        auc_interval=_interval(placement, genuine, groups),
         critical=critical,
         power_accuracy=float(needed) if needed <= 1 else None,
         power=float(ndtr((CLEARLY - critical) / max(spread, LEAST))),
@@ -236,15 +237,14 @@ def group_labellings(
     """Return labels (G, B) of groups, 1 for genuine: the true ones first, then exchanged ones."""
     count = sum(sides)
     if comb(count, sides[0]) <= permutations + 1:
-        chosen = np.array(
-            list(combinations(range(count), sides[0]))
-        )  # the first of them is the true one
+        # The first of them is the true one
+        chosen = np.array(list(combinations(range(count), sides[0])))
     else:
         drawn = [rng.permutation(count)[: sides[0]] for _ in range(permutations)]
         chosen = np.array([np.arange(sides[0]), *drawn])
     labellings = np.zeros((count, len(chosen)))
-    for place, groups in enumerate(chosen):
-        labellings[groups, place] = 1.0
+    for row, groups in enumerate(chosen):
+        labellings[groups, row] = 1.0
     return labellings
 
 
@@ -265,19 +265,19 @@ def _cross_fitted(
         return examiner.cross_fitted(samples, labels, groups)
     examiner = copy(examiner)  # what it learns is nobody else's
     scores = np.empty(labels.shape)
-    for place, own in enumerate(labels.T > 0.5):
-        folds = _folds(own, groups, place)
+    for column, genuine in enumerate(labels.T > 0.5):
+        folds = _folds(genuine, groups, column)
         for fold in range(folds.max() + 1):
             out = folds == fold
-            examiner.fit(samples[~out], own[~out])
-            scores[out, place] = examiner.score(samples[out])
+            examiner.fit(samples[~out], genuine[~out])
+            scores[out, column] = examiner.score(samples[out])
     return scores
 
 
-def _folds(own: np.ndarray, groups: np.ndarray, seed: int) -> np.ndarray:
+def _folds(genuine: np.ndarray, groups: np.ndarray, seed: int) -> np.ndarray:
     """Return in which part each sample (K,) is left out: groups of both kinds are spread evenly over the parts."""
     rng = np.random.default_rng(seed)
-    sides = [np.unique(groups[own]), np.unique(groups[~own])]
+    sides = [np.unique(groups[genuine]), np.unique(groups[~genuine])]
     count = min(FOLDS, *map(len, sides))
     fold_of = np.zeros(groups.max() + 1, dtype=int)
     for side in sides:
@@ -291,8 +291,8 @@ def right_answers(scores: np.ndarray, labels: np.ndarray, groups: np.ndarray) ->
     The border of a group lies in the middle between the mean scores of both kinds in all other groups.
     """
     middle = np.zeros_like(scores)
-    for kind in (labels, 1 - labels):
-        sums, counts = _per_group(kind * scores, groups), _per_group(kind, groups)
+    for side in (labels, 1 - labels):
+        sums, counts = _per_group(side * scores, groups), _per_group(side, groups)
         middle += ((sums.sum(axis=0) - sums) / np.maximum(counts.sum(axis=0) - counts, 1))[
             groups
         ] / 2
@@ -313,13 +313,13 @@ def _p_value(values: np.ndarray) -> float:
 
 def _placements(scores: np.ndarray, genuine: np.ndarray) -> np.ndarray:
     """Return for each score (K,) the share of scores of the other kind that it is on the right side of."""
-    found = np.empty(len(scores))
-    for own, sign in ((genuine, 1.0), (~genuine, -1.0)):
-        others = np.sort(sign * scores[~own])
-        mine = sign * scores[own]
-        below = np.searchsorted(others, mine, "left") + np.searchsorted(others, mine, "right")
-        found[own] = below / (2 * len(others))
-    return found
+    placements = np.empty(len(scores))
+    for side, sign in ((genuine, 1.0), (~genuine, -1.0)):
+        opponents = np.sort(sign * scores[~side])
+        mine = sign * scores[side]
+        below = np.searchsorted(opponents, mine, "left") + np.searchsorted(opponents, mine, "right")
+        placements[side] = below / (2 * len(opponents))
+    return placements
 
 
 def _interval(values: np.ndarray, genuine: np.ndarray, groups: np.ndarray) -> tuple[float, float]:
@@ -329,12 +329,12 @@ def _interval(values: np.ndarray, genuine: np.ndarray, groups: np.ndarray) -> tu
     samples, which still has a width if all answers are right.
     """
     middle, variance, freedom = 0.0, 0.0, 0.0
-    for own in (genuine, ~genuine):
-        mean = values[own].mean()
-        _, members = np.unique(groups[own], return_inverse=True)
-        rest = np.bincount(members, weights=values[own] - mean)
-        count = len(rest)
-        own_variance = (rest**2).sum() / own.sum() ** 2 * count / max(count - 1, 1) / 4
+    for side in (genuine, ~genuine):
+        mean = values[side].mean()
+        _, members = np.unique(groups[side], return_inverse=True)
+        residuals = np.bincount(members, weights=values[side] - mean)
+        count = len(residuals)
+        own_variance = (residuals**2).sum() / side.sum() ** 2 * count / max(count - 1, 1) / 4
         middle += mean / 2
         variance += own_variance
         freedom += own_variance**2 / max(count - 1, 1)

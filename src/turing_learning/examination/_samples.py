@@ -59,8 +59,8 @@ class Side:
         """Return labels (K,) of the groups: "recordings", "individuals" or "blocks of time"."""
         if grouping == "recordings":
             return self.recording
-        part = self.individual if grouping == "individuals" else self.block
-        return self.recording * (1 + int(part.max())) + part
+        unit = self.individual if grouping == "individuals" else self.block
+        return self.recording * (1 + int(unit.max())) + unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,13 +98,13 @@ def pair_of(
     remarks: list[str] = []
     sides = [list(real), list(simulated)]
     every = [*real, *simulated]
-    units = sorted({each.unit for each in every})
+    units = sorted({recording.unit for recording in every})
     remedy = "Give the scale of those in px, or of none."
     require(len(units) == 1, "unit", "be the same for all recordings", " and ".join(units), remedy)
-    if any(each.headings is None for each in every):
-        sides = [[replace(each, headings=None) for each in side] for side in sides]
+    if any(recording.headings is None for recording in every):
+        sides = [[replace(recording, headings=None) for recording in side] for side in sides]
     sides = [same_rate(side, every, remarks) for side in sides]
-    every = [each for side in sides for each in side]
+    every = [recording for side in sides for recording in side]
     names = _names(names, every, of_groups=_enough(len(real), len(simulated)))
     steps = _steps(every, window_s)
     fps = every[0].fps
@@ -113,14 +113,21 @@ def pair_of(
     cut = []
     for argument, side in zip(("real", "simulated"), sides, strict=True):
         with refusing_as(RefusedError, name=argument):
-            parts = [_cut(each, k, names, steps, smooth_frames) for k, each in enumerate(side)]
-        cut.append(_limited(_joined(parts), rng))
+            sides_cut = [
+                _cut(recording, k, names, steps, smooth_frames) for k, recording in enumerate(side)
+            ]
+        cut.append(_limited(_joined(sides_cut), rng))
     of_length = {"cm": units[0]}
-    known = {
+    units_by_name = {
         name: unit.replace("cm", of_length["cm"]) for name, unit in (SIGNALS | OF_GROUPS).items()
     }
     return Pair(
-        cut[0], cut[1], names, {name: known[name] for name in names}, 1 / fps, tuple(remarks)
+        cut[0],
+        cut[1],
+        names,
+        {name: units_by_name[name] for name in names},
+        1 / fps,
+        tuple(remarks),
     )
 
 
@@ -135,11 +142,10 @@ def pair_of_arrays(
     rng = np.random.default_rng((seed, 2))
     sides, owners = [], []
     for k, samples in enumerate((real, simulated)):
-        labels = (
-            np.arange(len(samples))
-            if groups is None
-            else np.unique(groups[k], return_inverse=True)[1].ravel()
-        )
+        if groups is None:
+            labels = np.arange(len(samples))
+        else:
+            labels = np.unique(groups[k], return_inverse=True)[1].ravel()
         where = np.zeros(len(samples), dtype=int)
         side = _limited(Side(samples, labels, where, np.arange(len(samples)), where), rng)
         sides.append(side)
@@ -183,8 +189,8 @@ def _names(
     Signals of the whole group are among the latter only where recordings are groups: all individuals of a recording
     share them, so they would tell any recording from any other.
     """
-    known = (*SIGNALS, *OF_GROUPS)
-    fewest = min(each.present.sum(axis=1).max() for each in every)
+    allowed = (*SIGNALS, *OF_GROUPS)
+    fewest = min(recording.present.sum(axis=1).max() for recording in every)
     if names is None:
         possible = list(SIGNALS) if fewest >= 2 else ["speed", "turn"]
         if of_groups and fewest >= 2:
@@ -193,8 +199,8 @@ def _names(
             possible.append("area")
         return tuple(possible)
     for name in names:
-        rule = f"be some of {', '.join(known)}"
-        require(name in known, "signals", rule, repr(name), nearest(name, known))
+        rule = f"be some of {', '.join(allowed)}"
+        require(name in allowed, "signals", rule, repr(name), nearest(name, allowed))
     alone = [name for name in names if name not in ("speed", "turn")]
     require(
         fewest >= 2 or not alone, "signals", "be speed and turn of one individual", ", ".join(alone)
@@ -209,8 +215,8 @@ def _steps(every: Sequence[Trajectories], window_s: float | None) -> int:
         steps = round(window_s * fps)
         require(steps >= 2, "window_s", f"be at least two steps of {1 / fps:.4g} s", window_s)
         return steps
-    there = [float(np.median(each.present.sum(axis=0))) / fps for each in every]
-    length = min(WINDOW_S, min(there) / 3)
+    durations = [float(np.median(recording.present.sum(axis=0))) / fps for recording in every]
+    length = min(WINDOW_S, min(durations) / 3)
     return max(FEWEST_STEPS, round(length * fps))
 
 
@@ -218,20 +224,20 @@ def _cut(
     recording: Trajectories, number: int, names: tuple[str, ...], steps: int, smooth_frames: int
 ) -> Side:
     """Cut one recording into samples."""
-    own = [name for name in names if name in SIGNALS]
+    individual_names = [name for name in names if name in SIGNALS]
     windows = recording.windows(
-        steps, signals=own or ["speed"], hold_out=0.0, smooth_frames=smooth_frames
+        steps, signals=individual_names or ["speed"], hold_out=0.0, smooth_frames=smooth_frames
     )
     who, start = windows.learning_index.T
     rows = start[:, None] + np.arange(steps)
-    columns = {name: windows.learning[..., k] for k, name in enumerate(own)}
+    columns = {name: windows.learning[..., k] for k, name in enumerate(individual_names)}
     for name in names:
         if name in OF_GROUPS:
             columns[name] = _of_group(recording, name)[rows]
     samples = np.stack([columns[name] for name in names], axis=-1)
-    whole = np.isfinite(samples).all(axis=(1, 2))
+    complete = np.isfinite(samples).all(axis=(1, 2))
     require(
-        whole.any(),
+        complete.any(),
         "signals",
         "be there in at least one window",
         ", ".join(names),
@@ -247,32 +253,32 @@ def _cut(
         block=start // length,
         paths=recording.positions[frames, who[:, None]],
     )
-    return side.taken(np.flatnonzero(whole))
+    return side.taken(np.flatnonzero(complete))
 
 
 def _of_group(recording: Trajectories, name: str) -> np.ndarray:
     """Return a signal (F - 1,) of all individuals at each step, NaN where too few are there."""
-    both = recording.present[1:] & recording.present[:-1]
-    values = np.full(len(both), np.nan)
+    consecutive = recording.present[1:] & recording.present[:-1]
+    values = np.full(len(consecutive), np.nan)
     if name == "polarization":
         moved = np.diff(recording.positions, axis=0)
-        directed = (both & (moved != 0).any(axis=-1)).sum(axis=1) >= 2
-        values[directed] = polarization(moved[directed], both[directed])
+        directed = (consecutive & (moved != 0).any(axis=-1)).sum(axis=1) >= 2
+        values[directed] = polarization(moved[directed], consecutive[directed])
         return values
-    count = both.sum(axis=1)
+    count = consecutive.sum(axis=1)
     enough = count >= FEWEST_COUNTED
-    weights = both[enough].astype(float) / count[enough, None]
-    places = recording.positions[:-1][enough]
-    around = places - np.einsum("fa,fax->fx", weights, places)[:, None]
+    weights = consecutive[enough].astype(float) / count[enough, None]
+    positions = recording.positions[:-1][enough]
+    around = positions - np.einsum("fa,fax->fx", weights, positions)[:, None]
     covariance = np.einsum("fa,fax,fay->fxy", weights, around, around)
     # the ellipse whose axes are twice the standard deviations, as long as those of a disk of evenly spread points
     values[enough] = 4 * np.pi * np.sqrt(np.maximum(np.linalg.det(covariance), 0.0))
     return values
 
 
-def _joined(parts: Sequence[Side]) -> Side:
+def _joined(sides: Sequence[Side]) -> Side:
     names = ("samples", "recording", "individual", "start", "block", "paths")
-    return Side(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+    return Side(**{name: np.concatenate([getattr(side, name) for side in sides]) for name in names})
 
 
 def _limited(side: Side, rng: np.random.Generator) -> Side:
@@ -350,7 +356,7 @@ def recordings_of(value: object, name: str) -> list[Trajectories]:
     if (
         isinstance(value, Sequence)
         and value
-        and all(isinstance(each, Trajectories) for each in value)
+        and all(isinstance(recording, Trajectories) for recording in value)
     ):
         return list(value)
     return refuse(name, "be an array (K, T, D), a recording, or several", type(value).__name__)

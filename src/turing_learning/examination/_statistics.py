@@ -36,25 +36,27 @@ def named_statistics(
     """
     if windows.shape[1] < 2:
         return list(names), windows[:, 0]
-    some, length = names[:RHYTHMS], windows.shape[1]
-    own = windows[..., : len(some)]
+    rhythmic, length = names[:RHYTHMS], windows.shape[1]
+    rhythmic_windows = windows[..., : len(rhythmic)]
     labels = signal_statistic_names(names) + [f"trend of {name}" for name in names]
-    parts = [signal_statistics(windows), signal_trends(windows)]
+    columns = [signal_statistics(windows), signal_trends(windows)]
     large = np.quantile(np.abs(windows), 0.95, axis=(0, 1))
     labels += [NEAR_ZERO.get(name, f"share of steps with {name} near 0") for name in names]
-    parts.append((np.abs(windows) <= STILL * large).mean(axis=1))
-    labels += rhythm_statistic_names(some, length, interval_s)
-    parts.append(rhythm_statistics(own))
-    unit = np.moveaxis(standardized(own), 2, 0)
-    for one, other in permutations(range(len(some)), 2):
+    columns.append((np.abs(windows) <= STILL * large).mean(axis=1))
+    labels += rhythm_statistic_names(rhythmic, length, interval_s)
+    columns.append(rhythm_statistics(rhythmic_windows))
+    unit = np.moveaxis(standardized(rhythmic_windows), 2, 0)
+    for first_signal, second_signal in permutations(range(len(rhythmic)), 2):
         for lag in delays(length):
-            if lag < 0 or (lag == 0 and one > other):
+            if lag < 0 or (lag == 0 and first_signal > second_signal):
                 continue
-            labels.append(together(some[one], some[other], lag * interval_s))
-            parts.append(delayed_product(unit[one], unit[other], lag)[:, None])
-    for signal, name in enumerate(some):
+            labels.append(
+                together(rhythmic[first_signal], rhythmic[second_signal], lag * interval_s)
+            )
+            columns.append(delayed_product(unit[first_signal], unit[second_signal], lag)[:, None])
+    for signal, name in enumerate(rhythmic):
         for steps in (2, 4, 8, 16):
             if 2 * steps < length:
                 labels.append(f"persistence of {name} over {steps * interval_s:.2g} s")
-                parts.append(delayed_product(unit[signal], unit[signal], steps)[:, None])
-    return labels, np.concatenate(parts, axis=1)
+                columns.append(delayed_product(unit[signal], unit[signal], steps)[:, None])
+    return labels, np.concatenate(columns, axis=1)

@@ -76,8 +76,8 @@ class Given:
     def some(self, rng: np.random.Generator) -> "Given":
         """Return a part that is quick to look at, of as many samples of both sides."""
         rows = []
-        for own in (self.labels > 0.5, self.labels < 0.5):
-            where = np.flatnonzero(own)
+        for side in (self.labels > 0.5, self.labels < 0.5):
+            where = np.flatnonzero(side)
             rows.append(np.sort(rng.permutation(where)[: MOST // 2]))
         chosen = np.concatenate(rows)
         groups = np.unique(self.groups[chosen], return_inverse=True)[1].ravel()
@@ -98,37 +98,40 @@ class Given:
         return _balanced(right_answers(scores, labels, self.groups), self.labels)[0]
 
 
-def what_tells(given: Given, seed: int) -> list[Telling]:
+def what_tells(samples: Given, seed: int) -> list[Telling]:
     """Return statistics, the most telling first, then signals alone and left out, and time scales."""
-    some = given.some(np.random.default_rng((seed, 3)))
-    return [*statistics_that_tell(some), *_signals(some), *_scales(some)]
+    subset = samples.some(np.random.default_rng((seed, 3)))
+    return [*statistics_that_tell(subset), *_signals(subset), *_scales(subset)]
 
 
-def statistics_that_tell(given: Given) -> list[Telling]:
+def statistics_that_tell(samples: Given) -> list[Telling]:
     """Return the statistics that tell most, each alone; those that say the same as a better one are left out."""
-    names, values = named_statistics(given.windows, given.names, given.interval_s or 1.0)
+    names, values = named_statistics(samples.windows, samples.names, samples.interval_s or 1.0)
     ranks = rankdata(values, axis=0) / len(values)
-    labels = np.repeat(given.labels[:, None], len(names), axis=1)
-    own = given.labels > 0.5
-    sign = np.where(ranks[own].mean(axis=0) >= ranks[~own].mean(axis=0), 1.0, -1.0)
-    accuracy = np.array(_balanced(right_answers(sign * ranks, labels, given.groups), given.labels))
+    labels = np.repeat(samples.labels[:, None], len(names), axis=1)
+    genuine = samples.labels > 0.5
+    sign = np.where(ranks[genuine].mean(axis=0) >= ranks[~genuine].mean(axis=0), 1.0, -1.0)
+    accuracy = np.array(
+        _balanced(right_answers(sign * ranks, labels, samples.groups), samples.labels)
+    )
     # names come in the order from simple to intricate: of nearly equal ones the simplest is named
     order = np.lexsort((np.arange(len(names)), -np.floor(accuracy / NEARLY)))
-    found: list[Telling] = []
+    telling: list[Telling] = []
     taken: list[int] = []
     unlike = ranks - ranks.mean(axis=0)
     unlike /= np.maximum(unlike.std(axis=0), 1e-9)
-    for place in order:
-        alike = [abs(float((unlike[:, place] * unlike[:, other]).mean())) for other in taken]
-        if len(found) == LISTED or (alike and max(alike) > ALIKE):
+    for column in order:
+        alike = [abs(float((unlike[:, column] * unlike[:, earlier]).mean())) for earlier in taken]
+        if len(telling) == LISTED or (alike and max(alike) > ALIKE):
             continue
-        taken.append(int(place))
-        unit = _unit(names[place], given.units)
-        real, simulated = float(values[own, place].mean()), float(values[~own, place].mean())
-        found.append(
-            Telling("statistic", names[place], float(accuracy[place]), real, simulated, unit)
+        taken.append(int(column))
+        unit = _unit(names[column], samples.units)
+        real = float(values[genuine, column].mean())
+        simulated = float(values[~genuine, column].mean())
+        telling.append(
+            Telling("statistic", names[column], float(accuracy[column]), real, simulated, unit)
         )
-    return found
+    return telling
 
 
 def _unit(statistic: str, units: dict[str, str]) -> str:
@@ -137,70 +140,71 @@ def _unit(statistic: str, units: dict[str, str]) -> str:
         return "%"
     if not statistic.startswith(("mean ", "spread of ", "low ", "median ", "high ", "change of ")):
         return ""
-    known = [name for name in sorted(units, key=len, reverse=True) if name in statistic]
-    return units[known[0]] if known else ""
+    matching = [name for name in sorted(units, key=len, reverse=True) if name in statistic]
+    return units[matching[0]] if matching else ""
 
 
-def _signals(given: Given) -> list[Telling]:
+def _signals(samples: Given) -> list[Telling]:
     """Return how well samples are told by each signal alone, and without each."""
-    count = len(given.names)
-    found = []
+    count = len(samples.names)
+    telling = []
     for kind in ("signal", "without"):
-        for place, name in enumerate(given.names):
-            columns = (
-                [place] if kind == "signal" else [other for other in range(count) if other != place]
-            )
+        for place, name in enumerate(samples.names):
+            if kind == "signal":
+                columns = [place]
+            else:
+                columns = [another for another in range(count) if another != place]
             if columns and count > 1:
-                names = [given.names[column] for column in columns]
-                what = f"{name} alone" if kind == "signal" else f"all but {name}"
-                found.append(
-                    Telling(kind, what, given.accuracy(given.windows[..., columns], names))
+                names = [samples.names[column] for column in columns]
+                words = f"{name} alone" if kind == "signal" else f"all but {name}"
+                telling.append(
+                    Telling(kind, words, samples.accuracy(samples.windows[..., columns], names))
                 )
-    return found
+    return telling
 
 
-def _scales(given: Given) -> list[Telling]:
+def _scales(samples: Given) -> list[Telling]:
     """Return how well samples are told by a part of each, as long as parts have enough steps."""
-    length = given.windows.shape[1]
-    found = []
-    for parts in PARTS:
-        steps = length // parts
+    length = samples.windows.shape[1]
+    telling = []
+    for divisor in PARTS:
+        steps = length // divisor
         if steps < SHORTEST:
             break
         begin = (length - steps) // 2
-        what = f"{steps} steps"
-        if given.interval_s:
-            what = f"windows of {steps * given.interval_s:.2g} s"
-        accuracy = given.accuracy(given.windows[:, begin : begin + steps], given.names)
-        found.append(Telling("scale", what, accuracy))
-    return found
+        words = f"{steps} steps"
+        if samples.interval_s:
+            words = f"windows of {steps * samples.interval_s:.2g} s"
+        accuracy = samples.accuracy(samples.windows[:, begin : begin + steps], samples.names)
+        telling.append(Telling("scale", words, accuracy))
+    return telling
 
 
 def _balanced(right: np.ndarray, labels: np.ndarray) -> list[float]:
     """Return the share of right answers (K, B), both kinds weighing the same."""
-    own = labels > 0.5
-    return list((right[own].mean(axis=0) + right[~own].mean(axis=0)) / 2)
+    genuine = labels > 0.5
+    return list((right[genuine].mean(axis=0) + right[~genuine].mean(axis=0)) / 2)
 
 
-def told_by(found: Sequence[Telling]) -> str:
+def told_by(telling: Sequence[Telling]) -> str:
     """Say in a sentence what gives the simulated samples away; empty if nothing clearly does."""
-    statistics = [each for each in found if each.kind == "statistic" and each.accuracy >= 0.55]
+    statistics = [cue for cue in telling if cue.kind == "statistic" and cue.accuracy >= 0.55]
     if not statistics:
         return ""
-    clear = [each for each in statistics if each.accuracy >= CLEARLY] or statistics[:1]
-    listed = ", ".join(f"{each.what} ({each.words})" for each in clear[:3])
+    clear = [cue for cue in statistics if cue.accuracy >= CLEARLY] or statistics[:1]
+    listed = ", ".join(f"{cue.what} ({cue.words})" for cue in clear[:3])
     return f"Told by (simulated against real): {listed}."
 
 
-def telltale_windows(scores: np.ndarray, given: Given) -> list[tuple[int, int]]:
+def telltale_windows(scores: np.ndarray, samples: Given) -> list[tuple[int, int]]:
     """Return the simulated windows that are told most surely, each with the real one nearest to it, by their numbers.
 
     The nearest has the least distance in all statistics, in units of their standard deviations.
     """
-    views = Views.of(given.windows, given.names, given.interval_s or 1.0, (), 0)
+    views = Views.of(samples.windows, samples.names, samples.interval_s or 1.0, (), 0)
     table = views.standardized["statistics"]
-    real = np.flatnonzero(given.labels > 0.5)
-    surest = np.flatnonzero(given.labels < 0.5)
+    real = np.flatnonzero(samples.labels > 0.5)
+    surest = np.flatnonzero(samples.labels < 0.5)
     surest = surest[np.argsort(scores[surest], kind="stable")]
     pairs: list[tuple[int, int]] = []
     for window in surest[:WINDOWS]:

@@ -67,35 +67,35 @@ class TuringTest(Tabular):
     @property
     def sentences(self) -> tuple[str, ...]:
         """What was found, sentence by sentence."""
-        found = self.examined
-        low, high = found.interval
-        numbers = f"accuracy {found.accuracy:.3f}, {low:.3f} to {high:.3f}; p = {found.p_value:.3f}"
-        power = found.power_accuracy
-        noticed = (
-            f"It would have noticed an accuracy of {power:.2f} in 80 % of such tests."
-            if power
-            else ""
+        examined = self.examined
+        low, high = examined.interval
+        numbers = (
+            f"accuracy {examined.accuracy:.3f}, {low:.3f} to {high:.3f}; p = {examined.p_value:.3f}"
         )
+        power = examined.power_accuracy
+        noticed = ""
+        if power:
+            noticed = f"It would have noticed an accuracy of {power:.2f} in 80 % of such tests."
         if self.verdict == "told apart":
-            said = [f"The simulated motion is told from the real one ({numbers})."]
-            said += [
+            sentences = [f"The simulated motion is told from the real one ({numbers})."]
+            sentences += [
                 told_by(self.telling)
                 or "No single statistic tells it; the examiners need several together."
             ]
         elif self.verdict == "cannot tell":
-            said = [
+            sentences = [
                 f"The panel cannot tell the simulated motion from the real one ({numbers}).",
                 noticed,
             ]
         else:
-            said = [f"The test cannot say whether the simulated motion passes ({numbers})."]
-            said += [
+            sentences = [f"The test cannot say whether the simulated motion passes ({numbers})."]
+            sentences += [
                 noticed or "So few groups could not have noticed any difference.",
                 "Give more recordings.",
             ]
         if self.control is not None:
-            said.append(self._of_control(self.control))
-        return tuple(said)
+            sentences.append(self._of_control(self.control))
+        return tuple(sentences)
 
     @property
     def text(self) -> str:
@@ -107,8 +107,8 @@ class TuringTest(Tabular):
         return {
             **self.examined.to_json(),
             "telling": [
-                {name: value for name, value in vars(each).items() if value not in (None, "")}
-                for each in self.telling
+                {name: value for name, value in vars(cue).items() if value not in (None, "")}
+                for cue in self.telling
             ],
             "verdict": self.verdict,
             "signals": list(self.signals),
@@ -124,22 +124,22 @@ class TuringTest(Tabular):
         return pd.DataFrame(rows).set_index("name")
 
     def _of_control(self, control: Examined) -> str:
-        found = f"(accuracy {control.accuracy:.3f}, p = {control.p_value:.3f})"
+        numbers = f"(accuracy {control.accuracy:.3f}, p = {control.p_value:.3f})"
         if control.p_value > LEVEL:
-            return f"Control: one half of the real groups is not told from the other {found}."
-        return f"Control: even one half of the real groups is told from the other {found}; they differ among themselves."
+            return f"Control: one half of the real groups is not told from the other {numbers}."
+        return f"Control: even one half of the real groups is told from the other {numbers}; they differ among themselves."
 
     def _shown(self) -> "tuple[str, list[str], list[list[str]], list[str | Text]]":
         real, simulated = self.examined.samples
         groups = " and ".join(map(str, self.examined.groups))
         samples = f"{counted(real, 'real sample')}, {simulated} simulated, in {groups} {self.examined.grouping}"
         rows = [
-            [each.name, f"{each.accuracy:.3f}", f"p = {each.p_value:.3f}"]
-            for each in self.examined.examiners
+            [member.name, f"{member.accuracy:.3f}", f"p = {member.p_value:.3f}"]
+            for member in self.examined.examiners
         ]
-        for each in self.telling:
-            if each.kind in ("statistic", "signal"):
-                rows.append([each.what, f"{each.accuracy:.3f}", each.words or "-"])
+        for cue in self.telling:
+            if cue.kind in ("statistic", "signal"):
+                rows.append([cue.what, f"{cue.accuracy:.3f}", cue.words or "-"])
         headings = ["who, or by what", "accuracy", "simulated against real"]
         return f"{self.verdict}: {samples}", headings, rows, [self.text, " ".join(self.remarks)]
 
@@ -343,11 +343,13 @@ def _control(
         labels = np.unique(owners)
     if len(labels) < 4:
         return None
-    first = np.random.default_rng((seed, 4)).permutation(labels)[: len(labels) // 2]
-    own = np.isin(owners, first)
-    halves = pair.real.taken(np.flatnonzero(own)), pair.real.taken(np.flatnonzero(~own))
+    half = np.random.default_rng((seed, 4)).permutation(labels)[: len(labels) // 2]
+    in_half = np.isin(owners, half)
+    halves = pair.real.taken(np.flatnonzero(in_half)), pair.real.taken(np.flatnonzero(~in_half))
     split = Pair(*halves, pair.names, pair.units, pair.interval_s)
-    numbers = group_numbers((int(own.sum()), int((~own).sum())), (owners[own], owners[~own]))
+    numbers = group_numbers(
+        (int(in_half.sum()), int((~in_half).sum())), (owners[in_half], owners[~in_half])
+    )
     return examine_views(_views(split, QUICK, seed), numbers, grouping, QUICK, permutations, seed)
 
 

@@ -27,124 +27,123 @@ CENTRAL = (0.5, 99.5)
 KINDS = {"signal": "Signals alone", "without": "Signals left out", "scale": "Shorter windows"}
 
 
-def test_page(found: TuringTest, title: str, command: str = "") -> str:
+def test_page(result: TuringTest, title: str, command: str = "") -> str:
     """Return the page of a test: the sentences, who told it, what gives it away, distributions and windows."""
-    examined = found.examined
+    examined = result.examined
     low, high = examined.interval
     power = examined.power_accuracy
     facts = [
-        ("Verdict", found.verdict),
+        ("Verdict", result.verdict),
         ("Accuracy", f"{examined.accuracy:.3f} ({low:.3f} to {high:.3f}); 0.5 is guessing"),
         ("p-value", f"{examined.p_value:.3f}"),
         ("Area under the ROC curve", f"{examined.auc:.3f}"),
         ("Noticed in 80 % of tests", "nothing" if power is None else f"an accuracy of {power:.2f}"),
         ("Samples", f"{examined.samples[0]} real, {examined.samples[1]} simulated"),
         ("Groups", f"{examined.groups[0]} and {examined.groups[1]} {examined.grouping}"),
-        ("Signals", ", ".join(found.signals)),
+        ("Signals", ", ".join(result.signals)),
     ]
-    if found.control is not None:
-        control = found.control
+    if result.control is not None:
+        control = result.control
         text = f"accuracy {control.accuracy:.3f}, p = {control.p_value:.3f}"
         facts.append(("Control, real against real", text))
-    facts.append(("How samples were made", " ".join(found.remarks)))
+    facts.append(("How samples were made", " ".join(result.remarks)))
     if command:
         facts.append(("Command", command))
     note = "The best examiner counts; the p-value of the panel allows for that."
     members: list[list[str | float | None]] = [
-        [each.name, each.accuracy, each.p_value] for each in examined.examiners
+        [member.name, member.accuracy, member.p_value] for member in examined.examiners
     ]
     listings = [
         Listing(
             "examiners", "Who tells", ["examiner", "accuracy", "own p-value"], members, note=note
         )
     ]
-    statistics = [each for each in found.telling if each.kind == "statistic"]
+    statistics = [cue for cue in result.telling if cue.kind == "statistic"]
     rows: list[list[str | float | None]] = [
-        [each.what, each.accuracy, each.said(each.simulated), each.said(each.real)]
-        for each in statistics
+        [cue.what, cue.accuracy, cue.said(cue.simulated), cue.said(cue.real)] for cue in statistics
     ]
     columns = ["statistic", "accuracy alone", "simulated", "real"]
     note = "Means over all samples. Statistics that say the same as a better one are left out."
     listings.append(Listing("statistics", "What gives it away", columns, rows, note=note))
     for kind, heading in KINDS.items():
         some: list[list[str | float | None]] = [
-            [each.what, each.accuracy] for each in found.telling if each.kind == kind
+            [cue.what, cue.accuracy] for cue in result.telling if cue.kind == kind
         ]
         if some:
             listings.append(Listing(kind, heading, ["what is seen", "accuracy"], some))
     report = Report(
         title=title,
-        summary=" ".join(found.sentences[:2]),
+        summary=" ".join(result.sentences[:2]),
         listings=listings,
-        figures=_pictures(found, statistics),
-        warning=" ".join(found.sentences[2:]) if found.verdict == "cannot say" else "",
+        figures=_pictures(result, statistics),
+        warning=" ".join(result.sentences[2:]) if result.verdict == "cannot say" else "",
         facts=facts,
     )
     return report_page(report)
 
 
-def _pictures(found: TuringTest, statistics: Sequence[Telling]) -> list[Picture]:
+def _pictures(result: TuringTest, statistics: Sequence[Telling]) -> list[Picture]:
     """Return distributions of the most telling statistics, and telltale windows."""
-    if found.given is None:
+    if result.given is None:
         return []
     pictures = []
-    shown = statistics[:SHOWN]
-    if shown:
+    telling = statistics[:SHOWN]
+    if telling:
         caption = "Shares of the samples. Filled: real; line: simulated. What is farther out counts in the outermost bins."
-        figure = _distributions(found.given, shown)
+        figure = _distributions(result.given, telling)
         pictures.append(Picture("distributions", "What differs most", caption, figure, wide=True))
-    pairs = telltale_windows(np.array(found.examined.scores), found.given)
+    pairs = telltale_windows(np.array(result.examined.scores), result.given)
     if pairs:
         caption = (
             "Above: the simulated samples that are told most surely. "
             "Below each the real sample that is most like it. Dots are where paths end."
         )
-        figure = _windows(found, pairs)
+        figure = _windows(result, pairs)
         pictures.append(Picture("windows", "Telltale samples", caption, figure, wide=True))
     return pictures
 
 
-def _distributions(given: Given, shown: Sequence[Telling]) -> "Figure":
+def _distributions(samples: Given, telling: Sequence[Telling]) -> "Figure":
     """Draw histograms of statistics, a panel each."""
-    names, values = named_statistics(given.windows, given.names, given.interval_s or 1.0)
-    titles = [each.what for each in shown]
+    names, values = named_statistics(samples.windows, samples.names, samples.interval_s or 1.0)
+    titles = [cue.what for cue in telling]
     panels = panel_grid(titles, 2.3)
-    own = given.labels > 0.5
-    for axes, each in zip(panels.axes, shown, strict=True):
-        column = values[:, names.index(each.what)]
+    genuine = samples.labels > 0.5
+    for axes, cue in zip(panels.axes, telling, strict=True):
+        column = values[:, names.index(cue.what)]
         low, high = np.percentile(column, CENTRAL)
         if high <= low:
             low, high = low - 0.5, high + 0.5
         edges = np.linspace(low, high, BINS + 1)
         shares = []
-        for side in (own, ~own):
+        for side in (genuine, ~genuine):
             counts = np.histogram(np.clip(column[side], low, high), edges)[0]
             shares.append(counts / side.sum())
         axes.stairs(shares[0], edges, fill=True, color=SKY, alpha=0.45, label="real")
         axes.stairs(shares[1], edges, color=ORANGE, linewidth=1.3, label="simulated")
         axes.set_ylim(bottom=0)
-        axes.set_xlabel("" if each.unit == "%" else each.unit, color=INK, fontsize=9)
+        axes.set_xlabel("" if cue.unit == "%" else cue.unit, color=INK, fontsize=9)
         axes.title.set_fontsize(8.5)
     panels.axes[0].set_ylabel("Share", color=INK, fontsize=9.5)
     return panels.with_legend(ncols=2)
 
 
-def _windows(found: TuringTest, pairs: Sequence[tuple[int, int]]) -> "Figure":
+def _windows(result: TuringTest, pairs: Sequence[tuple[int, int]]) -> "Figure":
     """Draw simulated samples above, real ones below: paths where they are known, else the first signal over time."""
-    given = found.given
-    assert given is not None
+    samples = result.given
+    assert samples is not None
     order = [simulated for simulated, _ in pairs] + [real for _, real in pairs]
     titles = ["simulated"] * len(pairs) + ["real"] * len(pairs)
     # panels stand in rows of three; fewer pairs leave some empty
     panels = panel_grid(titles, 2.3)
-    known = [path for path in found.paths if path is not None]
-    paths = np.concatenate(known) if len(known) == len(found.paths) > 0 else None
+    stated_paths = [path for path in result.paths if path is not None]
+    paths = np.concatenate(stated_paths) if len(stated_paths) == len(result.paths) > 0 else None
     reach = 0.0
     for axes, window, title in zip(panels.axes, order, titles, strict=True):
         color = BLUE if title == "real" else ORANGE
         axes.title.set_fontsize(9)
         if paths is None:
-            axes.plot(given.windows[window, :, 0], color=color, linewidth=1.0)
+            axes.plot(samples.windows[window, :, 0], color=color, linewidth=1.0)
             continue
         path = paths[window] - paths[window].mean(axis=0)
         reach = max(reach, float(np.abs(path).max()))
@@ -160,5 +159,5 @@ def _windows(found: TuringTest, pairs: Sequence[tuple[int, int]]) -> "Figure":
                 aspect="equal",
             )
     else:
-        panels.label(given.names[0], "step")
+        panels.label(samples.names[0], "step")
     return panels.figure

@@ -49,13 +49,13 @@ class Family(ABC):
     """Whether individuals take notice of each other."""
 
     def __post_init__(self) -> None:
-        for name, least in (
+        for name, lowest in (
             ("individuals", 1),
             ("steps", 1),
             ("observed", 1),
             ("settling_steps", 0),
         ):
-            integer(name, getattr(self, name), least)
+            integer(name, getattr(self, name), lowest)
         rule = f"be at most `individuals`, {self.individuals}"
         require(self.observed <= self.individuals, "observed", rule, self.observed)
         integer(
@@ -128,7 +128,7 @@ class Family(ABC):
         """
         positions, headings = self._paths(self._checked(parameters), rng)
         focal = positions[:, :, : self.observed, None]
-        seen = focal
+        paths = focal
         if NEIGHBOR & set(
             self.signals
         ):  # with whoever is nearest: signals as among all, at the cost of C individuals, not A
@@ -136,14 +136,14 @@ class Family(ABC):
             distance[..., np.arange(self.observed), np.arange(self.observed)] = np.inf
             distance[np.isnan(distance)] = np.inf  # who is absent is nobody's neighbor
             nearest = np.take_along_axis(positions, distance.argmin(axis=-1)[..., None], axis=2)
-            seen = np.concatenate([focal, nearest[..., None, :]], axis=3)
-        seen = seen.swapaxes(1, 2)  # (M, C, F, 1 or 2, 2)
+            paths = np.concatenate([focal, nearest[..., None, :]], axis=3)
+        paths = paths.swapaxes(1, 2)  # (M, C, F, 1 or 2, 2)
         if headings is not None:
             headings = np.broadcast_to(
-                headings[..., : self.observed].swapaxes(1, 2)[..., None], seen.shape[:-1]
+                headings[..., : self.observed].swapaxes(1, 2)[..., None], paths.shape[:-1]
             )
-        found = compute_signals(seen, fps=self.fps, names=self.signals, headings=headings)
-        return found.values[..., 1:, 0, :]
+        signals = compute_signals(paths, fps=self.fps, names=self.signals, headings=headings)
+        return signals.values[..., 1:, 0, :]
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Simulate models, given as in a call, and return where everybody was.
@@ -180,8 +180,8 @@ class Family(ABC):
         ValueError
             If a parameter is missing, unknown or out of range, or there is no group.
         """
-        known, named = set(truth) == set(self.parameters), ", ".join(truth) or "nothing"
-        require(known, "truth", f"name {', '.join(self.parameters)}", str(named))
+        complete, named = set(truth) == set(self.parameters), ", ".join(truth) or "nothing"
+        require(complete, "truth", f"name {', '.join(self.parameters)}", str(named))
         integer("groups", groups, 1, MOST_PLACES // self.moves)
         parameters = np.tile([float(truth[name]) for name in self.parameters], (groups, 1))
         return self(parameters, rng).reshape(-1, self.steps, len(self.signals))
@@ -240,8 +240,10 @@ def offsets(positions: np.ndarray, period: float | None = None) -> np.ndarray:
 
     In a square of side `period` (cm) that is repeated in both directions it is the way to the nearest image.
     """
-    way = positions[:, None, :] - positions[:, :, None]
-    return way if period is None else way - period * np.round(way / period)
+    displacement = positions[:, None, :] - positions[:, :, None]
+    return (
+        displacement if period is None else displacement - period * np.round(displacement / period)
+    )
 
 
 def unit(vectors: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
@@ -269,11 +271,11 @@ def reflected(
     """
 
     def folded(
-        places: np.ndarray, along: np.ndarray, length: float
+        coordinates: np.ndarray, along: np.ndarray, length: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        tanks, rest = np.divmod(places, length)
+        tanks, remainder = np.divmod(coordinates, length)
         mirrored = tanks % 2 == 1
-        return np.where(mirrored, length - rest, rest), np.where(mirrored, -along, along)
+        return np.where(mirrored, length - remainder, remainder), np.where(mirrored, -along, along)
 
     x, along = folded(positions.real, vectors.real, size[0])
     y, across = folded(positions.imag, vectors.imag, size[1])
@@ -322,15 +324,15 @@ class Particles(Family):
 
     def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, None]:
         frames = self._move(parameters.T[:, :, None], rng.spawn(len(parameters)))
-        seen = np.stack(list(islice(frames, self.settling_steps, None)), axis=1)
-        return seen.view(np.float64).reshape(*seen.shape, 2), None
+        settled = np.stack(list(islice(frames, self.settling_steps, None)), axis=1)
+        return settled.view(np.float64).reshape(*settled.shape, 2), None
 
     def _scattered(self, rngs: Sequence[np.random.Generator]) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and directions (M, A) at the start."""
         width, height = self.tank_cm or (self.start_side_cm, self.start_side_cm)
-        places = draw(rngs, lambda rng: rng.random((3, self.individuals)))
-        return width * places[:, 0] + 1j * height * places[:, 1], rotation(
-            2 * math.pi * places[:, 2]
+        uniforms = draw(rngs, lambda rng: rng.random((3, self.individuals)))
+        return width * uniforms[:, 0] + 1j * height * uniforms[:, 1], rotation(
+            2 * math.pi * uniforms[:, 2]
         )
 
     def _within(self, positions: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -74,19 +74,21 @@ def units_of(paths: Sequence[np.ndarray], interval_s: float) -> Units:
     lengths = lengths[np.isfinite(lengths)]
     step = max(float(np.median(lengths)), 1e-9)
     nearest = np.concatenate([_nearest(path) for path in paths])
-    other = float(np.median(nearest)) if len(nearest) else 10 * step
+    neighbor = float(np.median(nearest)) if len(nearest) else 10 * step
     # a wall is near where a fast individual gets in half a second
     wall = float(np.quantile(lengths, 0.75)) * 0.5 / interval_s
     rates = 1 - np.exp(-interval_s / MEMORY_S)
-    return Units(step, max(wall, step), max(other, step), rates, 3 * float(np.mean(lengths)) + step)
+    return Units(
+        step, max(wall, step), max(neighbor, step), rates, 3 * float(np.mean(lengths)) + step
+    )
 
 
 def _nearest(path: np.ndarray) -> np.ndarray:
     """Return distances of the nearest other, in one frame of ten."""
-    some = path[::10]
-    there = ~np.isnan(some[..., 0])
-    offset, near = nearest_others(np.nan_to_num(some), there)
-    return np.hypot(*np.moveaxis(offset, -1, 0))[near & there]
+    sampled = path[::10]
+    present = ~np.isnan(sampled[..., 0])
+    offset, has_neighbor = nearest_others(np.nan_to_num(sampled), present)
+    return np.hypot(*np.moveaxis(offset, -1, 0))[has_neighbor & present]
 
 
 def memories_of(path: np.ndarray, units: Units) -> np.ndarray:
@@ -112,21 +114,21 @@ def recorded(
 ) -> Recorded:
     """Return what was perceived and done at these frames and individuals of a recording."""
     count = len(rows)
-    own = np.zeros((count, OWN))
+    own_inputs = np.zeros((count, OWN))
     traits = np.zeros((count, MOST_OTHERS, TRAITS), dtype=np.float32)
-    seen = np.zeros(count, dtype=np.int64)
+    others_seen = np.zeros(count, dtype=np.int64)
     answers = np.zeros((count, 2))
-    perceive(path, memories, rows, tanks, tank, units, own, traits, seen, answers)
-    return Recorded(own.astype(np.float32), traits, seen, answers, rows[:, 0])
+    perceive(path, memories, rows, tanks, tank, units, own_inputs, traits, others_seen, answers)
+    return Recorded(own_inputs.astype(np.float32), traits, others_seen, answers, rows[:, 0])
 
 
 def bins_of(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return inner edges (BINS - 1,) of bins that are equally likely, and quantiles within each (BINS, QUANTILES)."""
     chances = np.linspace(0, 1, BINS * (QUANTILES - 1) + 1)
     quantiles = np.quantile(values, chances)
-    first = np.arange(BINS) * (QUANTILES - 1)
-    inner = quantiles[first[1:]]
-    return inner, quantiles[first[:, None] + np.arange(QUANTILES)]
+    edges = np.arange(BINS) * (QUANTILES - 1)
+    inner = quantiles[edges[1:]]
+    return inner, quantiles[edges[:, None] + np.arange(QUANTILES)]
 
 
 def learn(
@@ -154,8 +156,8 @@ def learn(
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         net = trainable_network()
-        own, traits = torch.from_numpy(examples.own), torch.from_numpy(examples.traits)
-        there = torch.arange(MOST_OTHERS) < torch.from_numpy(examples.seen)[:, None]
+        own_inputs, traits = torch.from_numpy(examples.own), torch.from_numpy(examples.traits)
+        visible = torch.arange(MOST_OTHERS) < torch.from_numpy(examples.seen)[:, None]
         length_bins = torch.from_numpy(np.searchsorted(length_edges, lengths, side="right"))
         turn_bins = torch.from_numpy(np.searchsorted(turn_edges, turns, side="right"))
         mirrored_bins = torch.from_numpy(np.searchsorted(turn_edges, -turns, side="right"))
@@ -174,7 +176,7 @@ def learn(
             net.train()
             batch = learned_from[torch.randint(len(learned_from), (BATCH,))]
             mirrored = torch.rand(BATCH) < 0.5
-            some_own, some_traits, some_there = own[batch], traits[batch], there[batch]
+            some_own, some_traits, some_there = own_inputs[batch], traits[batch], visible[batch]
             some_own = torch.where(mirrored[:, None], some_own[:, order_own] * flip_own, some_own)
             some_traits = torch.where(
                 mirrored[:, None, None], some_traits * flip_traits, some_traits
@@ -195,7 +197,10 @@ def learn(
                 averaged.eval()
                 with torch.no_grad():
                     says_length, says_turn = averaged(
-                        own[looked_at], traits[looked_at], there[looked_at], length_bins[looked_at]
+                        own_inputs[looked_at],
+                        traits[looked_at],
+                        visible[looked_at],
+                        length_bins[looked_at],
                     )
                     missed = functional.cross_entropy(says_length, length_bins[looked_at])
                     missed = missed + functional.cross_entropy(says_turn, turn_bins[looked_at])
@@ -221,26 +226,26 @@ def _mirror() -> tuple[Any, Any, Any]:
     signs = torch.ones(OWN)
     signs[1 : 2 * LAGS : 2] = -1
     order = torch.arange(OWN)
-    first = 2 * LAGS + MEMORIES
+    offset = 2 * LAGS + MEMORIES
     for scale in range(2):
         for ray in range(RAYS):
-            order[first + scale * RAYS + ray] = first + scale * RAYS + (-ray) % RAYS
+            order[offset + scale * RAYS + ray] = offset + scale * RAYS + (-ray) % RAYS
     traits = torch.ones(TRAITS)
     traits[[1, 6]] = -1
     return signs, order, traits
 
 
-def _blinded(own: Any, traits: Any, there: Any) -> tuple[Any, Any, Any]:
+def _blinded(own_inputs: Any, traits: Any, visible: Any) -> tuple[Any, Any, Any]:
     """Hide the velocities of others, the others, or others and walls in a share of the examples."""
     import torch
 
-    chance = torch.rand(len(own))
-    own, traits = own.clone(), traits.clone()
+    chance = torch.rand(len(own_inputs))
+    own_inputs, traits = own_inputs.clone(), traits.clone()
     traits[chance < BLINDED, :, 5:] = 0.0
-    there = there & (chance > 3 * BLINDED)[:, None] | there & (chance < BLINDED)[:, None]
+    visible = visible & (chance > 3 * BLINDED)[:, None] | visible & (chance < BLINDED)[:, None]
     without_walls = (chance >= BLINDED) & (chance < 2 * BLINDED)
-    own[without_walls, OWN - 2 * RAYS - 1 :] = 0.0
-    return own, traits, there
+    own_inputs[without_walls, OWN - 2 * RAYS - 1 :] = 0.0
+    return own_inputs, traits, visible
 
 
 def trainable_network() -> Any:
@@ -263,15 +268,17 @@ def trainable_network() -> Any:
             self.dropout = nn.Dropout(DROPOUT)
             nn.init.normal_(self.turn_of_length.weight, std=0.1)
 
-        def forward(self, own: Any, traits: Any, there: Any, length_bins: Any) -> tuple[Any, Any]:
+        def forward(
+            self, own_inputs: Any, traits: Any, visible: Any, length_bins: Any
+        ) -> tuple[Any, Any]:
             bend = nn.functional.silu
-            other = bend(self.other_second(bend(self.other_first(traits))))
-            exponent = self.attention(other)[..., 0].masked_fill(~there, -torch.inf)
+            encoded = bend(self.other_second(bend(self.other_first(traits))))
+            exponent = self.attention(encoded)[..., 0].masked_fill(~visible, -torch.inf)
             # nothing is among the options: a zero, that counts for no one
             nothing = torch.zeros_like(exponent[:, :1])
             weights = torch.softmax(torch.cat([exponent, nothing], dim=1), dim=1)[:, :-1]
-            others = (weights[..., None] * other).sum(dim=1)
-            hidden = self.dropout(bend(self.trunk_first(torch.cat([own, others], dim=1))))
+            attended = (weights[..., None] * encoded).sum(dim=1)
+            hidden = self.dropout(bend(self.trunk_first(torch.cat([own_inputs, attended], dim=1))))
             hidden = self.dropout(bend(self.trunk_second(hidden)))
             turning = bend(self.turn_hidden(hidden) + self.turn_of_length(length_bins))
             return self.length(hidden), self.turn(turning)

@@ -67,8 +67,8 @@ class Vicsek(Particles):
         shaken = draw(rngs, lambda rng: rng.uniform(-0.5, 0.5, (self.moves, self.individuals)))
         yield positions
         for step in range(self.moves):
-            near = np.abs(offsets(positions, self.period_cm)) <= radius[..., None]
-            mean = total(near, directions[:, None])
+            neighbors = np.abs(offsets(positions, self.period_cm)) <= radius[..., None]
+            mean = total(neighbors, directions[:, None])
             positions = positions + speed * self.interval_s * directions
             directions = unit(mean, directions) * rotation(noise * shaken[:, step])
             positions, directions = self._within(positions, directions)
@@ -124,7 +124,7 @@ class Couzin(Particles):
     ) -> Iterator[np.ndarray]:
         speed, turning_rate, *zones, noise = parameters
         borders = np.cumsum(zones, axis=0)
-        most = turning_rate * self.interval_s
+        most_turn = turning_rate * self.interval_s
         positions, directions = self._scattered(rngs)
         shaken = draw(rngs, lambda rng: rng.standard_normal((self.moves, self.individuals)))
         yield positions
@@ -133,7 +133,7 @@ class Couzin(Particles):
                 noise * shaken[:, step]
             )
             angle = np.angle(wish * directions.conj())
-            directions = directions * rotation(np.clip(angle, -most, most))
+            directions = directions * rotation(np.clip(angle, -most_turn, most_turn))
             positions = positions + speed * self.interval_s * directions
             positions, directions = self._within(positions, directions)
             yield positions
@@ -143,16 +143,18 @@ class Couzin(Particles):
     ) -> np.ndarray:
         """Return where individuals want to go (M, A), zero without a wish; borders (3, M, 1) of the zones."""
         repulsion, orientation, attraction = borders[..., None]
-        way = offsets(positions)
-        distance = np.abs(way)
-        toward = np.divide(way, distance, out=np.zeros_like(way), where=distance > 0)
-        others = ~np.eye(self.individuals, dtype=bool)
+        displacements = offsets(positions)
+        distance = np.abs(displacements)
+        toward = np.divide(
+            displacements, distance, out=np.zeros_like(displacements), where=distance > 0
+        )
+        distinct = ~np.eye(self.individuals, dtype=bool)
         ahead = (toward * directions.conj()[..., None]).real
-        seen = others & (ahead >= math.cos(self.field_of_view_rad / 2) - ROUNDING)
-        close = others & (distance < repulsion)
-        middle = seen & (distance >= repulsion) & (distance < orientation)
-        far = seen & (distance >= orientation) & (distance <= attraction)
-        social = total(middle, directions[:, None]) + total(far, toward)
+        visible = distinct & (ahead >= math.cos(self.field_of_view_rad / 2) - ROUNDING)
+        close = distinct & (distance < repulsion)
+        middle = visible & (distance >= repulsion) & (distance < orientation)
+        attracting = visible & (distance >= orientation) & (distance <= attraction)
+        social = total(middle, directions[:, None]) + total(attracting, toward)
         return np.where(close.any(axis=-1), -total(close, toward), social)
 
 
@@ -223,12 +225,12 @@ class Boids(Particles):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the requested accelerations (M, A), the most urgent first."""
         separation, alignment, cohesion = strengths
-        way = offsets(positions)
-        square = way.real**2 + way.imag**2
+        displacements = offsets(positions)
+        square = displacements.real**2 + displacements.imag**2
         perceived = (square > 0) & (square <= self.radius_cm**2)
         square = np.where(perceived, square, 1.0)
         weight = perceived / square
-        away = (weight / np.sqrt(square) * way).sum(axis=-1)
+        away = (weight / np.sqrt(square) * displacements).sum(axis=-1)
         weights = weight.sum(axis=-1)
         share = weight / np.where(weights > 0, weights, 1.0)[..., None]
         mean_velocity = np.where(
@@ -237,27 +239,27 @@ class Boids(Particles):
         return (
             -separation * away,
             alignment * (mean_velocity - velocities),
-            cohesion * (share * way).sum(axis=-1),
+            cohesion * (share * displacements).sum(axis=-1),
         )
 
 
-def allocated(requests: Sequence[np.ndarray], most: np.ndarray) -> np.ndarray:
-    """Return the sum of requests granted in order until their lengths sum up to `most`, the last one trimmed."""
-    granted, left = np.zeros_like(requests[0]), most
+def allocated(requests: Sequence[np.ndarray], budget: np.ndarray) -> np.ndarray:
+    """Return the sum of requests granted in order until their lengths sum up to `budget`, the last one trimmed."""
+    granted, remaining = np.zeros_like(requests[0]), budget
     for request in requests:
         length = np.abs(request)
-        part = np.minimum(length, left)
+        granted_length = np.minimum(length, remaining)
         granted = granted + np.divide(
-            part * request, length, out=np.zeros_like(request), where=length > 0
+            granted_length * request, length, out=np.zeros_like(request), where=length > 0
         )
-        left = left - part
+        remaining = remaining - granted_length
     return granted
 
 
-def limited(velocities: np.ndarray, least: np.ndarray, most: np.ndarray) -> np.ndarray:
+def limited(velocities: np.ndarray, slowest: np.ndarray, fastest: np.ndarray) -> np.ndarray:
     """Return velocities whose length lies between two limits; rest has no direction and stays."""
     length = np.abs(velocities)
-    wanted = np.clip(length, least, most)
+    wanted = np.clip(length, slowest, fastest)
     return np.divide(wanted * velocities, length, out=np.zeros_like(velocities), where=length > 0)
 
 
@@ -307,20 +309,20 @@ class BurstAndCoast(Particles):
         durations, speeds, angles = self._drawn(rngs)
         durations = np.maximum(kick_interval[:, None] * durations, self.interval_s)
         elapsed = durations[:, 0] * draw(rngs, lambda rng: rng.random(self.individuals))
-        left = durations[:, 0] - elapsed
+        remaining = durations[:, 0] - elapsed
         paces = speed * speeds[:, 0] * np.exp(-elapsed / glide_time)
         yield positions
         for step in range(1, self.moves + 1):
-            before = np.minimum(left, self.interval_s)
+            before = np.minimum(remaining, self.interval_s)
             after = self.interval_s - before
-            way, paces = glided(paces, before, glide_time)
-            positions, directions = self._within(positions + way * directions, directions)
-            kicked = left < self.interval_s
+            traveled, paces = glided(paces, before, glide_time)
+            positions, directions = self._within(positions + traveled * directions, directions)
+            kicked = remaining < self.interval_s
             directions = np.where(kicked, directions * rotation(turn * angles[:, step]), directions)
             paces = np.where(kicked, speed * speeds[:, step], paces)
-            left = np.where(kicked, durations[:, step], left - before) - after
-            way, paces = glided(paces, after, glide_time)
-            positions, directions = self._within(positions + way * directions, directions)
+            remaining = np.where(kicked, durations[:, step], remaining - before) - after
+            traveled, paces = glided(paces, after, glide_time)
+            positions, directions = self._within(positions + traveled * directions, directions)
             yield positions
 
     def _drawn(
@@ -405,8 +407,8 @@ class Robots(Family):
             "fields_of_view": robots.fields_of_view,
         }
         poses = simulate(scenario, robots.controllers, starts, **how).poses
-        seen = poses[:, self.settling_steps :, : self.individuals]
-        return seen[..., :2], seen[..., 2]
+        settled = poses[:, self.settling_steps :, : self.individuals]
+        return settled[..., :2], settled[..., 2]
 
 
 FAMILIES: dict[str, type[Family]] = {

@@ -152,16 +152,19 @@ class Network(Family):
         _check_recordings(recordings, windows)
         grids, walls = _grids(recordings, tanks)
         shapes = tanks_of(grids, walls)
-        paths = [np.where(each.present[..., None], each.positions, np.nan) for each in recordings]
+        paths = [
+            np.where(recording.present[..., None], recording.positions, np.nan)
+            for recording in recordings
+        ]
         learned = windows.frames("learning")
-        seen = [
+        learned_paths = [
             np.where(steps_learned[..., None], path, np.nan)
             for path, steps_learned in zip(paths, learned, strict=True)
         ]
-        units = units_of(seen, windows.interval_s)
+        units = units_of(learned_paths, windows.interval_s)
         memories = [memories_of(path, units) for path in paths]
         rng = np.random.default_rng([seed, 46])
-        parts: list[Recorded] = []
+        batches: list[Recorded] = []
         starts: list[tuple[np.ndarray, np.ndarray, int]] = []
         all_rows = [
             rows_of(path, steps_learned) for path, steps_learned in zip(paths, learned, strict=True)
@@ -175,28 +178,30 @@ class Network(Family):
             if not len(rows):
                 continue
             share = min(1.0, MOST_ROWS / count)
-            some = np.sort(rng.choice(len(rows), size=math.ceil(share * len(rows)), replace=False))
-            part = recorded(path, memory, rows[some], shapes, k, units)
-            parts.append(part)
+            chosen = np.sort(
+                rng.choice(len(rows), size=math.ceil(share * len(rows)), replace=False)
+            )
+            batch = recorded(path, memory, rows[chosen], shapes, k, units)
+            batches.append(batch)
             starts += _moments(
                 path, memory, rows, k, math.ceil(MOST_STARTS * len(rows) / count), rng
             )
         offset = np.cumsum([0, *(len(path) for path in paths)])
         examples = Recorded(
-            np.concatenate([part.own for part in parts]),
-            np.concatenate([part.traits for part in parts]),
-            np.concatenate([part.seen for part in parts]),
-            np.concatenate([part.answers for part in parts]),
-            np.concatenate([part.stretch + offset[k] for k, part in enumerate(parts)]),
+            np.concatenate([batch.own for batch in batches]),
+            np.concatenate([batch.traits for batch in batches]),
+            np.concatenate([batch.seen for batch in batches]),
+            np.concatenate([batch.answers for batch in batches]),
+            np.concatenate([batch.stretch + offset[k] for k, batch in enumerate(batches)]),
         )
         layers, choices, log_likelihood = learn(examples, steps=steps, seed=seed, progress=progress)
         brain = Brain(
             layers, choices, units, shapes, _joined(starts), windows.interval_s, log_likelihood
         )
         length = windows.learning.shape[1]
-        own = {"steps": length, "interval_s": windows.interval_s, "signals": windows.names}
+        timing = {"steps": length, "interval_s": windows.interval_s, "signals": windows.names}
         usual = {"individuals": brain.starts.paths.shape[2], "settling_steps": length}
-        return cls(brain=brain, **own, **usual | settings)
+        return cls(brain=brain, **timing, **usual | settings)
 
     def in_group(
         self, individuals: int, tank_cm: tuple[float, float] | None = None, **settings: Any
@@ -210,17 +215,17 @@ class Network(Family):
         from safetensors.numpy import save
 
         names = ("interval_s", "steps", "individuals", "settling_steps", "observed")
-        told = {name: getattr(self, name) for name in names}
-        told["format"] = FORMAT
-        told["log_likelihood"] = self.brain.log_likelihood
-        told["signals"] = list(self.signals)
+        description = {name: getattr(self, name) for name in names}
+        description["format"] = FORMAT
+        description["log_likelihood"] = self.brain.log_likelihood
+        description["signals"] = list(self.signals)
         rates = self.brain.units.memory_rates.tolist()
-        told["units"] = self.brain.units._replace(memory_rates=rates)._asdict()
+        description["units"] = self.brain.units._replace(memory_rates=rates)._asdict()
         tensors = {}
         for part in PARTS:
             for name, values in getattr(self.brain, part)._asdict().items():
                 tensors[f"{part}.{name}"] = np.ascontiguousarray(values)
-        return save(tensors, {"network": json.dumps(told)})
+        return save(tensors, {"network": json.dumps(description)})
 
     @classmethod
     def from_bytes(cls, content: bytes) -> Self:
@@ -235,21 +240,25 @@ class Network(Family):
             refuse("content", rule, f"other bytes ({error})")
         # the header, a JSON object, stands behind eight bytes that are its length
         header = json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")])
-        told = json.loads(header.get("__metadata__", {}).get("network", "{}"))
-        require(told.get("format") == FORMAT, "content", rule, f"tensors {brief(list(tensors))}")
-        parts: dict[str, Any] = {}
-        for part, kind in PARTS.items():
-            parts[part] = kind(**{name: tensors[f"{part}.{name}"] for name in kind._fields})
-        units = Units(**told.pop("units"))
-        brain = Brain(
-            **parts,
-            units=units._replace(memory_rates=np.array(units.memory_rates)),
-            interval_s=told["interval_s"],
-            log_likelihood=told.pop("log_likelihood"),
+        description = json.loads(header.get("__metadata__", {}).get("network", "{}"))
+        require(
+            description.get("format") == FORMAT, "content", rule, f"tensors {brief(list(tensors))}"
         )
-        signals = tuple(told.pop("signals"))
-        del told["format"]
-        return cls(brain=brain, signals=signals, **told)
+        fields: dict[str, Any] = {}
+        for part, tuple_type in PARTS.items():
+            fields[part] = tuple_type(
+                **{name: tensors[f"{part}.{name}"] for name in tuple_type._fields}
+            )
+        units = Units(**description.pop("units"))
+        brain = Brain(
+            **fields,
+            units=units._replace(memory_rates=np.array(units.memory_rates)),
+            interval_s=description["interval_s"],
+            log_likelihood=description.pop("log_likelihood"),
+        )
+        signals = tuple(description.pop("signals"))
+        del description["format"]
+        return cls(brain=brain, signals=signals, **description)
 
     def save(self, path: str | Path) -> None:
         """Write `to_bytes` to a file."""
@@ -329,7 +338,7 @@ PARTS: dict[str, Any] = {"layers": Layers, "choices": Choices, "tanks": Tanks, "
 def _check_recordings(recordings: Sequence[Trajectories], windows: Windows) -> None:
     """Reject recordings that a network cannot learn from."""
     for k, recording in enumerate(recordings):
-        place = f"recording {k + 1}"
+        where = f"recording {k + 1}"
         rule = "be in cm, as tanks and speeds are"
         require(
             recording.unit == "cm",
@@ -337,7 +346,7 @@ def _check_recordings(recordings: Sequence[Trajectories], windows: Windows) -> N
             rule,
             "pixels",
             "Give their scale, pixels_per_cm.",
-            place=place,
+            place=where,
         )
         ratio = windows.interval_s * recording.fps
         rule = "have the frame rate of the windows"
@@ -346,15 +355,15 @@ def _check_recordings(recordings: Sequence[Trajectories], windows: Windows) -> N
             "recordings",
             rule,
             f"{recording.fps:g} frames per second",
-            place=place,
+            place=where,
         )
-    most = max(recording.at_once for recording in recordings)
+    at_once = max(recording.at_once for recording in recordings)
     rule = "have two individuals or more at once: a network learns how they respond to each other"
     require(
-        most > 1,
+        at_once > 1,
         "recordings",
         rule,
-        f"{most} individual",
+        f"{at_once} individual",
         "Take another family, such as BurstAndCoast.",
     )
 
@@ -412,11 +421,11 @@ def _joined(moments: Sequence[tuple[np.ndarray, np.ndarray, int]]) -> Starts:
 
     Those who are there come first, and NaN fills the rest.
     """
-    most = max(int(np.isfinite(path[-1, :, 0]).sum()) for path, _, _ in moments)
-    paths = np.full((len(moments), HISTORY + 1, most, 2), np.nan)
-    memories = np.zeros((len(moments), most, MEMORIES))
+    most_present = max(int(np.isfinite(path[-1, :, 0]).sum()) for path, _, _ in moments)
+    paths = np.full((len(moments), HISTORY + 1, most_present, 2), np.nan)
+    memories = np.zeros((len(moments), most_present, MEMORIES))
     for k, (path, memory, _) in enumerate(moments):
-        there = np.flatnonzero(np.isfinite(path[-1, :, 0]))
-        paths[k, :, : len(there)] = path[:, there]
-        memories[k, : len(there)] = memory[there]
+        present = np.flatnonzero(np.isfinite(path[-1, :, 0]))
+        paths[k, :, : len(present)] = path[:, present]
+        memories[k, : len(present)] = memory[present]
     return Starts(paths, memories, np.array([tank for _, _, tank in moments]))

@@ -49,20 +49,23 @@ def recorded_ranges(
     motion = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
     suggested: Mapping[str, Parameter] = family.parameters
     highest = {unit: _highest(suggested, unit) for unit in ("cm/s", "cm")}
-    speeds = ABOVE_FASTEST * max(_fastest(each) for each in motion)
-    lengths = ABOVE_FARTHEST * max(_farthest(each) for each in motion)
+    speeds = ABOVE_FASTEST * max(_fastest(recording) for recording in motion)
+    lengths = ABOVE_FARTHEST * max(_farthest(recording) for recording in motion)
     scales = (_scale(speeds, highest["cm/s"]), _scale(lengths, highest["cm"]))
-    found = {}
+    ranges = {}
     for name, parameter in suggested.items():
         powers = SCALES.get(parameter.unit)
         scale = scales[0] ** powers[0] * scales[1] ** powers[1] if powers else 1.0
-        found[name] = parameter if scale == 1 else _scaled(parameter, scale)
-    return found
+        ranges[name] = parameter if scale == 1 else _scaled(parameter, scale)
+    return ranges
 
 
 def _highest(parameters: Mapping[str, Parameter], unit: str) -> float:
     """Return the highest bound of the parameters in a unit, 0 if there is none."""
-    return max((each.high or 0.0 for each in parameters.values() if each.unit == unit), default=0.0)
+    return max(
+        (recording.high or 0.0 for recording in parameters.values() if recording.unit == unit),
+        default=0.0,
+    )
 
 
 def _scale(wanted: float, suggested: float) -> float:
@@ -98,8 +101,8 @@ def _farthest(recording: Trajectories) -> float:
     frames = np.linspace(0, len(recording.positions) - 1, MOST_FRAMES).astype(int)
     frames = np.unique(frames)[:-1]
     present = recording.present[frames]
-    offset, near = nearest_others(recording.positions[frames], present)
-    distances = np.hypot(*np.moveaxis(offset, -1, 0))[near & present]
+    offset, has_neighbor = nearest_others(recording.positions[frames], present)
+    distances = np.hypot(*np.moveaxis(offset, -1, 0))[has_neighbor & present]
     return float(np.percentile(distances, FARTHEST_PERCENTILE)) if len(distances) else 0.0
 
 
@@ -115,15 +118,15 @@ def said_ranges(
     parameters
         All parameters that there are, whose units stay; None takes those of the texts.
     """
-    found = dict(parameters or {})
-    said = set()
+    ranges = dict(parameters or {})
+    named = set()
     for text in texts:
         name, _, bounds = text.partition("=")
-        low, _, rest = bounds.partition(":")
-        high, _, kind = rest.partition(":")
+        low, _, tail = bounds.partition(":")
+        high, _, suffix = tail.partition(":")
         remedy = ("For example: ", Setting("range", "speed=5:300"))
         try:
-            ends = (float(low), float(high))
+            limits = (float(low), float(high))
         except ValueError:
             refuse(
                 "range",
@@ -132,19 +135,19 @@ def said_ranges(
                 remedy,
             )
         require(
-            kind in ("", "log", "integer"),
+            suffix in ("", "log", "integer"),
             "range",
             "end with log or integer, if with a word",
             repr(text),
             remedy,
         )
-        require(name not in said, "range", "be given once for each parameter", repr(text))
-        said.add(name)
+        require(name not in named, "range", "be given once for each parameter", repr(text))
+        named.add(name)
         if parameters is not None and name not in parameters:
             got = f"{name!r} of {text!r}"
             refuse("range", f"name one of {', '.join(parameters)}", got, nearest(name, parameters))
-        unit = found[name].unit if name in found else ""
+        unit = ranges[name].unit if name in ranges else ""
         with refusing_as(RefusedError, name="range", place=text):
-            scale: Any = "log" if kind == "log" else "linear"
-            found[name] = Parameter(*ends, scale=scale, unit=unit, integer=kind == "integer")
-    return found
+            scale: Any = "log" if suffix == "log" else "linear"
+            ranges[name] = Parameter(*limits, scale=scale, unit=unit, integer=suffix == "integer")
+    return ranges

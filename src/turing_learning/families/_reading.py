@@ -70,17 +70,20 @@ def _columns(texts: Sequence[str]) -> dict[str, str]:
     """Return which columns of a table are what, by texts as id=track."""
     columns: dict[str, str] = {}
     for text in texts:
-        what, equals, name = text.partition("=")
-        fits = equals and name and what not in columns
+        role, equals, name = text.partition("=")
+        fits = equals and name and role not in columns
         require(fits, "columns", "be WHAT=NAME, once for each", repr(text))
-        columns[what] = name
+        columns[role] = name
     return columns
 
 
-def listed(text: str | None, option: str, what: str) -> list[str]:
+def listed(text: str | None, option: str, items: str) -> list[str]:
     """Return the parts of a text between commas."""
-    parts = [] if text is None else [part.strip() for part in text.split(",")]
+    entries = [] if text is None else [entry.strip() for entry in text.split(",")]
     require(
-        "" not in parts, option, f"be {what}, separated by commas", f"{text!r}, where one is empty"
+        "" not in entries,
+        option,
+        f"be {items}, separated by commas",
+        f"{text!r}, where one is empty",
     )
-    return parts
+    return entries

@@ -50,12 +50,12 @@ class Replicates:
     def __call__(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Simulate models (M, P) and return samples (M, C, T, D) of them, each in a group of its own."""
         which = rng.choice(len(self.groups), size=len(parameters), p=self.shares)
-        first = self.groups[0]
-        found = np.empty((len(parameters), first.observed, first.steps, len(first.signals)))
+        leader = self.groups[0]
+        samples = np.empty((len(parameters), leader.observed, leader.steps, len(leader.signals)))
         for k, group in enumerate(self.groups):
             if (which == k).any():
-                found[which == k] = group(parameters[which == k], rng)
-        return found
+                samples[which == k] = group(parameters[which == k], rng)
+        return samples
 
 
 def as_recorded(
@@ -83,7 +83,7 @@ def as_recorded(
         as windows are from them.
     """
     recordings = [recordings] if isinstance(recordings, Trajectories) else recordings
-    pixels = any(each.unit != "cm" for each in recordings)
+    pixels = any(recording.unit != "cm" for recording in recordings)
     require(
         not pixels,
         "recordings",
@@ -91,36 +91,39 @@ def as_recorded(
         "pixels",
         "Give their scale, pixels_per_cm.",
     )
-    given = list(tanks) * (len(recordings) if len(tanks) == 1 else 1)
-    fits = len(given) in (0, len(recordings))
+    shapes = list(tanks) * (len(recordings) if len(tanks) == 1 else 1)
+    fits = len(shapes) in (0, len(recordings))
     require(fits, "tanks", f"be one, or one for each of {len(recordings)} recordings", len(tanks))
-    walls = any(tank is not None for tank in given)
+    walls = any(tank is not None for tank in shapes)
     rule = "be left out for this family, whose walls are those of its scenario"
     require(not walls or issubclass(family, Particles), "tanks", rule, family.__name__)
     if hasattr(family, "period_cm") and (walls or NEIGHBOR & set(windows.names)):
         settings = {"period_cm": None} | settings
-    kinds = [
-        (each.at_once, tank) for each, tank in zip(recordings, given or repeat(None), strict=False)
+    conditions = [
+        (recording.at_once, tank)
+        for recording, tank in zip(recordings, shapes or repeat(None), strict=False)
     ]
-    alike = Counter(kinds[k] for k in windows.learning_recording)
-    own = {
+    alike = Counter(conditions[k] for k in windows.learning_recording)
+    timing = {
         "steps": windows.learning.shape[1],
         "interval_s": windows.interval_s,
         "signals": windows.names,
     }
     groups = {
-        kind: family(
-            individuals=kind[0],
-            **own,
-            **settings | ({} if kind[1] is None else {"tank_cm": kind[1]}),
+        condition: family(
+            individuals=condition[0],
+            **timing,
+            **settings | ({} if condition[1] is None else {"tank_cm": condition[1]}),
         )
-        for kind in dict.fromkeys(kinds)
-        if alike[kind]  # nothing is learned from a recording that is held out
+        for condition in dict.fromkeys(conditions)
+        if alike[condition]  # nothing is learned from a recording that is held out
     }
-    first, *others = groups.values()
-    if others:
-        return Replicates((first, *others), tuple(alike[kind] / alike.total() for kind in groups))
-    return first
+    main, *further = groups.values()
+    if further:
+        return Replicates(
+            (main, *further), tuple(alike[condition] / alike.total() for condition in groups)
+        )
+    return main
 
 
 def model_named(name: str) -> Any:
@@ -149,10 +152,10 @@ class RecordedSystem:
         """Return what `entry` wrote; reject a recording that is gone or has changed, unless it is `elsewhere` now."""
         paths = [Path(path) for path in stored["options"]["trajectories"]]
         for path, digest in zip(paths, stored["sha256"], strict=True) if not elsewhere else ():
-            found = _digest(path)
-            got = f"{path}, which {'has changed since' if found else 'is not there any more'}"
+            digest_now = _digest(path)
+            got = f"{path}, which {'has changed since' if digest_now else 'is not there any more'}"
             require(
-                found == digest,
+                digest_now == digest,
                 "trajectories",
                 "be the recording that the run began with",
                 got,
@@ -171,22 +174,22 @@ class RecordedSystem:
         self, family: Family | Replicates, recordings: Sequence[Trajectories]
     ) -> tuple[dict[str, Parameter], list[str]]:
         """Return the parameters of the models, with ranges as said or else as recorded, and in words which are unusual."""
-        rest = self.options.get("longest_rest", LONGEST_REST_S)
+        longest_rest_s = self.options.get("longest_rest", LONGEST_REST_S)
         recorded = recorded_ranges(
-            family, [each.cleared(longest_rest_s=rest) for each in recordings]
+            family, [recording.cleared(longest_rest_s=longest_rest_s) for recording in recordings]
         )
         texts = self.options.get("range") or ()
-        found = said_ranges(texts, recorded)
-        said = {text.partition("=")[0] for text in texts}
+        ranges = said_ranges(texts, recorded)
+        named = {text.partition("=")[0] for text in texts}
         lines = []
-        for name, parameter in found.items():
+        for name, parameter in ranges.items():
             usual = family.parameters[name]
-            if parameter != usual and name not in said:
-                ends = f"{parameter.low:g} to {parameter.high:g} {parameter.unit}"
+            if parameter != usual and name not in named:
+                bounds = f"{parameter.low:g} to {parameter.high:g} {parameter.unit}"
                 lines.append(
-                    f"range of {name} by the recording: {ends} (usually {usual.low:g} to {usual.high:g})"
+                    f"range of {name} by the recording: {bounds} (usually {usual.low:g} to {usual.high:g})"
                 )
-        return found, lines
+        return ranges, lines
 
     def opened(
         self,
@@ -201,51 +204,51 @@ class RecordedSystem:
         Headings are not measured if the individuals of the family have none. A network is learned, with `progress`, unless
         it is given.
         """
-        given = self.options.get
+        option = self.options.get
         paths = self.options["trajectories"]
         chosen: Any = model_named(self.options["model"])
-        names = listed(given("signals"), "signals", "names")
-        apart = listed(given("hold_out_individuals"), "hold_out_individuals", "names")
-        numbers = listed(given("hold_out_recordings"), "hold_out_recordings", "numbers")
+        names = listed(option("signals"), "signals", "names")
+        apart = listed(option("hold_out_individuals"), "hold_out_individuals", "names")
+        numbers = listed(option("hold_out_recordings"), "hold_out_recordings", "numbers")
         count = len(paths)
         fits = (
             all(each.isdecimal() and 1 <= int(each) <= count for each in numbers)
             and len(set(numbers)) < count
         )
         rule = f"be numbers of some of the {count} recordings, from 1, but not of all"
-        require(fits, "hold_out_recordings", rule, repr(given("hold_out_recordings")))
+        require(fits, "hold_out_recordings", rule, repr(option("hold_out_recordings")))
         motion = tuple(read_recording(path, "trajectories", self.options) for path in paths)
         if not getattr(chosen, "headings", False):
             motion = tuple(replace(each, headings=None) for each in motion)
-        known = "window" not in self.options and steps is not None
+        fixed_steps = "window" not in self.options and steps is not None
         length: Any = (
-            {"steps": steps} if known else {"length_s": self.options.get("window", WINDOW_S)}
+            {"steps": steps} if fixed_steps else {"length_s": self.options.get("window", WINDOW_S)}
         )
         # signals of neighbors say most of groups whose models take notice of each other
         together = getattr(chosen, "social", True) and all(
             len(each.individuals) > 1 for each in motion
         )
-        rest = given("longest_rest", LONGEST_REST_S)
+        rest_s = option("longest_rest", LONGEST_REST_S)
         with refusing_as(RefusedError):
             windows = pooled_windows(
                 motion,
                 **length,
                 signals=names or signals or (tuple(SIGNALS) if together else ("speed", "turn")),
                 smooth_frames=self.options.get("smooth", 1),
-                longest_rest_s=rest,
+                longest_rest_s=rest_s,
                 hold_out_individuals=apart,
                 hold_out_recordings=[int(number) - 1 for number in numbers],
             )
-            likely = [recording.cleared(longest_rest_s=rest) for recording in motion]
+            likely = [recording.cleared(longest_rest_s=rest_s) for recording in motion]
             if not (isinstance(chosen, type) and issubclass(chosen, Family)):
                 return windows, chosen, motion
             if issubclass(chosen, Network):
-                tanks = given("tank") or ["recorded"]
+                tanks = option("tank") or ["recorded"]
                 return windows, network or _learned(likely, windows, tanks, progress), motion
-            near = any(name.startswith("neighbor") for name in windows.names) and issubclass(
+            social = any(name.startswith("neighbor") for name in windows.names) and issubclass(
                 chosen, Particles
             )
-            asked = given("tank") or (["recorded"] if near else [])
+            asked = option("tank") or (["recorded"] if social else [])
             asked = asked * count if asked in (["recorded"], ["none"]) else asked
             tanks = [_tank(text, likely[min(k, count - 1)]) for k, text in enumerate(asked)]
             family = as_recorded(chosen, likely, windows, tanks=tanks)
@@ -265,7 +268,7 @@ def _learned(
 
 def _digest(path: Path) -> str:
     """Return the SHA-256 of a file, or of all files in a folder; nothing where there is none."""
-    files = sorted(each for each in path.rglob("*") if each.is_file()) if path.is_dir() else [path]
+    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
     try:
         digests = [file_digest(file) for file in files]
     except OSError:

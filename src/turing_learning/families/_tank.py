@@ -24,10 +24,10 @@ def recorded_grid(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]
     cell = float(max(high - low)) / CELLS
     corner = low - MARGIN * cell
     shape = np.ceil((high - low) / cell).astype(int) + 2 * MARGIN
-    places = np.floor((positions - corner) / cell).astype(int)
+    cells = np.floor((positions - corner) / cell).astype(int)
     visited = np.zeros(shape, dtype=bool)
     likely = ((positions >= low) & (positions <= high)).all(axis=1)
-    visited[tuple(places[likely].T)] = True
+    visited[tuple(cells[likely].T)] = True
     # closing with a disk: grow by its radius, then shrink as much; holes that it does not fit into are filled
     radius = WIDEST_HOLE / 2 * float(min(high - low)) / cell
     padding = math.ceil(radius) + 1
@@ -61,10 +61,10 @@ def wall_distances(inside: np.ndarray, cell: float) -> np.ndarray:
     columns, rows = np.indices(inside.shape)
     distances = np.zeros((*inside.shape, DIRECTIONS), dtype=np.float32)
     for k, angle in enumerate(angles):
-        way = np.where(inside, 0.5, 0.0)
+        reach = np.where(inside, 0.5, 0.0)
         for _ in range(4 * max(inside.shape)):
-            x = np.floor(columns + 0.5 + way * math.cos(angle)).astype(int)
-            y = np.floor(rows + 0.5 + way * math.sin(angle)).astype(int)
+            x = np.floor(columns + 0.5 + reach * math.cos(angle)).astype(int)
+            y = np.floor(rows + 0.5 + reach * math.sin(angle)).astype(int)
             on_grid = (x >= 0) & (y >= 0) & (x < inside.shape[0]) & (y < inside.shape[1])
             room = np.zeros(inside.shape)
             room[on_grid] = free[x[on_grid], y[on_grid]]
@@ -72,8 +72,8 @@ def wall_distances(inside: np.ndarray, cell: float) -> np.ndarray:
             if not going.any():
                 break
             # a wall may be half a cell nearer than centers of cells say
-            way += np.where(going, np.maximum(room - 1.0, 0.25), 0.0)
-        distances[:, :, k] = way * cell
+            reach += np.where(going, np.maximum(room - 1.0, 0.25), 0.0)
+        distances[:, :, k] = reach * cell
     return distances
 
 

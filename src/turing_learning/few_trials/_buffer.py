@@ -86,9 +86,9 @@ class SampleBuffer:
         genuine = array(
             "genuine", genuine, "K T D", empty=True, T=samples.shape[2], D=samples.shape[3]
         )
-        most = max(1, round(self._share * self.pool)) if len(self) else self.pool
-        if len(genuine) > most:
-            genuine = genuine[np.sort(rng.permutation(len(genuine))[:most])]
+        most_added = max(1, round(self._share * self.pool)) if len(self) else self.pool
+        if len(genuine) > most_added:
+            genuine = genuine[np.sort(rng.permutation(len(genuine))[:most_added])]
         self._add("parameters", parameters)
         self._add("samples", samples.astype(np.float32))
         if usable is None:
@@ -180,8 +180,8 @@ class JudgmentRecord:
         compared = min(len(genomes), len(self._genomes))
         changed = np.ones(len(genomes), bool)
         changed[:compared] = (genomes[:compared] != self._genomes[:compared]).any(axis=1)
-        last = buffer.counts[1]
-        pool = range(last - len(buffer.genuine), last)
+        total = buffer.counts[1]
+        pool = range(total - len(buffer.genuine), total)
         trials = range(len(buffer))
         before = range(len(self.counterfeit))
         self.counterfeit = self._updated(
@@ -208,14 +208,14 @@ class JudgmentRecord:
         """
         updated = np.empty((len(now), len(genomes)), np.float32)
         # rows only come at the end, unless the pool has become larger
-        first = max(now.start, before.start)
-        last = max(min(now.stop, before.stop), first)
-        kept = slice(first - now.start, last - now.start)
+        start = max(now.start, before.start)
+        stop = max(min(now.stop, before.stop), start)
+        shared = slice(start - now.start, stop - now.start)
         same = np.flatnonzero(~changed)
-        updated[kept, same] = outputs[first - before.start : last - before.start, same]
-        updated[kept, changed] = self._judged(genomes[changed], samples[kept])
-        for new in (slice(0, kept.start), slice(kept.stop, len(now))):
-            updated[new] = self._judged(genomes, samples[new])
+        updated[shared, same] = outputs[start - before.start : stop - before.start, same]
+        updated[shared, changed] = self._judged(genomes[changed], samples[shared])
+        for missing in (slice(0, shared.start), slice(shared.stop, len(now))):
+            updated[missing] = self._judged(genomes, samples[missing])
         return updated
 
     def _judged(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:

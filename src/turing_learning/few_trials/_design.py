@@ -162,12 +162,12 @@ class TrialDesign:
         scale = walkers.std(axis=0) + 1e-9
         distances = (((walkers[chosen][:, None] - walkers) / scale) ** 2).sum(axis=2)
         # neighbors are the nearest half of all, so that differences are those within one center
-        near = np.argsort(distances, axis=1, kind="stable")[:, 1 : 1 + len(walkers) // 2]
-        pairs = rng.integers(near.shape[1], size=(2, count))
+        nearest = np.argsort(distances, axis=1, kind="stable")[:, 1 : 1 + len(walkers) // 2]
+        pairs = rng.integers(nearest.shape[1], size=(2, count))
         jumps = self._exploration * max(0.0, 1 - progress / EXPLORED_UNTIL)
         jump = rng.random(count) < jumps
         rows = np.arange(count)
-        difference = walkers[near[rows, pairs[0]]] - walkers[near[rows, pairs[1]]]
+        difference = walkers[nearest[rows, pairs[0]]] - walkers[nearest[rows, pairs[1]]]
         # a walker plus so many times a difference has `widening` times the walkers' deviation
         length = np.sqrt((self._widening**2 - 1) / 2)
         models[~jump] += (length * difference)[~jump]
@@ -211,11 +211,11 @@ class TrialDesign:
         for round_number in range(MOVES if self._step else 3 * MOVES):
             moved = self._moved(walkers, round_number, rng)
             # drawn before the density is computed, which need not be where it is too low to count
-            least = height + np.log(rng.random(len(walkers)))
-            new = self._height(moved, density, least)
-            accepted = new > least
+            floor_height = height + np.log(rng.random(len(walkers)))
+            heights = self._height(moved, density, floor_height)
+            accepted = heights > floor_height
             walkers[accepted] = moved[accepted]
-            height[accepted] = new[accepted]
+            height[accepted] = heights[accepted]
         return walkers
 
     def _moved(

@@ -87,12 +87,12 @@ class _Ensemble:
         order = rng.permutation(count)
         self.points = self.points[order]
         self.values = self.values[order]
-        first = slice(0, count // 2)
+        lower = slice(0, count // 2)
         second = slice(count // 2, None)
-        for mine, theirs in ((first, second), (second, first)):
+        for mine, theirs in ((lower, second), (second, lower)):
             points = self.points[mine]
-            others = self.points[theirs]
-            partners = others[rng.integers(len(others), size=len(points))]
+            companions = self.points[theirs]
+            partners = companions[rng.integers(len(companions), size=len(points))]
             stretch = (1 + rng.random(len(points))) ** 2 / 2
             proposal = partners + stretch[:, None] * (points - partners)
             self._accept(mine, proposal, (parameters - 1) * np.log(stretch), power)
@@ -101,19 +101,19 @@ class _Ensemble:
         proposal[rows, rng.integers(parameters, size=count)] = rng.uniform(-1, 1, count)
         self._accept(slice(None), proposal, np.zeros(count), power)
 
-    def _accept(self, some: slice, proposal: np.ndarray, bonus: np.ndarray, power: float) -> None:
+    def _accept(self, half: slice, proposal: np.ndarray, bonus: np.ndarray, power: float) -> None:
         """Let some points move or stay, by the rule of Metropolis and Hastings."""
-        values = self.values[some]
+        values = self.values[half]
         chance = np.log(self.rng.random(len(proposal))) - bonus
         # from which likelihood on a point is taken
-        least = values + chance / power if power > 0 else np.where(chance < 0, -np.inf, np.inf)
-        proposed = self.log_likelihood(proposal, least=least)
-        accepted = proposed > least
-        self.points[some] = np.where(accepted[:, None], proposal, self.points[some])
-        self.values[some] = np.where(accepted, proposed, values)
+        threshold = values + chance / power if power > 0 else np.where(chance < 0, -np.inf, np.inf)
+        proposed = self.log_likelihood(proposal, least=threshold)
+        accepted = proposed > threshold
+        self.points[half] = np.where(accepted[:, None], proposal, self.points[half])
+        self.values[half] = np.where(accepted, proposed, values)
 
-    def temper(self, power: float, end: float) -> float:
-        """Return the next power of the likelihood, at most `end`; draw the points by it.
+    def temper(self, power: float, goal: float) -> float:
+        """Return the next power of the likelihood, at most `goal`; draw the points by it.
 
         At that power half of the points count.
         """
@@ -127,8 +127,8 @@ class _Ensemble:
             likely = weights(next_power)
             return bool(likely.sum() ** 2 > COUNTING * len(values) * (likely**2).sum())
 
-        low = end if enough(end) else power
-        high = end
+        low = goal if enough(goal) else power
+        high = goal
         for _ in range(BISECTIONS):
             middle = (low + high) / 2
             if enough(middle):
@@ -137,8 +137,8 @@ class _Ensemble:
                 high = middle
         # points are drawn evenly by their weights (systematic resampling)
         cumulated = np.cumsum(weights(low))
-        places = (np.arange(len(values)) + self.rng.random()) / len(values) * cumulated[-1]
-        chosen = np.minimum(np.searchsorted(cumulated, places), len(values) - 1)
+        positions = (np.arange(len(values)) + self.rng.random()) / len(values) * cumulated[-1]
+        chosen = np.minimum(np.searchsorted(cumulated, positions), len(values) - 1)
         self.points = self.points[chosen]
         self.values = values[chosen]
         return max(low, power + 1e-6)

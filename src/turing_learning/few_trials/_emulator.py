@@ -122,12 +122,12 @@ def _factor(covariance: np.ndarray, noise: float) -> np.ndarray:
 
     With more, as far as rounding needs it.
     """
-    least = np.finfo(float).eps * float(np.diag(covariance).max())
+    least_noise = np.finfo(float).eps * float(np.diag(covariance).max())
     while True:
         with suppress(np.linalg.LinAlgError):
             return np.linalg.cholesky(covariance + noise * np.eye(len(covariance)))
         # outputs without noise make covariances so large that rounding exceeds the noise
-        noise = 10 * max(noise, least)
+        noise = 10 * max(noise, least_noise)
 
 
 def surprise(
@@ -172,17 +172,17 @@ def _pivots(z: np.ndarray, logs: np.ndarray) -> np.ndarray:
 
     Source: pivoted Cholesky factorization.
     """
-    left = np.exp(logs[-2]) * (z**2).sum(axis=1) + np.exp(logs[-1]) + CONSTANT
+    remaining = np.exp(logs[-2]) * (z**2).sum(axis=1) + np.exp(logs[-1]) + CONSTANT
     rows = np.zeros((min(PIVOTS, len(z)), len(z)))
     chosen: list[int] = []
     for k in range(len(rows)):
-        best = int(np.argmax(left))
-        if left[best] < 1e-6:
+        best = int(np.argmax(remaining))
+        if remaining[best] < 1e-6:
             break
         chosen.append(best)
         row = _covariance(z[best : best + 1], z, logs)[0] - rows[:k, best] @ rows[:k]
-        rows[k] = row / np.sqrt(left[best])
-        left = np.maximum(left - rows[k] ** 2, 0)
+        rows[k] = row / np.sqrt(remaining[best])
+        remaining = np.maximum(remaining - rows[k] ** 2, 0)
     return np.array(chosen)
 
 
@@ -195,24 +195,24 @@ def learned_kernel(
     (P + 2,). Its length scales grow at most by the factor `longer`, because nearby a parameter with
     an effect may seem to have none.
     """
-    least, most = LENGTHS
+    shortest, widest = LENGTHS
     if start is None:
-        first = np.r_[np.full(points.shape[1], np.log(TYPICAL)), 0.0, 0.0]
-        longest = [most] * points.shape[1]
+        start_logs = np.r_[np.full(points.shape[1], np.log(TYPICAL)), 0.0, 0.0]
+        longest = [widest] * points.shape[1]
         steps = 30
     else:
-        first = start.copy()
-        longest = [min(most, log + np.log(longer)) for log in first[:-2]]
+        start_logs = start.copy()
+        longest = [min(widest, log + np.log(longer)) for log in start_logs[:-2]]
         steps = 10
-    first[:-2] = np.minimum(first[:-2], FARTHEST_START)
+    start_logs[:-2] = np.minimum(start_logs[:-2], FARTHEST_START)
     few = slice(None, None, -(-len(points) // ENOUGH))
     logs: np.ndarray = minimize(
         _loss,
-        first,
+        start_logs,
         args=(points[few], outputs[few]),
         jac=True,
         method="L-BFGS-B",
-        bounds=[(least, log) for log in longest] + [VARIANCES, VARIANCES],
+        bounds=[(shortest, log) for log in longest] + [VARIANCES, VARIANCES],
         options={"maxiter": steps},
     ).x
     return logs

@@ -105,7 +105,7 @@ class Examiner:
         }
         if group is not None:
             solutions = self.with_images(solutions, group)
-        sizes = [len(part) for part in solutions]
+        sizes = [len(indices) for indices in solutions]
         mode = np.repeat(np.arange(len(solutions)), sizes)
         return Examination(report, np.concatenate(solutions), mode)
 
@@ -265,14 +265,14 @@ def _alike(some: np.ndarray, others: np.ndarray) -> bool:
     return bool((distance <= np.maximum(some.std(axis=0), others.std(axis=0)) + 1e-12).all())
 
 
-def _apart(some: np.ndarray, others: np.ndarray, far: float) -> bool:
+def _apart(draws: np.ndarray, other_draws: np.ndarray, threshold: float) -> bool:
     """Say whether draws (D, P) lie beside others in a parameter.
 
     Their central 90 %, and so many standard deviations away.
     """
-    low, high = np.quantile(some, [0.05, 0.95], axis=0)
-    other_low, other_high = np.quantile(others, [0.05, 0.95], axis=0)
-    distance = np.abs(np.median(some, axis=0) - np.median(others, axis=0))
-    spread = np.maximum(some.std(axis=0), others.std(axis=0))
+    low, high = np.quantile(draws, [0.05, 0.95], axis=0)
+    other_low, other_high = np.quantile(other_draws, [0.05, 0.95], axis=0)
+    distance = np.abs(np.median(draws, axis=0) - np.median(other_draws, axis=0))
+    spread = np.maximum(draws.std(axis=0), other_draws.std(axis=0))
     beside = (high < other_low) | (low > other_high)
-    return bool((beside & (distance > far * spread)).any())
+    return bool((beside & (distance > threshold * spread)).any())

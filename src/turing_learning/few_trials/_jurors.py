@@ -60,7 +60,7 @@ def train_moments(
     # trials of one fold stand together, so that a fold is a slice
     fold = rng.permutation(count) % FOLDS
     order = np.argsort(fold, kind="stable")
-    ends = np.searchsorted(fold[order], np.arange(FOLDS + 1))
+    bounds = np.searchsorted(fold[order], np.arange(FOLDS + 1))
     judged = outputs[order]
     middle = judged.mean(axis=0)
     judged -= middle
@@ -68,7 +68,7 @@ def train_moments(
     scale = np.sqrt(0.5 * (variance + genuine.var(axis=0))) + 1e-3
     judged /= scale
     system = (genuine.mean(axis=0) - middle) / scale
-    read, expected = _cross_fit(judged, system, targets[order], ends)
+    read, expected = _cross_fit(judged, system, targets[order], bounds)
     errors = ((read - targets[order]) ** 2).mean(axis=1)
     best = errors.argmin(axis=0)
     terms = np.arange(targets.shape[1])
@@ -76,23 +76,23 @@ def train_moments(
     values = np.empty_like(targets)
     values[order] = read[best, :, terms].T
     values -= expected[best, :, terms].T[fold]
-    kept = explained > WORTH
-    kept[:dimension] = True
-    return Moments(_whitened(parameters, values[:, kept]), explained[:dimension])
+    worthy = explained > WORTH
+    worthy[:dimension] = True
+    return Moments(_whitened(parameters, values[:, worthy]), explained[:dimension])
 
 
 def _cross_fit(
-    judged: np.ndarray, system: np.ndarray, targets: np.ndarray, ends: np.ndarray
+    judged: np.ndarray, system: np.ndarray, targets: np.ndarray, bounds: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return what jurors say of trials out of their fold, and of the system.
 
     Shapes are (ridges, S, terms) and (ridges, folds, terms).
 
-    Fold k is the trials from `ends[k]` to `ends[k + 1]`. Outputs of classifiers are single
+    Fold k is the trials from `bounds[k]` to `bounds[k + 1]`. Outputs of classifiers are single
     precision, and so are products of as many numbers as there are trials; equations are solved in
     double precision.
     """
-    folds = [slice(first, last) for first, last in pairwise(ends)]
+    folds = [slice(first, last) for first, last in pairwise(bounds)]
     goals = targets.astype(judged.dtype)
     squares = [(judged[fold].T @ judged[fold]).astype(float) for fold in folds]
     products = [(judged[fold].T @ goals[fold]).astype(float) for fold in folds]
@@ -101,7 +101,7 @@ def _cross_fit(
     read = np.empty((len(RIDGES), *targets.shape))
     expected = np.empty((len(RIDGES), FOLDS, targets.shape[1]))
     for k, fold in enumerate(folds):
-        size = len(judged) - (ends[k + 1] - ends[k])
+        size = len(judged) - (bounds[k + 1] - bounds[k])
         mean = (sum(sums) - sums[k]) / size
         goal = (sum(goal_sums) - goal_sums[k]) / size
         square = sum(squares) - squares[k] - size * np.outer(mean, mean)
@@ -117,10 +117,10 @@ def _cross_fit(
     return read, expected
 
 
-def quadratic_terms(places: np.ndarray) -> np.ndarray:
+def quadratic_terms(points: np.ndarray) -> np.ndarray:
     """Return all linear and quadratic terms (S, P + P (P + 1) / 2) of points (S, P)."""
-    first, second = np.triu_indices(places.shape[1])
-    return np.concatenate((places, places[:, first] * places[:, second]), axis=1)
+    first, second = np.triu_indices(points.shape[1])
+    return np.concatenate((points, points[:, first] * points[:, second]), axis=1)
 
 
 def _whitened(parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -129,14 +129,14 @@ def _whitened(parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
     Noise is what remains around a smooth function of the parameters.
     """
     count = len(values)
-    places = (parameters - np.median(parameters, axis=0)) / (parameters.std(axis=0) + 1e-9)
-    terms = quadratic_terms(places)
-    smooth = np.column_stack((np.ones(count), terms if count > 3 * terms.shape[1] else places))
+    points = (parameters - np.median(parameters, axis=0)) / (parameters.std(axis=0) + 1e-9)
+    terms = quadratic_terms(points)
+    smooth = np.column_stack((np.ones(count), terms if count > 3 * terms.shape[1] else points))
     penalty = np.full(smooth.shape[1], 1e-3 * count)
     penalty[0] = 0
     fit = np.linalg.solve(smooth.T @ smooth + np.diag(penalty), smooth.T @ values)
-    rest = values - smooth @ fit
-    covariance = rest.T @ rest / max(count - smooth.shape[1], count / 4)
+    residuals = values - smooth @ fit
+    covariance = residuals.T @ residuals / max(count - smooth.shape[1], count / 4)
     variances = np.diag(np.diag(covariance))
     covariance = (
         (1 - SHRINKAGE) * covariance + SHRINKAGE * variances + 1e-9 * np.eye(len(covariance))

@@ -136,7 +136,7 @@ class JudgedSamples:
             width *= GROWTH
 
     def fit(
-        self, remoteness: np.ndarray, logs: np.ndarray | None, far: float, reach: float = 0.0
+        self, remoteness: np.ndarray, logs: np.ndarray | None, far_share: float, reach: float = 0.0
     ) -> Likelihood:
         """Return the likelihood by the samples that are judged nearest to the agents.
 
@@ -146,14 +146,14 @@ class JudgedSamples:
             How far the samples are judged from the agents, as far as that is known.
         logs
             Length scales and variances from which those of the emulator are sought, see `Emulator`.
-        far
+        far_share
             Share of the samples that are from anywhere.
         reach
             If above 0, samples are taken evenly down to that weight.
         """
         weights = self.weights(remoteness)
         composite, genuine = self._composite(np.sqrt(weights))
-        chosen = self._chosen(weights, remoteness, far, reach)
+        chosen = self._chosen(weights, remoteness, far_share, reach)
         z = self.z[chosen]
         t = composite[chosen]
         weights = weights[chosen] / weights.max()
@@ -163,7 +163,7 @@ class JudgedSamples:
         expected = terms @ np.linalg.lstsq(root * terms, root * t, rcond=None)[0]
         misses = t - expected
         offset = np.average(t, axis=0, weights=weights)
-        longer = np.inf if far else LONGER
+        longer = np.inf if far_share else LONGER
         for _ in range(2):  # the second time with the covariance that the first has found
             residual = _covariance_of(misses, weights)
             residual += 1e-6 * np.trace(residual) / len(residual) * np.eye(len(residual))
@@ -198,34 +198,34 @@ class JudgedSamples:
         """
         counterfeit = np.zeros_like(self.z)
         genuine = np.zeros((len(self.g), self.z.shape[1]))
-        for part in range(FOLDS):
-            out = self.fold == part
+        for fold_number in range(FOLDS):
+            out = self.fold == fold_number
             middle, coefficients, offset = _ridge(self.x[~out], self.z[~out], weights[~out])
             counterfeit[out] = (self.x[out] - middle) @ coefficients + offset
             genuine += ((self.g - middle) @ coefficients + offset) / FOLDS
         return counterfeit[:, :-1], genuine[:, :-1]
 
     def _chosen(
-        self, weights: np.ndarray, remoteness: np.ndarray, far: float, reach: float
+        self, weights: np.ndarray, remoteness: np.ndarray, far_share: float, reach: float
     ) -> np.ndarray:
         """Return the indices of the samples that a fit rests on."""
         order = np.argsort(-weights, kind="stable")
         remote = remoteness[order] - remoteness.min()
-        near = round(self.size * (1 - far))
+        near_count = round(self.size * (1 - far_share))
         if reach:
             # evenly from farther out
-            inside = max(near, int((weights > reach * weights.max()).sum()))
-            return order[np.linspace(0, inside - 1, near).astype(int)]
-        alike = remote[min(near, len(remote)) - 1] < TIGHT
-        if alike and not far:
+            inside = max(near_count, int((weights > reach * weights.max()).sum()))
+            return order[np.linspace(0, inside - 1, near_count).astype(int)]
+        alike = remote[min(near_count, len(remote)) - 1] < TIGHT
+        if alike and not far_share:
             # half of them by how much they tell of slopes: their squared distance
             lever = np.cumsum(remote[remote < STEEP])
-            half = near // 2
+            half = near_count // 2
             spread = np.searchsorted(lever, lever[-1] * (np.arange(half) + 0.5) / half)
             return order[np.unique(np.r_[: min(half, len(order)), spread])]
         # the nearest, and every so many of the others
-        stride = max((len(order) - near) // max(self.size - near, 1), 1)
-        return np.r_[order[:near], order[near::stride]]
+        stride = max((len(order) - near_count) // max(self.size - near_count, 1), 1)
+        return np.r_[order[:near_count], order[near_count::stride]]
 
     def _target(self, judged: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the mean composite judgment of genuine samples (K, P) and its covariance.
@@ -236,14 +236,14 @@ class JudgedSamples:
         """
         count = len(judged)
         expected = residual * self.averaged / count
-        own = np.atleast_2d(np.cov(judged.T)) / count
+        own_covariance = np.atleast_2d(np.cov(judged.T)) / count
         if self.averaged > 1:
             factor = np.linalg.cholesky(expected)
-            relative = np.linalg.solve(factor, np.linalg.solve(factor, own).T)
+            relative = np.linalg.solve(factor, np.linalg.solve(factor, own_covariance).T)
             values, vectors = np.linalg.eigh(relative)
-            own = factor @ (vectors * np.maximum(values, 1)) @ vectors.T @ factor.T
+            own_covariance = factor @ (vectors * np.maximum(values, 1)) @ vectors.T @ factor.T
         prior = 2 * judged.shape[1] + 10
-        return judged.mean(axis=0), (prior * expected + count * own) / (prior + count)
+        return judged.mean(axis=0), (prior * expected + count * own_covariance) / (prior + count)
 
     def distance(
         self,
@@ -262,15 +262,15 @@ class JudgedSamples:
         """
         weights = self.weights(remoteness)
         effective = int(weights.sum() ** 2 / (weights**2).sum())
-        near = np.argsort(-weights, kind="stable")[:effective]
-        outputs = self.x[near]
-        places = (likelihood.emulator.mean(self.z) - likelihood.target)[near]
-        places = places[:, places.std(axis=0) > 0.1]
+        nearest = np.argsort(-weights, kind="stable")[:effective]
+        outputs = self.x[nearest]
+        offsets = (likelihood.emulator.mean(self.z) - likelihood.target)[nearest]
+        offsets = offsets[:, offsets.std(axis=0) > 0.1]
         # outputs as quadratic functions of the composite judgments, which are 0 for the agents
-        terms = np.c_[np.ones(len(places)), quadratic_terms(places)]
+        terms = np.c_[np.ones(len(offsets)), quadratic_terms(offsets)]
         # slopes of about 1 are expected, bends of about 1/2
         penalty = np.repeat(
-            [1e-9, 1.0, 4.0], [1, places.shape[1], terms.shape[1] - 1 - places.shape[1]]
+            [1e-9, 1.0, 4.0], [1, offsets.shape[1], terms.shape[1] - 1 - offsets.shape[1]]
         )
         inverse = np.linalg.inv(terms.T @ terms + np.diag(penalty))
         coefficients = inverse @ (terms.T @ outputs)
@@ -279,14 +279,14 @@ class JudgedSamples:
         # genuine events may be rare
         spread = self.g.std(axis=0) / np.sqrt(self.averaged)
         scale = np.maximum(misses.std(axis=0), spread) + 1e-9
-        slopes = coefficients[1 : 1 + places.shape[1]] / scale
+        slopes = coefficients[1 : 1 + offsets.shape[1]] / scale
         basis = np.linalg.qr(slopes.T)[0]
 
         def statistic(means: np.ndarray) -> np.ndarray:
             """Return the mean squared miss (N,) of mean outputs (N, J) beside the slopes."""
             means = means / scale
-            rest = means - (means @ basis) @ basis.T
-            squares: np.ndarray = (rest**2).mean(axis=1) * count
+            residuals = means - (means @ basis) @ basis.T
+            squares: np.ndarray = (residuals**2).mean(axis=1) * count
             return squares
 
         # how often each sample is drawn, in each of the simulated means
@@ -332,9 +332,9 @@ def _ridge(
     for ridge in values[-1] * 10.0 ** np.arange(-7, 1):
         shrunk = projected / (values + ridge)[:, None]
         explained = (shrunk * (2 * projected - values[:, None] * shrunk)).sum(axis=0)
-        left = (total - explained) / total
+        unexplained = (total - explained) / total
         freedom = 1 - min((values / (values + ridge)).sum() / effective, 0.99)
-        score = left.sum() / freedom**2
+        score = unexplained.sum() / freedom**2
         if score < lowest:
             best = ridge
             lowest = score

@@ -264,7 +264,9 @@ class FewTrials:
     @property
     def _budget(self) -> int:
         """Number of trials that the phases of the next batch are relative to."""
-        return next((trials for trials, end in self._stages if self.spent < end), self.trials)
+        return next(
+            (trials for trials, stage_end in self._stages if self.spent < stage_end), self.trials
+        )
 
     @property
     def _pool(self) -> int:
@@ -344,7 +346,7 @@ class FewTrials:
         self.batch = self._known(explained)
         if self._searches and budget >= FEWEST:
             self.search.note(self.spent / budget, self.batch.misfit)
-        if self.spent in [end for _, end in self._stages]:
+        if self.spent in [stage_end for _, stage_end in self._stages]:
             self.average()
         if self.search.needed and not self.complete:
             self._decide_where_to_go_on()
@@ -374,23 +376,25 @@ class FewTrials:
         else:
             self._try(self._design.start(count))
 
-    def _try(self, models: np.ndarray, part: int = 0) -> None:
+    def _try(self, models: np.ndarray, portion: int = 0) -> None:
         """Simulate models (M, P), a part of a batch, and let the observers see what comes."""
-        use = (part,) if part else ()
+        use = (portion,) if portion else ()
         numbers = self._space.to_numbers(models)
         samples = self._source.collect(numbers, self._rng(INTERROGATION, *use))
         failed = getattr(self._source, "failed", None)
         usable = None if failed is None else ~np.asarray(failed, bool)
         genuine = samples.genuine if self._fixed is None else self._fixed
-        known = self._fixed is not None and len(self.buffer) > 0
-        if part or known:  # those of this batch, or all, are kept already
+        fixed = self._fixed is not None and len(self.buffer) > 0
+        if portion or fixed:  # those of this batch, or all, are kept already
             genuine = genuine[:0]
         rng = self._rng(BUFFER, *use)
-        kept = self.buffer.append(models, samples.counterfeit, genuine, rng, usable)
+        indices = self.buffer.append(models, samples.counterfeit, genuine, rng, usable)
         if self._observers is not None and len(self._drawn) == 0:
-            shown = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
-            some = kept[rng.permutation(len(kept))[: len(shown)]]
-            self._drawn = self._observers.draw(OBSERVERS, np.concatenate((shown, some)), rng)
+            counterfeit = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
+            genuine_rows = indices[rng.permutation(len(indices))[: len(counterfeit)]]
+            self._drawn = self._observers.draw(
+                OBSERVERS, np.concatenate((counterfeit, genuine_rows)), rng
+            )
         self._observe()
 
     def _try_parts(self, count: int) -> None:
@@ -398,20 +402,20 @@ class FewTrials:
 
         So each part learns from those before.
         """
-        most = max(self.search.most, count // PARTS)
-        most = -(-most // self._together) * self._together
-        ends = [*range(0, count, most), count]
-        for part, (first, last) in enumerate(pairwise(ends)):
+        portion_size = max(self.search.most, count // PARTS)
+        portion_size = -(-portion_size // self._together) * self._together
+        borders = [*range(0, count, portion_size), count]
+        for portion, (start, stop) in enumerate(pairwise(borders)):
             outputs, genuine, usable = self.observed
             models = self.search.models(
-                last - first,
+                stop - start,
                 self.spent / self._budget,
                 self.buffer.parameters[usable],
                 outputs,
                 genuine,
-                self._rng(CLIMBING, part),
+                self._rng(CLIMBING, portion),
             )
-            self._try(models, part)
+            self._try(models, portion)
         outputs, genuine, usable = self.observed
         self.search.judge(self.buffer.parameters[usable], outputs, genuine)
 
@@ -425,9 +429,9 @@ class FewTrials:
             old = usable[rng.integers(len(usable), size=OLD)]
             trials = np.concatenate((usable[-RECENT:], old))
             counterfeit = samples[trials, rng.integers(samples.shape[1], size=len(trials))]
-            others = genuine[rng.integers(len(genuine), size=GENUINE)]
+            testing = genuine[rng.integers(len(genuine), size=GENUINE)]
             genomes = self._classifiers.ask()
-            accepted = (self._classifier.judge(genomes, others) >= THRESHOLD).mean(axis=1)
+            accepted = (self._classifier.judge(genomes, testing) >= THRESHOLD).mean(axis=1)
             fooled = (self._classifier.judge(genomes, counterfeit) >= THRESHOLD).mean(axis=1)
             fitness = 0.5 * (accepted + 1 - fooled)
             self._classifiers.tell(fitness)
@@ -444,13 +448,13 @@ class FewTrials:
         usable = np.flatnonzero(self.buffer.usable)
         number = self._number - (repeat > 0)
         rng = generation_rng((MATCHING, self._seed, repeat), number)
-        near = self._nearest(usable, rng)
-        field, explained = self._mapped(near, rng)
+        nearest = self._nearest(usable, rng)
+        field, explained = self._mapped(nearest, rng)
         wide = self._density.wide
         if len(usable) > NEAR_LEAST and (wide is None or number % WIDE_EVERY == 0):
-            rest = rng.permutation(np.setdiff1d(usable, near))[: WIDE_TRIALS - FAR]
-            some = rng.permutation(near)[: max(FAR, WIDE_TRIALS - len(rest))]
-            wide, _ = self._mapped(np.sort(np.concatenate((rest, some))), rng, WIDE_POINTS)
+            remote = rng.permutation(np.setdiff1d(usable, nearest))[: WIDE_TRIALS - FAR]
+            near_sample = rng.permutation(nearest)[: max(FAR, WIDE_TRIALS - len(remote))]
+            wide, _ = self._mapped(np.sort(np.concatenate((remote, near_sample))), rng, WIDE_POINTS)
         reference = 0.0
         if wide is not None:
             reference = float(wide.log_density(self._design.walkers).max())
@@ -492,8 +496,8 @@ class FewTrials:
             return usable
         density = self._density(self._parameters[usable])
         order = usable[np.argsort(-density, kind="stable")]
-        others = rng.permutation(order[size - FAR :])[:FAR]
-        return np.sort(np.concatenate((order[: size - FAR], others)))
+        far_sample = rng.permutation(order[size - FAR :])[:FAR]
+        return np.sort(np.concatenate((order[: size - FAR], far_sample)))
 
     def _mapped(
         self, trials: np.ndarray, rng: np.random.Generator, points: int = INDUCING
@@ -520,19 +524,19 @@ class FewTrials:
             return
         usable = np.flatnonzero(self.buffer.usable)
         density = self._density(self._parameters[usable])
-        near = usable[np.argsort(-density, kind="stable")[:RENEWED_BY]]
-        counterfeit = self._observed.counterfeit[near].std(axis=0)
+        nearest = usable[np.argsort(-density, kind="stable")[:RENEWED_BY]]
+        counterfeit = self._observed.counterfeit[nearest].std(axis=0)
         variation = np.maximum(counterfeit, self._observed.genuine.std(axis=0))
         still = np.flatnonzero(variation < STILL)
         if len(still) == 0:
             return
         rng = self._rng(BUFFER, _RENEWAL)
         genuine = self.buffer.genuine
-        samples = self.buffer.samples[near].reshape(-1, *genuine.shape[1:])
+        samples = self.buffer.samples[nearest].reshape(-1, *genuine.shape[1:])
         count = min(len(samples), len(genuine))
         samples = samples[rng.permutation(len(samples))[:count]]
-        shown = np.concatenate((samples, genuine[rng.permutation(len(genuine))[:count]]))
-        self._drawn[still] = self._observers.draw(len(still), shown, rng)
+        material = np.concatenate((samples, genuine[rng.permutation(len(genuine))[:count]]))
+        self._drawn[still] = self._observers.draw(len(still), material, rng)
         self._observe()
 
     def _observe(self) -> None:
@@ -547,8 +551,8 @@ class FewTrials:
     def _known(self, explained: np.ndarray) -> Batch:
         """Return what is known after a batch."""
         number = self._number - 1
-        first = self._schedule[number - 1] * self._together if number else 0
-        samples = self.buffer.samples[first:, 0]
+        start = self._schedule[number - 1] * self._together if number else 0
+        samples = self.buffer.samples[start:, 0]
         accepted = self._classifier.judge(self.present, samples) >= THRESHOLD
         genuine = self._classifier.judge(self.present, self.buffer.genuine[-GENUINE:]) >= THRESHOLD
         return Batch(
@@ -558,7 +562,7 @@ class FewTrials:
             spread=self.draws.std(axis=0),
             explained=explained,
             misfit=1.0 if self._density.near is None else self._density.near.misfit,
-            models=self._space.to_numbers(self.buffer.parameters[first:]),
+            models=self._space.to_numbers(self.buffer.parameters[start:]),
             model_fitness=accepted.mean(axis=0),
             classifiers=self.present,
             classifier_fitness=0.5 * (genuine.mean(axis=1) + 1 - accepted.mean(axis=1)),
@@ -636,11 +640,11 @@ class FewTrials:
         """
         if self._matched[0] != self._number:
             evidence = self._evidence()
-            found = None
+            reached = None
             if evidence.enough:
                 cloud = Cloud.of(self._walkers)
-                found = solution(evidence, cloud, self._match_rng(), lost=self.search.needed)
-            self._matched = self._number, found
+                reached = solution(evidence, cloud, self._match_rng(), lost=self.search.needed)
+            self._matched = self._number, reached
         return self._matched[1]
 
     def readout(self) -> dict[str, np.ndarray]:
@@ -746,7 +750,7 @@ class FewTrials:
         The rows of those named "buffer/..." only grow: `SampleBuffer.since` gives the new ones. All
         else is small.
         """
-        parts = {
+        states = {
             "buffer": self.buffer.state(),
             "classifiers": self._classifiers.state(),
             "archive": self._archive.state(),
@@ -755,7 +759,7 @@ class FewTrials:
             "climb": self.search.state(),
         }
         if self._group is not None:
-            parts["group"] = self._group.state
+            states["group"] = self._group.state
         state = {
             "number": np.array(self._number, dtype=np.int64),
             "tolerated": np.array(self.tolerated),
@@ -765,7 +769,7 @@ class FewTrials:
         }
         if self.batch is not None:
             state["explained"] = self.batch.explained
-        return state | join_states(parts)
+        return state | join_states(states)
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state of a run with the same settings, but for `extended`."""
@@ -778,7 +782,7 @@ class FewTrials:
         self.buffer.restore(state_part(state, "buffer/"))
         self.buffer.pool = self._pool
         # a run that has got more trials goes on
-        extended = self.spent in [end for _, end in self._stages[:-1]]
+        extended = self.spent in [stage_end for _, stage_end in self._stages[:-1]]
         self.tolerated = bool(state.get("tolerated", False)) and not extended
         self._classifiers.restore(state_part(state, "classifiers/"))
         self._archive.restore(state_part(state, "archive/"))

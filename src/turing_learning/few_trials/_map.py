@@ -80,12 +80,12 @@ class _Bends(NamedTuple):
 
     def features(self, models: np.ndarray) -> np.ndarray:
         """Return 1, the parameters, and the features of the bends (N, 1 + P + R)."""
-        first = 1 + models.shape[1]
-        features = np.empty((len(models), first + len(self.points)))
+        offset = 1 + models.shape[1]
+        features = np.empty((len(models), offset + len(self.points)))
         features[:, 0] = 1
-        features[:, 1:first] = models
+        features[:, 1:offset] = models
         np.matmul(
-            _kernel(models, self.points, self.length), self.whitening, out=features[:, first:]
+            _kernel(models, self.points, self.length), self.whitening, out=features[:, offset:]
         )
         return features
 
@@ -196,8 +196,8 @@ class MomentField:
             missed = bends.missed(features)
             for amplitude, sharing, spread in spreads:
                 deviations = features @ spread
-                known = np.einsum("nr,nr->n", deviations, deviations)
-                variance[:, sharing] = (amplitude * missed + known)[:, None]
+                explained = np.einsum("nr,nr->n", deviations, deviations)
+                variance[:, sharing] = (amplitude * missed + explained)[:, None]
         return mean, variance
 
     def log_density(self, parameters: np.ndarray, optimistic: bool = False) -> np.ndarray:

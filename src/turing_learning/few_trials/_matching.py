@@ -140,9 +140,11 @@ def combined(solutions: Sequence[Matched], widest: np.ndarray) -> Matched:
     """Mix the solutions that classifiers tell least from the agents, within +-widest (P,)."""
     best = min(solutions, key=lambda matched: matched.order)
     farthest = max(best.distance, ALIKE)
-    alike = [one for one in solutions if one.order <= (False, farthest)] or [best]
+    alike = [
+        alternative for alternative in solutions if alternative.order <= (False, farthest)
+    ] or [best]
     # as many draws as one solution has
-    draws = np.concatenate([one.draws for one in alike])[:: len(alike)]
+    draws = np.concatenate([alternative.draws for alternative in alike])[:: len(alike)]
     low, high = np.quantile(draws, [TAIL, 1 - TAIL], axis=0)
     identified = high - low < WHOLE * widest
     settled = best.order <= (False, FARTHEST)
@@ -267,12 +269,12 @@ def match(
     # Broad fits: which samples are near the agents?
     middle = np.append((start - low) / units - 1, 0.0)
     width = np.append(spread / units, 1.0)
-    near: np.ndarray = (((samples.z - middle) / width) ** 2).sum(axis=1)
+    remoteness: np.ndarray = (((samples.z - middle) / width) ** 2).sum(axis=1)
     logs = None
     for _ in range(ROUNDS):
-        broad = samples.fit(near, logs, FAR)
+        broad = samples.fit(remoteness, logs, FAR)
         logs = broad.emulator.logs
-        near = broad.remoteness(samples.z)
+        remoteness = broad.remoteness(samples.z)
         points = draw(broad.log_likelihood, broad.points, draws, rng)
         before = middle
         middle = np.median(points, axis=0)
@@ -284,7 +286,7 @@ def match(
     # Fine fits, by the nearest samples: which parameters explain the judgments?
     fits = []
     for reach in reaches:
-        fine = replace(samples.fit(near, logs, 0.0, reach), region=broad)
+        fine = replace(samples.fit(remoteness, logs, 0.0, reach), region=broad)
         if not np.isfinite(fine.log_likelihood(fine.points)).any():
             fine = broad  # the two fits contradict each other
         fits.append(_solved(fine, points, draws, rng))
@@ -296,7 +298,7 @@ def match(
     identified = high_z - low_z < WHOLE
     at_middle = np.append(middle, 0.0)[None]
     leverage = float(best.likelihood.emulator.predict(at_middle)[1].mean())
-    distance, p_value = samples.distance(best.likelihood, near, leverage, rng)
+    distance, p_value = samples.distance(best.likelihood, remoteness, leverage, rng)
     settled = p_value >= LEAST_P and not best.doubtful
     unknown = np.full(len(low), np.nan)
     return Matched(
@@ -378,8 +380,8 @@ def _moved_by_halves(likelihood: Likelihood, points: np.ndarray, rng: np.random.
         emulator = conditioned(
             likelihood.points[half], likelihood.outputs[half], likelihood.emulator.logs
         )
-        part = replace(likelihood, emulator=emulator, trust=np.inf, region=None)
-        gain = part.log_likelihood(points) - before
+        portion = replace(likelihood, emulator=emulator, trust=np.inf, region=None)
+        gain = portion.log_likelihood(points) - before
         weights = np.exp(gain - gain.max())
         means.append(weights @ points / weights.sum())
     return float((np.abs(means[0] - means[1]) / points.std(axis=0)).max())

@@ -37,12 +37,12 @@ def modes(draws: np.ndarray, log_likelihood: Callable[[np.ndarray], np.ndarray])
     points = draws / scale
     values = log_likelihood(draws)
     _, nearest = cKDTree(points).query(points, k=min(NEIGHBORS + 1, len(points)))
-    first = np.repeat(np.arange(len(points)), nearest.shape[1] - 1)
+    origin = np.repeat(np.arange(len(points)), nearest.shape[1] - 1)
     second = nearest[:, 1:].ravel()
-    middle = log_likelihood((draws[first] + draws[second]) / 2)
-    joined = middle >= np.minimum(values[first], values[second]) - VALLEY
+    middle = log_likelihood((draws[origin] + draws[second]) / 2)
+    joined = middle >= np.minimum(values[origin], values[second]) - VALLEY
     edges = coo_matrix(
-        (np.ones(joined.sum()), (first[joined], second[joined])), shape=(len(points), len(points))
+        (np.ones(joined.sum()), (origin[joined], second[joined])), shape=(len(points), len(points))
     )
     _, region = connected_components(edges, directed=False)
     region = _bridged(region, draws, points, values, log_likelihood)
@@ -63,19 +63,19 @@ def _bridged(
     shares = np.linspace(0, 1, STEPS + 2)[1:-1, None]
     order = np.argsort(-np.bincount(region), kind="stable")
     large = [number for number in order if (region == number).sum() >= FEWEST / 4 * len(points)]
-    for place, number in enumerate(large):
-        for other in large[place + 1 :]:
-            here = np.flatnonzero(region == number)
-            there = np.flatnonzero(region == other)
-            if not len(here) or not len(there):
+    for index, number in enumerate(large):
+        for target in large[index + 1 :]:
+            origins = np.flatnonzero(region == number)
+            targets = np.flatnonzero(region == target)
+            if not len(origins) or not len(targets):
                 continue
-            distance, partner = cKDTree(points[here]).query(points[there])
+            distance, partner = cKDTree(points[origins]).query(points[targets])
             for k in np.argsort(distance, kind="stable")[:BRIDGES]:
-                begin = here[partner[k]]
-                end = there[k]
-                path = draws[begin] + shares * (draws[end] - draws[begin])
-                if log_likelihood(path).min() >= min(values[begin], values[end]) - VALLEY:
-                    region[region == other] = number
+                begin = origins[partner[k]]
+                stop = targets[k]
+                path = draws[begin] + shares * (draws[stop] - draws[begin])
+                if log_likelihood(path).min() >= min(values[begin], values[stop]) - VALLEY:
+                    region[region == target] = number
                     break
     return region
 
@@ -87,11 +87,11 @@ def _without_small(region: np.ndarray, points: np.ndarray) -> np.ndarray:
     """
     counts = np.bincount(region)
     large = np.flatnonzero(counts >= FEWEST * len(points))
-    kept = np.isin(region, large)
-    if not kept.any():
+    large_enough = np.isin(region, large)
+    if not large_enough.any():
         return np.zeros(len(points), dtype=np.int64)
     region = region.copy()
-    if not kept.all():
-        _, nearest = cKDTree(points[kept]).query(points[~kept])
-        region[~kept] = region[kept][nearest]
+    if not large_enough.all():
+        _, nearest = cKDTree(points[large_enough]).query(points[~large_enough])
+        region[~large_enough] = region[large_enough][nearest]
     return np.searchsorted(large, region)

@@ -120,8 +120,8 @@ class PooledClassifier:
                 weights[:, wandering] -= weights[:, wandering].mean(axis=0)
                 weights[:, wandering] /= changes[wandering]
             # the threshold is at a moment that has been seen, so that no neuron is blind
-            first = rng.integers(windows)
-            window = inputs[rng.integers(len(inputs)), first : first + reach + 1 : gap]
+            start = rng.integers(windows)
+            window = inputs[rng.integers(len(inputs)), start : start + reach + 1 : gap]
             genome[0] = taps
             genome[1] = gap
             genome[2] = -float((weights * window).sum())

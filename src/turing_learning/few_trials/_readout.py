@@ -115,10 +115,10 @@ def solution(evidence: Evidence, cloud: Cloud, rng: np.random.Generator, *, lost
     if lost:
         solutions = [_matched(evidence, cloud, rng, share) for share in SHARES_AT_END]
         return combined(solutions, evidence.space.widest)
-    first = _matched(evidence, cloud, rng)
-    if first.settled or first.p_value < LEAST_P:
-        return first
-    solutions = [first, *(_matched(evidence, cloud, rng) for _ in range(2))]
+    first_solution = _matched(evidence, cloud, rng)
+    if first_solution.settled or first_solution.p_value < LEAST_P:
+        return first_solution
+    solutions = [first_solution, *(_matched(evidence, cloud, rng) for _ in range(2))]
     return sorted(solutions, key=lambda matched: matched.canary)[1]
 
 
@@ -150,8 +150,8 @@ def _matched(
         if count < len(parameters):
             distances = ((parameters - cloud.middle) ** 2).sum(axis=1)
             order = np.argsort(distances, kind="stable")
-            others = rng.permutation(order[count:])[: count // OTHERS]
-            chosen = np.sort(np.concatenate((order[:count], others)))
+            far_trials = rng.permutation(order[count:])[: count // OTHERS]
+            chosen = np.sort(np.concatenate((order[:count], far_trials)))
             parameters = parameters[chosen]
             counterfeit = counterfeit[chosen]
             size = {"size": round(count / share.parts)}
@@ -182,15 +182,15 @@ def stated(
     estimate = np.median(matched.draws, axis=0)
     low = matched.interval_low
     high = matched.interval_high
-    near = NEAR_END * (high - low)
+    margin = NEAR_END * (high - low)
     for side, bound in ((-1, low), (1, high)):
         beyond = (side * walkers >= 1).mean(axis=0)
         share = np.where(space.saturated, beyond, 0)
-        reached = (share >= AT_END) | (space.saturated & (side * bound >= 1 - near))
-        end = side * space.end
+        reached = (share >= AT_END) | (space.saturated & (side * bound >= 1 - margin))
+        boundary = side * space.end
         if side < 0:
-            low = np.where(reached, end, low)
+            low = np.where(reached, boundary, low)
         else:
-            high = np.where(reached, end, high)
-        estimate = np.where(share > 0.5, end, estimate)
+            high = np.where(reached, boundary, high)
+        estimate = np.where(share > 0.5, boundary, estimate)
     return estimate, np.stack((low, high))

@@ -25,12 +25,12 @@ def batch_schedule(
     For `extended` see `FewTrials`.
     """
     spent: list[int] = []
-    for budget, end in (*extended, (trials, trials)):
+    for budget, stage_end in (*extended, (trials, trials)):
         wanted = np.clip(FIRST_SHARE * budget, FIRST_LEAST * dimension, FIRST_MOST * dimension)
-        first = min(round(wanted), budget // 2)
-        size = max(2, -(-(budget - first) // BATCHES))
+        first_batch = min(round(wanted), budget // 2)
+        size = max(2, -(-(budget - first_batch) // BATCHES))
         if not spent:
-            spent.append(first)
-        while spent[-1] < end:
-            spent.append(min(spent[-1] + size, end))
+            spent.append(first_batch)
+        while spent[-1] < stage_end:
+            spent.append(min(spent[-1] + size, stage_end))
     return spent

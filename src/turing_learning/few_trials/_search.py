@@ -126,9 +126,9 @@ class Path:
     def metric(self) -> np.ndarray:
         """Return the matrix (P, P) by which a step of length `reach` changes outputs by as much."""
         dimension = len(self.place)
-        least = (self.reach / WIDEST) ** 2 / dimension
-        least += 1e-6 * np.trace(self.curvature) + 1e-6
-        return self.curvature + least * np.eye(dimension)
+        damping = (self.reach / WIDEST) ** 2 / dimension
+        damping += 1e-6 * np.trace(self.curvature) + 1e-6
+        return self.curvature + damping * np.eye(dimension)
 
 
 class Search:
@@ -222,14 +222,14 @@ class Search:
             going_on += sorted(arrived, key=lambda path: path.excess)
         going_on = going_on[:slots]
         if not late:
-            places = self._new_places(slots - len(going_on), parameters, unlikeness)
-            begun = [Path.from_place(place) for place in places]
+            beginnings = self._new_places(slots - len(going_on), parameters, unlikeness)
+            begun = [Path.from_place(beginning) for beginning in beginnings]
             self._paths += begun
             going_on += begun
-        ends = np.linspace(0, count, len(going_on) + 1).astype(int)
+        borders = np.linspace(0, count, len(going_on) + 1).astype(int)
         models = [
             self._models_of_step(path, last - first, parameters, deviations, rng)
-            for path, (first, last) in zip(going_on, pairwise(ends), strict=True)
+            for path, (first, last) in zip(going_on, pairwise(borders), strict=True)
         ]
         return np.concatenate(models)
 
@@ -241,9 +241,9 @@ class Search:
         excess = [_excess(path, parameters, deviations) for path in paths]
         centers: list[np.ndarray] = []
         for k in np.argsort(excess, kind="stable"):
-            place = paths[k].place
-            if all(_distance2(place, other) > MERGED**2 for other in centers):
-                centers.append(place)
+            center = paths[k].place
+            if all(_distance2(center, other) > MERGED**2 for other in centers):
+                centers.append(center)
         self.centers = np.array(centers).reshape(-1, len(self._furthest))
 
     def around(self, count: int, draws: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -264,21 +264,21 @@ class Search:
             return []
         likely = np.argsort(unlikeness, kind="stable")[:PLACES]
         neighbors = min(NEIGHBORS, len(parameters))
-        near = cKDTree(parameters).query(parameters[likely], neighbors)[1]
-        middles = parameters[near].mean(axis=1)
-        order = np.argsort(unlikeness[near].mean(axis=1), kind="stable")
-        taken = [place for path in self._paths for place in (path.place, path.start)]
-        places: list[np.ndarray] = []
+        nearest = cKDTree(parameters).query(parameters[likely], neighbors)[1]
+        middles = parameters[nearest].mean(axis=1)
+        order = np.argsort(unlikeness[nearest].mean(axis=1), kind="stable")
+        taken = [center for path in self._paths for center in (path.place, path.start)]
+        beginnings: list[np.ndarray] = []
         # nearer to others only where there are too few places
         for apart in (APART, APART / 2, APART / 4, 0.0):
             free = np.ones(len(middles), bool)
-            for place in [*taken, *places]:
-                free &= _distance2(middles, place) >= apart**2
+            for center in [*taken, *beginnings]:
+                free &= _distance2(middles, center) >= apart**2
             for k in order:
-                if free[k] and len(places) < count:
-                    places.append(middles[k])
+                if free[k] and len(beginnings) < count:
+                    beginnings.append(middles[k])
                     free &= _distance2(middles, middles[k]) >= apart**2
-        return places
+        return beginnings
 
     def _models_of_step(
         self,
@@ -329,14 +329,14 @@ class Search:
             path.steps += 1
             path.target = np.full(len(path.place), np.nan)
             looked.append((min(before, after), path))
-        others = [path.place for path in self._paths if path.ended and path.arrived]
+        endings = [path.place for path in self._paths if path.ended and path.arrived]
         for _, path in sorted(looked, key=lambda pair: pair[0]):
-            joins = any(_distance2(path.place, other) < MERGED**2 for other in others)
+            joins = any(_distance2(path.place, ending) < MERGED**2 for ending in endings)
             path.excess = np.inf
             if path.steps >= SETTLED_DOWN and joins:
                 path.ended = True
                 continue
-            others.append(path.place)
+            endings.append(path.place)
             if path.steps >= STEPS:
                 path.ended = True
                 path.excess = _excess(path, parameters, deviations)
@@ -394,8 +394,8 @@ def _relative(outputs: np.ndarray, genuine: np.ndarray) -> tuple[np.ndarray, np.
     """
     middle = genuine.mean(axis=0, dtype=float)
     covariance = np.atleast_2d(np.cov(genuine.T.astype(float)))
-    least = max(1e-3 * np.trace(covariance) / len(covariance), 1e-12)
-    covariance += least * np.eye(len(covariance))
+    floor = max(1e-3 * np.trace(covariance) / len(covariance), 1e-12)
+    covariance += floor * np.eye(len(covariance))
     factor = np.linalg.cholesky(np.linalg.inv(covariance))
     white = (outputs - middle) @ factor
     usual = np.arcsinh((genuine - middle) @ factor)
@@ -405,31 +405,31 @@ def _relative(outputs: np.ndarray, genuine: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def _nearest(
-    path: Path, place: np.ndarray, parameters: np.ndarray, count: int
+    path: Path, center: np.ndarray, parameters: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the trials nearest to a place by the metric of a search, and squared distances."""
     factor = np.linalg.cholesky(path.metric())
-    square = (((parameters - place) @ factor) ** 2).sum(axis=1)
-    near = np.argsort(square, kind="stable")[:count]
-    return near, square[near]
+    square = (((parameters - center) @ factor) ** 2).sum(axis=1)
+    nearest = np.argsort(square, kind="stable")[:count]
+    return nearest, square[nearest]
 
 
 def _fit(
-    path: Path, place: np.ndarray, parameters: np.ndarray, deviations: np.ndarray
+    path: Path, center: np.ndarray, parameters: np.ndarray, deviations: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Fit the deviations of the trials nearest to a place linearly.
 
     Return the deviations expected at the place (F,), and their slopes (P, F).
     Trials count the less the farther they are, and the less they follow the fit.
     """
-    near, square = _nearest(path, place, parameters, FITTED * len(place))
+    nearest, square = _nearest(path, center, parameters, FITTED * len(center))
     factor = np.linalg.cholesky(path.metric())
-    deviations = deviations[near]
+    deviations = deviations[nearest]
     distance = np.sqrt(square.mean()) + 1e-12
-    terms = np.c_[np.ones(len(near)), (parameters[near] - place) @ factor / distance]
+    terms = np.c_[np.ones(len(nearest)), (parameters[nearest] - center) @ factor / distance]
     nearness = 1 / (1 + square / (1.5 * distance) ** 2)
     weights = nearness
-    ridge = np.diag(np.r_[1e-9, np.full(len(place), 1e-2)])
+    ridge = np.diag(np.r_[1e-9, np.full(len(center), 1e-2)])
     for _ in range(3):
         weighted = terms * weights[:, None]
         coefficients = np.linalg.solve(weighted.T @ terms + ridge, weighted.T @ deviations)
@@ -443,7 +443,7 @@ def _excess(path: Path, parameters: np.ndarray, deviations: np.ndarray) -> float
 
     That is the mean square of the deviations expected there, less that by chance.
     """
-    near, _ = _nearest(path, path.place, parameters, TESTED * len(path.place))
-    few = np.clip(deviations[near], -BOUND, BOUND)
+    nearest, _ = _nearest(path, path.place, parameters, TESTED * len(path.place))
+    few = np.clip(deviations[nearest], -BOUND, BOUND)
     by_chance = few.var(axis=0).mean() / (len(few) - 1)
     return float((few.mean(axis=0) ** 2).mean() - by_chance)

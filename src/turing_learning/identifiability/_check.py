@@ -71,12 +71,12 @@ def sides_rejected(
         return np.asarray(means / np.sqrt(variances))
 
     chance = t(rng.choice([-1.0, 1.0], (FLIPS, count)))
-    found = t(np.ones((1, count)))[0]
+    observed = t(np.ones((1, count)))[0]
 
     def rejected(side: np.ndarray) -> bool:
         if not side.any():
             return False
-        exceeded = (chance[:, side].max(axis=1) >= found[side].max() - 1e-9).sum()
+        exceeded = (chance[:, side].max(axis=1) >= observed[side].max() - 1e-9).sum()
         return bool((1 + exceeded) / (1 + FLIPS) <= level)
 
     return rejected(~above), rejected(above)
@@ -102,8 +102,8 @@ class Profile(Stored):
         """Whether classifiers tell a value from the genuine samples, and better than they tell the estimate."""
         lead = max(0.0, self.accuracies[self.place] - 0.5)
         return tuple(
-            found > critical + lead
-            for found, critical in zip(self.accuracies, self.criticals, strict=True)
+            accuracy > critical + lead
+            for accuracy, critical in zip(self.accuracies, self.criticals, strict=True)
         )
 
     @property
@@ -148,32 +148,32 @@ def profile(
         extend beyond that end by a quarter of the range.
     """
     name, parameter = list(evidence.parameters.items())[place]
-    own, step = float(parameter.to_numbers(estimate[place])), 2 / max(effort.points - 1, 1)
-    low = own - 0.5 if beyond and parameter.low is None and own < step / 2 - 1 else -1
-    high = own + 0.5 if beyond and parameter.high is None and own > 1 - step / 2 else 1
-    numbers = np.append(np.linspace(low, high, effort.points), own)
+    estimated, step = float(parameter.to_numbers(estimate[place])), 2 / max(effort.points - 1, 1)
+    low = estimated - 0.5 if beyond and parameter.low is None and estimated < step / 2 - 1 else -1
+    high = estimated + 0.5 if beyond and parameter.high is None and estimated > 1 - step / 2 else 1
+    numbers = np.append(np.linspace(low, high, effort.points), estimated)
     order = np.argsort(numbers, kind="stable")
     models = np.tile(estimate, (len(order), 1))
     models[:, place] = parameter.to_units(numbers[order])
     each = replace(
         effort, generations=effort.profile_generations, population=effort.profile_population
     )
-    found = [
+    tests = [
         paired_test(evidence, model, each, seed, (PROFILING, place, k))
         for k, model in enumerate(models)
     ]
-    accuracies, here = np.array([of_groups for _, of_groups in found]), int(order.argmax())
-    others = np.delete(np.arange(len(models)), here)
-    differences = accuracies[others] - accuracies[here]
+    accuracies, best = np.array([of_groups for _, of_groups in tests]), int(order.argmax())
+    away = np.delete(np.arange(len(models)), best)
+    differences = accuracies[away] - accuracies[best]
     rng = stream(seed, PROFILING, place, effort.points + 1)
     return Profile(
         parameter=name,
         values=tuple(models[:, place].tolist()),
         numbers=tuple(numbers[order].tolist()),
-        place=here,
-        accuracies=tuple(test.accuracy for test, _ in found),
-        criticals=tuple(test.critical for test, _ in found),
-        rejected=sides_rejected(differences, others > here, rng),
+        place=best,
+        accuracies=tuple(test.accuracy for test, _ in tests),
+        criticals=tuple(test.critical for test, _ in tests),
+        rejected=sides_rejected(differences, away > best, rng),
     )
 
 
@@ -233,9 +233,10 @@ class PinnedDown:
         if self.examined:
             unknown = " or ".join(side for side, rejected in sides if not rejected)
         width, share, error = (
-            each or 0.0 for each in (self.interval_share, self.open_share, self.recovery_error)
+            measure or 0.0
+            for measure in (self.interval_share, self.open_share, self.recovery_error)
         )
-        said = (
+        findings = (
             (self.rejected, "the estimate does not fit"),
             (bool(self.bound), f"it is at the bound {self.bound}, beyond which nothing was tried"),
             (self.interval_share is None and self.sides is None, "its interval is not known"),
@@ -245,7 +246,7 @@ class PinnedDown:
             (share >= WIDE and self.sides is None, f"up to {share:.0%} of the range may be open"),
             (error >= FAR, f"a known truth was missed by {error:.0%} of the range"),
         )
-        return tuple(reason for holds, reason in said if holds)
+        return tuple(reason for holds, reason in findings if holds)
 
     @property
     def pinned_down(self) -> bool:
@@ -278,9 +279,11 @@ class Check(Judged):
 
     def __post_init__(self) -> None:
         # nothing is known of the parameters of a model that does not fit
-        told = self.judgment.fits is False
+        rejected = self.judgment.fits is False
         object.__setattr__(
-            self, "parameters", tuple(replace(each, rejected=told) for each in self.parameters)
+            self,
+            "parameters",
+            tuple(replace(entry, rejected=rejected) for entry in self.parameters),
         )
 
     @property
@@ -307,40 +310,40 @@ class Check(Judged):
     @property
     def not_pinned_down(self) -> tuple[str, ...]:
         """Names of the parameters that are not pinned down."""
-        return tuple(each.parameter for each in self.parameters if not each.pinned_down)
+        return tuple(entry.parameter for entry in self.parameters if not entry.pinned_down)
 
     @property
     def text(self) -> str:
         """What was found, in sentences."""
-        said = [*self.judgment.sentences]
+        sentences = [*self.judgment.sentences]
         if self.unfinished is not None:
             (done, asked), unit = (
                 self.unfinished,
                 "generations" if self.parameters[0].sides is None else "trials",
             )
-            said.append(
+            sentences.append(
                 f"The run was not finished: the estimate is that after {done} of {asked} {unit}."
             )
-        return " ".join(said)
+        return " ".join(sentences)
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter: what is left open, in shares of the initial range, and whether it is pinned down."""
         import pandas as pd
 
-        parameters = [(each, "; ".join(each.reasons)) for each in self.parameters]
-        rows = [vars(each) | {"pinned_down": not why, "why": why} for each, why in parameters]
+        parameters = [(entry, "; ".join(entry.reasons)) for entry in self.parameters]
+        rows = [vars(entry) | {"pinned_down": not why, "why": why} for entry, why in parameters]
         return pd.DataFrame(rows).set_index("parameter")
 
     def _shown(self) -> "tuple[str, list[str], list[list[str]], list[str | Text]]":
         rows = []
-        for each in self.parameters:
+        for entry in self.parameters:
             shares = (
-                (each.interval_share, "{:.1%}"),
-                (each.open_share, "{:.0%}"),
-                (each.recovery_error, "{:.1%}"),
+                (entry.interval_share, "{:.1%}"),
+                (entry.open_share, "{:.0%}"),
+                (entry.recovery_error, "{:.1%}"),
             )
             cells = [shown(share, form.format) for share, form in shares]
-            rows.append([each.parameter, *cells, "; ".join(each.reasons) or "pinned down"])
+            rows.append([entry.parameter, *cells, "; ".join(entry.reasons) or "pinned down"])
         headings = ["parameter", "interval", "left open", "missed by", "verdict"]
         samples = counted(self.test.genuine_samples, "held-out sample")
         truths = len(self.recoveries)
@@ -352,11 +355,11 @@ class Check(Judged):
 def read_check(content: Mapping[str, Any], said: tuple[Verdict, ...] = ()) -> Check:
     """Make a check of what `check.json` holds, beside what else is said of the run."""
     recovered = [
-        {**each, "interval": replace_unknown(UNKNOWN, each["interval"])}
-        for each in content["recoveries"]
+        {**recovery, "interval": replace_unknown(UNKNOWN, recovery["interval"])}
+        for recovery in content["recoveries"]
     ]
-    parts = {"profiles": list(content["profiles"].values()), "recoveries": recovered, "said": said}
-    return _reader().validate_python({**content, **parts})
+    fields = {"profiles": list(content["profiles"].values()), "recoveries": recovered, "said": said}
+    return _reader().validate_python({**content, **fields})
 
 
 @cache

@@ -55,10 +55,10 @@ def permutation_test(
 
     pooled = np.concatenate((genuine, counterfeit))[None]
     drawn, _ = welch(rng.permuted(np.repeat(pooled, permutations, axis=0), axis=1))
-    found, error = (float(value[0]) for value in welch(pooled))
+    observed, error = (float(value[0]) for value in welch(pooled))
     return Permutation(
         difference=float(genuine.mean() - counterfeit.mean()),
-        p_value=(1 + int(np.count_nonzero(drawn >= found - 1e-9))) / (permutations + 1),
+        p_value=(1 + int(np.count_nonzero(drawn >= observed - 1e-9))) / (permutations + 1),
         critical=float(np.sort(drawn)[-int(LEVEL * (permutations + 1))]) * error,
     )
 
@@ -95,10 +95,10 @@ def train_jury(
     for _ in range(effort.generations):
         strategy.tell(rewarded()[1])
     genomes, reward = rewarded()
-    found = 2 * reward - 1  # Youden's J
-    best = np.argsort(-found, kind="stable")[:half]
-    voters = best[found[best] > 0]
-    return Jury(classifier, genomes[voters], found[voters] / max(found[voters].sum(), 1e-12))
+    youden = 2 * reward - 1  # Youden's J
+    best = np.argsort(-youden, kind="stable")[:half]
+    voters = best[youden[best] > 0]
+    return Jury(classifier, genomes[voters], youden[voters] / max(youden[voters].sum(), 1e-12))
 
 
 @dataclass(frozen=True)
@@ -154,13 +154,13 @@ def two_sample_test(
 
 
 def paired_test(
-    evidence: Evidence, values: np.ndarray, effort: Effort, seed: int, use: tuple[int, ...]
+    evidence: Evidence, values: np.ndarray, effort: Effort, seed: int, purpose: tuple[int, ...]
 ) -> tuple[TwoSampleTest, np.ndarray]:
     """Return the test of one model, and the accuracies (G,) on its G genuine groups, each beside as many of the simulated ones.
 
     Those of tests of several models are paired: their genuine groups are the same.
     """
-    rng, genuine = stream(seed, *use), evidence.learning
+    rng, genuine = stream(seed, *purpose), evidence.learning
     if len(genuine) > effort.samples:
         genuine = genuine[rng.choice(len(genuine), effort.samples, replace=False)]
 
@@ -168,9 +168,9 @@ def paired_test(
         """Return samples (count, T, D), each of a simulation of its own."""
         samples = evidence.simulate(np.tile(values, (count, 1)), rng)
         if 2 * len(samples) < count:
-            place = str(dict(zip(evidence.parameters, np.asarray(values).tolist(), strict=True)))
+            where = str(dict(zip(evidence.parameters, np.asarray(values).tolist(), strict=True)))
             got = f"{count - len(samples)} failures of {count}"
-            refuse("simulate", "simulate the model", got, place=place, error=ConfigurationError)
+            refuse("simulate", "simulate the model", got, place=where, error=ConfigurationError)
         return samples[:, 0]
 
     counterfeit = simulated(effort.samples)
@@ -180,17 +180,21 @@ def paired_test(
     bundle = max(1, round(len(evidence.testing) / groups))
     counterfeit = simulated(bundle * max(BUNDLES, -(-effort.samples // bundle)))
     scores = group_means(jury.score(evidence.testing), evidence.groups)
-    others = group_means(jury.score(counterfeit), np.arange(len(counterfeit)) // bundle)
-    found = permutation_test(scores, others, rng)
-    parts = np.array_split(others, len(scores)) if len(others) >= len(scores) else [others]
+    counterfeit_scores = group_means(jury.score(counterfeit), np.arange(len(counterfeit)) // bundle)
+    permuted = permutation_test(scores, counterfeit_scores, rng)
+    parts = (
+        np.array_split(counterfeit_scores, len(scores))
+        if len(counterfeit_scores) >= len(scores)
+        else [counterfeit_scores]
+    )
     test = TwoSampleTest(
-        accuracy=(1 + found.difference) / 2,
-        p_value=found.p_value,
-        critical=(1 + found.critical) / 2,
+        accuracy=(1 + permuted.difference) / 2,
+        p_value=permuted.p_value,
+        critical=(1 + permuted.critical) / 2,
         genuine_samples=len(evidence.testing),
         genuine_groups=groups,
         counterfeit_samples=len(counterfeit),
-        counterfeit_groups=len(others),
+        counterfeit_groups=len(counterfeit_scores),
         grouping=evidence.grouping,
     )
-    return test, (1 + scores - np.array([part.mean() for part in parts])) / 2
+    return test, (1 + scores - np.array([group.mean() for group in parts])) / 2

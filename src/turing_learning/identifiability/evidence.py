@@ -57,8 +57,8 @@ class Effort:
     profile_population: int = 40
 
     def __post_init__(self) -> None:
-        for (name, value), least in zip(vars(self).items(), (10, 1, 4, 0, 1, 4), strict=True):
-            integer(name, value, least, error=ConfigurationError)
+        for (name, value), lowest in zip(vars(self).items(), (10, 1, 4, 0, 1, 4), strict=True):
+            integer(name, value, lowest, error=ConfigurationError)
         rule = f"be at least {LEAST_POINTS}, or 0 for no profiles"
         remedy = "With fewer, a profile leaves half of the range open."
         require(
@@ -188,38 +188,38 @@ def compare_quantities(
     genuine: Values, simulated: Values, units: Mapping[str, str]
 ) -> tuple[Quantity, ...]:
     """Bin the values of quantities that both sides have."""
-    found = []
+    quantities = []
     for name in genuine:
         sides = [
             np.ravel(side[name]) for side in (genuine, simulated) if np.size(side.get(name, ()))
         ]
         if len(sides) < 2:
             continue
-        ends = np.array([np.percentile(values, CENTRAL) for values in sides])
-        low, high = float(ends[:, 0].min()), float(ends[:, 1].max())
+        percentiles = np.array([np.percentile(values, CENTRAL) for values in sides])
+        low, high = float(percentiles[:, 0].min()), float(percentiles[:, 1].max())
         if high - low < 1e-9 * max(abs(low), abs(high), 1.0):
             low, high = low - 0.5, high + 0.5
         edges = np.linspace(low, high, BINS + 1)
         shares = [
             np.histogram(np.clip(values, low, high), edges)[0] / len(values) for values in sides
         ]
-        found.append(
+        quantities.append(
             Quantity(
-                name, units.get(name, ""), *(tuple(each.tolist()) for each in (edges, *shares))
+                name, units.get(name, ""), *(tuple(column.tolist()) for column in (edges, *shares))
             )
         )
-    return tuple(found)
+    return tuple(quantities)
 
 
 def signal_quantities(
     genuine: np.ndarray, simulated: np.ndarray, system: System
 ) -> tuple[Quantity, ...]:
     """Compare the signals of genuine samples of a system with those of simulated ones, (K, T, D) and (any, ..., T, D)."""
-    known, found = (
+    genuine_values, model_values = (
         {name: side[..., d] for d, name in enumerate(system.signals)}
         for side in (genuine, simulated)
     )
-    return compare_quantities(known, found, system.signal_units)
+    return compare_quantities(genuine_values, model_values, system.signal_units)
 
 
 def swarm_quantities(
@@ -235,14 +235,14 @@ def swarm_quantities(
         robots = execution_of(
             scenario, configuration.representation.behavior(model[None]), everybody
         )
-        given = vars(robots) | {"seed": seed, "threads": configuration.threads}
+        options = vars(robots) | {"seed": seed, "threads": configuration.threads}
         moved = simulate(
-            scenario, initial_poses=poses, control_steps=scenario.control_steps, **given
+            scenario, initial_poses=poses, control_steps=scenario.control_steps, **options
         )
-        seen = moved.poses[:, ::every, : scenario.individuals]
-        directions = np.stack([np.cos(seen[..., 2]), np.sin(seen[..., 2])], axis=-1)
+        observed = moved.poses[:, ::every, : scenario.individuals]
+        directions = np.stack([np.cos(observed[..., 2]), np.sin(observed[..., 2])], axis=-1)
         signals = {"speed": moved.speeds[..., 0], "turn": moved.speeds[..., 1]}
-        sides.append({**signals, **_together(seen[..., :2], directions, 1 / EVERY_S)})
+        sides.append({**signals, **_together(observed[..., :2], directions, 1 / EVERY_S)})
     return compare_quantities(sides[0], sides[1], SIGNALS)
 
 
@@ -255,31 +255,33 @@ def recorded_quantities(
     `turing_learning.families.Family`.
     """
     rng, groups = stream(seed, COMPARING, 1), getattr(group, "groups", (group,))
-    found: list[list[Values]] = [[], []]
+    sides: list[list[Values]] = [[], []]
     for recording in (each.cleared() for each in recordings):
         if len(recording.individuals) > 1:
-            near = recording.signals(("neighbor_distance",))
-            both = recording.present[1:] & recording.present[:-1]
-            aligned = polarization(np.diff(recording.positions, axis=0), both)
-            found[0].append({"neighbor_distance": near.values[near.valid], "polarization": aligned})
+            neighbor = recording.signals(("neighbor_distance",))
+            consecutive = recording.present[1:] & recording.present[:-1]
+            aligned = polarization(np.diff(recording.positions, axis=0), consecutive)
+            sides[0].append(
+                {"neighbor_distance": neighbor.values[neighbor.valid], "polarization": aligned}
+            )
     for each in groups:
         positions = each.simulate(np.tile(estimate, (-(-GROUPS // len(groups)), 1)), rng)
-        found[1].append(
+        sides[1].append(
             _together(positions[:, 1:-1], np.diff(positions[:, 1:], axis=1), 1 / group.interval_s)
         )
-    known, simulated = (
+    genuine_values, simulated = (
         {
             name: np.concatenate([np.ravel(each[name]) for each in side if name in each])
             for name in (side or [{}])[0]
         }
-        for side in found
+        for side in sides
     )
-    return compare_quantities(known, simulated, SIGNALS)
+    return compare_quantities(genuine_values, simulated, SIGNALS)
 
 
 def _together(positions: np.ndarray, directions: np.ndarray, fps: float) -> Values:
     """Return distances of nearest neighbors and polarization, of positions and directions (R, F, A, 2)."""
     if positions.shape[2] < 2:
         return {}
-    near = compute_signals(positions, fps=fps, names=("neighbor_distance",))
-    return {"neighbor_distance": near.values, "polarization": polarization(directions)}
+    neighbor = compute_signals(positions, fps=fps, names=("neighbor_distance",))
+    return {"neighbor_distance": neighbor.values, "polarization": polarization(directions)}

@@ -39,10 +39,10 @@ class Stimulus(Settings):
 
     def __post_init__(self) -> None:
         require(self.ranges, "stimulus", "name one stimulus or more", self.ranges)
-        for name, ends in self.ranges.items():
-            low, high = array("stimulus", ends, "2", place=repr(name))
+        for name, bounds in self.ranges.items():
+            low, high = array("stimulus", bounds, "2", place=repr(name))
             rule = "have a low end below the high one"
-            require(low < high, "stimulus", rule, ends, place=repr(name))
+            require(low < high, "stimulus", rule, bounds, place=repr(name))
         integer("levels", self.levels, 0)
         require(self.levels != 1, "levels", "be 0, or 2 or more", self.levels)
         if self.passive:
@@ -60,8 +60,8 @@ class Stimulus(Settings):
         outside = (series < self.low) | (series > self.high)
         for r, t, s in np.argwhere(outside)[:1].tolist():
             rule = f"be from {self.low[s]:g} to {self.high[s]:g}"
-            place = f"series {r}, step {t}, {self.names[s]}"
-            refuse("recorded", rule, series[r, t, s], place=place)
+            where = f"series {r}, step {t}, {self.names[s]}"
+            refuse("recorded", rule, series[r, t, s], place=where)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -71,12 +71,12 @@ class Stimulus(Settings):
     @cached_property
     def low(self) -> np.ndarray:
         """Low ends (S,)."""
-        return np.array([ends[0] for ends in self.ranges.values()])
+        return np.array([bounds[0] for bounds in self.ranges.values()])
 
     @cached_property
     def high(self) -> np.ndarray:
         """High ends (S,)."""
-        return np.array([ends[1] for ends in self.ranges.values()])
+        return np.array([bounds[1] for bounds in self.ranges.values()])
 
     @cached_property
     def center(self) -> np.ndarray:
@@ -149,9 +149,9 @@ class Dialogue:
         self._stimulus = interrogator.stimulus
         # N networks with D inputs, H hidden neurons and O outputs that choose.
         n, d, h, o = len(genomes), network.inputs, network.hidden, self._stimulus.outputs
-        ends = np.cumsum([h * d, h * h, h, h, 1, o * h])
+        bounds = np.cumsum([h * d, h * h, h, h, 1, o * h])
         inward, recurrent, bias, judging, threshold, choosing, thresholds = np.split(
-            genomes.astype(np.float32), ends, axis=1
+            genomes.astype(np.float32), bounds, axis=1
         )
         weights = np.concatenate((inward.reshape(n, h, d), recurrent.reshape(n, h, h)), axis=2)
         self._inward = np.ascontiguousarray(weights.transpose(0, 2, 1))  # (N, D + H, H)

@@ -160,12 +160,14 @@ def elman_source(inputs: int, hidden: int, *, cache: bool) -> str:
         f"y = min(max(y, F({SMALLEST_OUTPUT!r})), F({1 - SMALLEST_OUTPUT!r}))",
         f"state[lane] = min(y, F({below_half!r})) if z < F(0) else y",
     ]
-    parts = {
+    sections = {
         "load": (8, load if small else load[-hidden - 1 :]),
         "step": (12, step),
         "output": (12, output),
     }
-    written = {name: "\n".join(_indented(lines, spaces)) for name, (spaces, lines) in parts.items()}
+    written = {
+        name: "\n".join(_indented(lines, spaces)) for name, (spaces, lines) in sections.items()
+    }
     judge = _JUDGE.format(**sizes, state=hidden * LANES, **written)
     return "\n".join([_HEADER.format(**sizes), _PACK.format(**sizes), judge])
 

@@ -130,12 +130,12 @@ def may_be_at(tanks: Tanks, tank: int, x: float, y: float) -> bool:
 
 @inlined
 def see_walls(
-    tanks: Tanks, tank: int, x: float, y: float, angle: float, units: Units, own: np.ndarray
+    tanks: Tanks, tank: int, x: float, y: float, angle: float, units: Units, own_inputs: np.ndarray
 ) -> None:
     """Write how near the walls are, at two scales, and that there are some."""
-    first = 2 * LAGS + MEMORIES
+    offset = 2 * LAGS + MEMORIES
     if not tanks.walls[tank]:
-        own[first : first + 2 * RAYS + 1] = 0.0
+        own_inputs[offset : offset + 2 * RAYS + 1] = 0.0
         return
     size = tanks.cell[tank]
     column = min(max(math.floor((x - tanks.corner[tank, 0]) / size), 0), tanks.inside.shape[1] - 1)
@@ -150,31 +150,31 @@ def see_walls(
         distance = tanks.distance[tank, column, row, entry]
         distance -= off_x * math.cos(direction) + off_y * math.sin(direction)
         distance = max(distance, 0.0)
-        own[first + ray] = math.exp(-distance / units.wall)
-        own[first + RAYS + ray] = math.exp(-distance / (4.0 * units.wall))
-    own[first + 2 * RAYS] = 1.0
+        own_inputs[offset + ray] = math.exp(-distance / units.wall)
+        own_inputs[offset + RAYS + ray] = math.exp(-distance / (4.0 * units.wall))
+    own_inputs[offset + 2 * RAYS] = 1.0
 
 
 @inlined
 def see_own(
-    path: np.ndarray, frame: int, i: int, memory: np.ndarray, units: Units, own: np.ndarray
+    path: np.ndarray, frame: int, i: int, memory: np.ndarray, units: Units, own_inputs: np.ndarray
 ) -> float:
     """Write the own displacements and the memory; return the course."""
     angle = course(path, frame, i)
     cosine = math.cos(angle)
     sine = math.sin(angle)
     for lag in range(LAGS):
-        near = frame - LAG_EDGES[lag]
-        far = frame - LAG_EDGES[lag + 1]
-        scale = units.step * (near - far)
-        dx = (path[near, i, 0] - path[far, i, 0]) / scale
-        dy = (path[near, i, 1] - path[far, i, 1]) / scale
-        own[2 * lag] = compressed(dx * cosine + dy * sine)
-        own[2 * lag + 1] = compressed(dy * cosine - dx * sine)
+        newer = frame - LAG_EDGES[lag]
+        older = frame - LAG_EDGES[lag + 1]
+        scale = units.step * (newer - older)
+        dx = (path[newer, i, 0] - path[older, i, 0]) / scale
+        dy = (path[newer, i, 1] - path[older, i, 1]) / scale
+        own_inputs[2 * lag] = compressed(dx * cosine + dy * sine)
+        own_inputs[2 * lag + 1] = compressed(dy * cosine - dx * sine)
     half = MEMORIES // 2
     for k in range(half):
-        own[2 * LAGS + k] = memory[k] / units.step - 1.0
-        own[2 * LAGS + half + k] = math.sqrt(max(memory[half + k], 0.0)) / units.step - 1.0
+        own_inputs[2 * LAGS + k] = memory[k] / units.step - 1.0
+        own_inputs[2 * LAGS + half + k] = math.sqrt(max(memory[half + k], 0.0)) / units.step - 1.0
     return angle
 
 
@@ -192,7 +192,7 @@ def see_others(
 
     An other is seen if it is present now and has been two steps ago, which tells its velocity.
     """
-    seen = 0
+    others_seen = 0
     x = path[frame, i, 0]
     y = path[frame, i, 1]
     for j in range(path.shape[1]):
@@ -200,7 +200,7 @@ def see_others(
             continue
         square = (path[frame, j, 0] - x) ** 2 + (path[frame, j, 1] - y) ** 2
         # insertion into the list of the nearest so far
-        at = min(seen, MOST_OTHERS)
+        at = min(others_seen, MOST_OTHERS)
         while at > 0 and square < nearest[at - 1, 0]:
             if at < MOST_OTHERS:
                 nearest[at, 0] = nearest[at - 1, 0]
@@ -209,10 +209,10 @@ def see_others(
         if at < MOST_OTHERS:
             nearest[at, 0] = square
             nearest[at, 1] = j
-            seen = min(seen + 1, MOST_OTHERS)
+            others_seen = min(others_seen + 1, MOST_OTHERS)
     cosine = math.cos(angle)
     sine = math.sin(angle)
-    for k in range(seen):
+    for k in range(others_seen):
         j = int(nearest[k, 1])
         dx = path[frame, j, 0] - x
         dy = path[frame, j, 1] - y
@@ -229,7 +229,7 @@ def see_others(
         traits[k, 5] = compressed(vx * cosine + vy * sine)
         traits[k, 6] = compressed(vy * cosine - vx * sine)
         traits[k, 7] = 1.0
-    return seen
+    return others_seen
 
 
 @inlined
@@ -255,9 +255,9 @@ def bend(values: np.ndarray) -> None:
 @inlined
 def look_at_others(
     traits: np.ndarray,
-    seen: int,
+    others_seen: int,
     layers: Layers,
-    first: np.ndarray,
+    first_layer: np.ndarray,
     second: np.ndarray,
     inputs: np.ndarray,
 ) -> None:
@@ -268,10 +268,10 @@ def look_at_others(
     # softmax against an option of zero, shifted by the largest exponent so far
     largest = 0.0
     total = 1.0
-    for k in range(seen):
-        apply(traits[k], layers.other_first, layers.other_first_bias, first)
-        bend(first)
-        apply(first, layers.other_second, layers.other_second_bias, second)
+    for k in range(others_seen):
+        apply(traits[k], layers.other_first, layers.other_first_bias, first_layer)
+        bend(first_layer)
+        apply(first_layer, layers.other_second, layers.other_second_bias, second)
         bend(second)
         exponent = float(layers.attention_bias[0])
         for o in range(size):
@@ -291,11 +291,11 @@ def look_at_others(
 
 
 @inlined
-def think(inputs: np.ndarray, layers: Layers, first: np.ndarray, hidden: np.ndarray) -> None:
+def think(inputs: np.ndarray, layers: Layers, first_layer: np.ndarray, hidden: np.ndarray) -> None:
     """Write the hidden state of the trunk."""
-    apply(inputs, layers.trunk_first, layers.trunk_first_bias, first)
-    bend(first)
-    apply(first, layers.trunk_second, layers.trunk_second_bias, hidden)
+    apply(inputs, layers.trunk_first, layers.trunk_first_bias, first_layer)
+    bend(first_layer)
+    apply(first_layer, layers.trunk_second, layers.trunk_second_bias, hidden)
     bend(hidden)
 
 
@@ -309,10 +309,10 @@ def choose(logits: np.ndarray, noise: float, chance: float) -> int:
     for b in range(logits.shape[0]):
         logits[b] = np.float32(math.exp((logits[b] - largest) / noise))
         total += logits[b]
-    rest = chance * total
+    remaining = chance * total
     for b in range(logits.shape[0] - 1):
-        rest -= logits[b]
-        if rest < 0.0:
+        remaining -= logits[b]
+        if remaining < 0.0:
             return b
     return logits.shape[0] - 1
 
@@ -320,9 +320,9 @@ def choose(logits: np.ndarray, noise: float, chance: float) -> int:
 @inlined
 def within(quantiles: np.ndarray, chance: float) -> float:
     """Return a value of a bin, between its quantiles."""
-    place = chance * (quantiles.shape[0] - 1)
-    k = min(int(place), quantiles.shape[0] - 2)
-    return quantiles[k] + (place - k) * (quantiles[k + 1] - quantiles[k])
+    position = chance * (quantiles.shape[0] - 1)
+    k = min(int(position), quantiles.shape[0] - 2)
+    return quantiles[k] + (position - k) * (quantiles[k + 1] - quantiles[k])
 
 
 @inlined
@@ -353,20 +353,20 @@ def _remember_path(path: np.ndarray, units: Units, start: float, memories: np.nd
 
 def _perceive(
     path: np.ndarray, memories: np.ndarray, rows: np.ndarray, tanks: Tanks, tank: int, units: Units,
-    own: np.ndarray, traits: np.ndarray, seen: np.ndarray, answers: np.ndarray,
+    own_inputs: np.ndarray, traits: np.ndarray, others_seen: np.ndarray, answers: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill what individuals of a recording perceive and do.
 
-    `rows` (N, 2) are frames and individuals; `own` (N, OWN) and `traits` (N, MOST_OTHERS, TRAITS) what they perceive,
-    `seen` (N,) how many others, `answers` (N, 2) length and turn of the step that follows.
+    `rows` (N, 2) are frames and individuals; `own_inputs` (N, OWN) and `traits` (N, MOST_OTHERS, TRAITS) what they perceive,
+    `others_seen` (N,) how many others, `answers` (N, 2) length and turn of the step that follows.
     """
     nearest = np.empty((MOST_OTHERS, 2))
     for n in range(rows.shape[0]):
         frame = rows[n, 0]
         i = rows[n, 1]
-        angle = see_own(path, frame, i, memories[frame, i], units, own[n])
-        see_walls(tanks, tank, path[frame, i, 0], path[frame, i, 1], angle, units, own[n])
-        seen[n] = see_others(path, frame, i, angle, units, nearest, traits[n])
+        angle = see_own(path, frame, i, memories[frame, i], units, own_inputs[n])
+        see_walls(tanks, tank, path[frame, i, 0], path[frame, i, 1], angle, units, own_inputs[n])
+        others_seen[n] = see_others(path, frame, i, angle, units, nearest, traits[n])
         dx = path[frame + 1, i, 0] - path[frame, i, 0]
         dy = path[frame + 1, i, 1] - path[frame, i, 1]
         answers[n, 0] = math.hypot(dx, dy)
@@ -386,13 +386,13 @@ def _move_range(
     """
     individuals = paths.shape[2]
     bins = choices.lengths.shape[0]
-    own = np.empty(OWN)
+    own_inputs = np.empty(OWN)
     traits = np.empty((MOST_OTHERS, TRAITS), np.float32)
     nearest = np.empty((MOST_OTHERS, 2))
     other_first = np.empty(layers.other_first.shape[1], np.float32)
     other_second = np.empty(layers.other_second.shape[1], np.float32)
     inputs = np.empty(layers.trunk_first.shape[0], np.float32)
-    first = np.empty(layers.trunk_first.shape[1], np.float32)
+    first_layer = np.empty(layers.trunk_first.shape[1], np.float32)
     hidden = np.empty((VIEWS, layers.trunk_second.shape[1]), np.float32)
     turn_hidden = np.empty(layers.turn_hidden.shape[1], np.float32)
     answer = np.empty(bins, np.float32)
@@ -420,27 +420,27 @@ def _move_range(
                     continue
                 x = paths[m, frame, i, 0]
                 y = paths[m, frame, i, 1]
-                angle = see_own(paths[m], frame, i, memories[m, i], mine, own)
+                angle = see_own(paths[m], frame, i, memories[m, i], mine, own_inputs)
                 for k in range(MEMORIES):
-                    own[2 * LAGS + k] *= recall
-                see_walls(tanks, tank, x, y, angle, mine, own)
-                seen = see_others(paths[m], frame, i, angle, mine, nearest, traits)
+                    own_inputs[2 * LAGS + k] *= recall
+                see_walls(tanks, tank, x, y, angle, mine, own_inputs)
+                others_seen = see_others(paths[m], frame, i, angle, mine, nearest, traits)
                 length_logits[:] = np.float32(0.0)
                 for view in range(VIEWS):
                     if weights[view] == 0.0:
                         continue
                     for k in range(OWN):
-                        inputs[k] = np.float32(own[k])
+                        inputs[k] = np.float32(own_inputs[k])
                     if view == OWN_MOTION:
                         inputs[OWN - 2 * RAYS - 1 : OWN] = np.float32(0.0)
                     if view == WITH_PLACES:
-                        for k in range(seen):
+                        for k in range(others_seen):
                             traits[k, 5:8] = np.float32(0.0)
                     elif view == WITH_ALL and weights[WITH_PLACES] != 0.0:
-                        seen = see_others(paths[m], frame, i, angle, mine, nearest, traits)
-                    visible = seen if view >= WITH_PLACES else 0
+                        others_seen = see_others(paths[m], frame, i, angle, mine, nearest, traits)
+                    visible = others_seen if view >= WITH_PLACES else 0
                     look_at_others(traits, visible, layers, other_first, other_second, inputs)
-                    think(inputs, layers, first, hidden[view])
+                    think(inputs, layers, first_layer, hidden[view])
                     apply(hidden[view], layers.length, layers.length_bias, answer)
                     for b in range(bins):
                         length_logits[b] += weights[view] * answer[b]
@@ -484,18 +484,18 @@ def _move_range(
 
 
 def _answer(
-    own: np.ndarray, traits: np.ndarray, seen: int, layers: Layers, length_bin: int,
+    own_inputs: np.ndarray, traits: np.ndarray, others_seen: int, layers: Layers, length_bin: int,
     says_length: np.ndarray, says_turn: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill the logits (B,) of the length, and of the turn after a length of this bin, for one perception, float32."""
-    first = np.empty(layers.trunk_first.shape[1], np.float32)
+    first_layer = np.empty(layers.trunk_first.shape[1], np.float32)
     hidden = np.empty(layers.trunk_second.shape[1], np.float32)
     other_first = np.empty(layers.other_first.shape[1], np.float32)
     other_second = np.empty(layers.other_second.shape[1], np.float32)
     inputs = np.empty(layers.trunk_first.shape[0], np.float32)
-    inputs[:OWN] = own
-    look_at_others(traits, seen, layers, other_first, other_second, inputs)
-    think(inputs, layers, first, hidden)
+    inputs[:OWN] = own_inputs
+    look_at_others(traits, others_seen, layers, other_first, other_second, inputs)
+    think(inputs, layers, first_layer, hidden)
     apply(hidden, layers.length, layers.length_bias, says_length)
     turn_hidden = np.empty(layers.turn_hidden.shape[1], np.float32)
     apply(hidden, layers.turn_hidden, layers.turn_of_length[length_bin], turn_hidden)

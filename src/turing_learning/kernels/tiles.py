@@ -107,9 +107,9 @@ def sort_in_strips(
     strips = math.ceil(math.sqrt(pieces))
     width = -(-pieces // strips) * size
     for k in range(strips + 1):  # the whole along x, then each strip along y
-        first = start if k == 0 else min(start + (k - 1) * width, stop)
-        last = stop if k == 0 else min(first + width, stop)
-        sort_places(order, first, last, x if k == 0 else y)
+        strip_start = start if k == 0 else min(start + (k - 1) * width, stop)
+        strip_stop = stop if k == 0 else min(strip_start + width, stop)
+        sort_places(order, strip_start, strip_stop, x if k == 0 else y)
 
 
 @inlined
@@ -278,16 +278,16 @@ def may_be_near(a: np.ndarray, b: np.ndarray, margin: float) -> bool:
 
 
 @inlined
-def find_close_tiles(own: int, used: int, margin: float, tiles: Tiles) -> int:
-    """List in `close` the tiles, of those in use, that hold a body near one of tile `own`.
+def find_close_tiles(own_tile: int, tiles_used: int, margin: float, tiles: Tiles) -> int:
+    """List in `close` the tiles, of those in use, that hold a body near one of tile `own_tile`.
 
     Return their number.
     """
     count = 0
-    box = tiles.tile[:, own]
+    box = tiles.tile[:, own_tile]
     for block in range(tiles.block.shape[1]):
         if may_be_near(box, tiles.block[:, block], margin):
-            for tile in range(block * TILE, min(block * TILE + TILE, used)):
+            for tile in range(block * TILE, min(block * TILE + TILE, tiles_used)):
                 if may_be_near(box, tiles.tile[:, tile], margin):
                     tiles.close[count] = tile
                     count += 1
@@ -337,10 +337,10 @@ def find_pairs_in_tiles(bodies: int, margin: float, pairs: np.ndarray, tiles: Ti
 
     Return their number, -1 if there is no room for them.
     """
-    used = -(-bodies // TILE)
+    tiles_used = -(-bodies // TILE)
     total = np.int64(0)  # a literal would be compiled as a kind of its own
-    for tile in range(used):
-        closes = find_close_tiles(tile, used, margin, tiles)
+    for tile in range(tiles_used):
+        closes = find_close_tiles(tile, tiles_used, margin, tiles)
         for home in range(tile * TILE, min(tile * TILE + TILE, bodies)):
             total = find_partners(home, closes, total, margin, tiles)
             if total < 0:

@@ -183,8 +183,8 @@ class Party(NamedTuple):
 
 def new_party(bodies: int) -> Party:
     """Allocate a party of up to `bodies` members, of all its trials."""
-    body, place = np.zeros(bodies, np.int64), np.zeros(bodies, np.int64)
-    return Party._make((body, place, *np.zeros((14, bodies)), np.zeros((3, bodies))))
+    body, member = np.zeros(bodies, np.int64), np.zeros(bodies, np.int64)
+    return Party._make((body, member, *np.zeros((14, bodies)), np.zeros((3, bodies))))
 
 
 @inlined

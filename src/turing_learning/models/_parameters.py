@@ -92,8 +92,8 @@ class Parameter(Settings):
                 fits = _is_number(value) and smallest <= value <= LARGEST
                 require(fits, name, rule, brief(value))
                 object.__setattr__(self, name, float(value))
-                whole = not self.integer or value == round(value)
-                require(whole, name, "be an integer for an integer parameter", brief(value))
+                integral = not self.integer or value == round(value)
+                require(integral, name, "be an integer for an integer parameter", brief(value))
         if self.low is not None and self.high is not None:
             require(self.low < self.high, "low", "be below `high`", f"{self.low} and {self.high}")
 

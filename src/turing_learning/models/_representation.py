@@ -277,8 +277,8 @@ class ElmanModel(Representation):
         remedy = f"{hidden} hidden neurons have {count} weights."
         models = array("models", models, "... Q", empty=True, remedy=remedy, Q=count)
         networks = models.shape[:-1]
-        ends = np.cumsum([hidden, hidden * hidden, hidden, 2 * hidden])
-        inward, recurrent, biases, outward, output_biases = np.split(models, ends, axis=-1)
+        splits = np.cumsum([hidden, hidden * hidden, hidden, 2 * hidden])
+        inward, recurrent, biases, outward, output_biases = np.split(models, splits, axis=-1)
         recurrent = recurrent.reshape(*networks, hidden, hidden)
         outward = outward.reshape(*networks, 2, hidden)
         activations = np.zeros((*networks, hidden))

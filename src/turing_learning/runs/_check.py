@@ -104,14 +104,14 @@ class _Checker:
             self.stage("distributions, genuine beside simulated")
             content["quantities"] = [each.to_json() for each in self._quantities(model)]
             self._write(content)
-        for place, name in enumerate(self.result.estimate if self.profiled else ()):
+        for index, name in enumerate(self.result.estimate if self.profiled else ()):
             if name in content["profiles"]:
                 continue
             self.stage(f"fresh classifiers where {name} is moved")
             try:
                 options: dict[str, Any] = {"seed": self.seed, "beyond": self.by_trials}
-                found = profile(self.evidence, self.estimate, place, self.effort, **options)
-                content["profiles"][name] = found.to_json()
+                profiled = profile(self.evidence, self.estimate, index, self.effort, **options)
+                content["profiles"][name] = profiled.to_json()
             except CustomSystemError as error:
                 remedy = "Or check without profiles, with points=0 in `effort` and force=True."
                 raise CustomSystemError(f"{error} {remedy}") from error
@@ -138,20 +138,20 @@ class _Checker:
 
         Nothing where all of it is stored.
         """
-        parts = []
+        items = []
         if "test" not in content:
-            parts.append("fresh classifiers against the estimate")
+            items.append("fresh classifiers against the estimate")
         profiles = len(self.result.estimate) - len(content["profiles"]) if self.profiled else 0
         if profiles:
-            parts.append(f"{counted(profiles, 'profile')} of {self.effort.points} values")
+            items.append(f"{counted(profiles, 'profile')} of {self.effort.points} values")
         runs = self.settings["recoveries"] - len(content["recoveries"])
         if runs:
             seconds = self.folder.manifest().get("seconds") if self.folder is not None else None
             took = f", {seconds:.0f} s" if isinstance(seconds, int | float) and seconds > 0 else ""
-            parts.append(
+            items.append(
                 f"{counted(runs, 'run')} whose truth is the estimate, each about as long as this one{took}"
             )
-        return f"ahead: {'; '.join(parts)}" if parts else ""
+        return f"ahead: {'; '.join(items)}" if items else ""
 
     def _write(self, content: dict[str, Any]) -> None:
         if self.folder is not None:
@@ -163,21 +163,19 @@ class _Checker:
 
         Else the beginning of a check, in place of one that is there.
         """
-        known = None if self.folder is None else stored_check(self.folder.path)
-        if self.folder is not None and known is not None and not force:
+        stored = None if self.folder is None else stored_check(self.folder.path)
+        if self.folder is not None and stored is not None and not force:
             needed = partial(check_folder, name="run", place=str(self.folder.path / FOLDER))
-            same = known["settings"]["estimate"] == self.result.estimate
+            same = stored["settings"]["estimate"] == self.result.estimate
             rule = "have the estimate that it had when its check began"
             remedy = "The run has gone on since: replace the check with force=True."
             needed(same, rule=rule, got=f"another, after {self.result.length}", remedy=remedy)
-            rule, remedy = (
-                "be checked with the settings that its check began with",
-                "Replace it with force=True.",
-            )
-            needed(known["settings"] == self.settings, rule=rule, got="others", remedy=remedy)
-            return known
+            rule = "be checked with the settings that its check began with"
+            remedy = "Replace it with force=True."
+            needed(stored["settings"] == self.settings, rule=rule, got="others", remedy=remedy)
+            return stored
         unfinished = None if self.result.complete else self.result.progress
-        new: dict[str, Any] = {
+        begun: dict[str, Any] = {
             "settings": self.settings,
             "unfinished": unfinished,
             "profiles": {},
@@ -186,7 +184,7 @@ class _Checker:
         if self.folder is not None:
             path = self.folder.path / CHECK
             with stored_in(self.folder.path):
-                if known is not None:
+                if stored is not None:
                     shutil.rmtree(path.parent)
                 elif path.exists():
                     aside = self.folder.set_aside(CHECK)
@@ -195,31 +193,28 @@ class _Checker:
                         path,
                         aside.name,
                     )
-        self._write(new)
-        return new
+        self._write(begun)
+        return begun
 
     def _quantities(self, model: np.ndarray) -> tuple[Quantity, ...]:
         if self.configuration.system.simulated is not None:
             return evidences.swarm_quantities(self.configuration, model, seed=self.seed)
-        count, rng = (
-            min(evidences.COMPARED, 2 * self.effort.samples),
-            stream(self.seed, evidences.COMPARING),
-        )
-        genuine, simulate = (
-            np.concatenate((self.evidence.learning, self.evidence.testing)),
-            self.evidence.simulate,
-        )
-        simulated, system = (
-            simulate(np.tile(self.estimate, (count, 1)), rng),
-            self.configuration.system,
-        )
-        found = evidences.signal_quantities(genuine, simulated, system)
+        count = min(evidences.COMPARED, 2 * self.effort.samples)
+        rng = stream(self.seed, evidences.COMPARING)
+        genuine = np.concatenate((self.evidence.learning, self.evidence.testing))
+        simulate = self.evidence.simulate
+        simulated = simulate(np.tile(self.estimate, (count, 1)), rng)
+        system = self.configuration.system
+        comparisons = evidences.signal_quantities(genuine, simulated, system)
         if not self.recording or not hasattr(self.given.simulate, "simulate"):
-            return found
+            return comparisons
         group = evidences.recorded_quantities(
             self.recording, self.given.simulate, self.estimate, seed=self.seed
         )
-        return (*found, *(each for each in group if each.name not in system.signals))
+        return (
+            *comparisons,
+            *(comparison for comparison in group if comparison.name not in system.signals),
+        )
 
     def _recovery(self, k: int) -> dict[str, Any]:
         """Run once more, with the estimate as the truth."""
@@ -229,62 +224,62 @@ class _Checker:
             overrides["run.generations"] = self.settings["recovery_generations"]
         path = None if self.folder is None else self.folder.path / FOLDER / f"recovery-{k + 1}"
         if self.source.genuine is not None:
-            system, rng = (
-                cast(CustomSystem, self.configuration.scenario),
-                stream(self.seed, RECOVERING, k),
-            )
+            system = cast(CustomSystem, self.configuration.scenario)
+            rng = stream(self.seed, RECOVERING, k)
             with refusing_as(ConfigurationError):
                 scenario, data = describe_simulated(system, self.source, self.estimate, rng)
-            given = replace(self.given, genuine=data, groups=None)
+            changed = replace(self.given, genuine=data, groups=None)
         else:
-            scenario, given = (
-                self.configuration.system.imitated(self.estimate),
-                replace(self.given, genuine=None),
-            )
+            scenario = self.configuration.system.imitated(self.estimate)
+            changed = replace(self.given, genuine=None)
             overrides["classifiers.input_scale"] = self.configuration.classifiers.input_scale
         configuration = resolved(scenario, "default", self.configuration, overrides)
         try:
-            found = begin_or_resume(configuration, path, given)
+            recovered = begin_or_resume(configuration, path, changed)
         except (RunFolderError, RunStorageError) as error:
             if self.folder is None or not isinstance(error.__cause__, OSError):
                 raise
             with stored_in(self.folder.path):  # resumed as a check, not as a run of its own
                 raise error.__cause__ from None
-        shares = np.abs(self._numbers(found.estimate) - self._numbers(self.result.estimate)) / 2
+        shares = np.abs(self._numbers(recovered.estimate) - self._numbers(self.result.estimate)) / 2
         return Recovery(
             seed=seed,
-            generations=found.generations,
+            generations=recovered.generations,
             truth=self.result.estimate,
-            estimate=found.estimate,
-            interval=found.wandering if isinstance(found, Evolution) else found.interval,
-            error_share=dict(zip(found.estimate, shares.tolist(), strict=True)),
-            **(self._told(k, configuration, given, found) if self.by_trials else {}),
+            estimate=recovered.estimate,
+            interval=recovered.wandering
+            if isinstance(recovered, Evolution)
+            else recovered.interval,
+            error_share=dict(zip(recovered.estimate, shares.tolist(), strict=True)),
+            **(self._told(k, configuration, changed, recovered) if self.by_trials else {}),
         ).to_json()
 
     def _told(
-        self, k: int, configuration: Configuration, given: Given, found: Result
+        self, k: int, configuration: Configuration, given: Given, recovered: Result
     ) -> dict[str, Any]:
         """Return how well fresh classifiers tell samples of a recovery's truth from its estimate, and from its truth."""
         number, accuracies = self.seed + 1 + k, []
         with configuration.system.open(given) as source:
-            for place, values in enumerate(
-                [np.array(list(found.estimate.values()))] + [self.estimate] * ATTEMPTS, 1
+            for attempt, values in enumerate(
+                [np.array(list(recovered.estimate.values()))] + [self.estimate] * ATTEMPTS, 1
             ):
-                known = self.evidence
+                evidence = self.evidence
                 if source.genuine is None:
-                    fresh = (
-                        number + place * self.settings["recoveries"]
-                    )  # a seed that no other test has
-                    known = evidence_of(configuration, source, self.effort, fresh)
+                    # A seed that no other test has
+                    fresh = number + attempt * self.settings["recoveries"]
+                    evidence = evidence_of(configuration, source, self.effort, fresh)
                 else:
-                    rng = stream(self.seed, RECOVERING, k, place)
-                    testing = self._simulated(len(known.testing), rng)
-                    own = source.genuine_samples(self.effort.samples, rng)
-                    known = replace(
-                        known, learning=own, testing=testing, groups=known.groups[: len(testing)]
+                    rng = stream(self.seed, RECOVERING, k, attempt)
+                    testing = self._simulated(len(evidence.testing), rng)
+                    learning = source.genuine_samples(self.effort.samples, rng)
+                    evidence = replace(
+                        evidence,
+                        learning=learning,
+                        testing=testing,
+                        groups=evidence.groups[: len(testing)],
                     )
                 test = two_sample_test(
-                    known, values, self.effort, seed=number, use=(RECOVERING, place)
+                    evidence, values, self.effort, seed=number, use=(RECOVERING, attempt)
                 )
                 accuracies.append(test.accuracy)
         return {"accuracy": accuracies[0], "attainable": accuracies[1:]}
@@ -295,33 +290,34 @@ class _Checker:
 
     def _numbers(self, values: Mapping[str, float]) -> np.ndarray:
         """Return values as numbers from -1 to 1 over the initial ranges."""
-        known = self.evidence.parameters
+        parameters = self.evidence.parameters
         return np.array(
-            [float(known[name].to_numbers(np.array(value))) for name, value in values.items()]
+            [float(parameters[name].to_numbers(np.array(value))) for name, value in values.items()]
         )
 
     def _pinned_down(self, content: dict[str, Any]) -> list[dict[str, Any]]:
         interval = self.result.interval
-        ends = [
-            self._numbers({name: each[side] for name, each in interval.items()}) for side in (0, 1)
+        bounds = [
+            self._numbers({name: recovery[side] for name, recovery in interval.items()})
+            for side in (0, 1)
         ]
-        widths = np.minimum(np.abs(ends[1] - ends[0]) / 2, 1.0)
-        errors, found = [each["error_share"] for each in content["recoveries"]], []
+        widths = np.minimum(np.abs(bounds[1] - bounds[0]) / 2, 1.0)
+        errors, found = [recovery["error_share"] for recovery in content["recoveries"]], []
         for (name, value), width in zip(self.result.estimate.items(), widths, strict=True):
             low, high = content["profiles"].get(name, {}).get("rejected", (False, False))
-            each = PinnedDown(
+            recovery = PinnedDown(
                 parameter=name,
                 interval_share=float(width) if is_known(width) else None,
                 open_share=Profile(**content["profiles"][name]).open_share
                 if self.profiled
                 else None,
-                recovery_error=max(each[name] for each in errors) if errors else None,
+                recovery_error=max(recovery[name] for recovery in errors) if errors else None,
                 bound=""
                 if self.result.networks
                 else self.evidence.parameters[name].bound_at(value),
                 sides=(low, high) if self.by_trials else None,
             )
-            found.append(asdict(each))
+            found.append(asdict(recovery))
         return found
 
 
@@ -416,8 +412,8 @@ def check(
     )
     length = result.generations if recovery_generations is None else recovery_generations
     recoveries = (RECOVERIES if by_trials else 1) if recoveries is None else recoveries
-    least = {"recoveries": (recoveries, 0), "recovery_generations": (length, 1), "seed": (seed, 0)}
-    for name, (value, lowest) in least.items():
+    limits = {"recoveries": (recoveries, 0), "recovery_generations": (length, 1), "seed": (seed, 0)}
+    for name, (value, lowest) in limits.items():
         integer(name, value, lowest, error=ConfigurationError)
     rule = "be of a system that can be simulated"  # else a check would compare two simulations
     remedy = "What its models are worth there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` "
@@ -426,8 +422,8 @@ def check(
         not result.in_laboratory, "run", rule, "one in a laboratory", remedy, place=str(result.path)
     )
     folder, system = None if result.path is None else RunFolder(result.path), configuration.system
-    known = record.samples_and_simulator(genuine, simulate)
-    given = Given(known.genuine, known.simulate, workers, timeout_s, groups, executor)
+    functions = record.samples_and_simulator(genuine, simulate)
+    given = Given(functions.genuine, functions.simulate, workers, timeout_s, groups, executor)
     say = stage or (lambda text: None)
     recordings = (recording,) if isinstance(recording, Trajectories) else tuple(recording or ())
     with ExitStack() as stack:
@@ -464,18 +460,18 @@ def check(
         } | asdict(effort)
         # refuses what cannot be checked, before anything is written
         evidence = evidence_of(configuration, source, effort, seed, labels, grouping)
-        found = _Checker(result, source, given, evidence, effort, settings, recordings, say).run(
+        checked = _Checker(result, source, given, evidence, effort, settings, recordings, say).run(
             force=force
         )
         if folder is not None:  # the report again where there is one, and the history that it shows
             with stored_in(folder.path):
-                save_figures(draw_check(found, result), folder.figures_path)
+                save_figures(draw_check(checked, result), folder.figures_path)
                 if folder.report_path.exists():
                     try:
                         report(result)
                     except RunFolderError as error:
                         say(f"the report is left as it was: {error}")
-    return found
+    return checked
 
 
 def begin_or_resume(configuration: Configuration, path: Path | None, given: Given) -> Result:
@@ -493,7 +489,9 @@ def begin_or_resume(configuration: Configuration, path: Path | None, given: Give
 
 def refuse_unknown_part(options: Mapping[str, Any]) -> None:
     """Raise ConfigurationError if there is an option that no check has."""
-    for name in (each.name for each in fields(Effort) if each.name in options):
+    for name in (
+        effort_field.name for effort_field in fields(Effort) if effort_field.name in options
+    ):
         example = f"Give effort=turing_learning.identifiability.Effort({name}={options[name]!r})."
         reject(name, "be a part of the effort", f"{options[name]!r} beside it", example)
     refuse_unknown(options, list(signature(check).parameters)[1:])

@@ -258,8 +258,8 @@ class RunFolder(Store):
     def known_parts(self) -> set[str]:
         """Return which of "genuine" and "simulate" can be found by what the manifest says."""
         manifest = self._unverified_head() or {}
-        parts = {"genuine", "simulate"}
-        return parts if RECORDING in manifest else parts & manifest.keys()
+        functions = {"genuine", "simulate"}
+        return functions if RECORDING in manifest else functions & manifest.keys()
 
     def remembered(self, given: Given) -> Given:
         """Return what is given of a custom system.
@@ -267,7 +267,7 @@ class RunFolder(Store):
         What is not is imported, or read from a recording that must not have changed.
         """
         manifest = self.manifest()
-        parts: dict[str, Any] = {}
+        functions: dict[str, Any] = {}
         if given.genuine is None and given.simulate is None and RECORDING in manifest:
             system = self.configuration().system
             motion = RecordedSystem.remembered(
@@ -276,15 +276,15 @@ class RunFolder(Store):
             genuine, simulate, _ = motion.opened(
                 system.steps, system.signals, network=self.network()
             )
-            parts["genuine"] = genuine
-            parts["simulate"] = simulate
+            functions["genuine"] = genuine
+            functions["simulate"] = simulate
         elif given.simulate is None and (network := self.network()) is not None:
-            parts["simulate"] = network
+            functions["simulate"] = network
         for name in ("genuine", "simulate"):
             stored = manifest.get(name)
             if getattr(given, name) is None and isinstance(stored, str):
-                parts[name] = imported(stored, name) if ":" in stored else stored
-        return replace(given, **parts)
+                functions[name] = imported(stored, name) if ":" in stored else stored
+        return replace(given, **functions)
 
     def network(self) -> Network | None:
         """Return the network that was learned for this run, if there is one."""
@@ -324,13 +324,13 @@ class RunFolder(Store):
                 ahead = how_to_resume(self.path, self.configuration())
             except RunFolderError:  # which says more once it is tried
                 ahead = f"`{resume_command(self.path)}`"
-            other = ", choose another folder, or replace it with "
-            remedy = ("Resume it with ", ahead, other, Setting("force", True), ".")
+            alternative = ", choose another folder, or replace it with "
+            remedy = ("Resume it with ", ahead, alternative, Setting("force", True), ".")
             check_folder(
                 force, "out", "be a new or empty folder", f"{self.path}, which holds a run", remedy
             )
-        elif others := self.foreign_names():
-            got = f"{self.path}, which holds {others[0]!r} and is not a run"
+        elif foreign := self.foreign_names():
+            got = f"{self.path}, which holds {foreign[0]!r} and is not a run"
             reject_folder("out", "be a new or empty folder", got, "Choose another folder.")
 
     def foreign_names(self) -> list[str]:
@@ -374,17 +374,18 @@ def resumed(manifest: Mapping[str, Any], path: Path) -> dict[str, Any]:
 
     Who runs it now, and with what, where that has changed.
     """
-    before, here = (manifest.get("resumed") or [manifest])[-1].get("versions") or {}, versions()
+    before = (manifest.get("resumed") or [manifest])[-1].get("versions") or {}
+    now_versions = versions()
     changed = [
-        f"{name} {before[name]}, now {here.get(name)}"
+        f"{name} {before[name]}, now {now_versions.get(name)}"
         for name in before
-        if before[name] != here.get(name)
+        if before[name] != now_versions.get(name)
     ]
     entries: dict[str, Any] = {"process": this_process()}
     if changed:
         text = "%s was run with %s: the result may not be that of a run that never stopped."
         _LOGGER.warning(text, path, "; ".join(changed))
-        entries["resumed"] = [*manifest.get("resumed", []), {"at": now(), "versions": here}]
+        entries["resumed"] = [*manifest.get("resumed", []), {"at": now(), "versions": now_versions}]
     return entries
 
 
@@ -405,7 +406,7 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -
     content = buffer.getvalue()
     path = folder / f"generation-{checkpoint.generation:06d}-{digest_of(content)[:16]}.npz"
     write_atomically(path, content)
-    for old in [other for _, other in _newest_first(folder) if other != path][
+    for old in [older for _, older in _newest_first(folder) if older != path][
         0 if alone else KEPT - 1 :
     ]:
         old.unlink(missing_ok=True)

@@ -146,8 +146,8 @@ def memory_arrays(layout: Layout, generations: int | None = None) -> dict[str, n
     """Return arrays for a history that is kept in memory, or for so many of its generations."""
     count = layout.generations if generations is None else generations
     return {
-        name: np.empty((count, *layout.shape(name)), dtype=kind)
-        for name, (_, kind, _) in FULL.items()
+        name: np.empty((count, *layout.shape(name)), dtype=dtype)
+        for name, (_, dtype, _) in FULL.items()
     }
 
 
@@ -160,31 +160,31 @@ def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
 
     group = zarr.open_group(str(path), mode="w", zarr_format=2)
 
-    def create(name: str, dimensions: Sequence[str], **more: Any) -> Any:
+    def create(name: str, dimensions: Sequence[str], **options: Any) -> Any:
         about = {"_ARRAY_DIMENSIONS": list(dimensions), **ATTRIBUTES.get(name, {})}
-        return group.create_array(name, compressors=None, attributes=about, **more)
+        return group.create_array(name, compressors=None, attributes=about, **options)
 
-    for name, (dimensions, kind, _) in FULL.items():
+    for name, (dimensions, dtype, _) in FULL.items():
         shape = (layout.generations, *layout.shape(name))
         # No fill value, which xarray would turn into NaN; written at once: in few files
-        codes = kind == "<i1"
+        codes = dtype == "<i1"
         chunk = layout.chunk * (
             max(1, layout.generations // (MOST_FILES * layout.chunk)) if codes else 1
         )
-        more: dict[str, Any] = {"dtype": kind, "fill_value": None if codes else np.nan}
+        options: dict[str, Any] = {"dtype": dtype, "fill_value": None if codes else np.nan}
         create(
             name,
             (GENERATION, *dimensions),
             shape=shape,
             chunks=(min(chunk, shape[0]), *shape[1:]),
-            **more,
+            **options,
         )
     for name, values in (
         (GENERATION, np.arange(layout.generations)),
         ("parameter", np.array(layout.parameters)),
     ):
-        more = {"dtype": values.dtype, "fill_value": None}
-        create(name, (name,), shape=values.shape, chunks=values.shape, **more)[:] = values
+        options = {"dtype": values.dtype, "fill_value": None}
+        create(name, (name,), shape=values.shape, chunks=values.shape, **options)[:] = values
     zarr.consolidate_metadata(str(path), zarr_format=2)
     arrays = open_store(path)
     arrays["selection"][:] = NOT_RUN
@@ -217,8 +217,8 @@ def damaged_generations(
         arrays = open_store(path)
         fits = all(
             arrays[name].shape == (layout.generations, *layout.shape(name))
-            and arrays[name].dtype == np.dtype(kind)
-            for name, (_, kind, _) in FULL.items()
+            and arrays[name].dtype == np.dtype(dtype)
+            for name, (_, dtype, _) in FULL.items()
         )
         named = [str(name) for name in arrays["parameter"][:]] == list(layout.parameters)
         counted = np.array_equal(arrays[GENERATION][:], np.arange(layout.generations))
@@ -230,7 +230,7 @@ def damaged_generations(
         or (stops[-1:] or [0])[0] < generations
     ):
         return None
-    found = []
+    damaged = []
     for (start, stop), checksum in zip(
         pairwise([0, *stops]), seals["checksums"].tolist(), strict=True
     ):
@@ -251,14 +251,14 @@ def damaged_generations(
         except Exception:  # whatever Zarr says of a chunk that is cut short
             sound = False
         if not sound:
-            found.append((start, stop))
-    return found
+            damaged.append((start, stop))
+    return damaged
 
 
 def intact(path: Path, layout: Layout, generations: int, seals: Mapping[str, np.ndarray]) -> bool:
     """Return whether a history on disk holds exactly so many generations, as they were flushed."""
-    ends = seals["stops"].tolist()[-1:] or [0]
-    return ends == [generations] and damaged_generations(path, layout, generations, seals) == []
+    stops = seals["stops"].tolist()[-1:] or [0]
+    return stops == [generations] and damaged_generations(path, layout, generations, seals) == []
 
 
 def require_sound(
@@ -318,7 +318,7 @@ def with_units(history: "xarray.Dataset", units: Sequence[str]) -> "xarray.Datas
     Fitness is a share, of unit 1.
     """
     names = {"quantile": "share of the population below"} | {
-        name: each[2] for name, each in (FULL | THIN).items()
+        name: layout[2] for name, layout in (FULL | THIN).items()
     }
     for name in map(str, history.variables):
         unit = (
@@ -376,18 +376,18 @@ class Traces:
 
     def record(self, values: Mapping[str, np.ndarray], seconds: float) -> None:
         """Append the `values_of` of a generation and the time it took (s)."""
-        given: dict[str, Any] = {**values, "seconds": seconds}
+        values_now: dict[str, Any] = {**values, "seconds": seconds}
         for population in ("model", "classifier"):
-            fitness = np.sort(given[f"{population}_fitness"])
+            fitness = np.sort(values_now[f"{population}_fitness"])
             # As `numpy.quantile` does, for less than its overhead
-            places = np.multiply(QUANTILES, len(fitness) - 1)
-            given[f"{population}_fitness_quantiles"] = np.interp(
-                places, np.arange(len(fitness)), fitness
+            ranks = np.multiply(QUANTILES, len(fitness) - 1)
+            values_now[f"{population}_fitness_quantiles"] = np.interp(
+                ranks, np.arange(len(fitness)), fitness
             )
         with np.errstate(over="ignore", invalid="ignore"):  # of models that run away
-            given["model_spread"] = np.std(values["model"], axis=0)
+            values_now["model_spread"] = np.std(values["model"], axis=0)
         for name, array in self._arrays.items():
-            array[self.completed] = given[name]
+            array[self.completed] = values_now[name]
         self.completed += 1
 
     def __getitem__(self, name: str) -> np.ndarray:

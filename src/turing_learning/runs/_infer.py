@@ -160,18 +160,18 @@ def infer(
         seed=seed,
         threads=threads,
     )
-    for key, argument, part in (
+    for key, argument, component in (
         ("models.optimizer", "models", models),
         ("classifiers.network", "classifier", classifier),
     ):
-        if part is not None:
+        if component is not None:
             check(
                 key not in overrides,
                 argument,
                 "be given once",
-                f"{brief(part)} beside {key} in `settings`",
+                f"{brief(component)} beside {key} in `settings`",
             )
-            overrides[key] = part_named(part)
+            overrides[key] = part_named(component)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     if not is_custom(scenario, genuine, simulate, parameters):
         configuration = resolve(scenario)
@@ -186,10 +186,10 @@ def infer(
         ("genuine", genuine),
         ("simulate", simulate),
     ):  # imported again, where the run is resumed
-        known = (
+        described = (
             value if isinstance(value, str) else importable_name(value) if callable(value) else None
         )
-        entries |= {name: known} if known else {}
+        entries |= {name: described} if described else {}
     with refusing_as(ConfigurationError):
         simulate = imported(simulate) if isinstance(simulate, str) else simulate
         genuine = (
@@ -228,12 +228,12 @@ def is_custom(scenario: object, genuine: object, simulate: object, parameters: o
 
     Reject one that is given in part, or beside a scenario.
     """
-    parts = {"genuine": genuine, "simulate": simulate, "parameters": parameters}
-    if all(part is None for part in parts.values()):
+    functions = {"genuine": genuine, "simulate": simulate, "parameters": parameters}
+    if all(function is None for function in functions.values()):
         return False
     remedy = "It is given by `genuine`, `simulate` and `parameters` together."
-    for name, part in parts.items():
-        check(part is not None, name, "be given for a custom system", "nothing", remedy)
+    for name, function in functions.items():
+        check(function is not None, name, "be given for a custom system", "nothing", remedy)
     check(scenario is None, "scenario", "be left out for a custom system", brief(scenario))
     return True
 

@@ -78,8 +78,10 @@ def start_laboratory(
     ------
     Paper, section 5.
     """
-    parts = {"open_replica": open_replica, "tracker": tracker}
-    named = {name: part_named(given) for name, given in parts.items() if given is not None}
+    replaced = {"open_replica": open_replica, "tracker": tracker}
+    named = {
+        name: part_named(component) for name, component in replaced.items() if component is not None
+    }
     laboratory = replace(laboratory, setup=laboratory.setup.model_copy(update=named))
     folder, setup = RunFolder(out), laboratory.setup
     files, stored, calibration = {}, setup, setup.camera.calibration
@@ -121,13 +123,13 @@ def resume_laboratory(
     setup, configuration = stored_setup(folder), folder.configuration()
     refuse_without_history(setup, configuration, str(folder.laboratory_path))
     if setup.emulated and equipment is None:
-        rule, place = "be given for a rehearsal, which must not meet real robots", str(folder.path)
+        rule, where = "be given for a rehearsal, which must not meet real robots", str(folder.path)
         reject(
             "equipment",
             rule,
             "none",
             "Give robots.rehearse(runs.stored_laboratory(path)).",
-            place=place,
+            place=where,
         )
     give_again("open_replica", setup.open_replica or "", open_replica)
     give_again("tracker", setup.tracker or "", tracker)

@@ -197,9 +197,9 @@ def search_space(configuration: Configuration, source: Source) -> SearchSpace:
     middle = (low + high) / 2
     half = (high - low) / 2 * np.resize(np.asarray(jumps.reach, float), dimension)
     saturated = np.zeros(dimension, dtype=bool)
-    for place, reach in configuration.representation.saturation:
-        half[place] = reach
-        saturated[place] = True
+    for index, reach in configuration.representation.saturation:
+        half[index] = reach
+        saturated[index] = True
     if source.ends is not None:
         saturated[:] = True
     limits = saturated
@@ -207,8 +207,8 @@ def search_space(configuration: Configuration, source: Source) -> SearchSpace:
     candidates: list[list[Symmetry]] = []
     if source.genuine is not None:
         parameters = configuration.system.parameters
-        ends = [own.initial == (own.low, own.high) for own in parameters.values()]
-        limits = np.array(ends)
+        bounded = [own.initial == (own.low, own.high) for own in parameters.values()]
+        limits = np.array(bounded)
         symmetries = walked_symmetries(parameters.values())
         candidates = candidate_symmetries(parameters)
     return SearchSpace(

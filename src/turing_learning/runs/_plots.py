@@ -100,8 +100,8 @@ class Plots:
         system = record.configuration.system
         model = self.result.simulated_model
         rule = "be of a system that can be simulated"
-        place = str(self.result.path)
-        check(not self.result.in_laboratory, "run", rule, "one in a laboratory", place=place)
+        where = str(self.result.path)
+        check(not self.result.in_laboratory, "run", rule, "one in a laboratory", place=where)
         if system.simulated is not None:
             quantities = evidence.swarm_quantities(record.configuration, model, seed=0)
         else:
@@ -131,7 +131,7 @@ def _panels(ax: Any, titles: Sequence[str], height: float) -> Panels:
     array = np.array(ax, dtype=object)
     axes = list(array.flat)
     fits = len(axes) == len(titles) and all(
-        hasattr(one, "get_legend_handles_labels") for one in axes
+        hasattr(artist, "get_legend_handles_labels") for artist in axes
     )
     got = f"{array.size} of {type(axes[0]).__name__}" if axes else "none"
     check(
@@ -227,22 +227,22 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
         return None
     interval, swarms = float(motion["interval_s"]), []
     stride = max(1, round(1 / (2 * FRAMES_PER_S * interval)))
-    for name, shown in (
+    for name, name_shown in (
         ("recorded", "Recorded individuals"),
         ("replicas", "Replicas of the inferred model"),
     ):
         if name in motion:
-            there = np.isfinite(motion[name]).all(axis=2)
-            places = filled(np.where(there[..., None], motion[name], 0.0), there)
-            ways = np.gradient(places, axis=0)
-            poses = np.concatenate((places, np.arctan2(ways[..., 1:], ways[..., :1])), axis=-1)[
-                ::stride
-            ]
+            present = np.isfinite(motion[name]).all(axis=2)
+            paths = filled(np.where(present[..., None], motion[name], 0.0), present)
+            displacements = np.gradient(paths, axis=0)
+            poses = np.concatenate(
+                (paths, np.arctan2(displacements[..., 1:], displacements[..., :1])), axis=-1
+            )[::stride]
             if name == "recorded":
                 poses[..., :2] -= np.nanmin(motion[name], axis=(0, 1))
             swarms.append(
                 report.Swarm(
-                    shown, poses, poses.shape[1], np.full(poses.shape[1], name == "replicas")
+                    name_shown, poses, poses.shape[1], np.full(poses.shape[1], name == "replicas")
                 )
             )
     tank = motion.get("tank")
@@ -279,18 +279,18 @@ def swarm_replay(
     interval = scenario.trial.control_interval_s
     stride = max(1, round(1 / (FRAMES_PER_S * interval)))
     steps = max(1, round(duration_s / interval))
-    more: dict[str, Any] = {
+    options: dict[str, Any] = {
         "fields_of_view": robots.fields_of_view,
         "drivers": robots.drivers,
         "threads": threads,
     }
     moved = simulate(
-        scenario, robots.controllers, poses, control_steps=steps, seed=seed, **more
+        scenario, robots.controllers, poses, control_steps=steps, seed=seed, **options
     ).poses[:, ::stride]
     count = robots.controllers.shape[1]
     width = scenario.arena.width_cm
     height = scenario.arena.height_cm
-    shown = zip(swarms.items(), moved, strict=True)
+    pairs = zip(swarms.items(), moved, strict=True)
     return report.Replay(
         title=title,
         robot_radius_cm=scenario.robot.radius_cm,
@@ -298,7 +298,7 @@ def swarm_replay(
         interval_s=stride * interval,
         swarms=tuple(
             report.Swarm(name, poses, count, np.full(count, replica))
-            for (name, replica), poses in shown
+            for (name, replica), poses in pairs
         ),
         walls_cm=None if width is None or height is None else (0.0, 0.0, width, height),
     )

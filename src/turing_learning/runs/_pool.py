@@ -161,7 +161,7 @@ class Pooled(Judged):
     @property
     def counts(self) -> dict[Verdict, int]:
         """What is said of how many runs; without "converged"."""
-        counts = Counter(verdict for each in self.found for verdict in each)
+        counts = Counter(verdict for verdicts in self.found for verdict in verdicts)
         return {
             verdict: counts[verdict]
             for verdict in Verdict
@@ -176,13 +176,13 @@ class Pooled(Judged):
 
         What only a check says is said of half of those that were checked.
         """
-        said = []
+        verdicts = []
         for verdict, count in self.counts.items():
             voters = self.checked if verdict in OF_CHECKS else len(self.found)
             if 2 * count >= voters:
-                said.append(verdict)
-        said += [Verdict.DISAGREE] if "disagree" in self.runs_agree.values() else []
-        return Judgment(tuple(said), dissent=bool(self.counts))
+                verdicts.append(verdict)
+        verdicts += [Verdict.DISAGREE] if "disagree" in self.runs_agree.values() else []
+        return Judgment(tuple(verdicts), dissent=bool(self.counts))
 
     @property
     def runs_agree(self) -> dict[str, str]:
@@ -192,13 +192,17 @@ class Pooled(Judged):
 
         For the Birge ratio of runs of trials the bounds are 1.5 and 2.
         """
-        most, least = (AGREE, DISAGREE) if self.trials is None else (AGREE_BIRGE, DISAGREE_BIRGE)
+        most_agreeing, least_disagreeing = (
+            (AGREE, DISAGREE) if self.trials is None else (AGREE_BIRGE, DISAGREE_BIRGE)
+        )
         words = {
             name: "unclear" if is_known(value) else "unknown"
             for name, value in self.agreement.items()
         }
-        words |= {name: "agree" for name, value in self.agreement.items() if value <= most}
-        return words | {name: "disagree" for name, value in self.agreement.items() if value > least}
+        words |= {name: "agree" for name, value in self.agreement.items() if value <= most_agreeing}
+        return words | {
+            name: "disagree" for name, value in self.agreement.items() if value > least_disagreeing
+        }
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter.
@@ -354,10 +358,10 @@ def _mixed(runs: Sequence[Posterior]) -> _Together:
     chains = {run.seed: run.draws() for run in settled}
     estimates = np.array([list(run.estimate.values()) for run in settled or runs])
     intervals = [list(run.interval.values()) for run in settled]
-    ends, agreement = mixed_interval(list(chains.values()), intervals, estimates.shape[1])
+    bounds, agreement = mixed_interval(list(chains.values()), intervals, estimates.shape[1])
     # on the scale of each parameter, which takes models (runs, 1, P)
     estimate = system.on_scales(estimates[:, None], lambda values: np.median(values[:, 0], axis=0))
-    return _Together(chains, estimate, ends, agreement)
+    return _Together(chains, estimate, bounds, agreement)
 
 
 def _wandering(runs: Sequence[Result]) -> _Together:
@@ -402,10 +406,10 @@ def _note(pooled: Pooled, runs: Sequence[Result]) -> None:
             run.record.beside[POOL] = content
 
 
-def _comparable(given: Any) -> list[Result]:
+def _comparable(results: Any) -> list[Result]:
     """Return two or more results of complete runs of one configuration, whose seeds differ."""
     needed = partial(check, name="runs")
-    runs = list(given)
+    runs = list(results)
     remedy = "Make more runs of the same configuration with other seeds."
     needed(len(runs) >= 2, rule="be at least 2", got=len(runs), remedy=remedy)
     for run in runs:
@@ -414,17 +418,17 @@ def _comparable(given: Any) -> list[Result]:
             ahead = f"Resume it with {in_words(how_to_resume(run.path, run.configuration))}."
         got = f"seed {run.seed} stopped after {run.length}"
         needed(run.complete, rule="be complete", got=got, remedy=ahead, place=str(run.path or ""))
-    first = flat_settings(runs[0].configuration)
+    reference = flat_settings(runs[0].configuration)
     for run in runs[1:]:
-        other = flat_settings(run.configuration)
+        settings = flat_settings(run.configuration)
         different = []
-        for key in first | other:
-            if key not in _FREE and first.get(key) != other.get(key):
+        for key in reference | settings:
+            if key not in _FREE and reference.get(key) != settings.get(key):
                 different.append(key)
         # others have other centers and scales, too
         key = min(different, key=lambda key: key != "scenario.digest", default="")
-        got = f"{key} = {brief(first.get(key), _LONGEST)} with seed {runs[0].seed} and "
-        got += f"{brief(other.get(key), _LONGEST)} with seed {run.seed}"
+        got = f"{key} = {brief(reference.get(key), _LONGEST)} with seed {runs[0].seed} and "
+        got += f"{brief(settings.get(key), _LONGEST)} with seed {run.seed}"
         rule = "be of the same system and configuration"
         remedy = "Pool runs that differ in their seed alone."
         needed(not different, rule=rule, got=got, remedy=remedy, place=str(run.path or ""))

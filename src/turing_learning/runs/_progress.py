@@ -121,8 +121,10 @@ def watched(
     """
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     notebook = getattr(shell, "kernel", None) is not None
-    seen = notebook or (sys.stderr is not None and sys.stderr.isatty())
-    if not (progress or (progress is None and seen and observer is None and should_stop is None)):
+    visible = notebook or (sys.stderr is not None and sys.stderr.isatty())
+    if not (
+        progress or (progress is None and visible and observer is None and should_stop is None)
+    ):
         yield observer
         return
     following = 0.0
@@ -134,10 +136,10 @@ def watched(
                 observer(state)
             if (now := time.monotonic()) >= following or state.completed == state.total:
                 following = now + INTERVAL_S
-                left = "done"
+                remaining = "done"
                 if state.completed < state.total:
-                    left = f"{state.seconds_left:.0f} s left"
-                show(state.completed, state.total, f"{state.place}, {left}")
+                    remaining = f"{state.seconds_left:.0f} s left"
+                show(state.completed, state.total, f"{state.place}, {remaining}")
 
         yield observe
 

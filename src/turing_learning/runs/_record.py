@@ -236,5 +236,5 @@ def traces_of(
 
 def units_of(system: System, names: Iterable[str]) -> dict[str, str]:
     """Return the units of parameters by name, empty where they have none, as the weights of networks."""
-    known = system.parameters
-    return {name: known[name].unit if name in known else "" for name in names}
+    parameters = system.parameters
+    return {name: parameters[name].unit if name in parameters else "" for name in names}

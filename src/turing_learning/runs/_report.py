@@ -181,10 +181,10 @@ def draw(
     drawn = draw_parameters(history, configuration)
     pictures = [Picture("parameters", f"Parameters over {over}", models, drawn, wide=True)]
     if scenario.truth is not None:
-        truth, kinds = np.asarray(scenario.truth, dtype=float), ("best_model", "typical_model")
+        truth, readouts = np.asarray(scenario.truth, dtype=float), ("best_model", "typical_model")
         errors = [
             mean_absolute_error(configuration.described(history[name].to_numpy()), truth)
-            for name in kinds
+            for name in readouts
         ]
         caption = f"Mean over the parameters, of the best model and of {middle}."
         drawn = one_run.error_figure(*errors, trials=trials)
@@ -236,12 +236,16 @@ def tables(
     """Return the table of the parameters, and the models of each generation, or after so many trials, as CSV."""
     import pandas as pd
 
-    kinds = ("typical_model", "best_model")
-    rows = np.hstack([configuration.described(history[name].to_numpy()) for name in kinds])
+    readouts = ("typical_model", "best_model")
+    rows = np.hstack([configuration.described(history[name].to_numpy()) for name in readouts])
     spent, word, name = configuration.spent(len(rows)), "trials", "trials.csv"
     if spent is None:
         spent, word, name = np.arange(len(rows)), "generation", "generations.csv"
-    columns = [f"{of}_{each}" for of in kinds for each in configuration.scenario.parameter_names]
+    columns = [
+        f"{of}_{parameter}"
+        for of in readouts
+        for parameter in configuration.scenario.parameter_names
+    ]
     models = pd.DataFrame(rows, index=pd.Index(spent, name=word), columns=columns)
     return {
         "parameters.csv": result.to_dataframe().to_csv(),
@@ -254,10 +258,10 @@ def run_table(result: Result) -> Listing:
 
     Columns of which nothing is known are left out.
     """
-    ends = aligned([each for name in result.estimate for each in result.interval[name]])
+    bounds = aligned([bound for name in result.estimate for bound in result.interval[name]])
     pairs = [
         None if "-" in pair else " to ".join(pair)
-        for pair in zip(ends[::2], ends[1::2], strict=True)
+        for pair in zip(bounds[::2], bounds[1::2], strict=True)
     ]
     papers = {name: f"{value:g}" for name, value in (result.paper_absolute_error or {}).items()}
     columns: list[
@@ -272,7 +276,7 @@ def run_table(result: Result) -> Listing:
         ("Best model", result.best_model, None),
         ("Absolute error", result.absolute_error, result.mae),
     ]
-    columns = [each for each in columns if each[1] is not None]
+    columns = [bound for bound in columns if bound[1] is not None]
     cells = [
         [values.get(name) for name in result.estimate]
         for _, values, _ in columns
@@ -301,16 +305,18 @@ def draw_check(check: Check, result: Result) -> list[Picture]:
         caption += f"is moved across its initial range; below the dashed line they may be guessing. {result.unknown}"
         panels = [
             one_run.ParameterProfile(
-                name=labels[each.parameter],
-                values=np.array(each.values),
-                accuracies=np.array(each.accuracies),
-                criticals=np.array(each.criticals),
-                estimate=result.estimate[each.parameter],
-                interval=ends if is_known(*(ends := result.interval[each.parameter])) else None,
-                recovered=[recovery.estimate[each.parameter] for recovery in check.recoveries],
-                logarithmic=parameters[each.parameter].scale == "log",
+                name=labels[profiled.parameter],
+                values=np.array(profiled.values),
+                accuracies=np.array(profiled.accuracies),
+                criticals=np.array(profiled.criticals),
+                estimate=result.estimate[profiled.parameter],
+                interval=bounds
+                if is_known(*(bounds := result.interval[profiled.parameter]))
+                else None,
+                recovered=[recovery.estimate[profiled.parameter] for recovery in check.recoveries],
+                logarithmic=parameters[profiled.parameter].scale == "log",
             )
-            for each in check.profiles
+            for profiled in check.profiles
         ]
         heading, drawn = "What each parameter leaves open", one_run.profiles_figure(panels)
         pictures.append(Picture("check-profiles", heading, caption.strip(), drawn, wide=True))
@@ -326,10 +332,10 @@ def check_listing(check: Check) -> Listing:
     """Return what is said of each parameter, as a table."""
     forms = {"interval_share": "{:.0%}", "open_share": "at most {:.0%}", "recovery_error": "{:.1%}"}
     rows = []
-    for each in check.parameters:
-        shares = [(getattr(each, name), form) for name, form in forms.items()]
+    for entry in check.parameters:
+        shares = [(getattr(entry, name), form) for name, form in forms.items()]
         cells = (None if value is None else form.format(value) for value, form in shares)
-        rows.append((each.parameter, *cells, each.verdict))
+        rows.append((entry.parameter, *cells, entry.verdict))
     test, columns = check.test, ("parameter", "interval", "left open", "missed by", "")
     note = f"{check.text} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
     note += f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width "

@@ -336,9 +336,9 @@ class Result(Judged):
         names = [item.name for item in fields(self) if item.name not in _NOT_STORED]
         content = {name: getattr(self, name) for name in names}
         content["interval"] = replace_unknown(None, self.interval)
-        found = content.pop("found")
-        content["verdict"] = found[0]
-        content["verdicts"] = list(found)
+        verdicts = content.pop("found")
+        content["verdict"] = verdicts[0]
+        content["verdicts"] = list(verdicts)
         for name in _OMITTED_IF_EMPTY:
             if not content.get(name):
                 content.pop(name, None)

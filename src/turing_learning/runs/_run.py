@@ -193,9 +193,9 @@ class Run:
         result = stored_result(folder, configuration)
         if result is not None:
             return FinishedRun(result)
-        here = configuration
+        adjusted = configuration
         if threads is not None:
-            here = resolved(None, "default", configuration, {"run.threads": threads})
+            adjusted = resolved(None, "default", configuration, {"run.threads": threads})
         with ExitStack() as opened, writable("run", folder.path):
             opened.enter_context(folder.locked())
             # another process may have finished it before the lock was free
@@ -205,16 +205,16 @@ class Run:
             with refusing_as(RunFolderError):
                 if reopen is None:
                     refuse_given_source(folder)
-                    source = here.system.open(Given())
+                    source = adjusted.system.open(Given())
                 else:
-                    source = reopen(here)
+                    source = reopen(adjusted)
             opened.enter_context(source)
             with refusing_as(RunFolderError, place=str(folder.path)):
-                loop = loop_of(here, source)
+                loop = loop_of(adjusted, source)
             remove_partial(folder.path)
             resumed = folders.resumed(folder.manifest(), folder.path)
             folder.update_manifest(state=RUNNING, **resumed)
-            run = cls(here, source, loop, folder)
+            run = cls(adjusted, source, loop, folder)
             run._opened = opened.pop_all()
         return run
 
@@ -563,5 +563,5 @@ def refuse_given_source(folder: RunFolder) -> None:
     """
     got = f"{folder.path}, which began with a source of its caller's"
     remedy = "Give it again: turing_learning.runs.Run.open(path, lambda configuration: source)."
-    own = folder.manifest().get("source") != GIVEN
-    check_folder(own, "run", "be one that can be resumed without its source", got, remedy)
+    resumable = folder.manifest().get("source") != GIVEN
+    check_folder(resumable, "run", "be one that can be resumed without its source", got, remedy)

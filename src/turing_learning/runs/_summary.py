@@ -109,20 +109,20 @@ def _posterior(traces: Traces, ending: Ending, record: Record) -> Posterior:
     else:
         low, high = np.full((2, len(names)), np.nan)
         doubt = doubt or Verdict.MOVING
-    said = [] if doubt is None else [doubt]
+    verdicts = [] if doubt is None else [doubt]
     if len(modes) > 1:
-        said = [Verdict.SEVERAL]
+        verdicts = [Verdict.SEVERAL]
         inferred = np.array(list(modes[0].estimate.values()))
-        ends = np.array([list(mode.interval.values()) for mode in modes])
-        low = np.minimum(low, ends[:, :, 0].min(axis=0))
-        high = np.maximum(high, ends[:, :, 1].max(axis=0))
+        bounds = np.array([list(mode.interval.values()) for mode in modes])
+        low = np.minimum(low, bounds[:, :, 0].min(axis=0))
+        high = np.maximum(high, bounds[:, :, 1].max(axis=0))
     between = dict(zip(names, np.stack((low, high), axis=1).tolist(), strict=True))
     return Posterior(
         interval=replace_unknown(UNKNOWN, between),
         covariance=covariance,
         modes=modes,
         trials=configuration.trials_after(traces.completed),
-        **_common(traces, ending, record, inferred, typical, said),
+        **_common(traces, ending, record, inferred, typical, verdicts),
     )
 
 
@@ -149,15 +149,15 @@ def _evolution(traces: Traces, ending: Ending, record: Record) -> Evolution:
     typical = configuration.described(traces["typical_model"][-window:])
     pairs = configuration.system.on_scales(typical, partial(interval, window=window))
     wandering = replace_unknown(UNKNOWN, dict(zip(names, pairs.tolist(), strict=True)))
-    said = _said(configuration, traces, window)
+    verdicts = _said(configuration, traces, window)
     trials = configuration.trials_after(traces.completed)
     if record.folder is not None and record.folder.laboratory_path.exists():
         trials //= configuration.swarm.replicas  # each executes a model of its own
     return Evolution(
-        interval=dict.fromkeys(names, [UNKNOWN] * 2) if said else wandering,
+        interval=dict.fromkeys(names, [UNKNOWN] * 2) if verdicts else wandering,
         wandering=wandering,
         trials=trials,
-        **_common(traces, ending, record, estimate(typical, window), typical, said),
+        **_common(traces, ending, record, estimate(typical, window), typical, verdicts),
     )
 
 
@@ -167,7 +167,7 @@ def _common(
     record: Record,
     inferred: np.ndarray,
     typical: np.ndarray,
-    said: list[Verdict],
+    verdicts: list[Verdict],
 ) -> dict[str, Any]:
     """Return what all results hold.
 
@@ -189,7 +189,7 @@ def _common(
         parameters = configuration.system.parameters.values()
         for parameter, value in zip(parameters, inferred.tolist(), strict=True):
             if parameter.bound_at(value):
-                said = [*said, Verdict.BOUND]
+                verdicts = [*verdicts, Verdict.BOUND]
     return {
         "scenario": configuration.scenario.name,
         "generations": traces.completed,
@@ -207,7 +207,7 @@ def _common(
         "record": record,
         "failed_simulations": ending.failed_simulations,
         "networks": networks,
-        "found": Judgment(tuple(said)).verdicts,
+        "found": Judgment(tuple(verdicts)).verdicts,
     }
 
 
@@ -219,13 +219,13 @@ def modes_of(names: tuple[str, ...], readout: Mapping[str, np.ndarray]) -> tuple
     numbers = readout["mode"]
     modes = []
     for number in range(int(numbers.max()) + 1):
-        own = draws[numbers == number]
-        ends = np.quantile(own, (0.05, 0.95), axis=0).T
+        members = draws[numbers == number]
+        bounds = np.quantile(members, (0.05, 0.95), axis=0).T
         modes.append(
             Mode(
-                weight=float(len(own) / len(draws)),
-                estimate=named(names, np.median(own, axis=0)),
-                interval=dict(zip(names, ends.tolist(), strict=True)),
+                weight=float(len(members) / len(draws)),
+                estimate=named(names, np.median(members, axis=0)),
+                interval=dict(zip(names, bounds.tolist(), strict=True)),
             )
         )
     return tuple(modes)

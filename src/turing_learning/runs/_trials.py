@@ -55,11 +55,11 @@ def stored_trials(folder: RunFolder, stage: str) -> tuple[int, list["ObservedTri
     """Return the number of the last attempt at a stage with a trial, or 0, and its trials without faults."""
     from turing_learning.robots.program import ObservedTrial
 
-    last, names = _last_attempt(folder, stage)
+    attempt, names = _last_attempt(folder, stage)
     trials: list[ObservedTrial] = []
     while (name := names.get(len(trials))) and (folder.path / name).exists():
         trials.append(ObservedTrial.of(len(trials), folder.read(name)))
-    return last, trials
+    return attempt, trials
 
 
 def _last_attempt(folder: RunFolder, stage: str) -> tuple[int, dict[int, str]]:
@@ -67,13 +67,15 @@ def _last_attempt(folder: RunFolder, stage: str) -> tuple[int, dict[int, str]]:
     files = (
         file.relative_to(folder.path).as_posix() for file in folder.trials_path.glob("*/*/*.npz")
     )
-    found = [match for name in {*folder.seals.names(), *files} if (match := _TRIAL.fullmatch(name))]
-    found = [match for match in found if match["stage"] == stage]
-    last = max((int(match["attempt"]) for match in found), default=0)
-    return last, {
-        int(each["number"]): each[0]
-        for each in found
-        if each["number"] and int(each["attempt"]) == last
+    matches = [
+        match for name in {*folder.seals.names(), *files} if (match := _TRIAL.fullmatch(name))
+    ]
+    matches = [match for match in matches if match["stage"] == stage]
+    attempt = max((int(match["attempt"]) for match in matches), default=0)
+    return attempt, {
+        int(match["number"]): match[0]
+        for match in matches
+        if match["number"] and int(match["attempt"]) == attempt
     }
 
 
@@ -130,15 +132,15 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     folder = RunFolder(path)
     folder.manifest()
     _, names = _last_attempt(folder, stage)
-    there = any((folder.path / name).exists() for name in names.values())
-    place = str(folder.trials_path)
+    stored = any((folder.path / name).exists() for name in names.values())
+    where = str(folder.trials_path)
     rule, remedy = "be one of which the run has trials", "Name a folder in it."
-    check_folder(there, "stage", rule, repr(stage), remedy, place=place)
+    check_folder(stored, "stage", rule, repr(stage), remedy, place=where)
     trials = [folder.read(names[number]) for number in sorted(names)]
     alike = len({(trial["poses"].shape, trial["models"].shape) for trial in trials}) == 1
-    place = f"{place}/{stage}"
+    where = f"{where}/{stage}"
     rule, remedy = "have trials of one shape", "Restore the files."
-    check_folder(alike, "stage", rule, "others", remedy, place=place)
+    check_folder(alike, "stage", rule, "others", remedy, place=where)
     return ObservedTrials(
         poses=np.array([trial["poses"] for trial in trials]),
         models=np.array([trial["models"] for trial in trials]),
@@ -164,11 +166,11 @@ def note_event(folder: RunFolder, event: "Event") -> None:
             event.state,
             event.fault.rstrip("."),
         )
-    known = {
+    entry = {
         name: getattr(event, name)
         for name in ("kind", "stage", "attempt", "state", "fault", "asked")
     }
-    line = json.dumps({"time": now(), **known}) + "\n"
+    line = json.dumps({"time": now(), **entry}) + "\n"
     with folder.storage(), folder.events_path.open("a+b") as file:
         file.seek(max(0, file.seek(0, os.SEEK_END) - 1))
         cut = file.read(1) not in (b"", b"\n")  # the last line, by a kill
@@ -236,8 +238,8 @@ def read_post_evaluation(path: str | Path) -> ModelEvaluation | None:
             **stored | {"fitness": np.array(stored["fitness"], dtype=np.float64)}
         )
     except (ValueError, TypeError, KeyError, AttributeError) as error:
-        what = f"`run` must have a readable {file.name}; got {file}, which holds something else."
-        raise RunFolderError(f"{what} Restore the file, or remove it and resume.") from error
+        trouble = f"`run` must have a readable {file.name}; got {file}, which holds something else."
+        raise RunFolderError(f"{trouble} Restore the file, or remove it and resume.") from error
 
 
 def post_evaluate(
@@ -257,8 +259,8 @@ def post_evaluate(
     if isinstance(result, Posterior) or not (result.complete and repeats):
         return
     with folder.locked():
-        last, stored = result.history.isel(generation=-1), read_post_evaluation(folder.path)
-        models, classifiers = last["model"].to_numpy(), last["classifier"].to_numpy()
+        final, stored = result.history.isel(generation=-1), read_post_evaluation(folder.path)
+        models, classifiers = final["model"].to_numpy(), final["classifier"].to_numpy()
         fitness = [] if stored is None else stored.fitness[:repeats].tolist()
 
         def write() -> None:
@@ -270,14 +272,14 @@ def post_evaluate(
                 error = truth and named(
                     names, absolute_error(chosen, np.array([truth[name] for name in names]))
                 )
-            found = {
+            document = {
                 "repeats": repeats,
                 "fitness": fitness,
                 "best_model": best,
                 "absolute_error": error,
             }
             with folder.storage():
-                folder.write(folder.post_evaluation_path.name, found)
+                folder.write(folder.post_evaluation_path.name, document)
 
         changed = stored is not None and stored.repeats != repeats
         if changed:
@@ -314,23 +316,23 @@ def _keep_observed_motion(result: Result, folder: RunFolder, repeats: int) -> No
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
         return
     estimate = np.array(list(result.estimate.values()))
-    kept = observed_calibration(
+    calibration = observed_calibration(
         learned=learned, held_out=held_out, replicas=replicas, models=models, estimate=estimate
     )
-    if kept is None:
+    if calibration is None:
         why = "too few samples, or all models are near the estimate."
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", why)
         return
     with folder.storage():
-        folder.write(CALIBRATION, kept)
+        folder.write(CALIBRATION, calibration)
 
 
 def _motion(folder: RunFolder, stages: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return samples of agents (S, T, 2) and of replicas (M, T, 2), and their models (M, P), of all trials of some stages."""
     trials = [read_trials(folder.path, stage) for stage in stages]
-    samples = [each.samples() for each in trials]
+    samples = [trial.samples() for trial in trials]
     return (
-        np.concatenate([each.genuine for each in samples]),
-        np.concatenate([each.counterfeit[:, 0] for each in samples]),
-        np.concatenate([each.models.reshape(-1, each.models.shape[2]) for each in trials]),
+        np.concatenate([trial.genuine for trial in samples]),
+        np.concatenate([trial.counterfeit[:, 0] for trial in samples]),
+        np.concatenate([trial.models.reshape(-1, trial.models.shape[2]) for trial in trials]),
     )

@@ -236,7 +236,7 @@ def _require_address(address: str) -> None:
 
     scheme, _ = parse_address(address)
     if scheme not in SCHEMES:
-        beginnings = ", ".join(f"{known}://" for known in SCHEMES)
+        beginnings = ", ".join(f"{scheme}://" for scheme in SCHEMES)
         raise ValueError(f"it begins with none of {beginnings}")
     if scheme in ("tls", "wss") and Security().get_connection_args("client")["ssl_context"] is None:
         raise ValueError("the configuration of Dask names no certificates")

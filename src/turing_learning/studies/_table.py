@@ -252,13 +252,13 @@ class StudyResult(Tabular):
             remarks.append(
                 f"and {len(groups) - CONFIGURATIONS_SHOWN} more configurations in summary.csv"
             )
-        for what, counts in (
+        for title, counts in (
             ("verdicts of the runs", self.verdicts()),
             ("against the truth", self.kinds()),
         ):
             if counts:
                 remarks.append(
-                    f"{what}: {', '.join(f'{count} {word}' for word, count in counts.items())}"
+                    f"{title}: {', '.join(f'{count} {word}' for word, count in counts.items())}"
                 )
         for run in self.failed[:FAILURES_SHOWN]:
             remarks.append(f"run {run.number}  seed {run.seed}  failed: {run.reason}")
@@ -419,12 +419,12 @@ def _curves(
 ) -> dict[str, np.ndarray]:
     """Return what a `Convergence` has, of one run."""
     curves = {}
-    for kind in TRACED_MODELS:
-        models = described(traces[f"{kind}_model"])
+    for model in TRACED_MODELS:
+        models = described(traces[f"{model}_model"])
         errors = absolute_error(models, truth)
-        curves[f"{kind}_model"] = models
-        curves[f"{kind}_error"] = errors
-        curves[f"{kind}_mae"] = errors.mean(axis=-1)
+        curves[f"{model}_model"] = models
+        curves[f"{model}_error"] = errors
+        curves[f"{model}_mae"] = errors.mean(axis=-1)
     return curves
 
 
@@ -445,9 +445,9 @@ def run_rows(result: StudyResult, names: Sequence[str]) -> list[dict[str, Any]]:
         for column in columns:
             values = content.get(column) or {}
             row |= {f"{column}_{name}": values.get(name) for name in names}
-        for side, end in enumerate(("low", "high")):
+        for side, bound in enumerate(("low", "high")):
             row |= {
-                f"interval_{end}_{name}": (intervals.get(name) or (None, None))[side]
+                f"interval_{bound}_{name}": (intervals.get(name) or (None, None))[side]
                 for name in names
             }
         rows.append(row)
@@ -483,8 +483,8 @@ def write_tables(
         summaries.append(row if summary.model == "best_model" else row | {"paper": None})
     statistics = [statistic.name for statistic in fields(ParameterSummary)][1:]
     write("summary.csv", summaries, [*keys, *statistics])
-    columns = [f"{kind}_{what}" for what in ("model", "error") for kind in TRACED_MODELS]
-    maes = [f"{kind}_mae" for kind in TRACED_MODELS]
+    columns = [f"{model}_{quantity}" for quantity in ("model", "error") for model in TRACED_MODELS]
+    maes = [f"{model}_mae" for model in TRACED_MODELS]
     generations = []
     for group, curves in medians:
         for g in range(len(curves["best_mae"])):

@@ -112,9 +112,9 @@ def answer(
 
 def _place(error: Exception) -> str:
     """Return file and line where a simulator's own code failed last, nothing if it was not in there."""
-    place = ""
+    where = ""
     for frame, line in walk_tb(error.__traceback__):
         path = frame.f_code.co_filename
         if path != __file__ and not path.startswith(sys.prefix):
-            place = f" [{path}:{line}]"
-    return place
+            where = f" [{path}:{line}]"
+    return where

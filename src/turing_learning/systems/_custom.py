@@ -442,8 +442,8 @@ class CustomSource(FallibleSource):
     def _not_finite(self, samples: np.ndarray) -> str:
         """Return the reason why a model with samples (C, T, D) has failed: its first value that is not finite."""
         c, t, d = np.argwhere(~np.isfinite(samples))[0].tolist()
-        place = f"[step {t}, signal {self.system.signals[d]}]"
-        return f"it returned {value_text(samples[c, t, d])} {place}"
+        where = f"[step {t}, signal {self.system.signals[d]}]"
+        return f"it returned {value_text(samples[c, t, d])} {where}"
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return samples (at most M, C, T, D) of models with parameters (M, P).
@@ -503,15 +503,15 @@ class CustomSource(FallibleSource):
             if count >= len(self._learning):
                 return self._learning
             return self._learning[rng.choice(len(self._learning), count, replace=False)]
-        place = f"[live source, generation {self.generation}]"
+        where = f"[live source, generation {self.generation}]"
         try:
             samples = cut_samples(live(rng), self.system.steps)
         except Exception as error:
-            raise CustomSystemError(f"{error} {place}") from error
+            raise CustomSystemError(f"{error} {where}") from error
         signals = len(self.system.signals)
         if samples.shape[2] != signals:
             rule = f"yield {signals} signals as in the beginning; got {samples.shape[2]}"
-            raise CustomSystemError(f"`genuine` must {rule} {place}.")
+            raise CustomSystemError(f"`genuine` must {rule} {where}.")
         return self.system.centered(samples)
 
     def _answers(
@@ -597,12 +597,14 @@ def _refuse_notebook(simulate: Any) -> None:
     """Refuse a function that a notebook or a prompt defines, which no other process can import."""
     function = getattr(simulate, "function", simulate)
     main = sys.modules.get("__main__")
-    here = getattr(function, "__module__", None) == "__main__" and not hasattr(main, "__file__")
+    in_notebook = getattr(function, "__module__", None) == "__main__" and not hasattr(
+        main, "__file__"
+    )
     name = getattr(function, "__name__", type(function).__name__)
     rule = "be a function that another process can import"
     remedy = "Write it to a file beside the notebook, as simulator.py, and import it; "
     remedy += "or leave `workers` out."
-    require(not here, "simulate", rule, f"{name} of a notebook", remedy)
+    require(not in_notebook, "simulate", rule, f"{name} of a notebook", remedy)
 
 
 def _untouched(rng: np.random.Generator) -> np.random.Generator:

@@ -177,16 +177,16 @@ def read_parameters(ranges: Any) -> dict[str, Parameter]:
 
 
 def _parameter_within(bounds: tuple[Any, ...], name: Any) -> Parameter:
-    place = repr(name)
+    where = repr(name)
     rule = "have two bounds (low, high) or a `Parameter` for each name"
     remedy = "None leaves a side open."
-    require(len(bounds) == 2, "parameters", rule, brief(bounds), remedy, place=place)
+    require(len(bounds) == 2, "parameters", rule, brief(bounds), remedy, place=where)
     try:
         return Parameter(*bounds)
     except ValueError as error:
         raise RefusedError(f"{error} [parameter {name!r}]") from error
     except OverflowError:
-        refuse("parameters", rule, "one too large", place=place)
+        refuse("parameters", rule, "one too large", place=where)
 
 
 def _batches(options: CustomOptions) -> int:

@@ -142,8 +142,8 @@ def cut_samples(samples: Any, length: int | Literal["shortest"] | None) -> np.nd
     for k, t, d in np.argwhere(~(np.abs(cut) <= LARGEST))[:1].tolist():
         rule = f"be finite and at most {LARGEST:g} in size"
         remedy = "Cut the gap out, or change the unit."
-        place = f"sample {k}, step {t}, signal {d}"
-        refuse("genuine", rule, value_text(cut[k, t, d]), remedy, place=place)
+        where = f"sample {k}, step {t}, signal {d}"
+        refuse("genuine", rule, value_text(cut[k, t, d]), remedy, place=where)
     return cut
 
 
@@ -152,14 +152,14 @@ def _common_length(lengths: Sequence[int], length: int | Literal["shortest"] | N
     shortest = int(np.argmin(lengths))
     longest = int(np.argmax(lengths))
     steps = lengths[shortest]
-    place = f"sample {shortest}"
+    where = f"sample {shortest}"
     if isinstance(length, int):
         rule = f"be at most that of the shortest sample, {steps}"
         remedy = "Remove that sample, or ask for less."
-        require(steps >= length, "length", rule, length, remedy, place=place)
+        require(steps >= length, "length", rule, length, remedy, place=where)
         return length
     fits = length is not None or steps == lengths[longest]
-    got = f"{steps} steps [{place}] and {lengths[longest]} [sample {longest}]"
+    got = f"{steps} steps [{where}] and {lengths[longest]} [sample {longest}]"
     remedy = 'Cut them with length="shortest" or a number of steps.'
     require(fits, "genuine", "have samples of one length", got, remedy)
     return steps
@@ -171,18 +171,18 @@ def _as_series(sample: Any, number: int) -> np.ndarray:
         values = np.asarray(with_gaps(sample))
     except ValueError:  # rows of different lengths
         values = np.empty(0, dtype=object)
-    place = f"sample {number}"
+    where = f"sample {number}"
     rule = "be samples (K, T, D) of real numbers"
     got = f"shape {values.shape} of {values.dtype}" if values.ndim else type(sample).__name__
     if values.dtype.kind == "c":
         remedy = "Give real and imaginary part as two signals, or what you want to compare of them, such as the absolute value."
-        refuse("genuine", rule, got, remedy, place=place)
+        refuse("genuine", rule, got, remedy, place=where)
     if values.dtype.kind not in "fiu" or values.ndim != 2 or values.size == 0:
         rule += ", time steps T and signals D at least 1"
         remedy = "Give arrays of numbers."
         if values.ndim == 1:
             remedy = "Add an axis for a single signal: samples[..., None]."
-        refuse("genuine", rule, got, remedy, place=place)
+        refuse("genuine", rule, got, remedy, place=where)
     return values.astype(np.float64)
 
 
@@ -196,12 +196,12 @@ def _held_out(selection: float | Sequence[int], count: int, rng: np.random.Gener
     rule = f"be a share, or numbers of samples from 0 to {count - 1}, each once, but not all"
     chosen: set[int] = set()
     for k, number in enumerate(selection):
-        place = f"place {k}"
+        where = f"place {k}"
         fits = is_integer(number) and 0 <= number < count
         remedy = "Samples are counted from 0."
-        require(fits, "held_out", rule, brief(number), remedy, place=place)
+        require(fits, "held_out", rule, brief(number), remedy, place=where)
         fits = number not in chosen
-        require(fits, "held_out", rule, f"{number} again", "Leave it out there.", place=place)
+        require(fits, "held_out", rule, f"{number} again", "Leave it out there.", place=where)
         chosen.add(int(number))
     require(len(chosen) < count, "held_out", rule, f"all {count}", "Leave some to learn from.")
     return np.array(sorted(chosen), dtype=np.int64)

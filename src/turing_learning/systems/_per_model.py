@@ -131,7 +131,7 @@ class Command:
     def __post_init__(self) -> None:
         fields = set(re.findall(r"\{(\w*)\}", self.template))
         for name in self.names:
-            example = f"For example: prog {' '.join(f'{{{each}}}' for each in (*self.names, SEED))}"
+            example = f"For example: prog {' '.join(f'{{{name}}}' for name in (*self.names, SEED))}"
             rule = f"hold {{{name}}}, where the value of the parameter goes"
             require(name in fields, "simulate_command", rule, repr(self.template), example)
         unknown = fields - {*self.names, SEED}
@@ -156,15 +156,15 @@ class Command:
         }
         values[SEED] = str(int(rng.integers(LARGEST_SEED)))
         words = [
-            re.sub(r"\{(\w+)\}", lambda found: values[found[1]], word)
+            re.sub(r"\{(\w+)\}", lambda match: values[match[1]], word)
             for word in shlex.split(self.template)
         ]
         done = subprocess.run(
             words, capture_output=True, text=True, timeout=self.timeout_s, check=False
         )
         if done.returncode:
-            said = " ".join((done.stderr or done.stdout).split())[-MOST_SHOWN:]
-            raise RuntimeError(f"the program ended with exit status {done.returncode}: {said}")
+            output = " ".join((done.stderr or done.stdout).split())[-MOST_SHOWN:]
+            raise RuntimeError(f"the program ended with exit status {done.returncode}: {output}")
         return table_values(read_table(done.stdout), self.columns)
 
 

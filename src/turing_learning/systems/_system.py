@@ -339,8 +339,10 @@ class FallibleSource(Source):
         if not reasons:
             return
         count = len(reasons)
-        first = min(reasons)
-        example = f"the first with {self.system.shown(parameters[first])}: {reasons[first]}"
+        first_failed = min(reasons)
+        example = (
+            f"the first with {self.system.shown(parameters[first_failed])}: {reasons[first_failed]}"
+        )
         if 2 * count > models:
             self._end_run(models, count, example)
         generation = self.generation

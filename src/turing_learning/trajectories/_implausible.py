@@ -55,10 +55,10 @@ def implausible(
     if unit == "cm" and typical * fps > FASTEST_CM_S:
         speed = f"a typical speed of {typical * fps:.3g} cm/s, {typical * fps / 1e5:.2g} km/s"
         doubts.append(f"{speed}: see scale and frame rate")
-    places = positions[likely]
-    if len(places) >= LONG:
-        extent = np.ptp(places, axis=0)
-        usual = np.diff(np.quantile(places, [1 - USUAL_SHARE, USUAL_SHARE], axis=0), axis=0)[0]
+    visited = positions[likely]
+    if len(visited) >= LONG:
+        extent = np.ptp(visited, axis=0)
+        usual = np.diff(np.quantile(visited, [1 - USUAL_SHARE, USUAL_SHARE], axis=0), axis=0)[0]
         if (extent > LARGER * usual).any() and (usual > 0).all():
             tank = f"positions reach over {extent[0]:.4g} x {extent[1]:.4g} {unit}"
             doubts.append(

@@ -174,7 +174,9 @@ def _from_memory(table: Any, options: Options, format: str | None) -> tuple[Reco
         )
     if not is_dataset:
         return _arrays.read_positions(table, "array"), "array", "array"
-    software, file = (str(table.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
+    software, file = (
+        str(table.attrs.get(f"source_{detail}") or "") for detail in ("software", "file")
+    )
     return _with_heading(partial(read_dataset, table), options), software, file
 
 
@@ -266,12 +268,18 @@ def _finish(
     }
     missing = [name for name, value in stated.items() if value is None]
     if missing:
-        first, *others = missing
-        remedy: list[str | Setting] = [f"Give {_MEANT[first]}." if first in _MEANT else ""]
-        for name in others:
+        missing_name, *further = missing
+        remedy: list[str | Setting] = [
+            f"Give {_MEANT[missing_name]}." if missing_name in _MEANT else ""
+        ]
+        for name in further:
             remedy += [" " if remedy[-1] else "", "Give ", Setting(name), f", too: {_MEANT[name]}."]
         refuse(
-            first, "be given", "none, and the file does not state it", tuple(remedy), place=source
+            missing_name,
+            "be given",
+            "none, and the file does not state it",
+            tuple(remedy),
+            place=source,
         )
     if (
         fps is not None
@@ -382,9 +390,9 @@ def _doubts(recording: Recording, per_cm: float) -> list[str]:
         doubts.append(f"no two frames follow each other, {usual}: their numbers may be times")
     alike: dict[object, str] = {}
     for name in recording.individuals:
-        other = alike.setdefault(_number_of(name), name)
-        if other != name:
-            doubts.append(f"individuals {other} and {name} may be one")
+        namesake = alike.setdefault(_number_of(name), name)
+        if namesake != name:
+            doubts.append(f"individuals {namesake} and {name} may be one")
     nobody = [name for name in recording.individuals if name.lower() in _NOBODY]
     if nobody and len(recording.individuals) > len(nobody):
         doubts.append(
@@ -412,22 +420,26 @@ _NUMBERS = re.compile(f"{_GAP}*{_NUMBER}({_GAP}+{_NUMBER})+{_GAP}*", re.IGNORECA
 def _find(path: Path, named: bool) -> Format:
     """Return the one format that the content has; a text whose columns are `named` is a table, and may have any names."""
     glance = _look(path)
-    found = [one for one in _ALL if one.recognizes(glance)]
+    fitting = [reader for reader in _ALL if reader.recognizes(glance)]
     if named and glance.kind == "text":
-        tables = [one for one in found if one.has_columns]
-        found = tables if len(tables) == 1 else [_tables.TIDY_FORMAT]
-    if len(found) == 1:
-        return found[0]
-    if not found and glance.lines and _NUMBERS.fullmatch(glance.lines[0]):
+        tables = [reader for reader in fitting if reader.has_columns]
+        fitting = tables if len(tables) == 1 else [_tables.TIDY_FORMAT]
+    if len(fitting) == 1:
+        return fitting[0]
+    if not fitting and glance.lines and _NUMBERS.fullmatch(glance.lines[0]):
         got = f"numbers alone, {glance.lines[0][:60]!r}"
         boxes = "frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z for those of MOT"
         remedy = f"Name its columns there, for example frame,id,x,y, or {boxes}."
         raise refusal("begin with a header line", got, f"{path}:1", remedy)
-    received = "what fits " + " and ".join(one.name for one in found) if found else "none of them"
+    received = (
+        "what fits " + " and ".join(reader.name for reader in fitting)
+        if fitting
+        else "none of them"
+    )
     give: list[str | Setting] = ["Give ", Setting("format"), "."]
-    if not found:
+    if not fitting:
         _refuse_encoding(glance, path)
-    if glance.lines and not found:
+    if glance.lines and not fitting:
         cells = glance.cells(separator_of(glance.lines[0]))
         received = f"a first line of {', '.join(cells[:MOST_NAMED])}"[:MOST_SHOWN]
         names = "Name the columns of a table of your own frame or time (s), x, y, and id where there are several"
@@ -447,14 +459,14 @@ MOST_SHOWN = 200
 
 def _refuse_encoding(glance: Glance, path: Path) -> None:
     """Refuse a text whose characters or line ends are not those of its like."""
-    first = "".join(glance.lines)
-    if "\r" in first:
+    text = "".join(glance.lines)
+    if "\r" in text:
         remedy = "Save it with line ends of Unix or Windows."
         raise refusal("have line ends of one kind", "a carriage return inside a line", path, remedy)
-    if "\N{REPLACEMENT CHARACTER}" in first:
+    if "\N{REPLACEMENT CHARACTER}" in text:
         remedy = "It may be in Latin-1 or another encoding: save it as UTF-8."
         raise refusal("be text in UTF-8", "other bytes in its first lines", path, remedy)
-    if glance.kind == "text" and not first:
+    if glance.kind == "text" and not text:
         remedy = "If it is text in UTF-16, save it as UTF-8."
         raise refusal("be text, HDF5 or arrays", "no text in its first lines", path, remedy)
 
@@ -467,9 +479,9 @@ def _guessed(cells: list[str]) -> dict[str, str]:
             guessed.setdefault("frame" if "frame" in name.lower() else "time", name)
     for name in cells:
         twin = re.sub(r"(?<![a-z])(c?)x(?![a-z])", r"\1y", name, count=1, flags=re.IGNORECASE)
-        for other in cells:
-            if twin != name and other.lower() == twin.lower() and "x" not in guessed:
-                guessed |= {"x": name, "y": other}
+        for cell in cells:
+            if twin != name and cell.lower() == twin.lower() and "x" not in guessed:
+                guessed |= {"x": name, "y": cell}
     return guessed if "x" in guessed else {"x": "x_cm"}
 
 
@@ -499,9 +511,9 @@ def _look(path: Path) -> Glance:
         raw = [file.readline(LONGEST_LINE) for _ in range(4)]
     if not head:
         raise refusal("not be empty", "0 bytes", path)
-    for begin, what, remedy in _FOREIGN:
+    for begin, detail, remedy in _FOREIGN:
         if head.startswith(begin):
-            raise refusal("be text, HDF5 or arrays", what, path, remedy)
+            raise refusal("be text, HDF5 or arrays", detail, path, remedy)
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
         return Glance("hdf5", names=(names_in(path),))
     if head.startswith(b"PK\x03\x04"):
@@ -513,9 +525,9 @@ def _look(path: Path) -> Glance:
     if head.startswith((b"\x93NUMPY", b"CDF\x01", b"CDF\x02")):
         return Glance("npy" if head.startswith(b"\x93") else "netcdf3")
     if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        first = head[: 1 << 10].decode("utf-16", "replace").splitlines()[:1]
-        if first and "header lines" in first[0]:
-            return Glance("text", lines=tuple(first))
+        opening = head[: 1 << 10].decode("utf-16", "replace").splitlines()[:1]
+        if opening and "header lines" in opening[0]:
+            return Glance("text", lines=tuple(opening))
     refuse_utf16(head, path)
     # who reads the lines refuses what is not UTF-8, with its line
     lines = [
@@ -526,19 +538,24 @@ def _look(path: Path) -> Glance:
     )
 
 
-def _confident(recording: Recording, least: float, source: str) -> Recording:
+def _confident(recording: Recording, least_confidence: float, source: str) -> Recording:
     """Return the recording without the positions of which the tracker is less sure."""
     if recording.confidence is None:
         refuse(
-            "min_confidence", "be left out", f"{least} for a file without confidence", place=source
+            "min_confidence",
+            "be left out",
+            f"{least_confidence} for a file without confidence",
+            place=source,
         )
     sure = np.where(recording.present, np.nan_to_num(recording.confidence), 0.0)
-    unsure = recording.present & (sure < least)
+    unsure = recording.present & (sure < least_confidence)
     if (unsure == recording.present).all():
         raise refusal(
-            f"hold a position with confidence {least} or more", f"at most {sure.max()}", source
+            f"hold a position with confidence {least_confidence} or more",
+            f"at most {sure.max()}",
+            source,
         )
-    remark = f"{unsure.sum()} positions with a confidence below {least} count as missing"
+    remark = f"{unsure.sum()} positions with a confidence below {least_confidence} count as missing"
     positions = np.where(unsure[..., None], np.nan, recording.positions)
     return replace(recording, positions=positions, remarks=(*recording.remarks, remark))
 
@@ -556,12 +573,12 @@ def _check_order(recording: Recording, source: str) -> None:
         steps = np.hypot(
             *np.moveaxis(recording.positions[lag:] - recording.positions[:-lag], -1, 0)
         )
-        known = steps[~np.isnan(steps)]
-        typical.append(float(np.median(known)) if len(known) >= _FEWEST else math.nan)
-    near, far = typical
-    if near > _LEAST_CONTINUITY * far:
+        finite = steps[~np.isnan(steps)]
+        typical.append(float(np.median(finite)) if len(finite) >= _FEWEST else math.nan)
+    neighboring, distant = typical
+    if neighboring > _LEAST_CONTINUITY * distant:
         rule = "have its rows in the order of time"
-        received = f"a typical step of {near:.3g} between neighboring rows and {far:.3g} between distant ones"
+        received = f"a typical step of {neighboring:.3g} between neighboring rows and {distant:.3g} between distant ones"
         raise refusal(
             rule, received, source, "The rows may be shuffled; they carry no frame number."
         )

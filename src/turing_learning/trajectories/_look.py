@@ -92,12 +92,12 @@ class Look:
     def _signals(self) -> dict[str, np.ndarray]:
         """Return the values (N,) of speed and turn that exist, by name."""
         signals = self._likely.signals(("speed", "turn"))
-        found = {}
-        for place, name in enumerate(("speed", "turn")):
-            values = signals.values[..., place][signals.valid]
+        values_by_signal = {}
+        for column, name in enumerate(("speed", "turn")):
+            values = signals.values[..., column][signals.valid]
             if len(values):
-                found[name] = values
-        return found
+                values_by_signal[name] = values
+        return values_by_signal
 
     def __str__(self) -> str:
         widest = max(map(len, self.facts))
@@ -111,7 +111,7 @@ class Look:
             for name, value in self.facts.items()
         )
         odd = "".join(f"<li>{escape(doubt)}</li>" for doubt in self.doubts or (NOTHING_ODD,))
-        return f"<table>{rows}</table><ul>{odd}</ul>{''.join(each.svg for each in self.pictures())}"
+        return f"<table>{rows}</table><ul>{odd}</ul>{''.join(picture.svg for picture in self.pictures())}"
 
     def pictures(self) -> list[Picture]:
         """Return figures of tracks, presence over time, and distributions of speed and turn."""
@@ -170,5 +170,5 @@ MOST_LISTED = 8
 
 def _listed(names: tuple[str, ...]) -> str:
     """Return names with commas, of many the first ones."""
-    more = ", ..." if len(names) > MOST_LISTED else ""
-    return ", ".join(names[:MOST_LISTED]) + more
+    ellipsis = ", ..." if len(names) > MOST_LISTED else ""
+    return ", ".join(names[:MOST_LISTED]) + ellipsis

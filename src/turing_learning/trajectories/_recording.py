@@ -142,9 +142,9 @@ class Glance:
         return self.kind == "hdf5" and set(names) <= self.names[0]
 
 
-def refusal(rule: str, received: object, place: object, remedy: Text = "") -> RefusedError:
+def refusal(rule: str, received: object, where: object, remedy: Text = "") -> RefusedError:
     """Return the error of a reader: what the file must be, what it is, and where."""
-    return RefusedError(Refusal("path", rule, str(received), str(place), remedy))
+    return RefusedError(Refusal("path", rule, str(received), str(where), remedy))
 
 
 MOST_CELLS = 100_000_000
@@ -156,82 +156,84 @@ Place = Callable[[int], str]
 
 def natural(name: str) -> tuple[list[tuple[int, str]], str]:
     """Return a sorting key by which fish10 comes after fish9."""
-    parts = re.split(r"([0-9]+)", name)
+    pieces = re.split(r"([0-9]+)", name)
     return [
-        (len(part.lstrip("0")), part) if k % 2 else (0, part) for k, part in enumerate(parts)
+        (len(piece.lstrip("0")), piece) if k % 2 else (0, piece) for k, piece in enumerate(pieces)
     ], name
 
 
-def check_positions(positions: np.ndarray, place: Place, whole: object) -> None:
-    """Refuse positions (rows, 2) of which half is missing, absurd ones, and none at all; `whole` is the place of all."""
+def check_positions(positions: np.ndarray, where: Place, source: object) -> None:
+    """Refuse positions (rows, 2) of which half is missing, absurd ones, and none at all; `source` is the name of all."""
     missing = np.isnan(positions)
-    refuse_first(missing[:, 0] != missing[:, 1], place, "have both x and y or neither", positions)
-    refuse_first(np.isinf(positions).any(axis=1), place, "have finite positions or NaN", positions)
+    refuse_first(missing[:, 0] != missing[:, 1], where, "have both x and y or neither", positions)
+    refuse_first(np.isinf(positions).any(axis=1), where, "have finite positions or NaN", positions)
     absurd = (np.abs(positions) > LARGEST).any(axis=1)
-    refuse_first(absurd, place, f"have coordinates within +-{LARGEST:.0e}", positions)
+    refuse_first(absurd, where, f"have coordinates within +-{LARGEST:.0e}", positions)
     if missing.all():
-        raise refusal("hold at least one position", "none", whole)
+        raise refusal("hold at least one position", "none", source)
 
 
 def refuse_first(
-    bad: np.ndarray, place: Place, rule: str, values: np.ndarray | str, remedy: Text = ""
+    bad: np.ndarray, where: Place, rule: str, values: np.ndarray | str, remedy: Text = ""
 ) -> None:
     """Refuse the first row that is bad, with its value."""
     for row in np.flatnonzero(bad)[:1].tolist():
         received = values if isinstance(values, str) else np.asarray(values[row]).tolist()
-        raise refusal(rule, received, place(row), remedy)
+        raise refusal(rule, received, where(row), remedy)
 
 
 def assemble(
-    frames: np.ndarray, names: Sequence[str], positions: np.ndarray, place: Place, *, twice: Text = "", sparse: Text = "",
+    frames: np.ndarray, names: Sequence[str], positions: np.ndarray, where: Place, *, twice: Text = "", sparse: Text = "",
     extras: Mapping[str, np.ndarray] = MappingProxyType({}), remarks: tuple[str, ...] = (), **stated: Any,
 ) -> Recording:  # fmt: skip
     """Sort rows, which may be in any order, into arrays by frame and individual.
 
     `frames` and `names` (rows,) are those of `positions` (rows, 2) and of `extras`, "confidence" and "headings"
-    (rows,); `place` says where in the file a row is, `twice` what to do where rows contradict each other, `sparse`
+    (rows,); `where` says where in the file a row is, `twice` what to do where rows contradict each other, `sparse`
     where hardly any frame has a row. Odd frame numbers are refused, too.
     """
-    whole = (frames >= 0) & (frames <= LARGEST) & (frames == np.floor(frames))
+    integral = (frames >= 0) & (frames <= LARGEST) & (frames == np.floor(frames))
     refuse_first(
-        ~whole, place, f"have frame numbers that are whole, from 0 to {LARGEST:.0e}", frames
+        ~integral, where, f"have frame numbers that are whole, from 0 to {LARGEST:.0e}", frames
     )
     labels = np.asarray(names, dtype=object)
-    refuse_first(labels == "", place, "name the individual in each row", labels)
-    check_positions(positions, place, place(0))
+    refuse_first(labels == "", where, "name the individual in each row", labels)
+    check_positions(positions, where, where(0))
     individuals = sorted(set(names), key=natural)
     numbers, order_of = frames.astype(np.int64), {name: k for k, name in enumerate(individuals)}
     who = np.array([order_of[name] for name in names])
-    first, last = int(numbers.min()), int(numbers.max())
-    count, late = last - first + 1, int(np.argmax(numbers))
+    first_frame, last_frame = int(numbers.min()), int(numbers.max())
+    count, late = last_frame - first_frame + 1, int(np.argmax(numbers))
     if count > SPARSEST * max(len(np.unique(numbers)), 100):
         rule = f"name at least one frame in {SPARSEST} between its first and its last"
-        raise refusal(rule, f"frames {first} to {last}", place(late), sparse)
+        raise refusal(rule, f"frames {first_frame} to {last_frame}", where(late), sparse)
     if count * len(individuals) > MOST_CELLS:
         rule = f"hold at most {MOST_CELLS} frames times individuals"
-        raise refusal(rule, f"{count} x {len(individuals)}", place(late), "Split the recording.")
+        raise refusal(rule, f"{count} x {len(individuals)}", where(late), "Split the recording.")
     values = np.column_stack([positions, *extras.values()])
     order = np.lexsort((who, numbers))
     again = (np.diff(numbers[order]) == 0) & (np.diff(who[order]) == 0)
-    one, other = order[:-1][again], order[1:][again]
+    row, repeat = order[:-1][again], order[1:][again]
     differs = ~(
-        (values[one] == values[other]) | (np.isnan(values[one]) & np.isnan(values[other]))
+        (values[row] == values[repeat]) | (np.isnan(values[row]) & np.isnan(values[repeat]))
     ).all(axis=1)
-    for early, late in np.sort(np.stack([one, other], axis=1)[differs], axis=1)[:1]:
-        got = f"another one for frame {numbers[early]} than {place(early)}"
-        raise refusal("give one position for each individual and frame", got, place(late), twice)
-    if len(one):
-        remarks += (f"{len(one)} rows said the same as another and were dropped",)
+    for early, late in np.sort(np.stack([row, repeat], axis=1)[differs], axis=1)[:1]:
+        got = f"another one for frame {numbers[early]} than {where(early)}"
+        raise refusal("give one position for each individual and frame", got, where(late), twice)
+    if len(row):
+        remarks += (f"{len(row)} rows said the same as another and were dropped",)
     dense = np.full((count, len(individuals), values.shape[1]), np.nan)
-    dense[numbers - first, who] = values
-    found: dict[str, Any] = {name: dense[..., 2 + k] for k, name in enumerate(extras)}
-    return Recording(dense[..., :2], tuple(individuals), first, remarks=remarks, **found, **stated)
+    dense[numbers - first_frame, who] = values
+    measured: dict[str, Any] = {name: dense[..., 2 + k] for k, name in enumerate(extras)}
+    return Recording(
+        dense[..., :2], tuple(individuals), first_frame, remarks=remarks, **measured, **stated
+    )
 
 
 def directed(recording: Recording, front: Recording, back: Recording) -> Recording:
     """Return a recording whose headings lead from one point of the body to another; without both a position is missing."""
     who = [
-        [each.individuals.index(name) for name in recording.individuals] for each in (front, back)
+        [point.individuals.index(name) for name in recording.individuals] for point in (front, back)
     ]
     ahead = front.positions[:, who[0]] - back.positions[:, who[1]]
     headings = np.arctan2(ahead[..., 1], ahead[..., 0])
@@ -244,13 +246,13 @@ def directed(recording: Recording, front: Recording, back: Recording) -> Recordi
 
 
 def from_array(
-    positions: np.ndarray, names: tuple[str, ...], place: str | Place, **stated: Any
+    positions: np.ndarray, names: tuple[str, ...], where: str | Place, **stated: Any
 ) -> Recording:
-    """Return the recording of positions (F, A, 2), NaN where missing; `place` is that of all, or says where a frame is."""
+    """Return the recording of positions (F, A, 2), NaN where missing; `where` is that of all, or says where a frame is."""
     count = positions.shape[1]
-    at = place if callable(place) else lambda frame: f"{place}, frame {frame}"
-    whole = place(0) if callable(place) else place
-    check_positions(positions.reshape(-1, 2), lambda row: at(row // count), whole)
+    at = where if callable(where) else lambda frame: f"{where}, frame {frame}"
+    source = where(0) if callable(where) else where
+    check_positions(positions.reshape(-1, 2), lambda row: at(row // count), source)
     return Recording(positions, names, **stated)
 
 
@@ -305,7 +307,7 @@ class Problems:
     @property
     def found(self) -> bool:
         """Whether there is anything: a missing value, a jump, somebody who never moves, a repeated or empty frame, a doubt."""
-        found = (
+        problems = (
             self.jumps,
             self.still,
             self.repeated_frames,
@@ -313,7 +315,7 @@ class Problems:
             self.headings,
             self.doubts,
         )
-        return any(self.missing.values()) or any(found)
+        return any(self.missing.values()) or any(problems)
 
     def __str__(self) -> str:
         lines = [
@@ -333,13 +335,13 @@ class Problems:
             f"{name}: never moves, in {counted(self.frames - self.missing[name])}"
             for name in self.still
         ]
-        for what, frames in (
+        for problem, frames in (
             ("repeat the one before", self.repeated_frames),
             ("without anybody", self.empty_frames),
         ):
             if frames:
                 listed = ", ".join(map(str, frames[:10])) + (", ..." if len(frames) > 10 else "")
-                lines.append(f"{counted(len(frames))} {what}: {listed}")
+                lines.append(f"{counted(len(frames))} {problem}: {listed}")
         return "\n".join([*lines, *self.remarks]) or "no problems found"
 
     def _gaps_of(self, name: str) -> str:
@@ -393,8 +395,8 @@ beyond 2 pi where they are counted on from turn to turn, and then never change b
 
 def share_in_degrees(present: np.ndarray, headings: np.ndarray) -> float:
     """Return the share of headings (F, A) that are beyond 2 pi where they may be in degrees, else 0."""
-    both = present[1:] & present[:-1]
-    changes = np.abs(np.diff(headings, axis=0))[both]
+    consecutive = present[1:] & present[:-1]
+    changes = np.abs(np.diff(headings, axis=0))[consecutive]
     beyond = float((np.abs(headings[present]) > 2 * math.pi).mean())
     if beyond > BEYOND and len(changes) and (changes > math.pi).mean() > LEAPS:
         return beyond
@@ -405,19 +407,19 @@ def doubt_headings(
     positions: np.ndarray, present: np.ndarray, headings: np.ndarray
 ) -> tuple[str, ...]:
     """Return in words why headings (F, A) of positions (F, A, 2) may not be in rad or not of the head."""
-    both = present[1:] & present[:-1]
-    if not both.any():
+    consecutive = present[1:] & present[:-1]
+    if not consecutive.any():
         return ()
     if beyond := share_in_degrees(present, headings):
         return (
             f"headings may be in degrees, as {beyond:.0%} are beyond 2 pi; they are taken as rad",
         )
-    step = np.diff(positions, axis=0)[both]
+    step = np.diff(positions, axis=0)[consecutive]
     length = np.hypot(step[:, 0], step[:, 1])
     if not length.any():
         return ()
     long = length >= np.median(length[length > 0])
-    away = np.abs(wrap(np.arctan2(step[:, 1], step[:, 0]) - headings[:-1][both]))[long]
+    away = np.abs(wrap(np.arctan2(step[:, 1], step[:, 0]) - headings[:-1][consecutive]))[long]
     backwards = (away > math.pi / 2).mean()
     if backwards <= BACKWARDS:
         return ()

@@ -93,39 +93,39 @@ def compute_signals(
     require(odd, "smooth_frames", "be odd and 1 or more", smooth_frames)
     if smooth_frames > 1:
         positions = smooth(positions, present, smooth_frames)
-    both = present[..., 1:, :] & present[..., :-1, :]
-    step = np.where(both[..., None], np.diff(positions, axis=-3), 0.0)
+    consecutive = present[..., 1:, :] & present[..., :-1, :]
+    step = np.where(consecutive[..., None], np.diff(positions, axis=-3), 0.0)
     length = np.hypot(step[..., 0], step[..., 1])
-    heading, heading_known, turned, turn_known = _course(step, both, headings)
+    heading, heading_known, turned, turn_known = _course(step, consecutive, headings)
     if headings is not None:
         against = step[..., 0] * np.cos(heading) + step[..., 1] * np.sin(heading) < 0
         length = np.where(against, -length, length)
-    known = {"speed": (length * fps, both), "turn": (turned * fps, turn_known)}
+    measured = {"speed": (length * fps, consecutive), "turn": (turned * fps, turn_known)}
     if {"neighbor_distance", "neighbor_bearing"} & set(names):
-        offset, near = nearest_others(positions[..., :-1, :, :], present[..., :-1, :])
-        known["neighbor_distance"] = (np.hypot(offset[..., 0], offset[..., 1]), near)
+        offset, has_neighbor = nearest_others(positions[..., :-1, :, :], present[..., :-1, :])
+        measured["neighbor_distance"] = (np.hypot(offset[..., 0], offset[..., 1]), has_neighbor)
         bearing = wrap(np.arctan2(offset[..., 1], offset[..., 0]) - heading)
-        known["neighbor_bearing"] = (bearing, near & heading_known)
-    columns, needed = zip(*(known[name] for name in names), strict=True)
-    valid = np.logical_and.reduce([both, *needed])
+        measured["neighbor_bearing"] = (bearing, has_neighbor & heading_known)
+    columns, needed = zip(*(measured[name] for name in names), strict=True)
+    valid = np.logical_and.reduce([consecutive, *needed])
     return Signals(np.where(valid[..., None], np.stack(columns, axis=-1), 0.0), valid, tuple(names))
 
 
 def _course(
-    step: np.ndarray, both: np.ndarray, headings: np.ndarray | None
+    step: np.ndarray, consecutive: np.ndarray, headings: np.ndarray | None
 ) -> tuple[np.ndarray, ...]:
     """Return heading at each step's first frame, where it exists, turn over the step, and where that exists."""
     if headings is not None:
-        return headings[..., :-1, :], both, wrap(np.diff(headings, axis=-2)), both
+        return headings[..., :-1, :], consecutive, wrap(np.diff(headings, axis=-2)), consecutive
     # The direction is that of the last displacement
-    last = last_true(both & (step != 0).any(axis=-1), -2)
+    last_move = last_true(consecutive & (step != 0).any(axis=-1), -2)
     direction = np.take_along_axis(
-        np.arctan2(step[..., 1], step[..., 0]), np.maximum(last, 0), axis=-2
+        np.arctan2(step[..., 1], step[..., 0]), np.maximum(last_move, 0), axis=-2
     )
-    known = last > last_true(~both, -2)  # since the last gap
-    came, came_known = _delayed(direction), _delayed(known)
-    turned = np.where(known & came_known, wrap(direction - came), 0.0)
-    return came, came_known, turned, both & _delayed(both)
+    course_known = last_move > last_true(~consecutive, -2)  # since the last gap
+    came, came_known = _delayed(direction), _delayed(course_known)
+    turned = np.where(course_known & came_known, wrap(direction - came), 0.0)
+    return came, came_known, turned, consecutive & _delayed(consecutive)
 
 
 def _delayed(values: np.ndarray) -> np.ndarray:
@@ -145,10 +145,10 @@ def nearest_others(positions: np.ndarray, present: np.ndarray) -> tuple[np.ndarr
     """
     offset, nearest = np.zeros_like(positions), np.full(present.shape, np.inf)
     individuals = positions.shape[-2]
-    for other in range(1, individuals):
-        candidate = np.roll(positions, -other, axis=-2) - positions
+    for shift in range(1, individuals):
+        candidate = np.roll(positions, -shift, axis=-2) - positions
         distance = np.where(
-            np.roll(present, -other, axis=-1),
+            np.roll(present, -shift, axis=-1),
             np.hypot(candidate[..., 0], candidate[..., 1]),
             np.inf,
         )
@@ -175,14 +175,16 @@ def next_true(flags: np.ndarray, axis: int = 0) -> np.ndarray:
 def smooth(positions: np.ndarray, present: np.ndarray, frames: int) -> np.ndarray:
     """Return centered moving averages (..., F, A, 2) over `frames`, narrower toward gaps, never across them."""
     count = present.shape[-2]
-    place = np.arange(count)[:, None]
-    reach = np.minimum(place - last_true(~present, -2) - 1, next_true(~present, -2) - place - 1)
+    frame = np.arange(count)[:, None]
+    reach = np.minimum(frame - last_true(~present, -2) - 1, next_true(~present, -2) - frame - 1)
     reach = np.clip(reach, 0, frames // 2)
     total = np.zeros_like(positions)
     for offset in range(-(frames // 2), frames // 2 + 1):
-        at = np.clip(place + offset, 0, count - 1)
-        near = np.take_along_axis(positions, np.broadcast_to(at, present.shape)[..., None], axis=-3)
-        total += np.where((abs(offset) <= reach)[..., None], near, 0.0)
+        at = np.clip(frame + offset, 0, count - 1)
+        shifted = np.take_along_axis(
+            positions, np.broadcast_to(at, present.shape)[..., None], axis=-3
+        )
+        total += np.where((abs(offset) <= reach)[..., None], shifted, 0.0)
     return np.where(present[..., None], total / (2 * reach + 1)[..., None], 0.0)
 
 

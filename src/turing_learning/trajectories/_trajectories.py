@@ -74,12 +74,12 @@ class Trajectories:
             require(
                 array.shape[:2] == shape, name, f"be of shape (F, A) = {shape}", str(array.shape)
             )
-            for place in map(tuple, np.argwhere(~np.isfinite(array))[:1].tolist()):
+            for index in map(tuple, np.argwhere(~np.isfinite(array))[:1].tolist()):
                 remedy = "Where somebody is absent, `present` is false and positions are 0; "
                 remedy += (
                     "`load_trajectories(positions, fps=..., ...)` makes that of an array with NaN."
                 )
-                refuse(name, "be finite", f"{array[place]} at {place}", remedy)
+                refuse(name, "be finite", f"{array[index]} at {index}", remedy)
         if self.present.dtype != bool or not self.present.any():
             refuse("present", "be booleans, some of them true", str(self.present.dtype))
         number("fps", self.fps, above=0)
@@ -89,8 +89,10 @@ class Trajectories:
 
     def __str__(self) -> str:
         frames, individuals = self.present.shape
-        what = f"{counted(individuals, 'individual')}, {counted(frames)} at {self.fps:g} per second"
-        return f"{what} ({self.duration_s:.4g} s), in {self.unit}, {1 - self.present.mean():.2%} missing"
+        summary = (
+            f"{counted(individuals, 'individual')}, {counted(frames)} at {self.fps:g} per second"
+        )
+        return f"{summary} ({self.duration_s:.4g} s), in {self.unit}, {1 - self.present.mean():.2%} missing"
 
     @property
     def duration_s(self) -> float:
@@ -113,8 +115,8 @@ class Trajectories:
     @property
     def reach(self) -> np.ndarray:
         """Lowest and highest x, y (2, 2) of all positions, in `unit`."""
-        places = self.positions[self.present]
-        return np.array([places.min(axis=0), places.max(axis=0)])
+        visited = self.positions[self.present]
+        return np.array([visited.min(axis=0), visited.max(axis=0)])
 
     def look(self) -> "trajectories.Look":
         """Return how the recording was read, what is odd about it, and pictures; it prints, and shows in notebooks."""
@@ -137,15 +139,15 @@ class Trajectories:
         positions = self.positions
         present = self.present
         names = self.individuals
-        first = self.first_frame
-        both = present[1:] & present[:-1]
+        first_frame = self.first_frame
+        consecutive = present[1:] & present[:-1]
         unlikely = self._unlikely(jump_factor, LONGEST_REST_S)
         likely = ~(unlikely.stand_ins | unlikely.outside)
         steps, jumping, typical = self._steps(jump_factor, likely)
         jumps = [
             Jump(
                 names[who],
-                int(first + frame),
+                int(first_frame + frame),
                 float(steps[frame, who]),
                 float(steps[frame, who] / typical),
             )
@@ -157,17 +159,21 @@ class Trajectories:
             & present[1:].any(axis=1)
         )
         # So that gaps lie between frames with somebody
-        ends = np.pad(present, ((1, 1), (0, 0)), constant_values=True)
-        lengths = {name: np.diff(np.flatnonzero(ends[:, k])) - 1 for k, name in enumerate(names)}
-        places = positions[present.argmax(axis=0), np.arange(present.shape[1])]
-        moved = ((positions != places).any(axis=2) & present).any(axis=0)
-        doubts = [f"{what}; windows leave that out" for what in self._described(unlikely)]
-        kept = both & likely[1:] & likely[:-1]
+        boundaries = np.pad(present, ((1, 1), (0, 0)), constant_values=True)
+        lengths = {
+            name: np.diff(np.flatnonzero(boundaries[:, k])) - 1 for k, name in enumerate(names)
+        }
+        starts = positions[present.argmax(axis=0), np.arange(present.shape[1])]
+        moved = ((positions != starts).any(axis=2) & present).any(axis=0)
+        doubts = [
+            f"{description}; windows leave that out" for description in self._described(unlikely)
+        ]
+        plausible = consecutive & likely[1:] & likely[:-1]
         doubts += implausible(
-            positions, present & likely, steps[kept], fps=self.fps, unit=self.unit, names=names
+            positions, present & likely, steps[plausible], fps=self.fps, unit=self.unit, names=names
         )
-        if len(jumps) > max(FEWEST, FREQUENT_JUMPS * both.sum()):
-            share = f"{len(jumps) / both.sum():.1%} of all steps are jumps"
+        if len(jumps) > max(FEWEST, FREQUENT_JUMPS * consecutive.sum()):
+            share = f"{len(jumps) / consecutive.sum():.1%} of all steps are jumps"
             doubts.append(f"{share}: see whether the file tells individuals apart as they are")
         alone = not (same[1:] & same[:-1]).any()
         if alone and same.sum() > max(FEWEST, FREQUENT_REPEATS * len(same)):
@@ -187,8 +193,8 @@ class Trajectories:
             gaps={name: int((gaps > 0).sum()) for name, gaps in lengths.items()},
             longest_gap={name: int(gaps.max()) for name, gaps in lengths.items()},
             jumps=tuple(jumps),
-            repeated_frames=tuple((np.flatnonzero(same) + first + 1).tolist()),
-            empty_frames=tuple((np.flatnonzero(~present.any(axis=1)) + first).tolist()),
+            repeated_frames=tuple((np.flatnonzero(same) + first_frame + 1).tolist()),
+            empty_frames=tuple((np.flatnonzero(~present.any(axis=1)) + first_frame).tolist()),
             typical_step=typical,
             frames=len(present),
             remarks=self.remarks,
@@ -209,9 +215,9 @@ class Trajectories:
         Steps from or to a position that is not `likely` (F, A) are no jumps.
         """
         number("jump_factor", jump_factor, above=1)
-        both = self.present[1:] & self.present[:-1]
+        consecutive = self.present[1:] & self.present[:-1]
         lengths = np.hypot(*np.moveaxis(np.diff(self.positions, axis=0), -1, 0))
-        steps = np.where(both, lengths, 0.0)
+        steps = np.where(consecutive, lengths, 0.0)
         sound = np.where(likely[1:] & likely[:-1], steps, 0.0)
         typical = float(np.median(sound[sound > 0])) if (sound > 0).any() else 0.0
         return steps, sound > jump_factor * typical, typical
@@ -283,19 +289,21 @@ class Trajectories:
             ~self.present & (before >= 0) & (after < len(before)) & (after - before - 1 <= max_gap)
         )
         frame, who = np.nonzero(filled)
-        left, right = before[filled], after[filled]
-        share = (frame - left) / (right - left)
+        start_frame, right = before[filled], after[filled]
+        share = (frame - start_frame) / (right - start_frame)
         arrays = {
             "positions": self.positions.copy(),
             "present": self.present | filled,
             "interpolated": filled,
         }
-        ends = self.positions[left, who], self.positions[right, who]
-        arrays["positions"][filled] = (1 - share)[:, None] * ends[0] + share[:, None] * ends[1]
+        anchors = self.positions[start_frame, who], self.positions[right, who]
+        arrays["positions"][filled] = (1 - share)[:, None] * anchors[0] + share[:, None] * anchors[
+            1
+        ]
         if self.interpolated is not None:
             arrays["interpolated"] = self.interpolated | filled
         if self.headings is not None:
-            start, end = self.headings[left, who], self.headings[right, who]
+            start, end = self.headings[start_frame, who], self.headings[right, who]
             arrays["headings"] = self.headings.copy()
             arrays["headings"][filled] = start + share * wrap(end - start)
         remark = f"{len(frame)} positions in gaps of up to {max_gap} frames were interpolated"
@@ -304,9 +312,9 @@ class Trajectories:
     def thinned(self, every: int) -> "Trajectories":
         """Return a copy of one frame in `every`, at the lower frame rate that follows; the first with anybody is one of them."""
         every = integer("every", every, 1, len(self.positions))
-        first = int(np.argmax(self.present.any(axis=1))) % every
+        start = int(np.argmax(self.present.any(axis=1))) % every
         remark = f"one frame in {every} was kept, frame numbers count those"
-        arrays = self._arrays(slice(first, None, every))
+        arrays = self._arrays(slice(start, None, every))
         return replace(
             self, **arrays, fps=self.fps / every, first_frame=0, remarks=(*self.remarks, remark)
         )
@@ -321,16 +329,16 @@ class Trajectories:
         pieces: list[tuple[str, int, int, int]] = []
         for who, name in enumerate(self.individuals):
             frames = np.flatnonzero(self.present[:, who])
-            parts = np.split(frames, np.flatnonzero(np.diff(frames) - 1 > longest) + 1)
-            for number_of_part, part in enumerate(filter(len, parts), 1):
+            stretches = np.split(frames, np.flatnonzero(np.diff(frames) - 1 > longest) + 1)
+            for number_of_part, stretch in enumerate(filter(len, stretches), 1):
                 called = name if number_of_part == 1 else f"{name} ({number_of_part})"
-                pieces.append((called, who, part[0], part[-1]))
+                pieces.append((called, who, stretch[0], stretch[-1]))
         if len(pieces) == len(self.individuals):
             return self
         arrays = self._arrays((slice(None), [who for _, who, _, _ in pieces]))
         frame = np.arange(len(self.positions))
         inside = np.stack(
-            [(frame >= first) & (frame <= last) for _, _, first, last in pieces], axis=1
+            [(frame >= begin) & (frame <= final) for _, _, begin, final in pieces], axis=1
         )
         arrays["present"] = arrays["present"] & inside
         arrays["positions"] = np.where(arrays["present"][..., None], arrays["positions"], 0.0)
@@ -370,9 +378,9 @@ class Trajectories:
             `values` (F - 1, A, D) in the units that `SIGNALS` names; with px instead of cm where the scale is
             unknown.
         """
-        known = {"present": self.present, "headings": self.headings}
+        measurements = {"present": self.present, "headings": self.headings}
         return compute_signals(
-            self.positions, fps=self.fps, names=names, smooth_frames=smooth_frames, **known
+            self.positions, fps=self.fps, names=names, smooth_frames=smooth_frames, **measurements
         )
 
     def windows(
@@ -455,13 +463,13 @@ class Trajectories:
         if jump_factor is not None:
             unlikely = likely._unlikely(jump_factor, LONGEST_REST_S)
             jumps = likely._steps(jump_factor, ~(unlikely.stand_ins | unlikely.outside))[1]
-        first = slice(int(EXCERPT_S * self.fps) + 1)
+        excerpt_frames = slice(int(EXCERPT_S * self.fps) + 1)
         return cut_windows(
             usable, chosen, jumps, steps=steps, stride=stride, hold_out=hold_out, gap=gap, half=smooth_frames // 2,
             lead=int(self.headings is None and bool({"turn", "neighbor_bearing"} & set(signals))),
             apart=[self._place(name) for name in apart], interval_s=1 / self.fps, headings=self.headings is not None,
             smooth_frames=smooth_frames,
-            excerpt=np.where(likely.present[first, :, None], likely.positions[first], np.nan),
+            excerpt=np.where(likely.present[excerpt_frames, :, None], likely.positions[excerpt_frames], np.nan),
         )  # fmt: skip
 
     def to_pandas(self) -> "pd.DataFrame":
@@ -480,9 +488,9 @@ class Trajectories:
             "x": self.positions[frame, who, 0],
             "y": self.positions[frame, who, 1],
         }
-        known = {"heading": self.headings, "confidence": self.confidence}
+        measurements = {"heading": self.headings, "confidence": self.confidence}
         columns |= {
-            name: values[frame, who] for name, values in known.items() if values is not None
+            name: values[frame, who] for name, values in measurements.items() if values is not None
         }
         table = pd.DataFrame(columns)
         table.attrs = {"fps": self.fps, "unit": self.unit, "y_axis": "up"}
@@ -552,12 +560,12 @@ def pooled_windows(
     """
     require(len(recordings), "recordings", "be one or more", "none")
     apart = {"hold_out": 0.0} if hold_out_recordings else {}
-    parts = []
-    for k, each in enumerate(recordings):
-        place = each.source or f"recording {k + 1}"
-        same = each.unit == recordings[0].unit
+    pieces = []
+    for k, recording in enumerate(recordings):
+        where = recording.source or f"recording {k + 1}"
+        same = recording.unit == recordings[0].unit
         rule = f"be in {recordings[0].unit}, as the first recording"
-        require(same, "recordings", rule, each.unit, place=place)
-        with refusing_as(RefusedError, place=place if len(recordings) > 1 else ""):
-            parts.append(each.windows(**options | apart))
-    return join_windows(parts, hold_out_recordings)
+        require(same, "recordings", rule, recording.unit, place=where)
+        with refusing_as(RefusedError, place=where if len(recordings) > 1 else ""):
+            pieces.append(recording.windows(**options | apart))
+    return join_windows(pieces, hold_out_recordings)

@@ -51,13 +51,13 @@ class _Paths:
         #: Distance per frame to the next position (N - 1,), infinite where that is another's
         self.pace = np.where(np.diff(self.who) == 0, paces, np.inf)
 
-    def pieces(self, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def pieces(self, breaks: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the piece of each position (N,), and where each piece begins and ends.
 
         A piece ends behind some of the positions (N - 1,).
         """
-        begins = np.concatenate(([0], np.flatnonzero(ends) + 1))
-        stops = np.append(begins[1:] - 1, len(ends))
+        begins = np.concatenate(([0], np.flatnonzero(breaks) + 1))
+        stops = np.append(begins[1:] - 1, len(breaks))
         numbers = np.repeat(np.arange(len(begins)), stops - begins + 1)
         return numbers, begins, stops
 

@@ -80,7 +80,7 @@ def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Wi
 
     The parts `hold_out`, from 0, are for testing alone, the others for learning alone then.
     """
-    first = parts[0]
+    template = parts[0]
     for name, measured in (
         ("steps", [part.learning.shape[1] for part in parts]),
         ("signals", [part.names for part in parts]),
@@ -88,10 +88,10 @@ def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Wi
         ("smooth_frames", [part.smooth_frames for part in parts]),
         ("fps", [f"{1 / part.interval_s:.6g}" for part in parts]),
     ):
-        for k, one in enumerate(measured, start=1):
-            got = f"{measured[0]} and {one}"
+        for k, value in enumerate(measured, start=1):
+            got = f"{measured[0]} and {value}"
             require(
-                one == measured[0],
+                value == measured[0],
                 name,
                 "be the same in all recordings",
                 got,
@@ -119,7 +119,7 @@ def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Wi
         tuple(map(np.concatenate, zip(*sides[side], strict=True))) for side in SIDES
     )
     return replace(
-        first,
+        template,
         learning=learning,
         held_out=held_out,
         learning_index=learning_index,
@@ -143,7 +143,7 @@ def cut_windows(
     stride = steps if stride is None else integer("stride", stride, 1)
     require(0 <= hold_out <= 0.9, "hold_out", "be from 0 to 0.9", str(hold_out))
     integer("gap", gap)
-    valid, frames, places = signals.valid.copy(), len(signals.valid) + 1, []
+    valid, frames, indices = signals.valid.copy(), len(signals.valid) + 1, []
     step_of = np.arange(len(valid))[:, None]
     for step, who in np.argwhere(
         jumps
@@ -153,12 +153,12 @@ def cut_windows(
     if hold_out:
         blocks = cut_blocks(frames, hold_out, gap, lead + steps + 1 + 2 * half)
     for side, tested in zip(SIDES, (False, True), strict=True):
-        own = [who for who in individuals if not apart or (who in apart) == tested]
+        chosen = [who for who in individuals if not apart or (who in apart) == tested]
         usable = np.zeros_like(valid)
         for begin, end, of in blocks:
             if of in (side, BOTH):  # the steps whose frames lie within the block
                 within = slice(begin + lead + half, max(0, end - half - 1))
-                usable[within, own] = valid[within, own]
+                usable[within, chosen] = valid[within, chosen]
         # Where the stretch of usable steps around a step ends
         before, after = (last_true(~usable), next_true(~usable))
         index = np.argwhere(((step_of - before - 1) % stride == 0) & (after - step_of >= steps))[
@@ -170,15 +170,15 @@ def cut_windows(
         require(
             len(index) or not needed, "steps", rule, got, "Take shorter windows, or bridge gaps."
         )
-        places.append(index)
+        indices.append(index)
     learning, held_out = (
-        signals.values[index[:, 1, None] + np.arange(steps), index[:, 0, None]] for index in places
+        signals.values[index[:, 1, None] + np.arange(steps), index[:, 0, None]] for index in indices
     )
     return Windows(
         learning=learning,
         held_out=held_out,
-        learning_index=places[0],
-        held_out_index=places[1],
+        learning_index=indices[0],
+        held_out_index=indices[1],
         names=signals.names,
         steps_without_signal=int((~signals.valid[:, individuals]).sum()),
         steps_with_jump=int(jumps[:, individuals].sum()),
@@ -199,10 +199,10 @@ def cut_blocks(
 
     So many frames enter the signals `of_window`, one window.
     """
-    parts = int(np.clip(frames * hold_out // (LEAST_WINDOWS * of_window), 1, MOST_PARTS))
+    count = int(np.clip(frames * hold_out // (LEAST_WINDOWS * of_window), 1, MOST_PARTS))
     blocks = []
-    for part in range(parts):
-        start, end = frames * part // parts, frames * (part + 1) // parts
+    for k in range(count):
+        start, end = frames * k // count, frames * (k + 1) // count
         border = end - round((end - start) * hold_out)
-        blocks += [(start + (gap if part else 0), border, SIDES[0]), (border + gap, end, SIDES[1])]
+        blocks += [(start + (gap if k else 0), border, SIDES[0]), (border + gap, end, SIDES[1])]
     return tuple(block for block in blocks if block[0] < block[1])

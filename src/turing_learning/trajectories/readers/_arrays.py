@@ -28,22 +28,22 @@ MOST_TIMES = 200
 """A file may unpack to `FREE_BYTES`, or to so many times its own size: recordings do not compress by more, and bombs do."""
 
 
-def check_unpacked(size: int, path: Path, most: int = 8 * MOST_NUMBERS) -> None:
+def check_unpacked(size: int, path: Path, most_bytes: int = 8 * MOST_NUMBERS) -> None:
     """Refuse what unpacks to more bytes than a recording of the file's size does."""
-    most = min(most, max(FREE_BYTES, MOST_TIMES * path.stat().st_size))
-    if size > most:
-        raise refusal(f"unpack to at most {most} bytes", size, path)
+    most_bytes = min(most_bytes, max(FREE_BYTES, MOST_TIMES * path.stat().st_size))
+    if size > most_bytes:
+        raise refusal(f"unpack to at most {most_bytes} bytes", size, path)
 
 
 @contextmanager
-def whole(kind: str, path: Path) -> Iterator[None]:
+def whole(format_name: str, path: Path) -> Iterator[None]:
     """Refuse a file as damaged, whatever a library raises over it; a reader's own refusal passes."""
     try:
         yield
     except RefusedError:
         raise
     except Exception as error:  # a damaged file can raise anything
-        rule, remedy = f"be a whole {kind} file", "The file may be cut off or damaged."
+        rule, remedy = f"be a whole {format_name} file", "The file may be cut off or damaged."
         raise refusal(rule, str(error)[:120], path, remedy) from None
 
 
@@ -60,13 +60,15 @@ def names_in(path: Path) -> frozenset[str]:
     with open_hdf5(path) as file:
         import h5py
 
-        own = [name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)]
+        hard_links = [
+            name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)
+        ]
         return frozenset(
             [
                 *file,
                 *(
                     ["pandas_type"]
-                    if any("pandas_type" in file[name].attrs for name in own)
+                    if any("pandas_type" in file[name].attrs for name in hard_links)
                     else []
                 ),
             ]
@@ -78,36 +80,36 @@ def member(file: Any, name: str, path: Path) -> Any:
     import h5py
 
     elsewhere = isinstance(file.get(name, getlink=True), h5py.ExternalLink)
-    found: Any = None if elsewhere else file.get(name)
-    stored = isinstance(found, h5py.Dataset)
-    if elsewhere or (stored and (found.external or found.is_virtual)):
+    item: Any = None if elsewhere else file.get(name)
+    stored = isinstance(item, h5py.Dataset)
+    if elsewhere or (stored and (item.external or item.is_virtual)):
         raise refusal(
             "hold its data itself",
             "a link to another file",
             f"{path}, {name}",
             "Copy the data into it.",
         )
-    if stored and found.dtype.kind != "O":
-        if found.size > MOST_NUMBERS:
+    if stored and item.dtype.kind != "O":
+        if item.size > MOST_NUMBERS:
             raise refusal(
-                f"hold at most {MOST_NUMBERS} numbers", found.shape, f"{path}, dataset {name}"
+                f"hold at most {MOST_NUMBERS} numbers", item.shape, f"{path}, dataset {name}"
             )
-        check_unpacked(found.size * found.dtype.itemsize, path)
-    return found
+        check_unpacked(item.size * item.dtype.itemsize, path)
+    return item
 
 
 def dataset(file: Any, name: str, dimensions: int, path: Path) -> np.ndarray:
     """Return a dataset of numbers."""
-    found = member(file, name, path)
-    shape = getattr(found, "shape", None)
-    if shape is None or len(shape) != dimensions or found.dtype.kind not in "fiu" or 0 in shape:
-        received = "none" if shape is None else f"{found.dtype} {shape}"
+    item = member(file, name, path)
+    shape = getattr(item, "shape", None)
+    if shape is None or len(shape) != dimensions or item.dtype.kind not in "fiu" or 0 in shape:
+        received = "none" if shape is None else f"{item.dtype} {shape}"
         raise refusal(
             f"hold numbers with {dimensions} dimensions, not empty",
             received,
             f"{path}, dataset {name}",
         )
-    return np.asarray(found, dtype=np.float64)
+    return np.asarray(item, dtype=np.float64)
 
 
 def texts(file: Any, name: str, path: Path) -> list[str]:
@@ -135,28 +137,28 @@ def read_sleap(path: Path, options: Options) -> Recording:
     Source: Pereira et al. 2022, SLEAP, Nature Methods 19; its documentation of the analysis format.
     """
     with open_hdf5(path) as file:
-        place = f"{path}, dataset tracks"
+        where = f"{path}, dataset tracks"
         tracks, dims = dataset(file, "tracks", 4, path), file["tracks"].attrs.get("dims")
         if dims is not None:
             try:
                 order = [str(name).rstrip("s") for name in json.loads(dims)]
                 tracks = tracks.transpose([order.index(name) for name in DIMENSIONS])
             except ValueError:
-                raise refusal(f"name the dimensions {DIMENSIONS}", dims, f"{place}, dims") from None
+                raise refusal(f"name the dimensions {DIMENSIONS}", dims, f"{where}, dims") from None
         nodes, names = texts(file, "node_names", path), texts(file, "track_names", path)
         names = names or [str(k + 1) for k in range(tracks.shape[0])]
         if tracks.shape[:3] != (len(names), 2, len(nodes)):
             rule = (
                 f"have `tracks` of (tracks, 2, nodes, frames) = ({len(names)}, 2, {len(nodes)}, F)"
             )
-            raise refusal(rule, tracks.shape, place)
+            raise refusal(rule, tracks.shape, where)
         node, scores = nodes.index(choose(options.keypoint, nodes, path)), None
         if getattr(member(file, "point_scores", path), "shape", None) == (
             tracks.shape[0],
             *tracks.shape[2:],
         ):
             scores = dataset(file, "point_scores", 3, path)[:, node].T
-    return from_array(tracks[:, :, node].transpose(2, 0, 1), tuple(names), place, confidence=scores)
+    return from_array(tracks[:, :, node].transpose(2, 0, 1), tuple(names), where, confidence=scores)
 
 
 SLEAP_FORMAT = Format(
@@ -172,9 +174,9 @@ def read_idtracker_h5(path: Path, options: Options) -> Recording:
     with open_hdf5(path) as file:
         positions = dataset(file, "trajectories", 3, path)
         rate = file.attrs.get("frames_per_second")
-        found, scores = member(file, "id_probabilities", path), None
-        if found is not None:
-            scores = dataset(file, "id_probabilities", len(found.shape), path)
+        probabilities, scores = member(file, "id_probabilities", path), None
+        if probabilities is not None:
+            scores = dataset(file, "id_probabilities", len(probabilities.shape), path)
             if scores.size == positions[..., 0].size:
                 scores = scores.reshape(positions.shape[:2])
             else:
@@ -222,7 +224,7 @@ def _is_pickled(file: Any, path: Path) -> bool:
         return bool(read_header(file)[2].hasobject)
 
 
-def read_positions(positions: np.ndarray, place: str) -> Recording:
+def read_positions(positions: np.ndarray, where: str) -> Recording:
     """Return positions (F, A, 2), NaN where missing, as a recording; nothing says rate, scale and direction of y."""
     rule = "be numbers of shape (F, A, 2), not empty: frames, individuals, x and y"
     if (
@@ -231,19 +233,19 @@ def read_positions(positions: np.ndarray, place: str) -> Recording:
         or positions.shape[2] != 2
         or 0 in positions.shape
     ):
-        raise refusal(rule, f"{positions.dtype} {positions.shape}", place)
+        raise refusal(rule, f"{positions.dtype} {positions.shape}", where)
     names = tuple(str(k + 1) for k in range(positions.shape[1]))
-    return from_array(positions.astype(np.float64), names, place, y_axis=None)
+    return from_array(positions.astype(np.float64), names, where, y_axis=None)
 
 
 def _recording(
-    positions: np.ndarray, scores: np.ndarray | None, rate: object, place: str, path: Path
+    positions: np.ndarray, scores: np.ndarray | None, rate: object, where: str, path: Path
 ) -> Recording:
     if positions.shape[2] != 2 or 0 in positions.shape:
-        raise refusal("hold trajectories of shape (F, A, 2), not empty", positions.shape, place)
+        raise refusal("hold trajectories of shape (F, A, 2), not empty", positions.shape, where)
     names = tuple(str(k + 1) for k in range(positions.shape[1]))
     fps = None if rate is None else check_rate(rate, path)
-    return from_array(positions, names, place, confidence=scores, fps=fps)
+    return from_array(positions, names, where, confidence=scores, fps=fps)
 
 
 IDTRACKER_H5_FORMAT = Format(
@@ -260,8 +262,10 @@ _WANTED = ("X", "Y", "frame", "time", "missing", "ANGLE", "frame_rate")
 
 def _points(arrays: Iterable[str]) -> dict[str, str]:
     """Return the points of the body that have X and Y, "head" without a suffix, else what is after the #; each with its suffix."""
-    found = sorted((name[2:] or HEAD, name[1:]) for name in arrays if name.partition("#")[0] == "X")
-    return {point: suffix for point, suffix in found if f"Y{suffix}" in arrays}
+    points = sorted(
+        (name[2:] or HEAD, name[1:]) for name in arrays if name.partition("#")[0] == "X"
+    )
+    return {point: suffix for point, suffix in points if f"Y{suffix}" in arrays}
 
 
 def _is_track(arrays: Iterable[str]) -> bool:
@@ -302,8 +306,8 @@ def read_trex(path: Path, options: Options) -> Recording:
     remarks: tuple[str, ...] = ()
     if unknown and all("ANGLE" in contents[file] for file in tracks):
         remarks = (f"headings are left out: {unknown} positions come without one",)
-    other = len(contents) - len(tracks)
-    remarks += (f"{other} npz files of the folder hold no track",) if other else ()
+    skipped = len(contents) - len(tracks)
+    remarks += (f"{skipped} npz files of the folder hold no track",) if skipped else ()
     return assemble(
         rows[:, 0],
         np.repeat(np.array(names, dtype=object), lengths).tolist(),
@@ -398,15 +402,15 @@ def read_deeplabcut_h5(path: Path, options: Options) -> Recording:
                 "hold a table of pandas", text(group.attrs["pandas_type"]), f"{path}, {names[0]}"
             )
         frames, labels, values = form(group, path)
-    place, widths = f"{path}, {names[0]}", {len(label) for label in labels}
+    where, widths = f"{path}, {names[0]}", {len(label) for label in labels}
     sound = values.shape == (len(frames), len(labels)) and widths in ({3}, {4})
     if not (sound and frames.dtype.kind in "iu" and values.dtype.kind == "f"):
         raise refusal(
-            "name scorer, (individual,) body part and coordinate of each column", "others", place
+            "name scorer, (individual,) body part and coordinate of each column", "others", where
         )
     values = np.column_stack([frames, values])
     sheet = Sheet(
-        [], lambda numbers: (values[:, numbers], []), place, lambda row: f"{place}, row {row}"
+        [], lambda numbers: (values[:, numbers], []), where, lambda row: f"{where}, row {row}"
     )
     return read_points(labels, sheet, options)
 
@@ -422,8 +426,8 @@ def _appendable(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]
     """Return frames, labels and values of a table to which rows can be appended, as DeepLabCut writes it."""
     rows = member(group, "table", path)
     blocks = [name for name in rows.dtype.names or () if name.startswith("values_block_")]
-    kinds = [_Plain(io.BytesIO(bytes(rows.attrs[f"{name}_kind"]))).load() for name in blocks]
-    labels = [tuple(map(str, label)) for kind in kinds for label in kind]
+    indexes = [_Plain(io.BytesIO(bytes(rows.attrs[f"{name}_kind"]))).load() for name in blocks]
+    labels = [tuple(map(str, label)) for index in indexes for label in index]
     table = rows[()]
     return (
         table["index"],
@@ -469,21 +473,21 @@ def read_movement(path: Path, options: Options) -> Recording:
             whole("NetCDF", path),
             xr.open_dataset(path, engine="scipy", decode_times=False) as opened,
         ):
-            check_unpacked(8 * max(each.size for each in opened.variables.values()), path)
+            check_unpacked(8 * max(variable.size for variable in opened.variables.values()), path)
             return read_dataset(opened.load(), options, str(path))
     variables: dict[str, Any] = {}
     coordinates: dict[str, Any] = {}
     with open_hdf5(path) as file:
         for name in ("position", "confidence", "heading"):
-            found = member(file, name, path)
-            if found is not None:
-                if found.dtype.kind not in "fiu":
-                    raise refusal("hold numbers", found.dtype, f"{path}, {name}")
+            item = member(file, name, path)
+            if item is not None:
+                if item.dtype.kind not in "fiu":
+                    raise refusal("hold numbers", item.dtype, f"{path}, {name}")
                 dimensions = [
                     text(scale[0].name).lstrip("/") if len(scale) else "unnamed"
-                    for scale in found.dims
+                    for scale in item.dims
                 ]
-                variables[name] = (dimensions, found[()])
+                variables[name] = (dimensions, item[()])
         for name in sorted({name for dimensions, _ in variables.values() for name in dimensions}):
             scale = member(file, name, path)
             if scale is not None and not bytes(scale.attrs.get("NAME", b"")).startswith(
@@ -585,8 +589,10 @@ def _timing(dataset: "xr.Dataset", fps: float | None, source: str) -> tuple[floa
     if not np.allclose(steps, steps[:1], rtol=1e-3, atol=0) or (steps <= 0).any():
         refuse("dataset", "have evenly spaced times as numbers", "others", place=source)
     unit = dataset.attrs.get("time_unit")
-    known = unit in (None, "seconds", "frames")
-    require(known, "time_unit", "be 'seconds' or 'frames' in `dataset`", brief(unit), place=source)
+    recognized = unit in (None, "seconds", "frames")
+    require(
+        recognized, "time_unit", "be 'seconds' or 'frames' in `dataset`", brief(unit), place=source
+    )
     if unit == "frames" and (steps != 1).any():
         remedy = "Number the frames that are there, and give the rate of those as `fps`."
         refuse(

@@ -48,10 +48,10 @@ from which on nobody follows a path."""
 
 def named(names: Sequence[str], columns: Mapping[str, str] | None, file: object) -> list[str]:
     """Return the names of columns, those of which `columns` says what they are by that."""
-    said = dict(columns or {})
+    stated = dict(columns or {})
     # another column of that name is not meant
-    renamed = ["" if name.lower() in said else name for name in names]
-    for role, column in said.items():
+    renamed = ["" if name.lower() in stated else name for name in names]
+    for role, column in stated.items():
         spelled = [k for k, name in enumerate(names) if name == column]
         in_any_case = [k for k, name in enumerate(names) if name.lower() == column.lower()]
         fitting = spelled or in_any_case
@@ -69,8 +69,8 @@ def box_columns(names: Collection[str]) -> dict[str, str]:
         for word in words:
             if word in plain:
                 sides.setdefault(side, plain[word])
-    for ends in (("right", "bottom"), ("width", "height")):
-        wanted = ("left", "top", *ends)
+    for opposite in (("right", "bottom"), ("width", "height")):
+        wanted = ("left", "top", *opposite)
         if sides.keys() >= set(wanted):
             return {side: sides[side] for side in wanted}
     return {}
@@ -149,8 +149,8 @@ def choose_individuals(
     codes = {name: numbered(texts) for name, texts in columns.items()}
     names = list(codes)
     if all(
-        _finer(codes[names[0]], other) and _finer(other, codes[names[0]])
-        for other in codes.values()
+        _finer(codes[names[0]], rival) and _finer(rival, codes[names[0]])
+        for rival in codes.values()
     ):
         return names[0], ""
     shares = _shares_of_jumps(codes, frames, positions)
@@ -159,13 +159,13 @@ def choose_individuals(
     if best > BROKEN:
         likely = []
     for name in likely:
-        if all(_finer(codes[other], codes[name]) for other in likely):
+        if all(_finer(codes[rival], codes[name]) for rival in likely):
             if name == "id":
                 return name, ""
-            others = " and ".join(
-                f"{shares[other]:.0%} by {other}" for other in names if other != name
+            alternatives = " and ".join(
+                f"{shares[rival]:.0%} by {rival}" for rival in names if rival != name
             )
-            jumps = f"{shares[name]:.0%} of the steps are jumps by it, {others}"
+            jumps = f"{shares[name]:.0%} of the steps are jumps by it, {alternatives}"
             return name, f"the column {name} names the individuals: {jumps}"
     remedy: Text = ("Say which, for example ", Setting("columns", {"id": names[-1]}), ".")
     many = "several" if likely else "none"
@@ -179,14 +179,14 @@ def numbered(texts: Sequence[str]) -> np.ndarray:
     return np.array([numbers.setdefault(text, len(numbers)) for text in texts])
 
 
-def _pairs(codes: np.ndarray, others: np.ndarray) -> int:
+def _pairs(codes: np.ndarray, second_codes: np.ndarray) -> int:
     """Return how many different pairs there are of numbers (rows,) and others."""
-    return len(np.unique(codes * (others.max() + 1) + others))
+    return len(np.unique(codes * (second_codes.max() + 1) + second_codes))
 
 
-def _finer(codes: np.ndarray, others: np.ndarray) -> bool:
+def _finer(codes: np.ndarray, second_codes: np.ndarray) -> bool:
     """Return whether rows with the same number (rows,) have the same other one, too."""
-    return _pairs(codes, others) == codes.max() + 1
+    return _pairs(codes, second_codes) == codes.max() + 1
 
 
 def _shares_of_jumps(
@@ -211,13 +211,13 @@ def _steps(frames: np.ndarray, who: np.ndarray, positions: np.ndarray) -> np.nda
 
     They are infinite where rows contradict each other.
     """
-    there = ~np.isnan(positions).any(axis=1)
-    order = np.flatnonzero(there)[np.lexsort((frames[there], who[there]))]
+    located = ~np.isnan(positions).any(axis=1)
+    order = np.flatnonzero(located)[np.lexsort((frames[located], who[located]))]
     later = np.diff(frames[order])
     same = np.diff(who[order]) == 0
     lengths = np.hypot(*np.diff(positions[order], axis=0).T)
     contradicting = same & (later == 0) & (lengths > 0)
-    between = np.diff(np.unique(frames[there]))
+    between = np.diff(np.unique(frames[located]))
     neighboring = same & (later == between.min(initial=np.inf))
     return np.where(contradicting, np.inf, lengths)[neighboring | contradicting]
 
@@ -235,8 +235,8 @@ def refuse_detections(recording: Recording, name: str, file: object) -> None:
     step = _median_step(recording.positions, 0)
     step_to_another = _median_step(recording.positions, 1)
     if step > CHANCE * step_to_another:
-        some = recording.positions[: 2 * FEWEST_STEPS]
-        nearest = np.fmin.reduce([_steps_to(some, shift) for shift in range(individuals)])
+        opening = recording.positions[: 2 * FEWEST_STEPS]
+        nearest = np.fmin.reduce([_steps_to(opening, shift) for shift in range(individuals)])
         nearest = nearest[~np.isnan(nearest)]
         if len(nearest) and step > NEARER * np.median(nearest):
             got = f"steps of {step:.3g}, where the next position of another is {step_to_another:.3g} away"

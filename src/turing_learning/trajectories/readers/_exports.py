@@ -232,15 +232,15 @@ def csv_files(folder: Path) -> list[Path]:
 
 def joined(recordings: Sequence[Recording], path: Path) -> Recording:
     """Return recordings of one individual each, in the same frames, as one."""
-    first, *others = recordings
-    if not others:
-        return first
+    earliest, *later = recordings
+    if not later:
+        return earliest
     names = [name for recording in recordings for name in recording.individuals]
     if len(set(names)) < len(names):
         raise refusal("have files whose names end with different numbers", ", ".join(names), path)
     begin = min(recording.first_frame for recording in recordings)
-    end = max(recording.first_frame + len(recording.positions) for recording in recordings)
-    positions = np.full((end - begin, len(names), 2), np.nan)
+    stop = max(recording.first_frame + len(recording.positions) for recording in recordings)
+    positions = np.full((stop - begin, len(names), 2), np.nan)
     for who, recording in enumerate(recordings):
         start = recording.first_frame - begin
         positions[start : start + len(recording.positions), who] = recording.positions[:, 0]
@@ -254,7 +254,7 @@ def joined(recordings: Sequence[Recording], path: Path) -> Recording:
     if len(rates) > 1:
         raise refusal("state one frame rate for all individuals", sorted(map(str, rates)), path)
     return replace(
-        first,
+        earliest,
         positions=positions,
         individuals=tuple(names),
         first_frame=begin,
@@ -272,10 +272,10 @@ SESSION_SUFFIXES = (".h5", ".csv", ".npy")
 
 def session_file(folder: Path) -> Path | None:
     """Return the file of trajectories in a folder of idtracker.ai: HDF5 before CSV before npy; None if there is none."""
-    found: list[tuple[int, int, str, Path]] = []
+    candidates: list[tuple[int, int, str, Path]] = []
     for pattern in ("*", "*/*", "*/*/*"):
         for file in folder.glob(pattern):
             begins = [k for k, name in enumerate(SESSION_FILES) if file.stem.startswith(name)]
             if file.suffix in SESSION_SUFFIXES and begins and file.is_file():
-                found.append((SESSION_SUFFIXES.index(file.suffix), begins[0], str(file), file))
-    return min(found)[-1] if found else None
+                candidates.append((SESSION_SUFFIXES.index(file.suffix), begins[0], str(file), file))
+    return min(candidates)[-1] if candidates else None

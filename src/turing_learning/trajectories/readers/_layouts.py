@@ -47,19 +47,19 @@ class Layout:
 
     def roles(self, names: Sequence[str]) -> dict[str, str]:
         """Return role -> name of the columns that this layout has among names in small letters."""
-        found = {}
+        columns = {}
         for role, patterns in self.columns.items():
             for pattern in patterns:
                 fitting = [name for name in names if re.fullmatch(pattern, name)]
                 if fitting:
-                    found[role] = fitting[0]
+                    columns[role] = fitting[0]
                     break
-        return found
+        return columns
 
     def fits(self, names: Collection[str]) -> bool:
         """Return whether a table has the columns that this layout needs: of time or frames, and of positions."""
-        found = self.roles(sorted(names))
-        return {"x", "y"} <= found.keys() and not found.keys().isdisjoint(("frame", "time"))
+        roles = self.roles(sorted(names))
+        return {"x", "y"} <= roles.keys() and not roles.keys().isdisjoint(("frame", "time"))
 
 
 TIDY = Layout()
@@ -175,24 +175,24 @@ def plain_roles(names: Sequence[str], *, project: bool) -> dict[str, str]:
     """
     if {"x", "y"} <= set(names):
         return {}
-    found: dict[str, str] = {}
+    roles: dict[str, str] = {}
     for name in names:
         unit = unit_of(name)
         match = _UNIT.fullmatch(name) if unit else None
         bare = match[1].strip() if match else name
         axis = _POSITION.fullmatch(bare)
         if axis and (unit or bare != axis[1]):
-            found.setdefault(axis[1], name)
-    if {"x", "y"} <= found.keys():
-        return found
+            roles.setdefault(axis[1], name)
+    if {"x", "y"} <= roles.keys():
+        return roles
     return angles(names) if project else {}
 
 
 def angles(names: Sequence[str]) -> dict[str, str]:
     """Return role -> name of columns of longitude and latitude; nothing unless there are both."""
-    found: dict[str, str] = {}
+    columns: dict[str, str] = {}
     for role, pattern in _ANGLES.items():
         for name in names:
             if pattern.fullmatch(name):
-                found.setdefault(role, name)
-    return found if len(found) == len(_ANGLES) else {}
+                columns.setdefault(role, name)
+    return columns if len(columns) == len(_ANGLES) else {}

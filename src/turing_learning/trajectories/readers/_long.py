@@ -69,16 +69,16 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
     choices += table.doubts
     at = sheet.at
     seconds = table.seconds
-    kept, dropped = table.kept(who)
+    visible, dropped = table.kept(who)
     choices += dropped
-    if len(kept) < len(frames):
-        frames, positions = frames[kept], positions[kept]
-        individuals = [individuals[row] for row in kept]
-        extras = {name: values[kept] for name, values in extras.items()}
-        seconds = seconds[kept] if len(seconds) else seconds
+    if len(visible) < len(frames):
+        frames, positions = frames[visible], positions[visible]
+        individuals = [individuals[row] for row in visible]
+        extras = {name: values[visible] for name, values in extras.items()}
+        seconds = seconds[visible] if len(seconds) else seconds
 
         def at(row: int) -> str:
-            return sheet.at(int(kept[row]))
+            return sheet.at(int(visible[row]))
 
     if options.resample is not None:
         rows = resampled(seconds, individuals, positions, extras, options.resample, sheet.place)
@@ -165,13 +165,13 @@ class _LongTable:
 
     def _choose_columns(self) -> None:
         """Find which columns are needed, as numbers and as texts; refuse a table that lacks some."""
-        names, said, layout, place = self.names, self.said, self.layout, self.sheet.place
+        names, named, layout, where = self.names, self.said, self.layout, self.sheet.place
         times = [name for name in TIME if name in names]
         self.when = "frame" if "frame" in names or not times else times[0]
         if self.options.resample is not None and times:
             self.when = times[0]
-        stated = not {"x", "y"}.isdisjoint(said)
-        boxed = "left" in said or (not layout.columns and is_long(names) and not stated)
+        stated = not {"x", "y"}.isdisjoint(named)
+        boxed = "left" in named or (not layout.columns and is_long(names) and not stated)
         self.box = box_columns(names) if boxed else {}
         self.plain = [axis for axis in ("x", "y") if axis in names or not self.box]
         if not {self.when, *self.plain} <= set(names):
@@ -179,10 +179,10 @@ class _LongTable:
             remedy: Text = "" if self.when in names else "Number the frames in a column frame."
             if angles(names):
                 remedy = ("To bring degrees into a plane, add ", Setting("project", True), ".")
-            raise refusal(f"have the columns frame, {x}, {y}", self.sheet.names, place, remedy)
+            raise refusal(f"have the columns frame, {x}, {y}", self.sheet.names, where, remedy)
         if not (self.box or stated):
-            refuse_size(names, place)
-        who = ("id",) if "id" in said else layout.who
+            refuse_size(names, where)
+        who = ("id",) if "id" in named else layout.who
         self.who = [name for name in who if name in names]
         self.apart = [name for name in APART if name in names and name not in self.who]
         clock = times[:1] if self.when == "frame" else []
@@ -201,7 +201,7 @@ class _LongTable:
         self.depth = depth
         self.hidden = hidden
         #: The name of everybody where no column says one: that of the file where programs write one for each
-        self.alone = _alone(place) if layout.name == "trex-csv" else "1"
+        self.alone = _alone(where) if layout.name == "trex-csv" else "1"
 
     @property
     def y_axis(self) -> YAxis | None:
@@ -251,8 +251,8 @@ class _LongTable:
             return frames, fps, remarks
         times, in_seconds = seconds_of(self.words[self.when], sheet.at)
         name = "seconds" if in_seconds else self.called.get("time", self.when)
-        times, more = since_start(times, IN_UNITS.get(name, 1.0))
-        remarks += more
+        times, notes = since_start(times, IN_UNITS.get(name, 1.0))
+        remarks += notes
         # in the order of the file, in which times of an individual often stand together
         steps = np.abs(np.diff(times[np.abs(times) <= FARTHEST]))
         if (steps > 0).any():
@@ -270,10 +270,10 @@ class _LongTable:
                     return *frames_at(times, None, name, sheet.place, sheet.at), remarks
             return *frames_at(times, options.fps, name, sheet.place, sheet.at), remarks
         check_times(times, sheet.at, FARTHEST)
-        known, order = np.unique(times, return_inverse=True)
-        if len(known) < 2:
-            raise refusal("have two times or more", len(known), sheet.place)
-        rate = 1 / float(np.median(np.diff(known)))
+        moments, order = np.unique(times, return_inverse=True)
+        if len(moments) < 2:
+            raise refusal("have two times or more", len(moments), sheet.place)
+        rate = 1 / float(np.median(np.diff(moments)))
         self.seconds = times / per_second(rate, options.fps, sheet.place, name)
         return order.astype(float), None, remarks
 
@@ -357,9 +357,9 @@ class _LongTable:
         if self.layout.against_y and "headings" in extras:
             extras["headings"] = -extras["headings"]
         if self.turned:
-            parts = np.column_stack([self.numbers[name] for name in QUATERNION])
+            quaternion = np.column_stack([self.numbers[name] for name in QUATERNION])
             # far beyond 1, so that no square is too large
-            x, y, z, w = np.clip(parts, -10, 10).T
+            x, y, z, w = np.clip(quaternion, -10, 10).T
             wrong = ~(np.abs(x**2 + y**2 + z**2 + w**2 - 1) < OFF) & ~np.isnan(positions[:, 0])
             if wrong.any():
                 self.doubts.append(
@@ -382,9 +382,9 @@ class _LongTable:
 
     def unread(self, who: str) -> list[str]:
         """Return the columns that are not used, as the file spells them."""
-        used = {*self.wanted, self.when, who, *self.clock, *self.apart, *self.hidden}
+        read = {*self.wanted, self.when, who, *self.clock, *self.apart, *self.hidden}
         pairs = zip(self.names, self.sheet.names, strict=True)
-        return [spelled for name, spelled in pairs if spelled and name not in used]
+        return [spelled for name, spelled in pairs if spelled and name not in read]
 
 
 UNTRACKED = ("", "none", "nan", "na")
@@ -411,9 +411,9 @@ MISSING, VISIBLE = "missing", "visible"
 NO = ("false", "f", "no", "0", "0.0", "")
 
 
-def _alone(place: object) -> str:
+def _alone(source: object) -> str:
     """Return the name of the individual of a file, which programs number at its end, as fish3 of video_fish3.csv."""
-    stem = Path(str(place).rpartition(":")[0]).stem
+    stem = Path(str(source).rpartition(":")[0]).stem
     return stem.rpartition("_")[2] or stem
 
 

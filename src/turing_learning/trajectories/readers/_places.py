@@ -27,19 +27,19 @@ def projected(degrees: np.ndarray, file: object) -> tuple[np.ndarray, list[str]]
 
     Source: J. P. Snyder, Map projections: a working manual, US Geological Survey 1987, equations 4-18 to 4-20.
     """
-    known = ~np.isnan(degrees).any(axis=1)
-    if not known.any():
+    located = ~np.isnan(degrees).any(axis=1)
+    if not located.any():
         return degrees, []
-    if (np.abs(degrees[known, 1]) > 90).any() or (np.abs(degrees[known, 0]) > 360).any():
-        bad = degrees[known][(np.abs(degrees[known]) > [360, 90]).any(axis=1)][0]
+    if (np.abs(degrees[located, 1]) > 90).any() or (np.abs(degrees[located, 0]) > 360).any():
+        bad = degrees[located][(np.abs(degrees[located]) > [360, 90]).any(axis=1)][0]
         raise refusal(
             "have degrees of longitude and latitude",
             bad.tolist(),
             file,
             "See whether they are exchanged.",
         )
-    first = degrees[known][0, 0]
-    longitude = first + (degrees[:, 0] - first + 180) % 360 - 180
+    first_longitude = degrees[located][0, 0]
+    longitude = first_longitude + (degrees[:, 0] - first_longitude + 180) % 360 - 180
     middle = np.array([np.nanmedian(longitude), np.nanmedian(degrees[:, 1])])
     latitude = np.radians(middle[1])
     share = 1 - ECCENTRICITY_SQUARED * np.sin(latitude) ** 2
@@ -48,7 +48,7 @@ def projected(degrees: np.ndarray, file: object) -> tuple[np.ndarray, list[str]]
     away = np.radians(np.column_stack([longitude, degrees[:, 1]]) - middle)
     positions = 100 * away * [east, north]
     doubts = []
-    extent = float(np.ptp(positions[known], axis=0).max())
+    extent = float(np.ptp(positions[located], axis=0).max())
     if extent > FARTHEST_CM:
         doubts.append(
             f"positions are {extent / 1e5:.0f} km apart, on a plane around ({middle[0]:.5g}, {middle[1]:.5g})"
@@ -89,40 +89,48 @@ def resampled(
         name: np.exp(1j * values) if name == "headings" else values
         for name, values in extras.items()
     }
-    found: list[tuple[np.ndarray, list[str], np.ndarray, dict[str, np.ndarray]]] = []
+    tracks: list[tuple[np.ndarray, list[str], np.ndarray, dict[str, np.ndarray]]] = []
     names = np.asarray(who, dtype=object)
     for name in sorted(set(who), key=natural):
         rows = np.flatnonzero((names == name) & ~np.isnan(positions).any(axis=1))
         rows = rows[np.argsort(times[rows], kind="stable")]
-        own, first = np.unique(times[rows], return_index=True)
-        rows = rows[first]
-        if len(own) < 2:
+        own_times, first_rows = np.unique(times[rows], return_index=True)
+        rows = rows[first_rows]
+        if len(own_times) < 2:
             continue
         frames = np.arange(
-            np.ceil((own[0] - begin) * fps - 1e-6), np.floor((own[-1] - begin) * fps + 1e-6) + 1
+            np.ceil((own_times[0] - begin) * fps - 1e-6),
+            np.floor((own_times[-1] - begin) * fps + 1e-6) + 1,
         )
         at = begin + frames / fps
-        after = np.clip(np.searchsorted(own, at), 1, len(own) - 1)
-        widest = WIDEST_GAP * max(float(np.median(np.diff(own))), 1 / fps)
-        frames = frames[own[after] - own[after - 1] <= widest]
-        at = at[own[after] - own[after - 1] <= widest]
-        places = np.column_stack([np.interp(at, own, positions[rows, axis]) for axis in range(2)])
-        more = {}
+        after = np.clip(np.searchsorted(own_times, at), 1, len(own_times) - 1)
+        widest = WIDEST_GAP * max(float(np.median(np.diff(own_times))), 1 / fps)
+        frames = frames[own_times[after] - own_times[after - 1] <= widest]
+        at = at[own_times[after] - own_times[after - 1] <= widest]
+        points = np.column_stack(
+            [np.interp(at, own_times, positions[rows, axis]) for axis in range(2)]
+        )
+        values_at = {}
         for extra, values in turned.items():
-            parts = [np.interp(at, own, part(values[rows])) for part in (np.real, np.imag)]
-            more[extra] = np.arctan2(parts[1], parts[0]) if extra == "headings" else parts[0]
-        found.append((frames, [name] * len(frames), places, more))
-    if not sum(len(frames) for frames, *_ in found):
+            components = [
+                np.interp(at, own_times, component(values[rows]))
+                for component in (np.real, np.imag)
+            ]
+            values_at[extra] = (
+                np.arctan2(components[1], components[0]) if extra == "headings" else components[0]
+            )
+        tracks.append((frames, [name] * len(frames), points, values_at))
+    if not sum(len(frames) for frames, *_ in tracks):
         remedy = ("Resample at a lower rate: ", Setting("resample"), ".")
         raise refusal(
             "have two positions of somebody near to each other in time", "none", file, remedy
         )
-    frames = np.concatenate([each[0] for each in found])
-    individuals = [name for each in found for name in each[1]]
-    places = np.concatenate([each[2] for each in found])
+    frames = np.concatenate([track[0] for track in tracks])
+    individuals = [name for track in tracks for name in track[1]]
+    points = np.concatenate([track[2] for track in tracks])
     return (
         frames,
         individuals,
-        places,
-        {name: np.concatenate([each[3][name] for each in found]) for name in extras},
+        points,
+        {name: np.concatenate([track[3][name] for track in tracks]) for name in extras},
     )

@@ -43,16 +43,16 @@ def read_lines(path: Path) -> Iterator[tuple[int, str]]:
                 blank = blank or number
             elif blank:
                 remedy = "Remove it, and what stands below it if that is no row."
-                place = f"{path}:{blank}"
-                raise refusal("have no blank line inside", "an empty line", place, remedy)
+                where = f"{path}:{blank}"
+                raise refusal("have no blank line inside", "an empty line", where, remedy)
             else:
                 yield number, line
 
 
-def refuse_utf16(raw: bytes, place: object) -> None:
+def refuse_utf16(raw: bytes, source: object) -> None:
     """Refuse a file that begins with the mark of UTF-16, in which lines cannot be told from bytes."""
     if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        raise refusal("be text in UTF-8", "UTF-16", place, "Save it as UTF-8.")
+        raise refusal("be text in UTF-8", "UTF-16", source, "Save it as UTF-8.")
 
 
 def _decoded(raw: bytes, path: Path, number: int) -> str:
@@ -100,9 +100,9 @@ def cells_of(line: str, separator: str, path: Path, number: int, width: int = 0)
 
 def header(path: Path, lines: int, separator: str) -> list[list[str]]:
     """Return the cells of the first lines."""
-    first = islice(read_lines(path), lines)
+    head = islice(read_lines(path), lines)
     rows = [
-        [cell.strip() for cell in cells_of(line, separator, path, number)] for number, line in first
+        [cell.strip() for cell in cells_of(line, separator, path, number)] for number, line in head
     ]
     if len(rows) < lines:
         raise refusal(f"have {lines} header lines", len(rows), path)
@@ -122,7 +122,7 @@ def text_sheet(
     def read(
         numbers: Sequence[int], texts: Sequence[int] = ()
     ) -> tuple[np.ndarray, list[list[str]]]:
-        found: list[np.ndarray] = []
+        blocks: list[np.ndarray] = []
         words: list[list[str]] = [[] for _ in texts]
         lines = islice(read_lines(path), skip, None)
         while block := list(islice(lines, ROWS)):
@@ -134,8 +134,8 @@ def text_sheet(
             columns = [
                 _numbers(cells[k::width], absent, decimal_comma=decimal_comma) for k in numbers
             ]
-            found.append(np.column_stack(columns) if columns else np.zeros((len(block), 0)))
-            for row, column in np.argwhere(np.isinf(found[-1])):
+            blocks.append(np.column_stack(columns) if columns else np.zeros((len(block), 0)))
+            for row, column in np.argwhere(np.isinf(blocks[-1])):
                 cell = cells[row * width + numbers[column]].strip()
                 remedy = "Write decimals with a point." if "," in cell else ""
                 raise refusal(
@@ -143,9 +143,9 @@ def text_sheet(
                 )
             for column, k in zip(words, texts, strict=True):
                 column += map(str.strip, cells[k::width])
-        if not found:
+        if not blocks:
             raise refusal("have at least one row", "none", path)
-        return np.concatenate(found), words
+        return np.concatenate(blocks), words
 
     return Sheet(names, read, f"{path}:1", lambda row: f"{path}:{skip + 1 + row}")
 
@@ -212,11 +212,11 @@ def sheet_of(path: Path, separator: str = "", absent: Sequence[str] = ()) -> She
     names = header(path, 1, separator)[0]
     if _has_row_names(path, separator, len(names)):
         names = ["", *names]
-    more = _more_header_lines(path, separator, names)
-    sheet = text_sheet(path, separator, names, skip=1 + len(more), absent=absent)
-    if more:
-        remark = f"{len(more)} more header lines are no rows: {more[-1]}"
-        units = _units_in(cells_of(more[-1], separator, path, 1 + len(more)), names)
+    extra_lines = _more_header_lines(path, separator, names)
+    sheet = text_sheet(path, separator, names, skip=1 + len(extra_lines), absent=absent)
+    if extra_lines:
+        remark = f"{len(extra_lines)} more header lines are no rows: {extra_lines[-1]}"
+        units = _units_in(cells_of(extra_lines[-1], separator, path, 1 + len(extra_lines)), names)
         sheet = replace(sheet, remark=remark, units=units)
     return sheet
 
@@ -244,9 +244,9 @@ MOST_HEADER_LINES = 3
 
 def _more_header_lines(path: Path, separator: str, names: Sequence[str]) -> list[str]:
     """Return the lines below the header that say something, and in no cell a number or a missing one."""
-    more: list[str] = []
+    extra_lines: list[str] = []
     if {"frame", *TIME}.isdisjoint(name.lower() for name in names):
-        return more
+        return extra_lines
     for number, line in islice(read_lines(path), 1, 1 + MOST_HEADER_LINES):
         cells = [cell.strip() for cell in cells_of(line, separator, path, number)]
         lacking = len(names) - len(cells)
@@ -255,5 +255,5 @@ def _more_header_lines(path: Path, separator: str, names: Sequence[str]) -> list
         # the last cell may be empty
         if lacking not in (0, 1) or not words or any(values) or cells == list(names):
             break
-        more.append(line)
-    return more
+        extra_lines.append(line)
+    return extra_lines

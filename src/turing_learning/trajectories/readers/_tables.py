@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from .._recording import Glance
 
 
-def choose(keypoint: str | None, names: Sequence[str], place: object) -> str:
+def choose(keypoint: str | None, names: Sequence[str], where: object) -> str:
     """Return the key point asked for, or the only one there is."""
     if keypoint is None and len(names) == 1:
         return names[0]
@@ -67,7 +67,7 @@ def choose(keypoint: str | None, names: Sequence[str], place: object) -> str:
         f"be one of {', '.join(names)}",
         brief(keypoint),
         remedy,
-        place=str(place),
+        place=str(where),
     )
     return str(keypoint)
 
@@ -83,24 +83,26 @@ def _is_tidy(glance: "Glance") -> bool:
     names = names_of(glance)
     if not {"x", "y"} <= names and any(layout.fits(names) for layout in LAYOUTS):
         return False
-    others = names - {frame_column(names) or "frame", "frame", *TIME}
-    wide = bool(others) and is_wide(others) and not (_is_csv(glance) or _is_animalta(glance))
+    other_names = names - {frame_column(names) or "frame", "frame", *TIME}
+    wide = (
+        bool(other_names) and is_wide(other_names) and not (_is_csv(glance) or _is_animalta(glance))
+    )
     listed = sorted(names)
     long = (
         is_long(names)
         or {"x", "y"} <= plain_roles(listed, project=False).keys()
         or bool(angles(listed))
     )
-    return others < names and (long or wide)
+    return other_names < names and (long or wide)
 
 
 def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
     """Read columns frame or time (s), x, y and, if there are any, id, heading (rad) and confidence; or a wide table."""
-    said = dict(options.columns or {})
+    columns = dict(options.columns or {})
     frame = frame_column(sheet.names)
-    if frame and said.keys().isdisjoint(("frame", "time")) and frame not in said.values():
-        options = replace(options, columns={"frame": frame, **said})
-    beyond_time = {*said} - {"frame", "time"}
+    if frame and columns.keys().isdisjoint(("frame", "time")) and frame not in columns.values():
+        options = replace(options, columns={"frame": frame, **columns})
+    beyond_time = {*columns} - {"frame", "time"}
     names = [name.lower() for name in sheet.names]
     long = is_long(names) or plain_roles(names, project=False) or angles(names)
     if beyond_time or long:
@@ -109,7 +111,7 @@ def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
     rule = (
         "frame or time, and x and y of each individual, as x1, y1, x2, ... or fish_x, fish_y, ..."
     )
-    return replace(read_wide(sheet, rule, options, each=(2, 3)), y_axis=None)
+    return replace(read_wide(sheet, rule, options, widths=(2, 3)), y_axis=None)
 
 
 def _format_of(layout: Layout) -> Format:
@@ -207,18 +209,18 @@ def read_wide(
     rule: str,
     options: Options,
     *,
-    each: tuple[int, ...] = (2,),
+    widths: tuple[int, ...] = (2,),
     fps: float | None = None,
 ) -> Recording:
-    """Read `each` columns of an individual, as x1 or fish_x: x, y, perhaps a confidence; and times (s) or frames."""
-    columns, clocks = _wide_columns(sheet, rule, each)
+    """Read `widths` columns of an individual, as x1 or fish_x: x, y, perhaps a confidence; and times (s) or frames."""
+    columns, clocks = _wide_columns(sheet, rule, widths)
     individuals = sorted(columns, key=natural)
     width = len(columns[individuals[0]])
     spelled = {
         who: [sheet.names[columns[who][0]], sheet.names[columns[who][1]]] for who in individuals
     }
     refuse_points(spelled, sheet.place)
-    wanted = [columns[who][kind] for who in individuals for kind in range(width)]
+    wanted = [columns[who][coordinate] for who in individuals for coordinate in range(width)]
     when = clocks.get("frame", clocks.get("time"))
     if options.resample is not None:
         when = clocks.get("time", when)
@@ -230,18 +232,18 @@ def read_wide(
     values = numbers[:, len(numbered) :].reshape(len(numbers), len(individuals), width)
     if individuals == ["1", "2"] and width == 2:
         refuse_corners(values, sheet.place)
-    names = {role: sheet.names[place] for role, place in clocks.items()}
+    names = {role: sheet.names[column] for role, column in clocks.items()}
     names |= {"x": _first_and_last(spelled, 0), "y": _first_and_last(spelled, 1)}
     remarks: tuple[str, ...] = ()
-    first, rate = 0, fps
+    first_frame, rate = 0, fps
     if timed:
         times, in_seconds = seconds_of(words[0], sheet.at)
         name = "seconds" if in_seconds else sheet.names[when].lower()  # type: ignore[index]
         if options.resample is not None:
             return _resampled_wide(times, name, individuals, values, sheet, options, names)
-        first, rate = _timed(times, name, sheet, fps, options.fps)
+        first_frame, rate = _timed(times, name, sheet, fps, options.fps)
     elif when is not None:
-        first, rate = _timed(numbers[:, 0], "frame", sheet, fps, options.fps)
+        first_frame, rate = _timed(numbers[:, 0], "frame", sheet, fps, options.fps)
         if words and rate is None:
             times, _ = seconds_of(words[0], sheet.at)
             stated = stated_rate(times, np.arange(len(times)))
@@ -268,7 +270,7 @@ def read_wide(
         sheet.at,
         confidence=sure if complete else None,
         fps=rate,
-        first_frame=first,
+        first_frame=first_frame,
         numbered=when is not None,
         remarks=remarks,
         columns=names,
@@ -276,7 +278,7 @@ def read_wide(
 
 
 def _wide_columns(
-    sheet: Sheet, rule: str, each: tuple[int, ...]
+    sheet: Sheet, rule: str, widths: tuple[int, ...]
 ) -> tuple[dict[str, dict[int, int]], dict[str, int]]:
     """Return numbers of columns by individual and by what they are, and those of frames and times."""
     columns: dict[str, dict[int, int]] = {}
@@ -287,19 +289,25 @@ def _wide_columns(
             f"have the columns {rule}", f"{len(sheet.names)} columns, {name!r}", sheet.place
         )
 
-    for place, name in enumerate(sheet.names):
+    for column, name in enumerate(sheet.names):
         matches = filter(None, (pattern.fullmatch(name) for pattern in _WIDE))
         match = next(matches, None)
         role = "frame" if name.lower() == "frame" else "time" if name.lower() in TIME else ""
         if match is None and role and role not in clocks:
-            clocks[role] = place
+            clocks[role] = column
             continue
-        kind = COORDINATES.get(match["what"].lower()) if match else None
-        if match is None or kind is None or kind in columns.setdefault(match["who"], {}):
+        coordinate = COORDINATES.get(match["what"].lower()) if match else None
+        if (
+            match is None
+            or coordinate is None
+            or coordinate in columns.setdefault(match["who"], {})
+        ):
             refuse_column(name)
-        columns[match["who"]][kind] = place
+        columns[match["who"]][coordinate] = column
     width = len(next(iter(columns.values()), ()))
-    if width not in each or any(sorted(kinds) != list(range(width)) for kinds in columns.values()):
+    if width not in widths or any(
+        sorted(coordinates) != list(range(width)) for coordinates in columns.values()
+    ):
         refuse_column(sheet.names[-1])
     return columns, clocks
 
@@ -316,21 +324,21 @@ def _resampled_wide(
 ) -> Recording:  # fmt: skip
     """Return values (rows, A, 2 or 3) at uneven times as a recording at an even rate."""
     check_times(times, sheet.at, FARTHEST)
-    known = np.unique(times)
-    if len(known) < 2:
-        raise refusal("have two times or more", len(known), sheet.place)
-    rate = 1 / float(np.median(np.diff(known)))
+    moments = np.unique(times)
+    if len(moments) < 2:
+        raise refusal("have two times or more", len(moments), sheet.place)
+    rate = 1 / float(np.median(np.diff(moments)))
     seconds = times / per_second(rate, options.fps, sheet.place, name)
     count = len(individuals)
     fps = float(options.resample or 0)
     rows = values.reshape(len(times) * count, -1)
     who = list(individuals) * len(times)
-    frames, who, places, _ = resampled(
+    frames, who, points, _ = resampled(
         np.repeat(seconds, count), who, rows[:, :2], {}, fps, sheet.place
     )
     remark = f"times were made even by resampling at {fps:g} per second"
     at = f"{sheet.place}, resampled row {{}}".format
-    return assemble(frames, who, places, at, fps=fps, remarks=(remark,), columns=names)
+    return assemble(frames, who, points, at, fps=fps, remarks=(remark,), columns=names)
 
 
 def _timed(
@@ -370,7 +378,7 @@ IDTRACKER_FORMAT = Format(
     "idtracker",
     lambda glance: glance.cells("\t")[:3] == ["X1", "Y1", "ProbId1"],
     lambda path, options: read_wide(
-        sheet_of(path, "\t"), "X1, Y1, ProbId1, X2, ...", options, each=(3,)
+        sheet_of(path, "\t"), "X1, Y1, ProbId1, X2, ...", options, widths=(3,)
     ),
 )
 CSV_FORMAT = Format("idtracker.ai-csv", _is_csv, read_csv)
@@ -387,9 +395,9 @@ def _is_animalta(glance: "Glance") -> bool:
 def read_animalta(path: Path, options: Options) -> Recording:
     """Read what AnimalTA exports: frame and time (s), x and y (pixels) of each individual of each arena."""
     sheet = sheet_of(path)
-    others = [name for name in sheet.names if name.lower() not in ("frame", *TIME)]
+    columns = [name for name in sheet.names if name.lower() not in ("frame", *TIME)]
     rule = "Frame, Time, X_Arena0_Ind0, Y_Arena0_Ind0, ..."
-    if not all(_ANIMALTA.fullmatch(name.lower()) for name in others):
+    if not all(_ANIMALTA.fullmatch(name.lower()) for name in columns):
         raise refusal(f"have the columns {rule}", sheet.names, sheet.place)
     return read_wide(sheet, rule, options)
 
@@ -424,9 +432,9 @@ def read_toxtrac(path: Path, options: Options) -> Recording:
     sheet = text_sheet(path, "\t", ("frame", "arena", "track", "x", "y", "label"), skip=0)
     numbers, _ = sheet.read(range(6))
     frames, arena, track, x, y, label = numbers.T
-    whole = numbers[:, [1, 2, 5]]
+    integers = numbers[:, [1, 2, 5]]
     rule = "have whole numbers for arena, track and label (columns 2, 3, 6)"
-    refuse_first((np.floor(whole) != whole).any(axis=1), sheet.at, rule, whole)
+    refuse_first((np.floor(integers) != integers).any(axis=1), sheet.at, rule, integers)
     several = len(np.unique(arena)) > 1
     names = [
         f"{int(a)}:{int(t)}" if several else str(int(t)) for a, t in zip(arena, track, strict=True)
@@ -450,8 +458,8 @@ Labels = list[tuple[str, ...]]
 def _is_deeplabcut(glance: "Glance") -> bool:
     # a program for spreadsheets may have written it anew, with semicolons
     separator = separator_of(glance.lines[0]) if glance.lines else ","
-    first = [line.split(separator)[0].strip('"') for line in glance.lines[:4]]
-    return first == SEVERAL or first[:3] == SINGLE
+    headings = [line.split(separator)[0].strip('"') for line in glance.lines[:4]]
+    return headings == SEVERAL or headings[:3] == SINGLE
 
 
 def read_deeplabcut(path: Path, options: Options) -> Recording:
@@ -483,12 +491,12 @@ def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
     point = choose(options.keypoint, points, sheet.place.rpartition(":")[0] or sheet.place)
     animals = list(dict.fromkeys(label[1] for label in labels if label[2] == point))
     columns = []
-    for wanted in ((animal, point, what) for animal in animals for what in COORDS):
-        found = [k for k, label in enumerate(labels, start=1) if label[1:] == wanted]
-        if len(found) != 1:
-            got = f"{len(found)} columns {wanted}"
+    for wanted in ((animal, point, coordinate) for animal in animals for coordinate in COORDS):
+        matching = [k for k, label in enumerate(labels, start=1) if label[1:] == wanted]
+        if len(matching) != 1:
+            got = f"{len(matching)} columns {wanted}"
             raise refusal("have x, y and likelihood once for each body part", got, sheet.place)
-        columns += found
+        columns += matching
     numbers, _ = sheet.read(numbers=[0, *columns])
     count, frames = len(animals), numbers[:, 0]
     values = numbers[:, 1:].reshape(-1, 3)
@@ -537,9 +545,9 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
     # As `to_pandas` does
     stated = {name: frame.attrs[name] for name in ("unit", "y_axis") if name in frame.attrs}
     for name, value in stated.items():
-        known = {"unit": ("cm", "px", None), "y_axis": ("up", "down", None)}[name]
+        allowed = {"unit": ("cm", "px", None), "y_axis": ("up", "down", None)}[name]
         require(
-            value in known,
+            value in allowed,
             name,
             "be one that is known",
             brief(value),
@@ -557,7 +565,11 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
         refuse("keypoint", "be left out for a table without key points", repr(options.keypoint))
     if levels == 2:
         frame = frame.set_axis(
-            [f"{who}_{what}" if what else str(who) for who, what in frame.columns], axis=1
+            [
+                f"{who}_{coordinate}" if coordinate else str(who)
+                for who, coordinate in frame.columns
+            ],
+            axis=1,
         )
     if any(name is not None for name in frame.index.names):
         frame = frame.reset_index()
@@ -568,29 +580,29 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
     return replace(_long_or_wide(frame_sheet(frame), options), **stated)
 
 
-def frame_sheet(frame: "pd.DataFrame", place: str = "DataFrame") -> Sheet:
-    """Return a data frame as a table; `place` is where it is from."""
+def frame_sheet(frame: "pd.DataFrame", source: str = "DataFrame") -> Sheet:
+    """Return a data frame as a table; `source` is where it is from."""
     import pandas as pd
 
     def read(
         numbers: Sequence[int], texts: Sequence[int] = ()
     ) -> tuple[np.ndarray, list[list[str]]]:
-        found = np.full((len(frame), len(numbers)), np.nan)
+        values = np.full((len(frame), len(numbers)), np.nan)
         for k, column in enumerate(numbers):
             series = frame.iloc[:, column]
             if series.dtype.kind in "fiuO":
-                found[:, k] = pd.to_numeric(series, errors="coerce").to_numpy(
+                values[:, k] = pd.to_numeric(series, errors="coerce").to_numpy(
                     dtype=float, na_value=np.nan
                 )
-            bad = (np.isnan(found[:, k]) & series.notna().to_numpy()) | np.isinf(found[:, k])
+            bad = (np.isnan(values[:, k]) & series.notna().to_numpy()) | np.isinf(values[:, k])
             for row in np.flatnonzero(bad)[:1]:
                 raise refusal(
-                    "have finite numbers or NaN", repr(series.iloc[row]), f"{place}, row {row}"
+                    "have finite numbers or NaN", repr(series.iloc[row]), f"{source}, row {row}"
                 )
-        return found, [
+        return values, [
             ["" if pd.isna(cell) else str(cell) for cell in frame.iloc[:, column]]
             for column in texts
         ]
 
     names = [str(name if not isinstance(name, tuple) else name[0]) for name in frame.columns]
-    return Sheet(names, read, place, f"{place}, row {{}}".format)
+    return Sheet(names, read, source, f"{source}, row {{}}".format)

@@ -48,10 +48,10 @@ def rounded(rate: float) -> float:
 
 def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
     """Return the frame rate that times (s) of frames state, or None if they do not to a tenth of a frame."""
-    known = (np.abs(seconds) <= FARTHEST) & (np.abs(frames) <= LARGEST)
-    if known.sum() < 2:
+    plausible = (np.abs(seconds) <= FARTHEST) & (np.abs(frames) <= LARGEST)
+    if plausible.sum() < 2:
         return None
-    seconds, frames = seconds[known], frames[known]
+    seconds, frames = seconds[plausible], frames[plausible]
     span = seconds[-1] - seconds[0]
     if span <= 0:
         return None
@@ -86,9 +86,9 @@ def per_second(
             _ask(rate, file, name, counts)
         return 1.0
     # some frames may have nobody
-    least = fps / 1.02 if counts else fps / 100
+    lowest_rate = fps / 1.02 if counts else fps / 100
     for factor in (1.0, *PER_SECOND.values()):
-        if least <= rate * factor <= 1.02 * fps:
+        if lowest_rate <= rate * factor <= 1.02 * fps:
             return factor
     if counts:
         remedy: Text = (
@@ -131,18 +131,18 @@ def frames_at(
     There is no such rate where it is given as `fps`.
     """
     check_times(times, at, FARTHEST)
-    known = np.unique(times)
-    if len(known) > 1:
-        step = float(np.median(np.diff(known)))
-        counts = step == 1 and bool((known == np.floor(known)).all())
+    moments = np.unique(times)
+    if len(moments) > 1:
+        step = float(np.median(np.diff(moments)))
+        counts = step == 1 and bool((moments == np.floor(moments)).all())
         factor = per_second(1 / step, fps, file, name, counts=counts)
         times = times / factor
-        known = known / factor
+        moments = moments / factor
     check_times(times, at)
-    since, span = times - known[0], float(known[-1] - known[0])
+    since, span = times - moments[0], float(moments[-1] - moments[0])
     rates = [fps or 1.0]
     if fps is None and span > 0:
-        steps = np.diff(known)  # every frame has somebody, or gaps are whole frames
+        steps = np.diff(moments)  # every frame has somebody, or gaps are whole frames
         rates = [
             max(1, round(span / step)) / span
             for step in (span / len(steps), np.median(steps), steps.min())
@@ -152,7 +152,7 @@ def frames_at(
         (pair for pair in zip(rates, off, strict=True) if pair[1].max() <= LATE), (rates[0], off[0])
     )
     rule = f"have times (s) that are whole frames apart, at {rate:.6g} per second"
-    typical = rounded(1 / float(np.median(np.diff(known)))) if len(known) > 1 else rate
+    typical = rounded(1 / float(np.median(np.diff(moments)))) if len(moments) > 1 else rate
     remedy: list[str | Setting] = [
         "If they are uneven, make them even by ",
         Setting("resample", typical),
@@ -162,7 +162,7 @@ def frames_at(
         remedy = ["If the rate is another, correct ", Setting("fps"), ". ", *remedy]
     refuse_first(away > LATE, at, rule, times, tuple(remedy))
     stated = rounded(rate) if fps is None and span > 0 else None
-    return np.round(since * rate) + max(0, round(float(known[0]) * rate)), stated
+    return np.round(since * rate) + max(0, round(float(moments[0]) * rate)), stated
 
 
 def seconds_of(texts: Sequence[str], at: Callable[[int], str]) -> tuple[np.ndarray, bool]:
@@ -185,19 +185,19 @@ def seconds_of(texts: Sequence[str], at: Callable[[int], str]) -> tuple[np.ndarr
     # one that is no number among numbers, rather than all numbers because they are no dates
     if np.isnan(numbers).mean() < 0.5:
         unread = np.isnan(numbers)
-    shown = np.array([repr(text) for text in texts], dtype=object)
-    refuse_first(unread, at, "have times that are numbers, dates (ISO 8601) or h:min:s", shown)
+    quoted = np.array([repr(text) for text in texts], dtype=object)
+    refuse_first(unread, at, "have times that are numbers, dates (ISO 8601) or h:min:s", quoted)
     return (dates - dates.min()).dt.total_seconds().to_numpy(), True
 
 
 def since_start(times: np.ndarray, per_s: float) -> tuple[np.ndarray, list[str]]:
     """Return times (rows,) from their start, with a remark, if they count since another age: those of computers."""
-    first = float(np.nanmin(times))
-    if not LARGEST_START_S <= first / per_s <= FARTHEST:
+    first_time = float(np.nanmin(times))
+    if not LARGEST_START_S <= first_time / per_s <= FARTHEST:
         return times, []
-    return times - first, [f"times count from the first, {first:.17g} in the file"]
+    return times - first_time, [f"times count from the first, {first_time:.17g} in the file"]
 
 
-def check_times(times: np.ndarray, at: Callable[[int], str], most: float = LARGEST) -> None:
+def check_times(times: np.ndarray, at: Callable[[int], str], most_s: float = LARGEST) -> None:
     """Refuse absurd times (rows,) of a table."""
-    refuse_first(~(np.abs(times) <= most), at, f"have times within +-{LARGEST:.0e} s", times)
+    refuse_first(~(np.abs(times) <= most_s), at, f"have times within +-{LARGEST:.0e} s", times)
