@@ -31,7 +31,13 @@ def _is_number(cell):
 
 
 def _xy(x, y):
-    return float(x or "nan"), float(y or "nan")
+    return float(_plain(x)), float(_plain(y))
+
+
+def _plain(cell):
+    """Return a cell, "nan" where it says that a number is missing."""
+    absent = ("", "na", "n/a", "none", "null", "-", "--", "missing")
+    return "nan" if cell.lower() in absent else cell
 
 
 def _idtracker(rows):
@@ -91,13 +97,10 @@ def _animalta(rows):
             if name.startswith("x_"):
                 x, y = (cell[axis + name[1:]] for axis in "xy")
                 frame = float(cell["frame"])
-                yield (frame, spelled[2:]), tuple(float(_without_comma(v)) for v in (x, y))
-
-
-def _without_comma(cell):
-    if cell.lower() in ("", "na", "n/a", "none", "null", "-", "--", "missing"):
-        return "nan"
-    return cell.replace(",", ".")
+                yield (
+                    (frame, spelled[2:]),
+                    tuple(float(_plain(v).replace(",", ".")) for v in (x, y)),
+                )
 
 
 def _deeplabcut(rows):

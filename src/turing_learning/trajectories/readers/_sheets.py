@@ -159,10 +159,13 @@ def _numbers(cells: list[str], absent: Sequence[str], *, decimal_comma: bool) ->
     if not absent and "_" not in "".join(cells):
         with suppress(ValueError):
             return np.array(list(map(float, cells)))
+    # in a column with points a comma is a damage, or separates thousands
+    decimal_comma = decimal_comma and not any("." in cell for cell in cells)
     values = []
     for cell in cells:
         word = cell.strip()
-        if decimal_comma and word.count(",") == 1 and "." not in word:
+        decimals = word.partition(",")[2]
+        if decimal_comma and decimals.isdigit():
             word = word.replace(",", ".")
         values.append(np.nan if word.lower() in absent else number_of(word))
     return np.array(values)
