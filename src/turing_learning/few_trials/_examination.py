@@ -3,7 +3,6 @@ Decisions 0037 and 0043."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
 
 import numpy as np
 
@@ -42,6 +41,12 @@ IMAGES = 12
 
 SAMPLES_OF_IMAGE = 75
 """Samples of an image, at most."""
+
+ENOUGH = 10
+"""Symmetries of a family that are ruled out, from which on its others are not looked at."""
+
+FEWEST_SIMULATED = 10
+"""Samples, of those that have not failed, below which nothing is said."""
 
 LEAST_ODD = 0.003
 """p-value from which the first models of a run do not rule a symmetry out, see `oddness`."""
@@ -159,9 +164,7 @@ class Examiner:
         for family in self.space.candidates:
             if max(share_beyond(symmetry, draws) for symmetry in family) < MIXED:
                 continue
-            chances = [oddness(symmetry, first.parameters, outputs) for symmetry in family]
-            odd = min(by_chance for by_chance, _ in chances) < LEAST_ODD / len(family)
-            if odd or max(moving for _, moving in chances) > MOST_MOVING:
+            if not all(self._moves_evenly(symmetry, first, outputs, family) for symmetry in family):
                 continue
             own = draws
             for symmetry in [*family, *family]:
@@ -175,6 +178,14 @@ class Examiner:
             if self._resemble(own, images[member, np.arange(len(own))], count, rng):
                 return group
         return None
+
+    @staticmethod
+    def _moves_evenly(
+        symmetry: Symmetry, first: Evidence, outputs: np.ndarray, family: Sequence[Symmetry]
+    ) -> bool:
+        """Say whether outputs change with what a symmetry moves, but not with its sign."""
+        by_chance, moving = oddness(symmetry, first.parameters, outputs)
+        return by_chance >= LEAST_ODD / len(family) and moving <= MOST_MOVING
 
     def apart(self, draws: np.ndarray, group: SymmetryGroup) -> bool:
         """Say whether an image of draws (D, P) by a group lies apart from them."""
@@ -210,13 +221,19 @@ class Examiner:
         outputs = self._outputs(first)
         plausible = []
         chances = []
-        for symmetry in chain(*self.space.candidates):
-            if not self._apart(symmetry, draws):
-                continue
-            by_chance, _ = oddness(symmetry, first.parameters, outputs)
-            if by_chance >= LEAST_ODD:
-                plausible.append(symmetry)
-                chances.append(-by_chance)
+        for family in self.space.candidates:
+            ruled_out = 0
+            for symmetry in family:
+                if ruled_out == ENOUGH:
+                    break
+                if not self._apart(symmetry, draws):
+                    continue
+                by_chance, _ = oddness(symmetry, first.parameters, outputs)
+                if by_chance >= LEAST_ODD:
+                    plausible.append(symmetry)
+                    chances.append(-by_chance)
+                else:
+                    ruled_out += 1
         return [plausible[k] for k in np.argsort(chances, kind="stable")]
 
     def _resemble(
@@ -225,6 +242,8 @@ class Examiner:
         """Say whether samples of draws and of their images are alike."""
         _, samples = self._simulated(own, count, rng)
         _, others = self._simulated(image, count, rng)
+        if min(len(samples), len(others)) < FEWEST_SIMULATED:
+            return False
         return resemblance(others, samples, self.signals, rng) >= LEAST_IMAGE
 
     def with_images(

@@ -33,7 +33,7 @@ from ._map import INDUCING, Density, MomentField
 from ._matching import Matched
 from ._observers import Observers
 from ._readout import Cloud, Evidence, best_center, evidence_within, solution, stated
-from ._schedule import batch_schedule
+from ._schedule import FIRST_LEAST, batch_schedule
 from ._search import END, FEWEST, Search
 from ._space import SearchSpace
 from ._symmetry import SymmetryGroup
@@ -477,9 +477,13 @@ class FewTrials:
         Else no parameter of one of two parts that may be exchanged could be predicted from what
         classifiers say.
         """
-        if self._examiner is None or self._group is not None or self.search.needed:
+        if self._examiner is None or self._observed is None:
+            return
+        if self._group is not None or self.search.needed:
             return
         first = self._first()
+        if len(first.parameters) < FIRST_LEAST:
+            return
         walkers = self._design.walkers
         rng = self._rng(MATCHING, _MIXTURE)
         self._group = self._examiner.mixture(walkers, first, self.trials, rng)
@@ -663,7 +667,7 @@ class FewTrials:
         if matched is None:
             return {}
         group = None
-        if self._examiner is not None:
+        if self._examiner is not None and len(self._first().parameters) >= FIRST_LEAST:
             matched, group = self._folded(matched, self._examiner)
         p_value = np.array(matched.p_value)
         if not matched.settled:

@@ -14,11 +14,14 @@ from turing_learning.models import Parameter
 FEW_EXCHANGES = 12
 """Exchanges of parameters up to which each is also tried together with each mirrored parameter."""
 
-MOST_CANDIDATES = 600
+MOST_CANDIDATES = 300
 """Families of symmetries that are looked at, at most."""
 
 MOST_IMAGES = 120
 """Images of a solution by symmetries in turn, at most: five parts in any order."""
+
+MOST_TERMS = 100
+"""Terms of an F-test with products of parameters, at most."""
 
 FRACTIONS = (1 / 2, 1 / 3, 1 / 4)
 """Parts of the range by which a parameter may be turned."""
@@ -512,7 +515,7 @@ def _p_value(basis: np.ndarray, outputs: np.ndarray, *besides: np.ndarray) -> fl
     """
     count = basis.shape[1]
     left = len(outputs) - 1 - count - sum(other.shape[1] for other in besides)
-    if not count or left < 1:
+    if not count or left < 1 or not outputs.shape[1]:
         return 1.0
     explained = ((basis.T @ outputs) ** 2).sum(axis=0)
     unexplained = np.maximum((outputs**2).sum(axis=0) - explained, 1e-12)
@@ -521,10 +524,11 @@ def _p_value(basis: np.ndarray, outputs: np.ndarray, *besides: np.ndarray) -> fl
 
 
 def _terms(models: np.ndarray) -> np.ndarray:
-    """Return models (N, P), their squares, and where they are enough their products."""
+    """Return models (N, P), their squares, and their products where models are enough for few."""
     first, second = np.triu_indices(models.shape[1], 1)
     terms = [models, models**2]
-    if len(models) > 3 * (1 + 2 * models.shape[1] + len(first)):
+    count = 1 + 2 * models.shape[1] + len(first)
+    if count <= MOST_TERMS and len(models) > 3 * count:
         terms.append(models[:, first] * models[:, second])
     return np.concatenate(terms, axis=1)
 
