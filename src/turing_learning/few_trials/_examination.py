@@ -33,7 +33,7 @@ For each root of the number of genuine samples.
 EXCHANGED_APART = 0.3
 """The same of an image by exchanged parameters."""
 
-LEAST_IMAGE = 0.02
+LEAST_IMAGE = 0.01
 """p-value of new samples from which an image of a solution is a solution, too."""
 
 IMAGES = 12
@@ -42,13 +42,16 @@ IMAGES = 12
 SAMPLES_OF_IMAGE = 75
 """Samples of an image, at most."""
 
+PERMUTATIONS = 999
+"""Exchanges of samples of a solution and its image by which their means are held against chance."""
+
 ENOUGH = 10
 """Symmetries of a family that are ruled out, from which on its others are not looked at."""
 
 FEWEST_SIMULATED = 10
 """Samples, of those that have not failed, below which nothing is said."""
 
-LEAST_ODD = 0.003
+LEAST_ODD = 0.0005
 """p-value from which the first models of a run do not rule a symmetry out, see `oddness`."""
 
 MOST_MOVING = 0.01
@@ -244,6 +247,8 @@ class Examiner:
         _, others = self._simulated(image, count, rng)
         if min(len(samples), len(others)) < FEWEST_SIMULATED:
             return False
+        if not _alike_in_time(samples, others, rng):
+            return False
         return resemblance(others, samples, self.signals, rng) >= LEAST_IMAGE
 
     def with_images(
@@ -276,6 +281,20 @@ class Examiner:
 def samples_of(trials: int) -> int:
     """Return how many new samples a run of so many trials is examined by."""
     return int(np.clip(trials // TRIALS_PER_SAMPLE, FEWEST_SAMPLES, MOST_SAMPLES))
+
+
+def _alike_in_time(some: np.ndarray, others: np.ndarray, rng: np.random.Generator) -> bool:
+    """Say whether samples (N, T, D) and (M, T, D) have the same means at each step.
+
+    Statistics of whole samples do not know of a phase, nor of a time at which something happens.
+    """
+    values = np.concatenate((some, others)).reshape(len(some) + len(others), -1)
+    values = np.argsort(np.argsort(values, axis=0), axis=0) - (len(values) - 1) / 2
+    first = np.arange(len(values)) < len(some)
+    sides = np.stack([first, *(rng.permutation(first) for _ in range(PERMUTATIONS))])
+    weights = sides / len(some) - ~sides / len(others)
+    largest = np.abs(weights @ values).max(axis=1)
+    return float((largest >= largest[0]).mean()) >= LEAST_IMAGE
 
 
 def _alike(some: np.ndarray, others: np.ndarray) -> bool:

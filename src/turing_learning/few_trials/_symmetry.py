@@ -411,11 +411,14 @@ class SymmetryGroup:
         A solution.
     scale : (P,)
         How far from it counts, for each parameter.
+    widest : (P,)
+        How far from the middle of the space images are solutions.
     """
 
     members: Sequence[Symmetry]
     reference: np.ndarray
     scale: np.ndarray
+    widest: np.ndarray
 
     @classmethod
     def generated(
@@ -436,7 +439,7 @@ class SymmetryGroup:
                 if (np.abs(image) <= widest).all() and all(apart) and len(members) < MOST_IMAGES:
                     members.append(further)
                     images.append(image)
-        return cls(members, reference, scale)
+        return cls(members, reference, scale, widest)
 
     @property
     def state(self) -> dict[str, np.ndarray]:
@@ -447,6 +450,7 @@ class SymmetryGroup:
             "periodic": np.stack([member.periodic for member in self.members]),
             "reference": self.reference,
             "scale": self.scale,
+            "widest": self.widest,
         }
 
     @classmethod
@@ -454,12 +458,17 @@ class SymmetryGroup:
         """Return the group of a `state`."""
         parts = (state[name] for name in ("matrices", "shifts", "periodic"))
         members = [Symmetry(*each) for each in zip(*parts, strict=True)]
-        return cls(members, state["reference"], state["scale"])
+        return cls(members, state["reference"], state["scale"], state["widest"])
 
     def folded(self, models: np.ndarray) -> np.ndarray:
-        """Return of all images of each of the models (N, P) that nearest to the reference."""
+        """Return of all images of each of the models (N, P) that nearest to the reference.
+
+        Images out of range do not count, such as where shares come to more than 1.
+        """
         images = np.stack([member.of(models) for member in self.members])
         distances = (((images - self.reference) / self.scale) ** 2).sum(axis=2)
+        outside = (np.abs(images[1:]) > self.widest).any(axis=2)
+        distances[1:][outside] = np.inf
         nearest: np.ndarray = images[distances.argmin(axis=0), np.arange(len(models))]
         return nearest
 
@@ -489,14 +498,19 @@ def oddness(symmetry: Symmetry, models: np.ndarray, outputs: np.ndarray) -> tupl
     """Return how often outputs (N, F) would tell models (N, P) from their images by chance.
 
     Models are to be anywhere, evenly: then what a symmetry of the system leaves as it is has
-    nothing to do with what changes its sign. The second number says the same of whether outputs
+    nothing to do with what changes its sign. Those with an image out of range are left out. The
+    second number says the same of whether outputs
     change with what is moved at all. Both are p-values of F-tests, of the output that differs most.
     """
-    terms = [_terms(models)]
-    image = models
+    orbit = [models]
     for _ in range(symmetry.order - 1):
-        image = symmetry.of(image)
-        terms.append(_terms(image))
+        orbit.append(symmetry.of(orbit[-1]))
+    inside = (np.abs(np.stack(orbit)) <= 1).all(axis=(0, 2))
+    models = models[inside]
+    outputs = outputs[inside]
+    if not len(models):
+        return 1.0, 1.0
+    terms = [_terms(image[inside]) for image in orbit]
     even = np.mean(terms, axis=0)
     fixed = np.abs(terms[0] - _terms(np.where(symmetry.moved, 0.0, models))).max(axis=0) < 1e-9
     plain = _basis(even[:, fixed])
