@@ -96,12 +96,13 @@ def rows(name: str, recording: Trajectories, seed: int) -> list[dict[str, object
                 except ValueError as error:
                     print(f"{name}, {length} s, {against}: {error}")
                     continue
-                low, high = test.interval
+                examined = test.examined
+                low, high = examined.interval
                 table.append({
                     "recording": name, "seed": seed, "model": model, "window_s": length, "against": against,
                     "real_windows": real, "accuracy": f"{test.accuracy:.3f}", "low": f"{low:.3f}", "high": f"{high:.3f}",
-                    "p_value": f"{test.p_value:.3f}", "auc": f"{test.auc:.3f}",
-                    "power_accuracy": f"{test.power_accuracy:.3f}", "learning_s": round(seconds),
+                    "p_value": f"{test.p_value:.3f}", "auc": f"{examined.auc:.3f}",
+                    "power_accuracy": f"{examined.power_accuracy:.3f}", "learning_s": round(seconds),
                     "gains": " ".join(f"{key}={value:.2f}" for key, value in gains.items()),
                 })  # fmt: skip
                 print(table[-1], flush=True)
