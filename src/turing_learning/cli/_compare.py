@@ -196,9 +196,13 @@ def _command(content: Mapping[str, Any], paths: "list[Path]") -> str:
     for name, value in content["options"].items():
         if name == "trajectories":
             continue
+        option = f"--{name.replace('_', '-')}"
+        if value is True:
+            words.append(option)
+            continue
         for each in value if isinstance(value, list) else [value]:
             text = f"{each:g}" if isinstance(each, float) else str(each)
-            words += [f"--{name.replace('_', '-')}", text]
+            words += [option, text]
     for name, value in content["settings"].items():
         words += ["--set", f"{name}={value}"]
     if content["seed"] is not None:

@@ -101,6 +101,8 @@ def run_subjects(results: Mapping[str, Result]) -> dict[str, Subject]:
     digests = {}
     for name, result in results.items():
         require(result.path is not None, "run", "be in a folder", name)
+        remedy = "Resume it first."
+        require(result.complete, "run", "be finished", "a stopped one", remedy, place=name)
         assert result.path is not None
         stored = RunFolder(result.path).manifest().get("recording")
         rule = "be on recorded motion, and begun by a command"
