@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turing_learning.classifiers import ElmanClassifier
 from turing_learning.identifiability import Effort, Evidence, two_sample_test
 from turing_learning.models import Parameter
 
-EFFORT = Effort(samples=100, generations=100, population=40)
+EFFORT = Effort(samples=100)
 TRUTH = (0.0, 1.0)
 LEARNING, TESTING = 100, 80
 
@@ -110,7 +109,6 @@ def p_value(seed: int, case: Case) -> tuple[float, float]:
         groups=groups,
         grouping="individuals" if case.testing else "samples",
         simulate=simulate,
-        classifier=ElmanClassifier(threads=1),
         parameters={"mean": Parameter(-3, 3), "noise": Parameter(0, 3)},
     )
     found = two_sample_test(evidence, np.array(case.model), EFFORT, seed=seed)

@@ -17,11 +17,8 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 import turing_learning as tl
-from turing_learning.classifiers import ElmanClassifier
 from turing_learning.examination import PANEL
 from turing_learning.families import BurstAndCoast, Couzin
-from turing_learning.identifiability import Effort, Evidence, two_sample_test
-from turing_learning.models import Parameter
 
 TABLE = Path(__file__).parent / "power.csv"
 SAMPLES = 150
@@ -135,29 +132,9 @@ def others(windows: np.ndarray, labels: np.ndarray, names: tuple[str, ...]) -> d
     return found
 
 
-def evolved(real: np.ndarray, simulated: np.ndarray) -> float:
-    """Return the accuracy of today's `check`: half of the samples for learning, half for testing."""
-    half = SAMPLES // 2
-    rest = iter([simulated[:half], np.resize(simulated[half:], (10_000, *simulated.shape[1:]))])
-
-    def simulate(values: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        return next(rest)[: len(values), None]
-
-    evidence = Evidence(
-        learning=real[:half],
-        testing=real[half:],
-        groups=np.arange(SAMPLES - half),
-        grouping="samples",
-        simulate=simulate,
-        classifier=ElmanClassifier(inputs=real.shape[2], scale=real.std(axis=(0, 1)), threads=1),
-        parameters={"p": Parameter(0, 1)},
-    )
-    return two_sample_test(evidence, np.zeros(1), Effort(samples=half), seed=0).accuracy
-
-
 def main() -> None:
     """Write a row for each planted difference that has none yet."""
-    names = ["gradient boosting", "logistic regression", "MiniRocket", "check"]
+    names = ["gradient boosting", "logistic regression", "MiniRocket"]
     headings = [
         "difference",
         "panel",
@@ -177,9 +154,7 @@ def main() -> None:
         found = tl.test(real, simulated, names=signals, examiners=PANEL)
         seconds = time.process_time() - begin
         labels = np.repeat([True, False], SAMPLES)
-        beside = others(np.concatenate((real, simulated)), labels, signals) | {
-            "check": evolved(real, simulated)
-        }
+        beside = others(np.concatenate((real, simulated)), labels, signals)
         first = found.telling[0].what
         right = any(word in first for word in words)
         power = found.examined.power_accuracy or float("nan")

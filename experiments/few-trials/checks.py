@@ -29,14 +29,7 @@ FIELDS = (
     "offset_pinned_down",
     "inert_pinned_down",
 )
-EFFORT = Effort(
-    samples=100,
-    generations=60,
-    population=20,
-    points=6,
-    profile_generations=40,
-    profile_population=20,
-)
+EFFORT = Effort(samples=100, points=6)
 RANGES = {"offset": (0.0, 20.0), "inert": (0.0, 20.0)}
 TRIALS, RECORDINGS, STEPS = 300, 200, 12
 OFFSETS, FEWER = (4.0, 7.0, 12.0, 15.0), 20

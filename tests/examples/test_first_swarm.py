@@ -58,10 +58,7 @@ def test_the_python_of_the_tutorial_runs(tmp_path, monkeypatch, short):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "five.toml").write_text(blocks(PAGE, "toml")[0], encoding="utf-8")
     (block,) = blocks(PAGE, "python")
-    small = block.replace(
-        "check()",
-        "check(effort=Effort(samples=12, generations=2, population=4, points=0), recoveries=0)",
-    )
+    small = block.replace("check()", "check(effort=Effort(samples=12, points=0), recoveries=0)")
     names = {"Effort": Effort}
     exec(small, names)  # noqa: S102 - our own page
     assert set(names["five"].estimate) == {"vl0", "vr0", "vl1", "vr1"}

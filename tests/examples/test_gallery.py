@@ -14,7 +14,7 @@ NOTEBOOKS = ("swarm", "fish", "custom")
 FAST = """
 from turing_learning.identifiability import Effort
 FEW = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
-LEAST = {"effort": Effort(samples=12, generations=2, population=4, points=0), "recoveries": 0}
+LEAST = {"effort": Effort(samples=12, points=0), "recoveries": 0}
 """
 
 nbformat = pytest.importorskip("nbformat", reason="needs the extra docs")

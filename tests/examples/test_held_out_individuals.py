@@ -20,7 +20,7 @@ FAST = {
 
 
 def test_individuals_are_kept_for_testing_alone(capsys):
-    quick = Effort(samples=10, generations=2, population=4, points=0)
+    quick = Effort(samples=10, points=0)
     fish = tuple(f"fish {k + 1}" for k in range(10))
     positions = BurstAndCoast(individuals=10, steps=1500, interval_s=0.1).simulate(
         np.array([[12.0, 0.5, 0.8, 0.3]]), np.random.default_rng(1)

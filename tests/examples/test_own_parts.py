@@ -22,9 +22,7 @@ SMALL = {
     "run.checkpoint_every": 2,
     "run.threads": 1,
 }
-QUICK = Effort(
-    samples=20, generations=2, population=4, points=0, profile_generations=1, profile_population=4
-)
+QUICK = Effort(samples=20, points=0)
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ def blocks(page):
 def short(tmp_path, monkeypatch):
     """Make what is called short, whatever the page asks for; and work in an empty folder."""
     infer, study, check = tl.infer, tl.study, Result.check
-    quick = {"effort": Effort(samples=12, generations=2, population=4, points=0), "recoveries": 0}
+    quick = {"effort": Effort(samples=12, points=0), "recoveries": 0}
 
     def shortened(options):
         shorter = {"trials": 20} if "trials" in options else {"generations": 2}

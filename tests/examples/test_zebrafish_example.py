@@ -27,7 +27,7 @@ def zebrafish(monkeypatch):
 def test_both_families_try_to_pass_for_the_fish(zebrafish, tmp_path, monkeypatch):
     for folder in ("results", "images"):
         (tmp_path / folder).mkdir()
-    least = zebrafish.Effort(samples=10, generations=2, population=4, points=0)
+    least = zebrafish.Effort(samples=10, points=0)
     monkeypatch.setattr(zebrafish, "EFFORT", least)
     small = ["--generations", "4", "--population", "8"]
     zebrafish.main(["--out", str(tmp_path / "runs"), "--docs", str(tmp_path), *small])
@@ -68,7 +68,7 @@ def test_the_tutorial_prints_what_it_shows(tmp_path, monkeypatch):
         with contextlib.redirect_stdout(printed):
             exec(block, names)  # noqa: S102 - our own page
         assert printed.getvalue() == shown
-    least = "result.check(effort=Effort(samples=10, generations=2, population=4, points=0), recoveries=0)"
+    least = "result.check(effort=Effort(samples=10, points=0), recoveries=0)"
     names["Effort"] = Effort
     for block, _ in parts[3:]:
         small = (

@@ -142,14 +142,7 @@ OWN: dict[str, Any] = {
 }
 LEFT_OUT = object()
 SPLIT = {key: value for key, value in OWN.items() if key != "held_out"}
-EFFORT = {
-    "samples": 24,
-    "generations": 20,
-    "population": 12,
-    "points": 6,
-    "profile_generations": 8,
-    "profile_population": 12,
-}
+EFFORT = {"samples": 24, "points": 6}
 FAMILY: dict[str, Any] = {
     "observed": 1,
     "settling_steps": 0,

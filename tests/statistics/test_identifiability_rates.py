@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from turing_learning.classifiers import ElmanClassifier
 from turing_learning.identifiability import Effort, Evidence, two_sample_test
 from turing_learning.models import Parameter
 
-EFFORT = Effort(samples=30, generations=20, population=10)
+EFFORT = Effort(samples=30)
 
 
 def walk(values, rng):
@@ -30,7 +29,6 @@ def p_value(seed, values, individuals=None):
         groups=groups,
         grouping="samples",
         simulate=walk,
-        classifier=ElmanClassifier(threads=1),
         parameters={"speed": Parameter(-3, 3), "noise": Parameter(0, 3)},
     )
     return two_sample_test(evidence, np.array(values), EFFORT, seed=seed).p_value

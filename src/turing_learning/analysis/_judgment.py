@@ -6,7 +6,7 @@ from enum import StrEnum
 from typing import Any, Protocol
 
 import numpy as np
-from scipy.special import stdtr
+from scipy.special import stdtrit
 
 LEVEL = 0.05
 """How often a test, or a claim, may be wrong."""
@@ -67,7 +67,7 @@ _MEANINGS = {
     ),
     Verdict.SEVERAL: "Separate regions of the parameters explain the motion equally well: `result.modes` states each.",
     Verdict.UNTESTED: (
-        "Fresh classifiers would often miss a clearly wrong model here: record more samples, or hold out more."
+        "Fresh classifiers would often miss a clearly wrong model here: run longer, record more, or hold out more."
     ),
     Verdict.LOOSE: (
         "The estimate passes, but other values of its parameters may pass as well: record more, or other signals."
@@ -121,6 +121,10 @@ class Examination(Protocol):
     def power(self) -> float:
         """How often a clearly wrong model would be noticed."""
 
+    @property
+    def plausible(self) -> tuple[float, ...]:
+        """Accuracies of the same examination of models that the run calls plausible."""
+
 
 @dataclass(frozen=True)
 class Judgment:
@@ -149,27 +153,39 @@ class Judgment:
         its truth: then it is not known.
         """
         if self._calibrated:
-            return not _exceeds(float(np.mean(self.recovered)), self.attainable, LEVEL)
+            return float(np.mean(self.recovered)) <= _limit(self.attainable, LEVEL)
         return self.near or None
+
+    @property
+    def margin(self) -> float | None:
+        """The accuracy up to which the estimate is told no better than right models are.
+
+        Right are models that the run calls plausible, and those that searches found that succeed.
+        Of single ones 95 % are told no better. None if it is not known how well they are told.
+        """
+        usual = () if self.examination is None else tuple(self.examination.plausible)
+        if self._calibrated:
+            usual += self.attainable
+            if self.search_succeeds:
+                usual += self.recovered
+        return None if len(usual) < 2 else _limit(usual, LEVEL)
 
     @property
     def fits(self) -> bool | None:
         """Whether the estimate passes its examination; None without one that could say no.
 
-        It passes, too, if it is told no better than right models: those that searches found that
-        succeed, or else their truths.
+        It passes, too, if it is told no better than right models. Where these are told so well
+        that nothing could be told better, that says nothing.
         """
         test = self.examination
         if test is None:
             return None
         if test.p_value > LEVEL:
             return True if test.power >= POWER else None
-        if not self._calibrated:
+        margin = self.margin
+        if margin is None or test.accuracy > margin:
             return False
-        right, usual = self.attainable, self.attainable
-        if self.search_succeeds:
-            right, usual = self.recovered, self.recovered + self.attainable
-        return test.accuracy <= max(right) and not _exceeds(test.accuracy, usual, LEVEL / 2)
+        return True if margin < 1 else None
 
     @property
     def fault(self) -> Verdict | None:
@@ -182,10 +198,9 @@ class Judgment:
             return None
         if self.search_succeeds is False:
             return Verdict.FAILED
-        usual = self.recovered + self.attainable
-        if self._calibrated and not _exceeds(self.examination.accuracy, usual, LEVEL / 2):
-            return Verdict.TOLD
-        return Verdict.REJECTED if self.search_succeeds else Verdict.TOLD
+        # how far off searches are says less than classifiers see
+        sure = self._calibrated and self.search_succeeds
+        return Verdict.REJECTED if sure else Verdict.TOLD
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
@@ -242,17 +257,24 @@ class Judgment:
         told_by_run = bool(TELLING & {*self.said})
         if self.fits is False:
             sentences = [f"Fresh classifiers can tell held-out samples from the model {numbers}."]
+            if self.margin is not None:
+                sentences.append(
+                    f"Right models are told with an accuracy of up to {self.margin:.3f}."
+                )
         elif self.fits is None:
+            why = f"they would notice a clearly wrong model in {test.power:.0%} of such checks"
+            if test.p_value <= LEVEL:
+                why = "models that the run calls plausible are told, too, and none could be told better"
             sentences = [
-                f"Fresh classifiers cannot say whether the estimate fits {numbers}: "
-                f"they would notice a clearly wrong model in {test.power:.0%} of such checks."
+                f"Fresh classifiers cannot say whether the estimate fits {numbers}: {why}."
             ]
             if told_by_run:
                 sentences.append("The run itself tells its models from the system.")
         else:
             tell = "cannot tell held-out samples from the model"
             if test.p_value <= LEVEL:
-                tell = "tell held-out samples from the model no better than from a right one"
+                tell = "tell held-out samples from the model no better than from right ones"
+                numbers = f"{numbers[:-1]}; right ones: up to {self.margin:.3f})"
             sentences = [f"The estimate passes: fresh classifiers {tell} {numbers}."]
             if told_by_run:
                 sentences.append("Yet the run itself tells its models from the system.")
@@ -267,6 +289,7 @@ class Judgment:
             "search_succeeds": self.search_succeeds,
             "not_pinned_down": list(self.loose),
             "power": None if self.examination is None else self.examination.power,
+            "margin": self.margin,
             "sentences": [*self.sentences, self.line],
         }
 
@@ -303,8 +326,8 @@ class Judgment:
         return [listed]
 
 
-def _exceeds(value: float, sample: Iterable[float], level: float) -> bool:
-    """Return whether so large a value is less likely than a level, by a normal sample of others."""
+def _limit(sample: Iterable[float], level: float) -> float:
+    """Return the value that one more of a normal sample exceeds with the probability of a level."""
     values = np.array([*sample])
     error = max(float(values.std(ddof=1)), 1e-9) * np.sqrt(1 + 1 / len(values))
-    return bool(stdtr(len(values) - 1, (value - values.mean()) / error) > 1 - level)
+    return float(values.mean() + stdtrit(len(values) - 1, 1 - level) * error)

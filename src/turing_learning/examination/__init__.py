@@ -12,6 +12,8 @@
     Paths of samples, by their speed and turn.
 `examine`, `Examined`, `Member`
     The same of samples that are cut and grouped already, without what gives them away.
+`answers`
+    What such a panel says of further samples, after it has learned.
 `Examiner`, `Ridge`, `Kernel`, `Trees`, `PANEL`, `QUICK`
     Who judges: anything that has `fit` and `score`. The panel of a test, and that of a quick look.
 `Telling`

@@ -1,3 +1,4 @@
+from ._answers import answers as answers
 from ._examiners import PANEL as PANEL
 from ._examiners import QUICK as QUICK
 from ._examiners import Examiner as Examiner

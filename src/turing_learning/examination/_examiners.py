@@ -216,16 +216,15 @@ def _moments(scores: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.nd
     return mean, (weights * (scores - mean) ** 2).sum(axis=0) / total
 
 
-PANEL: tuple[Examiner, ...] = (
+QUICK: tuple[Ridge, ...] = (
     Ridge(),
     Kernel(),
     Ridge("regression on random convolutions", "convolutions"),
-    Trees(),
 )
-"""Who judges in a test."""
-
-QUICK: tuple[Examiner, ...] = PANEL[:3]
 """Those that cost little, also under hundreds of permutations."""
+
+PANEL: tuple[Examiner, ...] = (*QUICK, Trees())
+"""Who judges in a test."""
 
 
 def _centered(products: np.ndarray) -> np.ndarray:

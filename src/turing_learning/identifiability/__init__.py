@@ -1,11 +1,13 @@
 """Whether an estimate can be believed: can the genuine motion be told from that of the model, and what do the samples pin down?
 
 `Evidence`
-    Genuine samples for training and held out, a simulator of models, and the network of the classifiers.
+    Genuine samples to learn from and held out, and a simulator of models.
 `Effort`
-    How much is simulated and trained.
+    How much is simulated.
 `two_sample_test`, `TwoSampleTest`
-    Fresh classifiers are trained on genuine and simulated samples, and tested on held-out ones.
+    A panel of examiners learns from genuine and simulated samples, and is tested on held-out ones.
+`reference_accuracies`
+    The same test of models that a run calls plausible, each as if it were the system.
 `profile`, `Profile`
     The same test where a single parameter is moved across its range.
 `Recovery`, `PinnedDown`, `Check`

@@ -6,6 +6,7 @@ from ._check import profile as profile
 from ._check import read_check as read_check
 from ._check import sides_rejected as sides_rejected
 from ._two_sample import TwoSampleTest as TwoSampleTest
+from ._two_sample import reference_accuracies as reference_accuracies
 from ._two_sample import two_sample_test as two_sample_test
 from .evidence import Effort as Effort
 from .evidence import Evidence as Evidence

@@ -36,7 +36,7 @@ FEWEST = 6
 def sides_rejected(
     differences: np.ndarray, above: np.ndarray, rng: np.random.Generator, *, level: float = LEVEL
 ) -> tuple[bool, bool]:
-    """Say whether classifiers tell a parameter's values below the estimate, and those above it, better than the estimate.
+    """Say whether a panel tells a parameter's values below the estimate, and those above it, better than the estimate.
 
     Per side the largest t statistic over its values is held against the same for random signs of the groups,
     the same signs for all values: so many values are no more likely to be rejected by chance than one. A
@@ -49,7 +49,7 @@ def sides_rejected(
     Parameters
     ----------
     differences : (V, G)
-        For each of V values and each of G groups of samples: how much better classifiers of that value decide
+        For each of V values and each of G groups of samples: how much better a panel of that value decides
         about the group than those of the estimate do about the same group.
     above : (V,) bool
         Which values are above the estimate; the others are below.
@@ -84,7 +84,7 @@ def sides_rejected(
 
 @dataclass(frozen=True)
 class Profile(Stored):
-    """Fresh classifiers against models that differ from the estimate in one parameter."""
+    """A panel against models that differ from the estimate in one parameter."""
 
     parameter: str  #: Its name
     values: tuple[
@@ -99,7 +99,7 @@ class Profile(Stored):
 
     @property
     def told_apart(self) -> tuple[bool, ...]:
-        """Whether classifiers tell a value from the genuine samples, and better than they tell the estimate."""
+        """Whether a panel tells a value from the genuine samples, and better than it tells the estimate."""
         lead = max(0.0, self.accuracies[self.place] - 0.5)
         return tuple(
             accuracy > critical + lead
@@ -125,11 +125,12 @@ def profile(
     *,
     seed: int,
     beyond: bool = False,
+    plausible: np.ndarray | None = None,
 ) -> Profile:
     """Move one parameter across its initial range, and test at each value as at the estimate.
 
-    The other parameters stay where they are. A parameter that only others can make up for looks pinned down
-    here.
+    The other parameters stay where they are, or within what is plausible. A parameter that only others can
+    make up for may look pinned down here.
 
     Parameters
     ----------
@@ -143,6 +144,8 @@ def profile(
         How much is simulated and trained, and at how many values.
     seed
         Of all random numbers.
+    plausible : (W, P)
+        Models whose other parameters take part; None: those of the estimate alone.
     beyond
         If True, and the estimate lies at an end of the initial range that the search may leave: the values
         extend beyond that end by a quarter of the range.
@@ -153,27 +156,34 @@ def profile(
     high = estimated + 0.5 if beyond and parameter.high is None and estimated > 1 - step / 2 else 1
     numbers = np.append(np.linspace(low, high, effort.points), estimated)
     order = np.argsort(numbers, kind="stable")
-    models = np.tile(estimate, (len(order), 1))
-    models[:, place] = parameter.to_units(numbers[order])
-    each = replace(
-        effort, generations=effort.profile_generations, population=effort.profile_population
-    )
-    tests = [
-        paired_test(evidence, model, each, seed, (PROFILING, place, k))
-        for k, model in enumerate(models)
-    ]
-    accuracies, best = np.array([of_groups for _, of_groups in tests]), int(order.argmax())
-    away = np.delete(np.arange(len(models)), best)
+    values = parameter.to_units(numbers[order])
+    best = int(order.argmax())
+    around = estimate[None] if plausible is None else plausible
+    tests = []
+    for k, value in enumerate(values):
+        models = around.copy()
+        # at the estimate the parameter is as uncertain as the others
+        if k != best:
+            models[:, place] = value
+        # with the same random numbers a parameter without effect changes nothing
+        tests.append(paired_test(evidence, models, effort, seed, (PROFILING, place)))
+    accuracies = np.array([of_groups for _, of_groups in tests])
+    away = np.delete(np.arange(len(values)), best)
     differences = accuracies[away] - accuracies[best]
     rng = stream(seed, PROFILING, place, effort.points + 1)
-    return Profile(
+    moved = Profile(
         parameter=name,
-        values=tuple(models[:, place].tolist()),
+        values=tuple(values.tolist()),
         numbers=tuple(numbers[order].tolist()),
         place=best,
         accuracies=tuple(test.accuracy for test, _ in tests),
         criticals=tuple(test.critical for test, _ in tests),
-        rejected=sides_rejected(differences, away > best, rng),
+    )
+    low, high = sides_rejected(differences, away > best, rng)
+    # a panel that learned badly at the estimate makes all others look better
+    apart = np.array(moved.told_apart)
+    return replace(
+        moved, rejected=(low and bool(apart[:best].any()), high and bool(apart[best:].any()))
     )
 
 
@@ -188,11 +198,11 @@ class Recovery(Stored):
     #: Name -> two ends; both are NaN, in `check.json` null, where they are not known
     interval: Mapping[str, list[float]]
     error_share: Mapping[str, float]  #: Name -> absolute error as a share of the initial range
-    #: Of fresh classifiers that tell its truth from its estimate; None for runs of generations
+    #: Of a panel that tells its truth from what it found; None in older checks of runs of generations
     accuracy: float | None = None
     attainable: tuple[
         float, ...
-    ] = ()  #: Of those that tell its truth from its truth; empty for runs of generations
+    ] = ()  #: Of a panel that tells models it calls plausible, as if each were its truth
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields by name, as in `check.json`."""
@@ -214,7 +224,7 @@ class PinnedDown:
     bound: str = (
         ""  #: The bound that the estimate sits at, in words, such as "6 rad/s"; empty for none
     )
-    #: Whether classifiers tell the model from the samples: nothing is known of the parameters of a model that is wrong
+    #: Whether a panel tells the model from the samples: nothing is known of the parameters of a model that is wrong
     rejected: bool = False
     #: Of a run of trials: whether values below the estimate, and above it, are shown to fit worse. Only a parameter of
     #: which both are is pinned down: nothing is claimed beside an end of its range, or without profiles.
@@ -265,7 +275,7 @@ class PinnedDown:
 class Check(Judged):
     """Whether the estimate of a run can be believed."""
 
-    test: TwoSampleTest  #: Fresh classifiers against the model with the estimated parameters
+    test: TwoSampleTest  #: A panel against the model with the estimated parameters
     parameters: tuple[PinnedDown, ...]  #: What is said of each parameter
     profiles: tuple[Profile, ...]  #: Of each parameter; empty if they were left out
     recoveries: tuple[

@@ -1,16 +1,15 @@
-"""The classifier two-sample test: fresh classifiers, trained on two kinds of samples, judge others, and groups are permuted."""
+"""The classifier two-sample test: a panel learns from two kinds of samples, judges others, and groups are permuted."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from turing_learning.analysis import LEVEL, Jury
-from turing_learning.coevolution import Classifier, Judgments, classifier_reward
+from turing_learning import examination
+from turing_learning.analysis import LEVEL
 from turing_learning.config import ConfigurationError
 from turing_learning.errors import integer, refuse, require
-from turing_learning.evolution import EvolutionStrategy
 
 from .evidence import TESTING, Effort, Evidence, Stored, stream
 
@@ -19,6 +18,8 @@ CLEARLY = 2 / 3
 """Accuracy of classifiers that are shown a clearly wrong model: of three samples they tell two."""
 BUNDLES = 20
 """Groups of simulated samples that a test has at least."""
+REFERENCE = 1_000
+"""Begins the random numbers of references."""
 
 
 class Permutation(NamedTuple):
@@ -69,43 +70,11 @@ def group_means(scores: np.ndarray, groups: np.ndarray) -> np.ndarray:
     return np.bincount(members, weights=scores) / counts
 
 
-def train_jury(
-    classifier: Classifier,
-    genuine: np.ndarray,
-    counterfeit: np.ndarray,
-    effort: Effort,
-    seed: tuple[int, ...],
-) -> Jury:
-    """Evolve classifiers as a run does, by the paper's reward, on samples (K, T, D) and (S, T, D) that stay the same.
-
-    The better half of the last population votes; a vote weighs Youden's J on these samples where that is
-    positive.
-    """
-    half, count = effort.population // 2, len(genuine)
-    strategy = EvolutionStrategy(
-        classifier.parameters, parents=half, offspring=effort.population - half, seed=seed
-    )
-    samples = np.concatenate((genuine, counterfeit))
-
-    def rewarded() -> tuple[np.ndarray, np.ndarray]:
-        genomes = strategy.ask()
-        outputs = classifier.judge(genomes, samples)
-        return genomes, classifier_reward(Judgments(outputs[:, :count], outputs[:, count:, None]))
-
-    for _ in range(effort.generations):
-        strategy.tell(rewarded()[1])
-    genomes, reward = rewarded()
-    youden = 2 * reward - 1  # Youden's J
-    best = np.argsort(-youden, kind="stable")[:half]
-    voters = best[youden[best] > 0]
-    return Jury(classifier, genomes[voters], youden[voters] / max(youden[voters].sum(), 1e-12))
-
-
 @dataclass(frozen=True)
 class TwoSampleTest(Stored):
-    """Whether fresh classifiers can tell held-out genuine samples from simulated ones."""
+    """Whether a panel of examiners can tell held-out genuine samples from simulated ones."""
 
-    accuracy: float  #: Mean share of right votes on held-out samples, both kinds weighing the same; 0.5 is guessing
+    accuracy: float  #: Share of right answers on held-out samples, both kinds weighing the same; 0.5 is guessing
     p_value: float  #: How often guessing would do as well or better, see `permutation_test`
     critical: float  #: The accuracy from which on the p-value is at most 0.05
     genuine_samples: int  #: Number of held-out samples
@@ -113,13 +82,15 @@ class TwoSampleTest(Stored):
     counterfeit_samples: int  #: Number of simulated samples
     counterfeit_groups: int  #: In bundles of the size of the genuine groups
     grouping: str  #: What a genuine group is
+    #: Accuracies of the same test of models that the run calls plausible, as if each were the system
+    plausible: tuple[float, ...] = ()
 
     @property
     def power(self) -> float:
         """How often so many groups would show a clearly wrong model, which is told with an accuracy of 2/3.
 
         The difference of the means is taken for normally distributed; its standard error is that of the critical
-        value. Classifiers that say the same of all samples show nothing.
+        value. A panel that says the same of all samples shows nothing.
         """
         error = (self.critical - 0.5) / ndtri(1 - LEVEL)
         return float(ndtr((CLEARLY - self.critical) / error)) if error > 0 else 0.0
@@ -131,70 +102,106 @@ class TwoSampleTest(Stored):
 
 
 def two_sample_test(
-    evidence: Evidence, values: np.ndarray, effort: Effort, *, seed: int, use: tuple[int, ...] = (TESTING,),
+    evidence: Evidence, models: np.ndarray, effort: Effort, *, seed: int, use: tuple[int, ...] = (TESTING,),
+    references: int = 0,
 ) -> TwoSampleTest:  # fmt: skip
-    """Train fresh classifiers on genuine samples and samples of one model; test them on held-out samples.
+    """Let a panel learn from genuine samples and samples of a model; test it on held-out ones.
 
-    Source: Lopez-Paz and Oquab, Revisiting classifier two-sample tests, ICLR 2017; docs/decisions/0022.
+    Source: Lopez-Paz and Oquab, Revisiting classifier two-sample tests, ICLR 2017; Rubin, Bayesianly
+    justifiable and relevant frequency calculations (1984), for the references; docs/decisions/0045.
 
     Parameters
     ----------
     evidence
         The samples and the simulator.
-    values : (P,)
-        The model, in its parameters' units.
+    models : (P,) or (W, P)
+        The model, in its parameters' units; or W that are called plausible, from which each
+        simulated sample takes one at random.
     effort
-        How much is simulated and trained.
+        How much is simulated.
     seed
         Of all random numbers, >= 0.
     use
         Tells the random numbers of several tests apart.
+    references
+        How many of the models are tested as if each were the system.
     """
-    return paired_test(evidence, values, effort, seed, use)[0]
+    models = np.atleast_2d(models)
+    test = paired_test(evidence, models, effort, seed, use)[0]
+    plausible = reference_accuracies(evidence, models, effort, references, seed=seed, use=use)
+    return replace(test, plausible=plausible)
+
+
+def reference_accuracies(
+    evidence: Evidence, models: np.ndarray, effort: Effort, references: int, *, seed: int,
+    use: tuple[int, ...] = (TESTING,),
+) -> tuple[float, ...]:  # fmt: skip
+    """Test some of the models (W, P) as if each were the system; see `two_sample_test`."""
+    count = min(len(evidence.learning), effort.samples)
+    plausible = []
+    for k in range(references):
+        rng = stream(seed, *use, REFERENCE, k)
+        system = models[rng.integers(len(models))][None]
+        samples = _simulated(evidence, system, count + len(evidence.testing), rng)
+        testing = samples[count:]
+        groups = evidence.groups[: len(testing)]
+        as_if = replace(evidence, learning=samples[:count], testing=testing, groups=groups)
+        test, _ = paired_test(as_if, models, effort, seed, (*use, REFERENCE, k))
+        plausible.append(test.accuracy)
+    return tuple(plausible)
 
 
 def paired_test(
-    evidence: Evidence, values: np.ndarray, effort: Effort, seed: int, purpose: tuple[int, ...]
+    evidence: Evidence, models: np.ndarray, effort: Effort, seed: int, use: tuple[int, ...]
 ) -> tuple[TwoSampleTest, np.ndarray]:
-    """Return the test of one model, and the accuracies (G,) on its G genuine groups, each beside as many of the simulated ones.
+    """Return the test of models (W, P), and the accuracies (G,) on its G genuine groups, each beside as many of the simulated ones.
 
     Those of tests of several models are paired: their genuine groups are the same.
     """
-    rng, genuine = stream(seed, *purpose), evidence.learning
+    rng, genuine = stream(seed, *use), evidence.learning
     if len(genuine) > effort.samples:
         genuine = genuine[rng.choice(len(genuine), effort.samples, replace=False)]
-
-    def simulated(count: int) -> np.ndarray:
-        """Return samples (count, T, D), each of a simulation of its own."""
-        samples = evidence.simulate(np.tile(values, (count, 1)), rng)
-        if 2 * len(samples) < count:
-            where = str(dict(zip(evidence.parameters, np.asarray(values).tolist(), strict=True)))
-            got = f"{count - len(samples)} failures of {count}"
-            refuse("simulate", "simulate the model", got, place=where, error=ConfigurationError)
-        return samples[:, 0]
-
-    counterfeit = simulated(effort.samples)
-    key = (*rng.integers(2**32, size=4).tolist(),)
-    jury = train_jury(evidence.classifier, genuine, counterfeit, effort, key)
+    learned = _simulated(evidence, models, effort.samples, rng)
     groups = len(np.unique(evidence.groups))
     bundle = max(1, round(len(evidence.testing) / groups))
-    counterfeit = simulated(bundle * max(BUNDLES, -(-effort.samples // bundle)))
-    scores = group_means(jury.score(evidence.testing), evidence.groups)
-    counterfeit_scores = group_means(jury.score(counterfeit), np.arange(len(counterfeit)) // bundle)
-    permuted = permutation_test(scores, counterfeit_scores, rng)
-    parts = (
-        np.array_split(counterfeit_scores, len(scores))
-        if len(counterfeit_scores) >= len(scores)
-        else [counterfeit_scores]
+    counterfeit = _simulated(
+        evidence, models, bundle * max(BUNDLES, -(-effort.samples // bundle)), rng
     )
+    answers = examination.answers(
+        genuine,
+        learned,
+        np.concatenate((evidence.testing, counterfeit)),
+        names=evidence.names,
+        interval_s=evidence.interval_s,
+        seed=int(rng.integers(2**32)),
+    ).astype(float)
+    count = len(evidence.testing)
+    scores = group_means(answers[:count], evidence.groups)
+    others = group_means(answers[count:], np.arange(len(counterfeit)) // bundle)
+    permuted = permutation_test(scores, others, rng)
+    parts = np.array_split(others, len(scores)) if len(others) >= len(scores) else [others]
     test = TwoSampleTest(
         accuracy=(1 + permuted.difference) / 2,
         p_value=permuted.p_value,
         critical=(1 + permuted.critical) / 2,
-        genuine_samples=len(evidence.testing),
+        genuine_samples=count,
         genuine_groups=groups,
         counterfeit_samples=len(counterfeit),
-        counterfeit_groups=len(counterfeit_scores),
+        counterfeit_groups=len(others),
         grouping=evidence.grouping,
     )
-    return test, (1 + scores - np.array([group.mean() for group in parts])) / 2
+    return test, (1 + scores - np.array([part.mean() for part in parts])) / 2
+
+
+def _simulated(
+    evidence: Evidence, models: np.ndarray, count: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Return samples (count, T, D), each of one of the models (W, P), but for those that fail."""
+    chosen = models[rng.integers(len(models), size=count)]
+    samples = evidence.simulate(chosen, rng)
+    if 2 * len(samples) < count:
+        values = np.median(models, axis=0).tolist()
+        place = str(dict(zip(evidence.parameters, values, strict=True)))
+        got = f"{count - len(samples)} failures of {count}"
+        refuse("simulate", "simulate the model", got, place=place, error=ConfigurationError)
+    return samples[:, 0]

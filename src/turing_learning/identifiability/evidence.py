@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import polarization
-from turing_learning.coevolution import Classifier
-from turing_learning.config import Configuration, ConfigurationError, classifier_of
+from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import integer, require
 from turing_learning.models import Parameter
 from turing_learning.purposes import CHECK
@@ -39,26 +38,20 @@ class Effort:
     Parameters
     ----------
     samples
-        Samples of each kind that classifiers are trained on, at most, and simulated ones that they are tested
-        on, at least.
-    generations, population
-        Of the fresh classifiers in the test of the estimate.
+        Samples of each kind that a panel learns from, at most, and simulated ones that it judges, at least.
+    references
+        Models that the run calls plausible, which are tested as if they were the system.
     points
         Values of each parameter in a profile, over its initial range, at least 6; 0 leaves profiles out.
-    profile_generations, profile_population
-        Of the fresh classifiers at each of these values.
     """
 
     samples: int = 200
-    generations: int = 300
-    population: int = 60
+    references: int = 12
     points: int = 8
-    profile_generations: int = 120
-    profile_population: int = 40
 
     def __post_init__(self) -> None:
-        for (name, value), lowest in zip(vars(self).items(), (10, 1, 4, 0, 1, 4), strict=True):
-            integer(name, value, lowest, error=ConfigurationError)
+        for (name, value), least in zip(vars(self).items(), (10, 2, 0), strict=True):
+            integer(name, value, least, error=ConfigurationError)
         rule = f"be at least {LEAST_POINTS}, or 0 for no profiles"
         remedy = "With fewer, a profile leaves half of the range open."
         require(
@@ -73,17 +66,18 @@ class Effort:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Genuine samples, a simulator of models, and the network of the classifiers."""
+    """Genuine samples, and a simulator of models."""
 
-    learning: np.ndarray  #: (K, T, D), genuine samples to train classifiers with
-    #: (H, T, D), genuine samples that neither the run nor the fresh classifiers have learned from
+    learning: np.ndarray  #: (K, T, D), genuine samples that a panel learns from
+    #: (H, T, D), genuine samples that neither the run nor a panel has learned from
     testing: np.ndarray
     groups: np.ndarray  #: (H,), which of them belong together, because they are of one individual
     grouping: str  #: What a group is, in a word
     #: (values (M, P) in their users' units, rng) -> samples (at most M, C, T, D); simulations that fail are left out
     simulate: Callable[[np.ndarray, np.random.Generator], np.ndarray]
-    classifier: Classifier  #: Judges samples as they were observed
     parameters: Mapping[str, Parameter]  #: Name -> parameter with its initial range, P of them
+    names: tuple[str, ...] = ()  #: Of the D signals; empty: they have none
+    interval_s: float = 1.0  #: Duration of a step (s)
 
     def __post_init__(self) -> None:
         rule, count = f"keep at least {LEAST_TESTING} samples for testing", len(self.testing)
@@ -126,8 +120,9 @@ def evidence_of(
         groups=np.arange(len(testing)) if groups is None else groups,
         grouping=grouping or ("trials" if data is None else "samples"),
         simulate=source.simulate,
-        classifier=system.classifier(classifier_of(configuration)),
         parameters=system.parameters,
+        names=tuple(system.signals),
+        interval_s=system.interval_s or 1.0,
     )
 
 

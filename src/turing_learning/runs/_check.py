@@ -9,9 +9,11 @@ from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from inspect import signature
 from pathlib import Path
+from time import perf_counter
 from typing import Any, cast
 
 import numpy as np
+from scipy.special import ndtri
 
 from turing_learning import systems
 from turing_learning.analysis import is_known
@@ -27,10 +29,12 @@ from turing_learning.identifiability import (
     Recovery,
     profile,
     read_check,
+    reference_accuracies,
     two_sample_test,
 )
 from turing_learning.identifiability import evidence as evidences
 from turing_learning.identifiability.evidence import (
+    OBSERVING,
     RECOVERING,
     Evidence,
     Quantity,
@@ -59,7 +63,9 @@ FOLDER = "check"
 RECOVERIES = 5
 """Of a run of trials, by default."""
 ATTEMPTS = 3
-"""Tests of the truth of each, which show how well right models are told by chance."""
+"""Tests of models that each calls plausible, which show how well right models are told."""
+DRAWS = 1000
+"""Models that a run of generations calls plausible, by its intervals."""
 
 _LOGGER = logging.getLogger("turing_learning")
 
@@ -87,18 +93,24 @@ class _Checker:
         self.seed = self.settings["seed"]
         self.folder = None if self.result.path is None else RunFolder(self.result.path)
         self.estimate = np.array(list(self.result.estimate.values()))
+        self.plausible = plausible(self.result)
 
     def run(self, *, force: bool) -> Check:
         """Go through the stages; what a folder holds already is not done again."""
         content, model = self._begun(force), self.result.simulated_model
-        ahead = self._ahead(content)
+        began, test = perf_counter(), None
+        if "test" not in content:
+            # the first of many tests, which says how long the others will take
+            test = two_sample_test(self.evidence, self.plausible, self.effort, seed=self.seed)
+        ahead = self._ahead(content, perf_counter() - began)
         if ahead:
             self.stage(ahead)
-        if "test" not in content:
+        if test is not None:
             self.stage("fresh classifiers against the estimate")
-            content["test"] = two_sample_test(
-                self.evidence, model, self.effort, seed=self.seed
-            ).to_json()
+            usual = reference_accuracies(
+                self.evidence, self.plausible, self.effort, self.effort.references, seed=self.seed
+            )
+            content["test"] = replace(test, plausible=usual).to_json()
             self._write(content)
         if "quantities" not in content:
             self.stage("distributions, genuine beside simulated")
@@ -109,7 +121,11 @@ class _Checker:
                 continue
             self.stage(f"fresh classifiers where {name} is moved")
             try:
-                options: dict[str, Any] = {"seed": self.seed, "beyond": self.by_trials}
+                options: dict[str, Any] = {
+                    "seed": self.seed,
+                    "beyond": self.by_trials,
+                    "plausible": self.plausible,
+                }
                 profiled = profile(self.evidence, self.estimate, index, self.effort, **options)
                 content["profiles"][name] = profiled.to_json()
             except CustomSystemError as error:
@@ -133,15 +149,18 @@ class _Checker:
             self.result.stored().beside[CHECK] = content
         return check
 
-    def _ahead(self, content: dict[str, Any]) -> str:
-        """Return in words what is still to be done, and how long its longest part takes.
+    def _ahead(self, content: dict[str, Any], test_s: float) -> str:
+        """Return in words what is still to be done, and how long it takes.
 
-        Nothing where all of it is stored.
+        Nothing where all of it is stored. `test_s` is how long the test took (s) that has been made.
         """
         items = []
+        tests = 0
         if "test" not in content:
             items.append("fresh classifiers against the estimate")
+            tests += self.effort.references
         profiles = len(self.result.estimate) - len(content["profiles"]) if self.profiled else 0
+        tests += profiles * (self.effort.points + 1)
         if profiles:
             items.append(f"{counted(profiles, 'profile')} of {self.effort.points} values")
         runs = self.settings["recoveries"] - len(content["recoveries"])
@@ -151,6 +170,9 @@ class _Checker:
             items.append(
                 f"{counted(runs, 'run')} whose truth is the estimate, each about as long as this one{took}"
             )
+            tests += runs * (1 + ATTEMPTS)
+        if tests and "test" not in content:
+            items.append(f"{tests} tests take about {tests * test_s:.0f} s")
         return f"ahead: {'; '.join(items)}" if items else ""
 
     def _write(self, content: dict[str, Any]) -> None:
@@ -172,7 +194,12 @@ class _Checker:
             needed(same, rule=rule, got=f"another, after {self.result.length}", remedy=remedy)
             rule = "be checked with the settings that its check began with"
             remedy = "Replace it with force=True."
-            needed(stored["settings"] == self.settings, rule=rule, got="others", remedy=remedy)
+            # those of 0.2.0 name the networks that judged; they are kept if they are complete
+            kept = stored["settings"]
+            if "parameters" in stored:
+                kept = {"references": self.effort.references} | kept
+            asked = {name: kept.get(name) for name in self.settings}
+            needed(asked == self.settings, rule=rule, got="others", remedy=remedy)
             return stored
         unfinished = None if self.result.complete else self.result.progress
         begun: dict[str, Any] = {
@@ -251,42 +278,34 @@ class _Checker:
             if isinstance(recovered, Evolution)
             else recovered.interval,
             error_share=dict(zip(recovered.estimate, shares.tolist(), strict=True)),
-            **(self._told(k, configuration, changed, recovered) if self.by_trials else {}),
+            **self._told(k, configuration, changed, recovered),
         ).to_json()
 
     def _told(
         self, k: int, configuration: Configuration, given: Given, recovered: Result
     ) -> dict[str, Any]:
-        """Return how well fresh classifiers tell samples of a recovery's truth from its estimate, and from its truth."""
-        number, accuracies = self.seed + 1 + k, []
+        """Return how well a panel tells samples of a recovery's truth from its models, and as many of these from the others."""
+        number = self.seed + 1 + k
+        evidence = self.evidence
         with configuration.system.open(given) as source:
-            for attempt, values in enumerate(
-                [np.array(list(recovered.estimate.values()))] + [self.estimate] * ATTEMPTS, 1
-            ):
-                evidence = self.evidence
-                if source.genuine is None:
-                    # A seed that no other test has
-                    fresh = number + attempt * self.settings["recoveries"]
-                    evidence = evidence_of(configuration, source, self.effort, fresh)
-                else:
-                    rng = stream(self.seed, RECOVERING, k, attempt)
-                    testing = self._simulated(len(evidence.testing), rng)
-                    learning = source.genuine_samples(self.effort.samples, rng)
-                    evidence = replace(
-                        evidence,
-                        learning=learning,
-                        testing=testing,
-                        groups=evidence.groups[: len(testing)],
-                    )
-                test = two_sample_test(
-                    evidence, values, self.effort, seed=number, use=(RECOVERING, attempt)
-                )
-                accuracies.append(test.accuracy)
-        return {"accuracy": accuracies[0], "attainable": accuracies[1:]}
-
-    def _simulated(self, count: int, rng: np.random.Generator) -> np.ndarray:
-        """Return so many samples, simulated at the estimate."""
-        return self.evidence.simulate(np.tile(self.estimate, (count, 1)), rng)[:, 0]
+            if source.genuine is None:
+                evidence = evidence_of(configuration, source, self.effort, number)
+            else:
+                rng = stream(self.seed, RECOVERING, k)
+                truth = np.tile(self.result.simulated_model, (len(evidence.testing), 1))
+                testing = evidence.simulate(truth, rng)[:, 0]
+                learning = source.genuine_samples(self.effort.samples, rng)
+                groups = evidence.groups[: len(testing)]
+                evidence = replace(evidence, learning=learning, testing=testing, groups=groups)
+            test = two_sample_test(
+                evidence,
+                plausible(recovered),
+                self.effort,
+                seed=number,
+                use=(RECOVERING,),
+                references=ATTEMPTS,
+            )
+        return {"accuracy": test.accuracy, "attainable": test.plausible}
 
     def _numbers(self, values: Mapping[str, float]) -> np.ndarray:
         """Return values as numbers from -1 to 1 over the initial ranges."""
@@ -319,6 +338,33 @@ class _Checker:
             )
             found.append(asdict(recovery))
         return found
+
+
+def plausible(result: Result) -> np.ndarray:
+    """Return models (W, P) that a run calls plausible, in what `simulate` takes.
+
+    Those are the draws of a run of trials, values within the intervals of one of generations, or
+    its last networks. A run that states nothing calls its estimate plausible, and nothing else.
+    """
+    model = result.simulated_model[None]
+    if not all(is_known(*ends) for ends in result.interval.values()):
+        return model
+    if isinstance(result, Posterior):
+        return result.draws() if result.settled else model
+    if result.networks is not None:
+        window = result.configuration.run.estimated_from(result.generations)
+        return np.asarray(result.history["typical_model"].to_numpy()[-window:])
+    columns = []
+    rng = stream(result.seed, OBSERVING, 1)
+    parameters = result.configuration.system.parameters
+    for name, ends in result.interval.items():
+        parameter = parameters[name]
+        low, high = parameter.to_numbers(np.array(ends))
+        middle = float(parameter.to_numbers(np.array(result.estimate[name])))
+        # the ends hold the central 90 %
+        drawn = middle + (high - low) / (2 * ndtri(0.95)) * rng.standard_normal(DRAWS)
+        columns.append(parameter.to_units(drawn))
+    return np.stack(columns, axis=1)
 
 
 def stored_check(path: Path) -> dict[str, Any] | None:
@@ -354,8 +400,9 @@ def check(
 
     `Result.check` calls it. See docs/identifiability.md.
 
-    Fresh classifiers are trained to tell genuine samples from samples simulated at the estimate,
-    and tested on held-out ones; the same is done where each parameter is moved across its range;
+    A panel of examiners learns to tell genuine samples from samples of models that the run calls
+    plausible, and is tested on held-out ones. The same is done for some of these models, as if
+    each were the system, and where each parameter is moved across its range. Further
     runs are made whose truth is the estimate; and distributions of the motion are compared. Of a
     run in a folder all of it is kept there, and goes on where it was stopped.
 

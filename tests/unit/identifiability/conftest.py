@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from turing_learning.classifiers import ElmanClassifier
 from turing_learning.identifiability import Effort, Evidence
 from turing_learning.models import Parameter
 
@@ -15,21 +14,14 @@ def drift(values, rng):
 
 @pytest.fixture(scope="session")
 def small():
-    return Effort(
-        samples=40,
-        generations=25,
-        population=12,
-        points=6,
-        profile_generations=15,
-        profile_population=10,
-    )
+    return Effort(samples=40, points=6)
 
 
 @pytest.fixture(scope="session")
 def evidence():
     """Make evidence of a system with the true values (0, anything)."""
 
-    def make(seed=0, groups=None, simulate=drift, threads=1):
+    def make(seed=0, groups=None, simulate=drift):
         rng = np.random.default_rng((seed, 77))
         genuine = drift(np.zeros((80, 2)), rng)[:, 0]
         return Evidence(
@@ -38,7 +30,6 @@ def evidence():
             groups=np.arange(40) if groups is None else groups,
             grouping="samples",
             simulate=simulate,
-            classifier=ElmanClassifier(inputs=1, threads=threads),
             parameters={"mean": Parameter(-3, 3), "nothing": Parameter(-1, 1)},
         )
 

@@ -159,8 +159,8 @@ def test_a_check_names_what_is_not_pinned_down():
     parameters = (PinnedDown("a", 0.1, 0.2, 0.0), PinnedDown("b", 0.9, 0.2, 0.0))
     found = Check(test, parameters, (), (), ())
     assert found.text == (
-        "The estimate passes: fresh classifiers cannot tell held-out samples from the model (accuracy 0.510, p = 0.412). "
-        "Not pinned down: b."
+        "The estimate passes: fresh classifiers cannot tell held-out samples from the model "
+        "(accuracy 0.510, p = 0.412). Not pinned down: b."
     )
     lines = str(found).splitlines()
     assert lines[0] == "40 held-out samples, 0 known truths, 0 profiles: converged"

@@ -1,8 +1,8 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
+from turing_learning import examination
+from turing_learning.analysis import Judgment
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort, two_sample_test
 
@@ -21,33 +21,31 @@ def test_the_truth_is_not_told_apart(evidence, small):
     assert abs(found.accuracy - 0.5) < 0.15
 
 
-def test_the_result_is_the_same_for_any_number_of_threads(evidence, small):
-    one, two = (
-        two_sample_test(evidence(threads=n), np.array([0.3, 0]), small, seed=4) for n in (1, 2)
+def test_held_out_samples_are_never_learned_from(evidence, small, monkeypatch):
+    learned = []
+    monkeypatch.setattr(
+        examination,
+        "answers",
+        lambda genuine, others, judged, **options: (
+            learned.append((genuine, judged)) or np.arange(len(judged)) % 2 == 0
+        ),
     )
-    assert one == two
+    source = evidence()
+    two_sample_test(source, np.ones(2), small, seed=1)
+    ((genuine, judged),) = learned
+    np.testing.assert_array_equal(judged[: len(source.testing)], source.testing)
+    first = {sample.tobytes() for sample in genuine}
+    assert not first & {sample.tobytes() for sample in source.testing}
 
 
-def test_kept_out_samples_are_never_trained_with(evidence, small):
-    seen = []
-
-    class Watching:
-        def __init__(self, classifier):
-            self.classifier, self.parameters = classifier, classifier.parameters
-
-        def judge(self, genomes, samples):
-            seen.append(samples)
-            return self.classifier.judge(genomes, samples)
-
-    given = evidence()
-    two_sample_test(
-        replace(given, classifier=Watching(given.classifier)), np.ones(2), small, seed=1
-    )
-    training, testing = seen[:-2], seen[-2]
-    assert len(training) == small.generations + 1
-    np.testing.assert_array_equal(testing, given.testing)
-    first = {sample.tobytes() for samples in training for sample in samples}
-    assert not first & {sample.tobytes() for sample in given.testing}
+def test_a_model_is_right_if_it_is_told_no_better_than_what_is_plausible(evidence, small):
+    means = np.linspace(-2, 2, 100)
+    plausible = np.stack((means, np.zeros(100)), axis=1)
+    wide = two_sample_test(evidence(), plausible, small, seed=1, references=12)
+    assert len(wide.plausible) == 12
+    assert Judgment(examination=wide).fits is not False
+    wrong = two_sample_test(evidence(), plausible / 20 + [1.5, 0], small, seed=1, references=12)
+    assert Judgment(examination=wrong).fits is False
 
 
 def test_samples_of_one_individual_are_one_group_and_simulated_ones_come_in_bundles_of_that_size(
@@ -74,9 +72,7 @@ def test_a_model_that_cannot_be_simulated_is_refused_by_name(evidence, small):
         two_sample_test(failing, np.array([0.5, 0]), small, seed=1)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("samples", 9), ("generations", 0), ("population", 3.0), ("points", -1)]
-)
+@pytest.mark.parametrize(("name", "value"), [("samples", 9), ("references", 1), ("points", -1)])
 def test_too_little_effort_is_refused(name, value):
     with pytest.raises(ConfigurationError, match=f"`{name}` must be an integer of at least"):
         Effort(**{name: value})

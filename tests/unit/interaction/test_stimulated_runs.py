@@ -96,7 +96,7 @@ def test_a_custom_system_has_folder_report_resume_check_and_pool(tmp_path):
     custom(out=tmp_path / "cut", settings=SMALL, should_stop=iter([0, 1]).__next__)
     tl.resume(tmp_path / "cut")  # the function is found by its name
     assert untimed(tmp_path / "cut") == untimed(tmp_path / "whole")
-    effort = Effort(samples=20, generations=5, population=8, points=0)
+    effort = Effort(samples=20, points=0)
     check = tl.load_run(tmp_path / "whole").check(
         effort=effort, recoveries=1, recovery_generations=3
     )

@@ -24,9 +24,7 @@ SETTINGS = {
     "run.history": "thin",
 }
 SWARM = {"models.population": 4, "classifiers.population": 4, "scenario.trial.duration_s": 1.0}
-QUICK = Effort(
-    samples=20, generations=8, population=8, points=6, profile_generations=4, profile_population=8
-)
+QUICK = Effort(samples=20, points=6)
 BRIEF = replace(QUICK, points=0)
 
 

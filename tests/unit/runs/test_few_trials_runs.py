@@ -436,14 +436,7 @@ def test_runs_that_have_not_settled_have_an_estimate_and_no_interval():
 
 def test_a_run_of_trials_is_checked(tmp_path):
     known, result = speeds(tmp_path / "run")
-    effort = Effort(
-        samples=30,
-        generations=20,
-        population=10,
-        points=6,
-        profile_generations=20,
-        profile_population=10,
-    )
+    effort = Effort(samples=30, points=6)
     check = result.check(effort=effort, recoveries=2)
     assert check.verdicts == result.verdicts == tl.load_run(tmp_path / "run").verdicts
     assert check.judgment.line in str(result)

@@ -184,7 +184,7 @@ def test_a_stored_run_with_such_a_sensor_goes_on_and_is_checked(tmp_path, stop_a
     assert not stopped.complete
     result = resume(tmp_path / "run")
     assert result.complete
-    quick = Effort(samples=10, generations=1, population=4, points=0)
+    quick = Effort(samples=10, points=0)
     assert len(result.check(effort=quick, recovery_generations=1).recoveries) == 1
 
 

@@ -124,8 +124,18 @@ def draw_test(rng):
         rng.choice([0.001, 0.03, 0.05, 0.051, 0.4, 1.0]),
         rng.choice([0.5, 0.53, 0.56, 0.6, 0.65]),
     )
+    level, spread = rng.choice([0.5, 0.7, 0.97]), rng.choice([0.01, 0.05])
+    plausible = np.clip(rng.normal(level, spread, rng.choice([0, 12])), 0, 1)
     return TwoSampleTest(
-        draw_accuracy(rng), float(p_value), float(critical), 40, 8, 200, 40, "samples"
+        accuracy=draw_accuracy(rng),
+        p_value=float(p_value),
+        critical=float(critical),
+        genuine_samples=40,
+        genuine_groups=8,
+        counterfeit_samples=200,
+        counterfeit_groups=40,
+        grouping="samples",
+        plausible=tuple(plausible.tolist()),
     )
 
 
@@ -187,6 +197,10 @@ def test_no_two_sentences_of_a_check_contradict_each_other():
         everything = set().union(*found.values())
         assert contradictions(everything) == [], (seed, found)
         assert check.verdict in str(check).splitlines()[0]
+        numbers = re.search(r"accuracy (\d\.\d+).*up to (\d\.\d+)", check.text)
+        if numbers:
+            beyond = float(numbers[1]) > float(numbers[2])
+            assert beyond == (check.judgment.fits is False), (seed, check.text)
         assert {"it passes", "fresh classifiers tell it", "the check cannot say"} & everything
         met |= {check.verdict}
     assert met == {*Verdict}

@@ -310,7 +310,7 @@ def test_a_run_whose_functions_are_those_of_a_module_needs_nothing_but_its_folde
     }
     here = infer(genuine=own_models.herd)
     assert tl.resume(path).estimate == here.estimate
-    quick = Effort(samples=10, generations=1, population=4, points=0)
+    quick = Effort(samples=10, points=0)
     assert tl.load_run(path).check(effort=quick, recoveries=0).test.genuine_samples >= 10
     infer(genuine="own_models:herd", generations=1, out=tmp_path / "gone")
     RunFolder(tmp_path / "gone").update_manifest(state="running", genuine="own_models:nothing")

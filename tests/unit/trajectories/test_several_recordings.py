@@ -159,7 +159,7 @@ def test_a_list_of_windows_makes_a_run_that_is_resumed_and_checked(tmp_path):
         should_stop=lambda: True,
     )
     assert tl.resume(out, **given).complete
-    effort = tl.identifiability.Effort(samples=20, points=0, generations=3, population=8)
+    effort = tl.identifiability.Effort(samples=20, points=0)
     found = tl.load_run(out).check(**given, recording=SOME, effort=effort, recoveries=0)
     assert {"polarization"} <= {each.name for each in found.quantities}
     with pytest.raises(ValueError, match="of several: genuine=pooled_windows"):
