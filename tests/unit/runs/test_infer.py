@@ -695,7 +695,10 @@ def test_a_run_has_converged_if_its_models_have_contracted_and_classifiers_guess
 
 REJECTED = {
     "test": TwoSampleTest(0.9, 0.001, 0.55, 40, 40, 200, 200, "samples").to_json(),
-    "recoveries": [Recovery(1, 3, {}, {}, {}, {"vl0": 0.01}).to_json()],
+    "recoveries": [
+        Recovery(seed, 3, {}, {}, {}, {"vl0": 0.01}, 0.5, (0.48, 0.51, 0.52)).to_json()
+        for seed in (1, 2)
+    ],
     "parameters": [],
     "profiles": {},
     "quantities": [],
