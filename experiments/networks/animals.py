@@ -98,11 +98,13 @@ def rows(name: str, recording: Trajectories, seed: int) -> list[dict[str, object
                     continue
                 examined = test.examined
                 low, high = examined.interval
+                # nothing would have been noticed by so few groups
+                power = np.nan if examined.power_accuracy is None else examined.power_accuracy
                 table.append({
                     "recording": name, "seed": seed, "model": model, "window_s": length, "against": against,
                     "real_windows": real, "accuracy": f"{test.accuracy:.3f}", "low": f"{low:.3f}", "high": f"{high:.3f}",
                     "p_value": f"{test.p_value:.3f}", "auc": f"{examined.auc:.3f}",
-                    "power_accuracy": f"{examined.power_accuracy:.3f}", "learning_s": round(seconds),
+                    "power_accuracy": f"{power:.3f}", "learning_s": round(seconds),
                     "gains": " ".join(f"{key}={value:.2f}" for key, value in gains.items()),
                 })  # fmt: skip
                 print(table[-1], flush=True)
