@@ -200,7 +200,12 @@ class Family(ABC):
             settings["tank_cm"] = tank_cm
         wider = math.sqrt(individuals / self.individuals)
         start_side_cm = self.start_side_cm * wider
-        return replace(self, individuals=individuals, start_side_cm=start_side_cm, **settings)
+        settings["start_side_cm"] = start_side_cm
+        # a square that is repeated holds them at the same density, too
+        period_cm = getattr(self, "period_cm", None)
+        if period_cm is not None:
+            settings.setdefault("period_cm", period_cm * wider)
+        return replace(self, individuals=individuals, **settings)
 
     @abstractmethod
     def _paths(

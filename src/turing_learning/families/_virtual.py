@@ -52,6 +52,8 @@ def virtual_group(
         If a parameter is missing, there are too many steps or individuals, or the family knows no such tank.
     """
     group = family.groups[0] if isinstance(family, Replicates) else family
+    rule = "be a family of models, which says where everybody is"
+    require(isinstance(group, Family), "family", rule, type(group).__name__)
     names = list(group.parameters)
     require(
         set(parameters) == set(names), "parameters", f"name {', '.join(names)}", brief(parameters)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from turing_learning.errors import integer, number, refuse, require
+from turing_learning.errors import brief, integer, number, refuse, require
 
 from ._signals import nearest_others, wrap
 from ._trajectories import Trajectories
@@ -53,7 +53,10 @@ class ResponseMaps:
 
         Only cells with 20 moments or more in both count; NaN where there are fewer than three.
         """
-        same = np.allclose(self.edges_cm, other.edges_cm)
+        same = all(
+            np.array_equal(getattr(self, edges), getattr(other, edges))
+            for edges in ("edges_cm", "wall_edges_cm", "wall_angles")
+        )
         require(same, "other", "have the same cells (`like`)", "others")
         near = np.minimum(self.moments, other.moments)
         wall = np.minimum(self.wall_moments, other.wall_moments)
@@ -101,7 +104,11 @@ def response_maps(
     recordings = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
     in_cm = all(recording.unit == "cm" for recording in recordings)
     remedy = "Give their scale, pixels_per_cm."
-    require(recordings and in_cm, "recordings", "be one or several, in cm", "pixels", remedy)
+    require(recordings, "recordings", "be one or several", "none")
+    require(in_cm, "recordings", "be in cm", "pixels", remedy)
+    if tank_cm is not None:
+        sides = np.shape(tank_cm) == (2,) and all(0 < side < np.inf for side in tank_cm)
+        require(sides, "tank_cm", "be two finite numbers above 0, or None", brief(tank_cm))
     number("lag_s", lag_s, above=0)
     integer("cells", cells, 3)
     parts = [_moments(recording, lag_s, tank_cm) for recording in recordings]
@@ -148,6 +155,7 @@ def response_figure(maps: Mapping[str, ResponseMaps]) -> "Figure":
     """
     from turing_learning.figures.recordings import maps_figure
 
+    require(maps, "maps", "be of one source or several", "none")
     first = next(iter(maps.values()))
     near = (first.edges_cm, first.edges_cm)
     wall = (np.degrees(first.wall_angles), first.wall_edges_cm)

@@ -5,7 +5,7 @@ import pytest
 
 import turing_learning as tl
 from turing_learning.cli import main
-from turing_learning.families import BurstAndCoast, Couzin, beyond_recorded, virtual_group
+from turing_learning.families import BurstAndCoast, Couzin, Vicsek, beyond_recorded, virtual_group
 
 
 def command(*words):
@@ -44,6 +44,19 @@ def test_too_long_is_refused_and_so_is_a_parameter_that_is_missing():
         virtual_group(Couzin(), VALUES, duration_s=1e6)
     with pytest.raises(ValueError, match="`parameters` must name speed, turning_rate"):
         virtual_group(Couzin(), {})
+
+
+def test_what_is_no_family_is_refused():
+    def simulate(parameters, rng):
+        return rng.random((len(parameters), 10, 2))
+
+    with pytest.raises(ValueError, match="`family` must be a family of models"):
+        virtual_group(simulate, {"speed": 1.0})
+
+
+def test_a_periodic_square_grows_with_the_group():
+    larger = Vicsek(individuals=10).in_group(40)
+    assert larger.period_cm == larger.start_side_cm == pytest.approx(40.0)
 
 
 def test_what_was_never_recorded_is_said():

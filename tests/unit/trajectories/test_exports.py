@@ -417,3 +417,12 @@ def test_fixes_of_every_ten_minutes_or_so_are_refused_with_what_makes_them_even(
     with pytest.raises(ValueError, match=r"one frame in 100 .*uneven, .* by resample="):
         load_trajectories(path, project=True)
     assert load_trajectories(path, project=True, resample=1 / 600).present.any()
+
+
+@pytest.mark.parametrize("frame", ["frame", "frame_number"])
+def test_two_individuals_side_by_side_are_no_box(frame, tmp_path):
+    path = tmp_path / "wide.csv"
+    rows = [f"{k},{k},{2 * k},{3 * k + 1},{k + 5}" for k in range(6)]
+    path.write_text("\n".join([f"{frame},x1,y1,x2,y2", *rows]) + "\n")
+    recording = tl.load_trajectories(path, fps=10, pixels_per_cm=1, y_axis="up")
+    assert recording.positions[2].tolist() == [[2.0, 4.0], [7.0, 7.0]]

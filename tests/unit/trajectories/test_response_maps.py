@@ -66,8 +66,21 @@ def test_pixels_and_individuals_alone_are_refused():
     with pytest.raises(ValueError, match="`recordings` must hold two individuals beside each"):
         response_maps(alone)
     pixels = Trajectories(recording.positions, recording.present, 10.0, ("a", "b"), unit="px")
-    with pytest.raises(ValueError, match="`recordings` must be one or several, in cm"):
+    with pytest.raises(ValueError, match="`recordings` must be in cm; got pixels"):
         response_maps(pixels)
+
+
+def test_what_cannot_be_compared_or_drawn_is_refused(maps):
+    with pytest.raises(ValueError, match="`other` must have the same cells"):
+        maps.agreement(response_maps(moved(1), tank_cm=TANK, cells=5))
+    with pytest.raises(ValueError, match="`other` must have the same cells"):
+        maps.agreement(response_maps(moved(1), tank_cm=(60.0, 60.0)))
+    with pytest.raises(ValueError, match="`tank_cm` must be two finite numbers above 0"):
+        response_maps(followers(0.0), tank_cm=(0.0, 0.0))
+    with pytest.raises(ValueError, match="`recordings` must be one or several; got none"):
+        response_maps([])
+    with pytest.raises(ValueError, match="`maps` must be of one source"):
+        response_figure({})
 
 
 def test_maps_are_drawn_side_by_side(maps, tmp_path):

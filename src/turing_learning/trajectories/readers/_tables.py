@@ -104,6 +104,9 @@ def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
         options = replace(options, columns={"frame": frame, **columns})
     beyond_time = {*columns} - {"frame", "time"}
     names = [name.lower() for name in sheet.names]
+    if frame:
+        # x1, y1, x2, y2 beside the frame are two individuals, whatever the frame is called
+        names[sheet.names.index(frame)] = "frame"
     long = is_long(names) or plain_roles(names, project=False) or angles(names)
     if beyond_time or long:
         return read_long(sheet, options)
