@@ -203,6 +203,11 @@ def _command(content: Mapping[str, Any], paths: "list[Path]") -> str:
         for each in value if isinstance(value, list) else [value]:
             text = f"{each:g}" if isinstance(each, float) else str(each)
             words += [option, text]
+    for name in ("preset", "config"):
+        if content[name] is not None and content[name] != "default":
+            words += [f"--{name}", Path(content[name]).name]
+    if content["quick"]:
+        words.append("--quick")
     for name, value in content["settings"].items():
         words += ["--set", f"{name}={value}"]
     if content["seed"] is not None:

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import turing_learning as tl
-from turing_learning.errors import RefusedError, refuse, refusing_as
+from turing_learning.errors import RefusedError, refuse, refusing_as, require
 
 from ._options import Integer, Real, Recording
 from ._runs import opened, system_of
@@ -63,9 +63,24 @@ def game(
         remedy = "Give the simulated recordings with --against."
         if more or not tl.runs.RunFolder(run).is_run():
             refuse("RUN", "be a run folder", str(run), remedy)
+        rule = "be left out for a run"
+        for name, value in (
+            ("fps", against_fps),
+            ("pixels-per-cm", against_pixels_per_cm),
+            ("y-axis", against_y_axis),
+        ):
+            require(value is None, f"--against-{name}", rule, str(value), remedy)
         system = system_of(run, recording, "comparison.game_of_run(load_run({run}), genuine=...)")
+        said = recording.remembered(run).longest_rest
+        rest_s = tl.trajectories.LONGEST_REST_S if said is None else said
         made = tl.comparison.game_of_run(
-            opened(run), **system, pairs=pairs, length_s=length, seed=seed, title=title
+            opened(run),
+            **system,
+            longest_rest_s=rest_s,
+            pairs=pairs,
+            length_s=length,
+            seed=seed,
+            title=title,
         )
     else:
         real = [recording.read(path, "RUN") for path in (run, *more)]

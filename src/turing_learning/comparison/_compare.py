@@ -25,7 +25,7 @@ from ._result import Compared, Comparison
 from ._samples import require_windows, samples_of
 from .present import comparison_page, pictures
 
-KIND = FolderKind("comparison", "comparison.json", identity=("models", "settings"))
+KIND = FolderKind("comparison", "comparison.json", identity=("models", "settings", "systems"))
 RUNS = "runs"
 """Folder of the runs in that of a comparison, and of new comparisons."""
 PERMUTATIONS = 99
@@ -61,8 +61,10 @@ class Subject:
             return self.parameters
         known = getattr(self.simulate, "parameters", None)
         rule = "say its parameters and their ranges by an attribute `parameters`"
-        remedy = "For example: simulate.parameters = {'speed': (0, 20)}."
-        require(isinstance(known, Mapping), "models", rule, "none", remedy, place=name)
+        got = "none" if known is None else "names without ranges"
+        remedy = "For example: Subject(windows, simulate, parameters={'speed': (0, 20)}), "
+        remedy += "or a function with simulate.parameters = {'speed': (0, 20)}."
+        require(isinstance(known, Mapping), "models", rule, got, remedy, place=name)
         return read_parameters(known)
 
 
@@ -140,8 +142,10 @@ def compare(
             head: dict[str, Any] = {
                 "models": list(subjects),
                 "settings": settings,
+                "systems": {name: _entry(name, subject) for name, subject in subjects.items()},
                 "remembered": remembered or {},
             }
+            head = json.loads(json.dumps(head, default=_as_json))
             folder = stack.enter_context(_begun(Path(out), head, force=force))
         for number, (name, subject) in enumerate(subjects.items(), start=1):
             say(f"{name}, {number} of {len(subjects)}")
@@ -235,20 +239,37 @@ def _plain(options: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
+def _entry(name: str, subject: Subject) -> dict[str, Any]:
+    """Return what a run depends on beside its settings: ranges of the parameters, and where the motion is from."""
+    ranges = {
+        key: (parameter.low, parameter.high, parameter.scale, parameter.integer)
+        for key, parameter in read_parameters(subject.ranges(name)).items()
+    }
+    return {"parameters": ranges, "provenance": subject.provenance}
+
+
+def _as_json(value: Any) -> Any:
+    """Return a number or an array of numpy as Python has it, and anything else as its text."""
+    return value.tolist() if hasattr(value, "tolist") else str(value)
+
+
 @contextmanager
 def _begun(path: Path, head: dict[str, Any], *, force: bool) -> Iterator[Store]:
     """Make the folder of a comparison, or take the one that is there, and hold it."""
     folder = Store(path, KIND)
     rule = "be a new or empty folder, or hold this comparison"
-    if folder.exists():
+    begun = folder.exists()
+    if begun:
         stored = folder.head()
-        asked = json.loads(json.dumps(head))
-        same = all(stored.get(name) == asked[name] for name in KIND.identity)
+        same = all(stored.get(name) == head[name] for name in KIND.identity)
         remedy = "Choose another folder, or replace it with force=True."
-        got = f"{path}, a comparison of other models or settings"
+        got = f"{path}, a comparison of other models, settings, ranges or recordings"
         check_folder(same or force, "out", rule, got, remedy)
     else:
-        foreign = [name for name in folder.foreign_names() if name != RUNS]
+        # runs that belong to no comparison are nobody's to take over, or to remove
+        foreign = [
+            name for name in folder.foreign_names() if name != RUNS or any((path / RUNS).iterdir())
+        ]
         got = f"{path}, which holds {foreign[:1]}"
         check_folder(not foreign, "out", rule, got, "Choose another folder.")
         same = False
@@ -256,7 +277,7 @@ def _begun(path: Path, head: dict[str, Any], *, force: bool) -> Iterator[Store]:
         path.mkdir(parents=True, exist_ok=True)
     with folder.locked():
         if not same:
-            if force:
+            if begun:
                 folder.clear((RUNS, "figures", "report.html", "comparison.csv", "result.json"))
             with writable("out", path):
                 folder.create(head)

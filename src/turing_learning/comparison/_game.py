@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from turing_learning.config import Configuration
-from turing_learning.errors import refuse
+from turing_learning.errors import number, refuse
 from turing_learning.examination import (
     QUICK,
     examine,
@@ -22,7 +22,7 @@ from turing_learning.report import Game
 from turing_learning.runs import Result, swarm_replay
 from turing_learning.swarm import execution_of, initial_poses
 from turing_learning.systems import Source
-from turing_learning.trajectories import Trajectories, Windows
+from turing_learning.trajectories import LONGEST_REST_S, Trajectories, Windows
 
 from ._samples import require_windows, samples_of
 
@@ -40,7 +40,8 @@ ATTEMPTS = 20
 
 def game_of_run(
     result: Result, *, genuine: Any = None, simulate: Any = None, recording: Sequence[Trajectories] = (),
-    pairs: int = PAIRS, length_s: float | None = None, seed: int = 0, title: str = "Which one is real?",
+    longest_rest_s: float = LONGEST_REST_S, pairs: int = PAIRS, length_s: float | None = None, seed: int = 0,
+    title: str = "Which one is real?",
 ) -> Game:  # fmt: skip
     """Make a Turing test for people of a run: which motion is genuine, and which one that of the estimate?
 
@@ -56,6 +57,8 @@ def game_of_run(
     recording
         The recordings that the samples are from. Without them, or where the simulator does not say where everybody is,
         single individuals are shown, whose paths follow from the samples.
+    longest_rest_s
+        Rest (s) at exactly one point beyond which positions stand for missing ones, as when windows were cut.
     pairs, seed, title
         As in `examination.game`.
     length_s
@@ -67,12 +70,14 @@ def game_of_run(
         If the run is neither on recorded motion nor on simulated robots.
     """
     record = result.stored()
+    if length_s is not None:
+        number("length_s", length_s, above=0)
     with record.opened(genuine, simulate) as source:
         source.generation = None  # a failed simulation is left out
         model = result.simulated_model
         options: dict[str, Any] = {"title": title, "seed": seed}
         if record.configuration.system.simulated is not None:
-            length_s = length_s or SWARM_LENGTH_S
+            length_s = SWARM_LENGTH_S if length_s is None else length_s
             return _of_swarm(record.configuration, source, model, pairs, length_s, options)
         given = record.samples_and_simulator(genuine, simulate)
         windows = require_windows(given.genuine, str(result.path))
@@ -83,8 +88,10 @@ def game_of_run(
         groups = getattr(given.simulate, "groups", (given.simulate,))
         shares = getattr(given.simulate, "shares", (1.0,))
         if recording and hasattr(groups[0], "simulate"):
-            held_out = _held_out(recording, windows)
-            frames, individuals = scene_size([held_out], pairs, length_s or LENGTH_S)
+            held_out = _held_out(recording, windows, longest_rest_s)
+            frames, individuals = scene_size(
+                [held_out], pairs, LENGTH_S if length_s is None else length_s
+            )
             individuals = min(individuals, *(group.individuals for group in groups))
             smooth = windows.smooth_frames
             real = scenes_of(held_out, frames, individuals, pairs, smooth, rng)
@@ -103,11 +110,13 @@ def game_of_run(
         return Game(real=shown[0], simulated=shown[1], **options)
 
 
-def _held_out(recordings: Sequence[Trajectories], windows: Windows) -> list[Trajectories]:
+def _held_out(
+    recordings: Sequence[Trajectories], windows: Windows, longest_rest_s: float
+) -> list[Trajectories]:
     """Return recordings in which nobody is there but who is held out, while they are."""
     found = []
     for recording, shown in zip(recordings, windows.frames("held out"), strict=True):
-        recording = recording.cleared()
+        recording = recording.cleared(longest_rest_s=longest_rest_s)
         present = recording.present & shown
         if present.any():
             positions = np.where(present[..., None], recording.positions, 0.0)

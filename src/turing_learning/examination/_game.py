@@ -185,11 +185,18 @@ def pool_answers(files: Iterable[str | Path]) -> Answers:
     tables = []
     people = []
     for number_of, path in enumerate(files):
-        table = pd.read_csv(path, dtype={"player": str})
+        # somebody may be called None, or NA
+        table = pd.read_csv(path, keep_default_na=False)
         missing = [column for column in COLUMNS if column not in table]
         rule = "be saved by a game"
         require(not missing, "files", rule, f"one without {', '.join(missing)}", place=str(path))
-        table["player"] = table["player"].fillna(f"file {number_of + 1}")
+        judged = table["right"].astype(str).str.fullmatch("[01]")
+        rule = "say of each answer whether it is right, as 0 or 1"
+        wrong = table["right"][~judged].tolist()
+        require(not wrong, "files", rule, repr(wrong[:1]), place=str(path))
+        table["right"] = table["right"].astype(int)
+        player = table["player"].astype(str)
+        table["player"] = player.where(player != "", f"file {number_of + 1}")
         people += table["player"].unique().tolist()
         tables.append(table)
     require(tables, "files", "be one or more", "none")

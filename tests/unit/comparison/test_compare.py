@@ -75,7 +75,7 @@ def test_a_comparison_that_was_stopped_ends_as_one_that_was_not(windows, tmp_pat
     page = (tmp_path / "c" / "report.html").read_text()
     assert "What gives each away" in page
     assert "How well each is told" in page
-    with pytest.raises(RunFolderError, match="a comparison of other models or settings"):
+    with pytest.raises(RunFolderError, match="a comparison of other models, settings"):
         tl.compare(models, genuine=cut, out=tmp_path / "c", **options | {"seed": 5})
 
 
@@ -150,3 +150,35 @@ def test_what_cannot_be_compared_is_refused_in_a_line(call, recorded, more, mess
     code, _, err = call("compare", recorded, *READ, *more)
     assert code == 2
     assert message in err
+
+
+def models_of(windows, highest):
+    """Two models of one family, whose speed is searched up to `highest`."""
+    recording, cut = windows
+    models = {}
+    for name, variation in (("even", 0.1), ("uneven", 0.9)):
+        family = as_recorded(BurstAndCoast, recording, cut, variation=variation)
+        ranges = dict(family.parameters) | {"speed": (0, highest)}
+        models[name] = Subject(cut, family, parameters=ranges)
+    return models
+
+
+STOPPED = {"generations": np.int64(2), "settings": FEW, "threads": 1, "should_stop": lambda: True}
+
+
+def test_other_ranges_are_another_comparison(windows, tmp_path):
+    out = tmp_path / "c"
+    assert tl.compare(models_of(windows, 20), out=out, **STOPPED).unfinished
+    assert tl.compare(models_of(windows, 20), out=out, **STOPPED).unfinished
+    with pytest.raises(RunFolderError, match="a comparison of other models, settings, ranges"):
+        tl.compare(models_of(windows, 5), out=out, **STOPPED)
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_runs_of_nobody_are_neither_taken_over_nor_removed(windows, tmp_path, force):
+    precious = tmp_path / "c" / "runs" / "even" / "result.json"
+    precious.parent.mkdir(parents=True)
+    precious.touch()
+    with pytest.raises(RunFolderError, match="be a new or empty folder"):
+        tl.compare(models_of(windows, 20), out=tmp_path / "c", force=force, **STOPPED)
+    assert precious.exists()
