@@ -1,7 +1,8 @@
 """New samples of the estimate beside the genuine ones, and solutions that are images of others.
 Decisions 0037 and 0043."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -244,7 +245,8 @@ class Examiner:
     ) -> bool:
         """Say whether samples of draws and of their images are alike."""
         _, samples = self._simulated(own, count, rng)
-        _, others = self._simulated(image, count, rng)
+        with self._probing():
+            _, others = self._simulated(image, count, rng)
         if min(len(samples), len(others)) < FEWEST_SIMULATED:
             return False
         if not _alike_in_time(samples, others, rng):
@@ -256,14 +258,28 @@ class Examiner:
     ) -> list[np.ndarray]:
         """Return solutions (D, P) with those of their images that are no other solution."""
         parts: list[np.ndarray] = []
-        for member in group.members:
+        for number, member in enumerate(group.members):
             for draws in solutions:
                 image = member.of(draws)
-                image = image[(np.abs(image) <= self.space.widest).all(axis=1)]
+                # the solutions themselves count wherever they are
+                if number:
+                    image = image[(np.abs(image) <= self.space.widest).all(axis=1)]
                 if len(image) and not any(_alike(image, other) for other in parts):
                     parts.append(image)
         step = -(-sum(map(len, parts)) // MOST_DRAWS)
         return [part[::step] for part in parts]
+
+    @contextmanager
+    def _probing(self) -> Iterator[None]:
+        """Let simulations of models that nobody has inferred fail without a word."""
+        if not hasattr(self.source, "probing"):
+            yield
+            return
+        self.source.probing = True
+        try:
+            yield
+        finally:
+            self.source.probing = False
 
     def _simulated(
         self, draws: np.ndarray, count: int, rng: np.random.Generator

@@ -431,11 +431,14 @@ class SymmetryGroup:
         """Return what comes of generators, as far as images of the reference are within +-widest."""
         members = [Symmetry.none(len(reference))]
         images = [reference]
+        periodic = _periodic(generators)
         for member in members:
             for generator in generators:
                 further = generator.after(member)
                 image = further.of(reference)
-                apart = [np.abs((image - other) / scale).max() > 1 for other in images]
+                apart = [
+                    np.abs(_between(image, other, periodic) / scale).max() > 1 for other in images
+                ]
                 if (np.abs(image) <= widest).all() and all(apart) and len(members) < MOST_IMAGES:
                     members.append(further)
                     images.append(image)
@@ -466,11 +469,23 @@ class SymmetryGroup:
         Images out of range do not count, such as where shares come to more than 1.
         """
         images = np.stack([member.of(models) for member in self.members])
-        distances = (((images - self.reference) / self.scale) ** 2).sum(axis=2)
+        offsets = _between(images, self.reference, _periodic(self.members))
+        distances = ((offsets / self.scale) ** 2).sum(axis=2)
         outside = (np.abs(images[1:]) > self.widest).any(axis=2)
         distances[1:][outside] = np.inf
         nearest: np.ndarray = images[distances.argmin(axis=0), np.arange(len(models))]
         return nearest
+
+
+def _periodic(symmetries: Sequence[Symmetry]) -> np.ndarray:
+    """Return which parameters (P,) begin again at the ends of their range."""
+    return np.any([symmetry.periodic for symmetry in symmetries], axis=0)
+
+
+def _between(models: np.ndarray, other: np.ndarray, periodic: np.ndarray) -> np.ndarray:
+    """Return the way (..., P) from another model to models: the shorter one around a circle."""
+    way = models - other
+    return np.where(periodic, (way + 1) % 2 - 1, way)
 
 
 def one_side(symmetry: Symmetry, models: np.ndarray) -> np.ndarray:

@@ -319,6 +319,9 @@ class FallibleSource(Source):
     """
 
     failures: FailureLog
+    #: Whether models are simulated that nobody has inferred, such as images of a solution: then failures are only
+    #: marked, neither counted nor an end of the run
+    probing: bool = False
 
     def __init__(self, system: System) -> None:
         self.system = system
@@ -336,7 +339,7 @@ class FallibleSource(Source):
         """
         models = len(parameters)
         self.failed = np.isin(np.arange(models), list(reasons))
-        if not reasons:
+        if not reasons or self.probing:
             return
         count = len(reasons)
         first_failed = min(reasons)

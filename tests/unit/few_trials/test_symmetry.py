@@ -144,3 +144,14 @@ def test_a_symmetry_after_another_is_one_again():
     models = np.linspace(-0.9, 0.9, 7)[:, None]
     assert np.allclose(turn.after(mirror).of(models), turn.of(mirror.of(models)))
     assert turn.order == mirror.order == 2
+
+
+def test_what_begins_again_at_the_end_of_its_range_is_folded_around_the_circle():
+    half_turn = Symmetry(np.eye(1), np.array([1.0]), np.array([True]))
+    group = SymmetryGroup.generated([half_turn], np.array([0.98]), np.array([0.05]), np.array([1.0]))
+    assert len(group.members) == 2
+    folded = group.folded(np.array([[-0.99], [-0.01], [0.97]]))
+    np.testing.assert_allclose(folded, [[-0.99], [0.99], [0.97]])
+    # beyond the range it is the same place again, not a further solution
+    wide = SymmetryGroup.generated([half_turn], np.array([1.2]), np.array([0.05]), np.array([2.0]))
+    assert len(wide.members) == 2

@@ -355,6 +355,14 @@ def test_after_a_run_no_generation_is_named(caplog):
     assert text.endswith("[step 3, signal y]. Repair the simulator.")
 
 
+def test_models_that_nobody_has_inferred_may_fail_without_a_word():
+    one = source(failing(noise_of_one, "nan", above=-0.3), batches=0)
+    one.probing = True
+    collect(one, generation=6)
+    assert one.failed.sum() == 5
+    assert one.failures.count == 0
+
+
 def test_failed_models_are_rejected_by_every_classifier_and_archived_one():
     class Believer:
         parameters = 1
