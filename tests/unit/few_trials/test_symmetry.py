@@ -148,7 +148,9 @@ def test_a_symmetry_after_another_is_one_again():
 
 def test_what_begins_again_at_the_end_of_its_range_is_folded_around_the_circle():
     half_turn = Symmetry(np.eye(1), np.array([1.0]), np.array([True]))
-    group = SymmetryGroup.generated([half_turn], np.array([0.98]), np.array([0.05]), np.array([1.0]))
+    group = SymmetryGroup.generated(
+        [half_turn], np.array([0.98]), np.array([0.05]), np.array([1.0])
+    )
     assert len(group.members) == 2
     folded = group.folded(np.array([[-0.99], [-0.01], [0.97]]))
     np.testing.assert_allclose(folded, [[-0.99], [0.99], [0.97]])
