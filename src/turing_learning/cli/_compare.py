@@ -14,8 +14,8 @@ import turing_learning as tl
 from turing_learning.errors import refuse, require
 
 from ._command import Callers
+from ._open import opened
 from ._options import Integer, Sampling, Settings, print_problems, settings_of, tell_learning
-from ._runs import opened
 from ._stopping import Interrupted, stopping
 from ._tables import plain_console, print_files
 

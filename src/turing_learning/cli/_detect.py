@@ -14,8 +14,8 @@ from cyclopts import Parameter
 import turing_learning as tl
 from turing_learning.errors import RefusedError, refuse, refusing_as, require
 
+from ._open import opened
 from ._options import Files, Integer, Real, Tracks, option_of, titled
-from ._runs import opened
 from ._tables import plain_console, print_table
 
 if TYPE_CHECKING:

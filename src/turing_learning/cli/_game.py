@@ -9,8 +9,8 @@ from cyclopts import Parameter
 import turing_learning as tl
 from turing_learning.errors import RefusedError, refuse, refusing_as, require
 
+from ._open import opened, system_of
 from ._options import Integer, Real, Recording
-from ._runs import opened, system_of
 
 
 def game(

@@ -10,8 +10,8 @@ from cyclopts import Parameter
 import turing_learning as tl
 from turing_learning.errors import brief, choice, refuse, require
 
+from ._open import opened, system_of
 from ._options import Integer, Real, Recording, Settings, require_scenario, settings_of
-from ._runs import opened, system_of
 
 if TYPE_CHECKING:
     from turing_learning.swarm import Scenario
