@@ -433,10 +433,11 @@ class CustomSource(FallibleSource):
                 for k in np.flatnonzero(~np.isfinite(answered).all(axis=(1, 2, 3))):
                     reasons[int(models[k])] = self._not_finite(answered[k])
                     samples[models[k]] = 0
-            if 2 * len(reasons) > len(parameters):
+            if 2 * len(reasons) > len(parameters) and not self.probing:
                 break
         self.note(parameters, reasons)
-        assert samples is not None  # more than half of the models would have failed
+        if samples is None:  # all have failed, of models that nobody has inferred
+            samples = np.zeros((len(parameters), 1, self.system.steps, len(self.system.signals)))
         return samples
 
     def _not_finite(self, samples: np.ndarray) -> str:

@@ -360,7 +360,11 @@ def test_models_that_nobody_has_inferred_may_fail_without_a_word():
     one.probing = True
     collect(one, generation=6)
     assert one.failed.sum() == 5
-    assert one.failures.count == 0
+    none = source(failing(noise_of_one, "nan", above=-10), batches=0)
+    none.probing = True
+    collect(none, generation=6)
+    assert none.failed.all()
+    assert one.failures.count == none.failures.count == 0
 
 
 def test_failed_models_are_rejected_by_every_classifier_and_archived_one():
