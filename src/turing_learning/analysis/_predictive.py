@@ -114,10 +114,10 @@ def predictive_check(
         models = np.concatenate((parameters, others[1][nearest]))
     labels, table = window_statistics(np.concatenate((genuine, samples)), names)
     count, fresh = len(genuine), len(simulated)
-    simulated_rows, fresh_rows = table[:count], table[count : count + fresh]
+    genuine_rows, fresh_rows = table[:count], table[count : count + fresh]
     # of a simulator without noise all genuine samples are alike, and draws differ by more: they need to surround them
-    varies = simulated_rows.std(axis=0) > STILL * fresh_rows.std(axis=0) + 1e-9
-    apart = np.abs(simulated_rows.mean(axis=0) - fresh_rows.mean(axis=0)) / (
+    varies = genuine_rows.std(axis=0) > STILL * fresh_rows.std(axis=0) + 1e-9
+    apart = np.abs(genuine_rows.mean(axis=0) - fresh_rows.mean(axis=0)) / (
         fresh_rows.std(axis=0) + 1e-9
     )
     apart[varies] = 0

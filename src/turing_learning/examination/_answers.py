@@ -10,6 +10,8 @@ from ._examiners import QUICK
 from ._panel import Views, right_answers
 
 
+# several threads of BLAS would take five times the processor time for so small matrices
+@threadpool_limits.wrap(limits=1, user_api="blas")  # type: ignore[untyped-decorator]
 def answers(
     genuine: np.ndarray,
     others: np.ndarray,
@@ -43,15 +45,6 @@ def answers(
     (J,) bool
         Whether a sample is taken for genuine.
     """
-    # several threads of BLAS would take five times the processor time for so small matrices
-    with threadpool_limits(1, "blas"):
-        return _answers(genuine, others, judged, names, interval_s, seed)
-
-
-def _answers(
-    genuine: np.ndarray, others: np.ndarray, judged: np.ndarray, names: Sequence[str] | None,
-    interval_s: float, seed: int,
-) -> np.ndarray:  # fmt: skip
     windows = np.concatenate((genuine, others, judged))
     names = tuple(names or (f"signal {d + 1}" for d in range(windows.shape[2])))
     views = Views.of(windows, names, interval_s, QUICK, seed)

@@ -1,8 +1,8 @@
 """New samples of the estimate beside the genuine ones, and solutions that are images of others.
 Decisions 0037 and 0043."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +47,7 @@ PERMUTATIONS = 999
 """Exchanges of samples of a solution and its image by which their means are held against chance."""
 
 ENOUGH = 10
-"""Symmetries of a family that are ruled out, from which on its others are not looked at."""
+"""After so many symmetries of a family are ruled out, the rest of it is not looked at."""
 
 FEWEST_SIMULATED = 10
 """Samples, of those that have not failed, below which nothing is said."""
@@ -59,10 +59,10 @@ MOST_MOVING = 0.01
 """p-value up to which what a symmetry moves says something at all."""
 
 MIXED = 0.1
-"""Share of the draws on the side of fewer of them from which on they may be a mixture."""
+"""Draws may be a mixture if at least this share of them lies on the smaller side."""
 
 DIRECTIONS = 12
-"""Principal directions of the observers' outputs by which both are computed."""
+"""Principal directions of the observers' outputs that `oddness` sees."""
 
 MOST_DRAWS = 3600
 """Draws of all images together, at most: six times those of one solution."""
@@ -79,7 +79,10 @@ class Examination:
 
 @dataclass(frozen=True, eq=False)
 class Examiner:
-    """Simulates draws of a solution anew, and compares the samples with the genuine ones."""
+    """Simulates draws of a solution anew, and compares the samples with the genuine ones.
+
+    A source whose simulations may fail has `failed` and `probing`, see `systems.FallibleSource`.
+    """
 
     source: SampleSource
     space: SearchSpace
@@ -114,7 +117,7 @@ class Examiner:
         }
         if group is not None:
             solutions = self.with_images(solutions, group)
-        sizes = [len(indices) for indices in solutions]
+        sizes = [len(draws) for draws in solutions]
         mode = np.repeat(np.arange(len(solutions)), sizes)
         return Examination(report, np.concatenate(solutions), mode)
 
@@ -139,17 +142,18 @@ class Examiner:
         if known is not None and self.apart(draws, known):
             generators.extend(known.members[1:])
             group = self._group(generators, draws)
+        own = draws if group is None else group.folded(draws)
         for symmetry in self._plausible(draws, first)[:IMAGES]:
-            own = draws if group is None else group.folded(draws)
             image = symmetry.of(own)
-            others = tried.copy()
-            if group is not None:
-                others.extend(member.of(own) for member in group.members)
-            if any(_alike(image, other) for other in others):
+            members = () if group is None else group.members
+            if any(_alike(image, other) for other in tried):
+                continue
+            if any(_alike(image, member.of(own)) for member in members):
                 continue
             if self._resemble(own, image, count, rng):
                 generators.append(symmetry)
                 group = self._group(generators, own)
+                own = group.folded(draws)
             else:
                 tried.append(image)
         return group
@@ -166,20 +170,21 @@ class Examiner:
         count = min(samples_of(trials), SAMPLES_OF_IMAGE)
         outputs = self._outputs(first)
         for family in self.space.candidates:
-            if max(share_beyond(symmetry, draws) for symmetry in family) < MIXED:
+            if not any(share_beyond(symmetry, draws) >= MIXED for symmetry in family):
                 continue
             if not all(self._moves_evenly(symmetry, first, outputs, family) for symmetry in family):
                 continue
             own = draws
+            # twice: what one symmetry turns may lie on the wrong side of another
             for symmetry in [*family, *family]:
                 own = one_side(symmetry, own)
             group = self._group(family, own)
-            own = group.folded(own)
-            member = rng.integers(1, max(len(group.members), 2), size=len(own))
-            images = np.stack([other.of(own) for other in group.members])
-            if len(images) < 2:
+            if len(group.members) == 1:
                 continue
-            if self._resemble(own, images[member, np.arange(len(own))], count, rng):
+            own = group.folded(own)
+            chosen = rng.integers(1, len(group.members), size=len(own))
+            images = np.stack([member.of(own) for member in group.members])
+            if self._resemble(own, images[chosen, np.arange(len(own))], count, rng):
                 return group
         return None
 
@@ -245,7 +250,7 @@ class Examiner:
     ) -> bool:
         """Say whether samples of draws and of their images are alike."""
         _, samples = self._simulated(own, count, rng)
-        with self._probing():
+        with getattr(self.source, "probing", nullcontext)():
             _, others = self._simulated(image, count, rng)
         if min(len(samples), len(others)) < FEWEST_SIMULATED:
             return False
@@ -268,18 +273,6 @@ class Examiner:
                     parts.append(image)
         step = -(-sum(map(len, parts)) // MOST_DRAWS)
         return [part[::step] for part in parts]
-
-    @contextmanager
-    def _probing(self) -> Iterator[None]:
-        """Let simulations of models that nobody has inferred fail without a word."""
-        if not hasattr(self.source, "probing"):
-            yield
-            return
-        self.source.probing = True
-        try:
-            yield
-        finally:
-            self.source.probing = False
 
     def _simulated(
         self, draws: np.ndarray, count: int, rng: np.random.Generator

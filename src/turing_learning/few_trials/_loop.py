@@ -33,7 +33,7 @@ from ._map import INDUCING, Density, MomentField
 from ._matching import Matched
 from ._observers import Observers
 from ._readout import Cloud, Evidence, best_center, evidence_within, solution, stated
-from ._schedule import FIRST_LEAST, batch_schedule
+from ._schedule import batch_schedule
 from ._search import END, FEWEST, Search
 from ._space import SearchSpace
 from ._symmetry import SymmetryGroup
@@ -65,8 +65,13 @@ RENEWED_BY = 200
 """Trials, the likeliest ones, whose samples say which observers tell nothing."""
 STILL = 0.03
 """Standard deviation of an output, of 0 to 1, below which it tells nothing."""
-_MIXTURE = 8  # the same
 _RENEWAL = 7  # part of the random numbers of a batch
+_MIXTURE = 8  # the same
+
+# Symmetries. Decision 0043.
+
+FEWEST_FIRST = 10
+"""First models below which they say nothing of symmetries."""
 
 # Maps. Decision 0028, "Map".
 
@@ -275,11 +280,13 @@ class FewTrials:
             return len(self._fixed)
         return int(np.clip(self._budget, *POOL))
 
-    @property
-    def _parameters(self) -> np.ndarray:
-        """Parameters (S, P) of all trials; in one region where several are images of each other."""
-        parameters = self.buffer.parameters
-        return parameters if self._group is None else self._group.folded(parameters)
+    def _in_region(self, models: np.ndarray) -> np.ndarray:
+        """Return models (N, P); in one region where several are images of each other."""
+        return models if self._group is None else self._group.folded(models)
+
+    def _parameters_of(self, trials: np.ndarray) -> np.ndarray:
+        """Return the parameters (N, P) of some trials, in that region."""
+        return self._in_region(self.buffer.parameters[trials])
 
     @property
     def draws(self) -> np.ndarray:
@@ -467,9 +474,7 @@ class FewTrials:
 
     def _height(self, models: np.ndarray, **options: Any) -> np.ndarray:
         """Return the logarithm (N,) of the density of models (N, P), whichever region they are in."""
-        if self._group is not None:
-            models = self._group.folded(models)
-        return self._density(models, **options)
+        return self._density(self._in_region(models), **options)
 
     def _find_mixture(self) -> None:
         """Go on in one region where walkers are in several that are images of each other.
@@ -482,7 +487,7 @@ class FewTrials:
         if self._group is not None or self.search.needed:
             return
         first = self._first()
-        if len(first.parameters) < FIRST_LEAST:
+        if len(first.parameters) < FEWEST_FIRST:
             return
         walkers = self._design.walkers
         rng = self._rng(MATCHING, _MIXTURE)
@@ -498,7 +503,7 @@ class FewTrials:
         size = round(np.clip(NEAR_SHARE * len(usable), NEAR_LEAST, NEAR_MOST))
         if len(usable) <= size or self._density.near is None:
             return usable
-        density = self._density(self._parameters[usable])
+        density = self._density(self._parameters_of(usable))
         order = usable[np.argsort(-density, kind="stable")]
         far_sample = rng.permutation(order[size - FAR :])[:FAR]
         return np.sort(np.concatenate((order[: size - FAR], far_sample)))
@@ -510,7 +515,7 @@ class FewTrials:
         records = [self._jury] if self._observed is None else [self._observed, self._jury]
         outputs = np.concatenate([record.counterfeit[trials] for record in records], axis=1)
         system = np.concatenate([record.genuine for record in records], axis=1)
-        parameters = self._parameters[trials]
+        parameters = self._parameters_of(trials)
         moments = train_moments(parameters, outputs, system, rng)
         # of the genuine mean: as many samples of a trial may be alike
         noise = self.buffer.samples.shape[1] / len(system)
@@ -527,7 +532,7 @@ class FewTrials:
         if self._observers is None or self._observed is None:
             return
         usable = np.flatnonzero(self.buffer.usable)
-        density = self._density(self._parameters[usable])
+        density = self._density(self._parameters_of(usable))
         nearest = usable[np.argsort(-density, kind="stable")[:RENEWED_BY]]
         counterfeit = self._observed.counterfeit[nearest].std(axis=0)
         variation = np.maximum(counterfeit, self._observed.genuine.std(axis=0))
@@ -617,8 +622,8 @@ class FewTrials:
         if not evidence.enough:
             return
         centers = self.search.centers if undecided else self.search.centers[:0]
-        if self._group is not None and len(centers):
-            centers = self._group.folded(centers)
+        if len(centers):
+            centers = self._in_region(centers)
         best = best_center(evidence, Cloud.of(self._walkers), centers, lambda: self._match_rng(1))
         if undecided or best.usable:
             self.settle(best.draws)
@@ -667,8 +672,10 @@ class FewTrials:
         if matched is None:
             return {}
         group = None
-        if self._examiner is not None and len(self._first().parameters) >= FIRST_LEAST:
-            matched, group = self._folded(matched, self._examiner)
+        if self._examiner is not None:
+            first = self._first()
+            if len(first.parameters) >= FEWEST_FIRST:
+                matched, group = self._folded(matched, self._examiner, first)
         p_value = np.array(matched.p_value)
         if not matched.settled:
             return {"p_value": p_value}
@@ -693,14 +700,15 @@ class FewTrials:
             **examined,
         }
 
-    def _folded(self, matched: Matched, examiner: Examiner) -> tuple[Matched, SymmetryGroup | None]:
+    def _folded(
+        self, matched: Matched, examiner: Examiner, first: Evidence
+    ) -> tuple[Matched, SymmetryGroup | None]:
         """Return the solution in one of the regions that are images of each other, and their group.
 
         Where there are several, trials of all of them tell of one. Without that a parameter of one
         of two parts that may be exchanged could not be predicted from what classifiers say.
         """
         draws = matched.draws[matched.mode == 0]
-        first = self._first()
         known = self._group
         group = examiner.symmetries(draws, first, self.trials, self._match_rng(3), known)
         if group is None and known is None:
@@ -714,7 +722,7 @@ class FewTrials:
         if known is not None and len(group.members) == len(known.members):
             return matched, group
         parameters = group.folded(self.buffer.parameters[self.buffer.usable])
-        within = evidence_within(replace(self._evidence(whole=True), parameters=parameters))
+        within = evidence_within(self._evidence_of(parameters))
         cloud = Cloud(group.reference, group.scale)
         folded = solution(within, cloud, self._match_rng(5), lost=self.search.needed)
         if folded.settled and examiner.apart(folded.draws, group):
@@ -723,22 +731,26 @@ class FewTrials:
 
     def _first(self) -> Evidence:
         """Return what observers say of the first models, which are anywhere."""
-        first = np.arange(len(self.buffer))[self.buffer.usable] < self._schedule[0] * self._together
-        parameters = self.buffer.parameters[self.buffer.usable]
-        return replace(self._evidence(whole=True), parameters=parameters).of(first)
+        usable = np.flatnonzero(self.buffer.usable)
+        first = usable < self._schedule[0] * self._together
+        return self._evidence_of(self.buffer.parameters[usable]).of(first)
 
-    def _evidence(self, whole: bool = False) -> Evidence:
-        """Return what observers say of the trials within reach of a solution, or of all."""
-        counterfeit, genuine, usable = self.observed
-        evidence = Evidence(
+    def _evidence(self) -> Evidence:
+        """Return what observers say of the trials within reach of a solution."""
+        usable = self.observed[2]
+        return evidence_within(self._evidence_of(self._parameters_of(usable)))
+
+    def _evidence_of(self, parameters: np.ndarray) -> Evidence:
+        """Return what observers say of all usable trials, whose parameters (S, P) are given."""
+        counterfeit, genuine, _ = self.observed
+        return Evidence(
             space=self._space,
-            parameters=self._parameters[usable],
+            parameters=parameters,
             counterfeit=counterfeit,
             genuine=genuine,
             averaged=self.buffer.samples.shape[1],
             observed_anew=self._fixed is None,
         )
-        return evidence if whole else evidence_within(evidence)
 
     def _rng(self, purpose: int, *use: int) -> np.random.Generator:
         return generation_rng((purpose, self._seed, *use), self._number)

@@ -3,7 +3,8 @@
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from functools import cached_property
+from itertools import combinations, islice
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,7 @@ class Symmetry:
 
     @classmethod
     def none(cls, count: int) -> "Symmetry":
-        """Return that which leaves models of so many parameters as they are."""
+        """Return the symmetry of so many parameters that changes nothing."""
         return cls(np.eye(count), np.zeros(count), np.zeros(count, dtype=bool))
 
     def of(self, models: np.ndarray) -> np.ndarray:
@@ -124,14 +125,14 @@ class _Axis:
         return self.scale == "linear" and self.low >= 0 and self.high <= 1
 
 
-def walked_symmetries(parameters: Iterable[Parameter]) -> list[Symmetry]:
+def walked_symmetries(parameters: Mapping[str, Parameter]) -> list[Symmetry]:
     """Return what walkers of a custom system jump along.
 
     Parameters of the same range may be exchanged: two of them, or those of two parts of a model,
     such as the mean and the spread of each of two states. Any parameter may be mirrored at the
     middle of its range.
     """
-    axes = _axes(dict(enumerate(parameters)))
+    axes = _axes(parameters)
     count = len(axes)
     groups = [[axis.place for axis in group] for group in _alike(axes)]
     orders = sorted(_exchanges_across(groups, count) | _exchanges_within(groups, count))
@@ -153,8 +154,8 @@ def walked_symmetries(parameters: Iterable[Parameter]) -> list[Symmetry]:
 def candidate_symmetries(parameters: Mapping[str, Parameter]) -> list[list[Symmetry]]:
     """Return what may turn a solution of a custom system into another, the plainest first.
 
-    Lists of symmetries that a system has together. Equal parts of a model may change places, of
-    which the share of one may be what others leave of 1. A parameter may be mirrored at the middle
+    Each list is a family: a system has all of it, or nothing. Equal parts of a model may change
+    places; the share of the last part may be 1 minus the others. A parameter may be mirrored at the middle
     of its range or at 0, and turned by a part of its range, alone or together with another one.
     """
     axes = _axes(parameters)
@@ -169,17 +170,17 @@ def candidate_symmetries(parameters: Mapping[str, Parameter]) -> list[list[Symme
             for axis in axes:
                 if exchange.matrix[axis.place, axis.place] == 1:
                     families.extend([one.after(exchange)] for one in alone[axis.place])
-    return list(_unique(families))[:MOST_CANDIDATES]
+    return list(islice(_unique(families), MOST_CANDIDATES))
 
 
-def _axes(parameters: Mapping[Any, Parameter]) -> list[_Axis]:
+def _axes(parameters: Mapping[str, Parameter]) -> list[_Axis]:
     """Return parameters as axes."""
     axes = []
     for place, (name, parameter) in enumerate(parameters.items()):
         assert parameter.initial is not None
         low, high = parameter.initial
-        split = NUMBERED.fullmatch(str(name))
-        stem, part = (split[1], split[2]) if split else (str(name), "")
+        split = NUMBERED.fullmatch(name)
+        stem, part = (split[1], split[2]) if split else (name, "")
         axes.append(_Axis(place, stem, part, low, high, parameter.scale))
     return axes
 
@@ -193,7 +194,10 @@ def _alike(axes: Sequence[_Axis]) -> list[list[_Axis]]:
 
 
 def _unique(families: Iterable[list[Symmetry]]) -> Iterator[list[Symmetry]]:
-    """Yield families of symmetries, each once, and none that changes nothing."""
+    """Yield families of symmetries, each once.
+
+    Without those that change nothing, or come back after more than four turns.
+    """
     seen = set()
     for family in families:
         key = frozenset(symmetry.key for symmetry in family)
@@ -436,13 +440,20 @@ class SymmetryGroup:
             for generator in generators:
                 further = generator.after(member)
                 image = further.of(reference)
-                apart = [
-                    np.abs(_between(image, other, periodic) / scale).max() > 1 for other in images
-                ]
-                if (np.abs(image) <= widest).all() and all(apart) and len(members) < MOST_IMAGES:
+                if (np.abs(image) > widest).any():
+                    continue
+                ways = _between(np.array(images), image, periodic) / scale
+                if (np.abs(ways).max(axis=1) > 1).all():
                     members.append(further)
                     images.append(image)
+                    if len(members) == MOST_IMAGES:
+                        return cls(members, reference, scale, widest)
         return cls(members, reference, scale, widest)
+
+    @cached_property
+    def periodic(self) -> np.ndarray:
+        """Which parameters (P,) begin again at the ends of their range."""
+        return _periodic(self.members)
 
     @property
     def state(self) -> dict[str, np.ndarray]:
@@ -469,7 +480,7 @@ class SymmetryGroup:
         Images out of range do not count, such as where shares come to more than 1.
         """
         images = np.stack([member.of(models) for member in self.members])
-        offsets = _between(images, self.reference, _periodic(self.members))
+        offsets = _between(images, self.reference, self.periodic)
         distances = ((offsets / self.scale) ** 2).sum(axis=2)
         outside = (np.abs(images[1:]) > self.widest).any(axis=2)
         distances[1:][outside] = np.inf
@@ -514,8 +525,8 @@ def oddness(symmetry: Symmetry, models: np.ndarray, outputs: np.ndarray) -> tupl
 
     Models are to be anywhere, evenly: then what a symmetry of the system leaves as it is has
     nothing to do with what changes its sign. Those with an image out of range are left out. The
-    second number says the same of whether outputs
-    change with what is moved at all. Both are p-values of F-tests, of the output that differs most.
+    second number asks whether outputs change at all with what is moved. Both are p-values of
+    F-tests, of the output that differs most.
     """
     orbit = [models]
     for _ in range(symmetry.order - 1):
@@ -534,7 +545,7 @@ def oddness(symmetry: Symmetry, models: np.ndarray, outputs: np.ndarray) -> tupl
     rest = outputs - outputs.mean(axis=0)
     rest = rest - plain @ (plain.T @ rest)
     without = rest - bent @ (bent.T @ rest)
-    return _p_value(odd, without, plain, bent), _p_value(bent, rest, plain, odd[:, :0])
+    return _p_value(odd, without, plain, bent), _p_value(bent, rest, plain)
 
 
 def _p_value(basis: np.ndarray, outputs: np.ndarray, *besides: np.ndarray) -> float:

@@ -200,9 +200,8 @@ class Recovery(Stored):
     error_share: Mapping[str, float]  #: Name -> absolute error as a share of the initial range
     #: Of a panel that tells its truth from what it found; None in older checks of runs of generations
     accuracy: float | None = None
-    attainable: tuple[
-        float, ...
-    ] = ()  #: Of a panel that tells models it calls plausible, as if each were its truth
+    #: The same for models that it calls plausible, each tested as if it were the truth
+    attainable: tuple[float, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields by name, as in `check.json`."""

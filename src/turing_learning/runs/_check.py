@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import asdict, dataclass, fields, replace
-from functools import partial
+from functools import cached_property, partial
 from inspect import signature
 from pathlib import Path
 from time import perf_counter
@@ -63,7 +63,7 @@ FOLDER = "check"
 RECOVERIES = 5
 """Of a run of trials, by default."""
 ATTEMPTS = 3
-"""Tests of models that each calls plausible, which show how well right models are told."""
+"""Models that each recovery calls plausible, tested as if they were the system."""
 DRAWS = 1000
 """Models that a run of generations calls plausible, by its intervals."""
 
@@ -93,12 +93,17 @@ class _Checker:
         self.seed = self.settings["seed"]
         self.folder = None if self.result.path is None else RunFolder(self.result.path)
         self.estimate = np.array(list(self.result.estimate.values()))
-        self.plausible = plausible(self.result)
+
+    @cached_property
+    def plausible(self) -> np.ndarray:
+        """Models (W, P) that the run calls plausible; a check that is complete needs none."""
+        return plausible(self.result)
 
     def run(self, *, force: bool) -> Check:
         """Go through the stages; what a folder holds already is not done again."""
         content, model = self._begun(force), self.result.simulated_model
-        began, test = perf_counter(), None
+        began = perf_counter()
+        test = None
         if "test" not in content:
             # the first of many tests, which says how long the others will take
             test = two_sample_test(self.evidence, self.plausible, self.effort, seed=self.seed)
@@ -152,7 +157,7 @@ class _Checker:
     def _ahead(self, content: dict[str, Any], test_s: float) -> str:
         """Return in words what is still to be done, and how long it takes.
 
-        Nothing where all of it is stored. `test_s` is how long the test took (s) that has been made.
+        Nothing where all of it is stored. `test_s`: how long the first test took (s).
         """
         items = []
         tests = 0
@@ -284,7 +289,10 @@ class _Checker:
     def _told(
         self, k: int, configuration: Configuration, given: Given, recovered: Result
     ) -> dict[str, Any]:
-        """Return how well a panel tells samples of a recovery's truth from its models, and as many of these from the others."""
+        """Return how well a panel tells a recovery's truth from the models that it calls plausible.
+
+        And `ATTEMPTS` of these models from the rest of them.
+        """
         number = self.seed + 1 + k
         evidence = self.evidence
         with configuration.system.open(given) as source:
@@ -317,26 +325,26 @@ class _Checker:
     def _pinned_down(self, content: dict[str, Any]) -> list[dict[str, Any]]:
         interval = self.result.interval
         bounds = [
-            self._numbers({name: recovery[side] for name, recovery in interval.items()})
-            for side in (0, 1)
+            self._numbers({name: ends[side] for name, ends in interval.items()}) for side in (0, 1)
         ]
         widths = np.minimum(np.abs(bounds[1] - bounds[0]) / 2, 1.0)
-        errors, found = [recovery["error_share"] for recovery in content["recoveries"]], []
+        errors = [recovery["error_share"] for recovery in content["recoveries"]]
+        found = []
         for (name, value), width in zip(self.result.estimate.items(), widths, strict=True):
             low, high = content["profiles"].get(name, {}).get("rejected", (False, False))
-            recovery = PinnedDown(
+            entry = PinnedDown(
                 parameter=name,
                 interval_share=float(width) if is_known(width) else None,
                 open_share=Profile(**content["profiles"][name]).open_share
                 if self.profiled
                 else None,
-                recovery_error=max(recovery[name] for recovery in errors) if errors else None,
+                recovery_error=max(shares[name] for shares in errors) if errors else None,
                 bound=""
                 if self.result.networks
                 else self.evidence.parameters[name].bound_at(value),
                 sides=(low, high) if self.by_trials else None,
             )
-            found.append(asdict(recovery))
+            found.append(asdict(entry))
         return found
 
 

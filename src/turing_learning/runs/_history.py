@@ -318,7 +318,7 @@ def with_units(history: "xarray.Dataset", units: Sequence[str]) -> "xarray.Datas
     Fitness is a share, of unit 1.
     """
     names = {"quantile": "share of the population below"} | {
-        name: layout[2] for name, layout in (FULL | THIN).items()
+        name: description for name, (_, _, description) in (FULL | THIN).items()
     }
     for name in map(str, history.variables):
         unit = (

@@ -209,7 +209,7 @@ def search_space(configuration: Configuration, source: Source) -> SearchSpace:
         parameters = configuration.system.parameters
         bounded = [own.initial == (own.low, own.high) for own in parameters.values()]
         limits = np.array(bounded)
-        symmetries = walked_symmetries(parameters.values())
+        symmetries = walked_symmetries(parameters)
         candidates = candidate_symmetries(parameters)
     return SearchSpace(
         np.full(dimension, middle),

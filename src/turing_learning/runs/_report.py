@@ -276,7 +276,7 @@ def run_table(result: Result) -> Listing:
         ("Best model", result.best_model, None),
         ("Absolute error", result.absolute_error, result.mae),
     ]
-    columns = [bound for bound in columns if bound[1] is not None]
+    columns = [column for column in columns if column[1] is not None]
     cells = [
         [values.get(name) for name in result.estimate]
         for _, values, _ in columns

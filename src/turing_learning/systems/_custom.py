@@ -433,7 +433,7 @@ class CustomSource(FallibleSource):
                 for k in np.flatnonzero(~np.isfinite(answered).all(axis=(1, 2, 3))):
                     reasons[int(models[k])] = self._not_finite(answered[k])
                     samples[models[k]] = 0
-            if 2 * len(reasons) > len(parameters) and not self.probing:
+            if 2 * len(reasons) > len(parameters) and not self._probing:
                 break
         self.note(parameters, reasons)
         if samples is None:  # all have failed, of models that nobody has inferred

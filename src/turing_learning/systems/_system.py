@@ -2,7 +2,8 @@
 
 import logging
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, NoReturn, Self
 
@@ -319,14 +320,24 @@ class FallibleSource(Source):
     """
 
     failures: FailureLog
-    #: Whether models are simulated that nobody has inferred, such as images of a solution: then failures are only
-    #: marked, neither counted nor an end of the run
-    probing: bool = False
 
     def __init__(self, system: System) -> None:
         self.system = system
         self.failures = FailureLog(tuple(system.parameters))
         self.failed = np.zeros(0, dtype=bool)  # of the models that were simulated last, (M,)
+        self._probing = False
+
+    @contextmanager
+    def probing(self) -> Iterator[None]:
+        """Simulate models that nobody has inferred, such as images of a solution.
+
+        Failures are only marked. They are not counted, and do not end the run.
+        """
+        self._probing = True
+        try:
+            yield
+        finally:
+            self._probing = False
 
     def interrogation(self, classifier: Classifier) -> Interrogation:
         """Return what lets classifiers judge its samples, and reject models whose simulation failed."""
@@ -339,7 +350,7 @@ class FallibleSource(Source):
         """
         models = len(parameters)
         self.failed = np.isin(np.arange(models), list(reasons))
-        if not reasons or self.probing:
+        if not reasons or self._probing:
             return
         count = len(reasons)
         first_failed = min(reasons)

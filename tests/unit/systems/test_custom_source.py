@@ -357,12 +357,12 @@ def test_after_a_run_no_generation_is_named(caplog):
 
 def test_models_that_nobody_has_inferred_may_fail_without_a_word():
     one = source(failing(noise_of_one, "nan", above=-0.3), batches=0)
-    one.probing = True
-    collect(one, generation=6)
+    with one.probing():
+        collect(one, generation=6)
     assert one.failed.sum() == 5
     none = source(failing(noise_of_one, "nan", above=-10), batches=0)
-    none.probing = True
-    collect(none, generation=6)
+    with none.probing():
+        collect(none, generation=6)
     assert none.failed.all()
     assert one.failures.count == none.failures.count == 0
 
