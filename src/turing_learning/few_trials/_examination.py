@@ -6,6 +6,8 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.stats
+from scipy.spatial.distance import pdist, squareform
 
 from turing_learning.analysis import predictive_check, resemblance
 from turing_learning.coevolution import SampleSource
@@ -44,7 +46,11 @@ SAMPLES_OF_IMAGE = 75
 """Samples of an image, at most."""
 
 PERMUTATIONS = 999
-"""Exchanges of samples of a solution and its image by which their means are held against chance."""
+"""Exchanges of samples of a model and its image by which their differences are held against
+chance."""
+
+MOST_VALUES = 600
+"""Values of a sample that its image is held against, evenly from all steps and signals."""
 
 ENOUGH = 10
 """After so many symmetries of a family are ruled out, the rest of it is not looked at."""
@@ -104,10 +110,17 @@ class Examiner:
         solutions = [matched.draws[matched.mode == number] for number in modes]
         checks = []
         for draws in solutions:
-            models, samples = self._simulated(draws, count // len(solutions), rng)
+            models = draws[rng.permutation(len(draws))[: count // len(solutions)]]
+            samples, usable = self._simulated(models, rng)
             checks.append(
                 predictive_check(
-                    self.genuine, samples, models, draws, names=self.signals, rng=rng, others=others
+                    self.genuine,
+                    samples[usable],
+                    models[usable],
+                    draws,
+                    names=self.signals,
+                    rng=rng,
+                    others=others,
                 )
             )
         best = max(checks, key=lambda check: check.p_value)
@@ -145,10 +158,10 @@ class Examiner:
         own = draws if group is None else group.folded(draws)
         for symmetry in self._plausible(draws, first)[:IMAGES]:
             image = symmetry.of(own)
-            members = () if group is None else group.members
             if any(_alike(image, other) for other in tried):
                 continue
-            if any(_alike(image, member.of(own)) for member in members):
+            # what a known symmetry turns back to the solution, or near it, is nothing new
+            if group is not None and not self._lies_apart(symmetry, own, group.folded(image)):
                 continue
             if self._resemble(own, image, count, rng):
                 generators.append(symmetry)
@@ -181,12 +194,23 @@ class Examiner:
             group = self._group(family, own)
             if len(group.members) == 1:
                 continue
-            own = group.folded(own)
-            chosen = rng.integers(1, len(group.members), size=len(own))
-            images = np.stack([member.of(own) for member in group.members])
-            if self._resemble(own, images[chosen, np.arange(len(own))], count, rng):
+            if self._holds(group, group.folded(own), count, rng):
                 return group
         return None
+
+    def holds(
+        self, group: SymmetryGroup, draws: np.ndarray, trials: int, rng: np.random.Generator
+    ) -> bool:
+        """Say whether samples of draws (D, P) resemble those of their images by a group."""
+        return self._holds(group, draws, min(samples_of(trials), SAMPLES_OF_IMAGE), rng)
+
+    def _holds(
+        self, group: SymmetryGroup, draws: np.ndarray, count: int, rng: np.random.Generator
+    ) -> bool:
+        """Say the same, by so many pairs of a draw and one of its images."""
+        images = np.stack([member.of(draws) for member in group.members])
+        chosen = rng.integers(1, len(images), size=len(draws))
+        return self._resemble(draws, images[chosen, np.arange(len(draws))], count, rng)
 
     @staticmethod
     def _moves_evenly(
@@ -206,9 +230,13 @@ class Examiner:
         So far that samples of models halfway would be told.
         """
         image = symmetry.of(draws)
-        distance = EXCHANGED_APART if symmetry.exchanges else MIRRORED_APART
         inside = (np.abs(np.median(image, axis=0)) <= self.space.widest).all()
-        return bool(inside) and _apart(draws, image, distance * np.sqrt(len(self.genuine)))
+        return bool(inside) and self._lies_apart(symmetry, draws, image)
+
+    def _lies_apart(self, symmetry: Symmetry, draws: np.ndarray, image: np.ndarray) -> bool:
+        """Say whether an image (D, P) of draws (D, P) by a symmetry is so far from them."""
+        distance = EXCHANGED_APART if symmetry.exchanges else MIRRORED_APART
+        return _apart(draws, image, distance * np.sqrt(len(self.genuine)))
 
     def _group(self, generators: Sequence[Symmetry], draws: np.ndarray) -> SymmetryGroup:
         """Return the group of some symmetries about draws (D, P)."""
@@ -248,15 +276,18 @@ class Examiner:
     def _resemble(
         self, own: np.ndarray, image: np.ndarray, count: int, rng: np.random.Generator
     ) -> bool:
-        """Say whether samples of draws and of their images are alike."""
-        _, samples = self._simulated(own, count, rng)
+        """Say whether samples of models (D, P) and of their images (D, P) are alike, pair by pair."""
+        chosen = rng.permutation(len(own))[:count]
+        samples, own_usable = self._simulated(own[chosen], rng)
         with getattr(self.source, "probing", nullcontext)():
-            _, others = self._simulated(image, count, rng)
-        if min(len(samples), len(others)) < FEWEST_SIMULATED:
+            others, image_usable = self._simulated(image[chosen], rng)
+        usable = own_usable & image_usable
+        if usable.sum() < FEWEST_SIMULATED:
             return False
-        if not _alike_in_time(samples, others, rng):
+        pairs = samples[usable], others[usable]
+        if paired_p_value(own[chosen][usable], *pairs, rng) < LEAST_IMAGE:
             return False
-        return resemblance(others, samples, self.signals, rng) >= LEAST_IMAGE
+        return resemblance(pairs[1], pairs[0], self.signals, rng) >= LEAST_IMAGE
 
     def with_images(
         self, solutions: Sequence[np.ndarray], group: SymmetryGroup
@@ -275,16 +306,12 @@ class Examiner:
         return [part[::step] for part in parts]
 
     def _simulated(
-        self, draws: np.ndarray, count: int, rng: np.random.Generator
+        self, models: np.ndarray, rng: np.random.Generator
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Simulate so many of the draws (D, P).
-
-        Return those that have not failed, and their samples (count, T, D).
-        """
-        models = draws[rng.permutation(len(draws))[:count]]
+        """Return samples (N, T, D) of models (N, P), and which of them (N,) have not failed."""
         samples = self.source.collect(self.space.to_numbers(models), rng)
         failed = getattr(self.source, "failed", np.zeros(len(models), dtype=bool))
-        return models[~failed], samples.counterfeit[~failed, 0]
+        return samples.counterfeit[:, 0], ~failed
 
 
 def samples_of(trials: int) -> int:
@@ -292,18 +319,44 @@ def samples_of(trials: int) -> int:
     return int(np.clip(trials // TRIALS_PER_SAMPLE, FEWEST_SAMPLES, MOST_SAMPLES))
 
 
-def _alike_in_time(some: np.ndarray, others: np.ndarray, rng: np.random.Generator) -> bool:
-    """Say whether samples (N, T, D) and (M, T, D) have the same means at each step.
+def paired_p_value(
+    models: np.ndarray, samples: np.ndarray, others: np.ndarray, rng: np.random.Generator
+) -> float:
+    """Return how often samples (N, T, D) would differ so much from those of images by chance.
 
-    Statistics of whole samples do not know of a phase, nor of a time at which something happens.
+    Both of a pair are of one of the models (N, P) and of its image. Under a symmetry they may be
+    exchanged. Two things count: the mean difference of each value, and how alike differences are
+    of models that are near each other. Over broad draws differences of opposite signs add up to
+    nothing. Statistics of whole samples do not know of a phase, nor of a time at which something
+    happens.
     """
-    values = np.concatenate((some, others)).reshape(len(some) + len(others), -1)
-    values = np.argsort(np.argsort(values, axis=0), axis=0) - (len(values) - 1) / 2
-    first = np.arange(len(values)) < len(some)
-    sides = np.stack([first, *(rng.permutation(first) for _ in range(PERMUTATIONS))])
-    weights = sides / len(some) - ~sides / len(others)
-    largest = np.abs(weights @ values).max(axis=1)
-    return float((largest >= largest[0]).mean()) >= LEAST_IMAGE
+    count = len(models)
+    values = np.concatenate((samples, others)).reshape(2 * count, -1)
+    values = values[:, :: -(-values.shape[1] // MOST_VALUES)]
+    ranks = scipy.stats.rankdata(values, axis=0)
+    differences = ranks[:count] - ranks[count:]
+    differences /= np.sqrt((differences**2).sum(axis=0)) + 1e-12
+    scaled = (models - models.mean(axis=0)) / (models.std(axis=0) + 1e-12)
+    distances = pdist(scaled)
+    width = np.median(distances) / 2 + 1e-12
+    nearness = squareform(np.exp(-0.5 * (distances / width) ** 2))  # 0 of each to itself
+    signs = rng.choice((-1.0, 1.0), size=(PERMUTATIONS + 1, count))
+    signs[0] = 1
+    likeness = nearness * (differences @ differences.T)
+    statistics = (
+        np.abs(signs @ differences).max(axis=1),
+        np.einsum("ij,ij->i", signs @ likeness, signs),
+    )
+    # the least p-value of the two, held against that of each exchange
+    least = np.min([_shares_above(statistic) for statistic in statistics], axis=0)
+    return float((least <= least[0] + 1e-9).mean())
+
+
+def _shares_above(statistic: np.ndarray) -> np.ndarray:
+    """Return for each of the values (N,) the share of them that are as large or larger."""
+    order = np.sort(statistic)
+    margin = 1e-9 * np.abs(order).max()
+    return 1 - np.searchsorted(order, statistic - margin) / len(order)
 
 
 def _alike(some: np.ndarray, others: np.ndarray) -> bool:

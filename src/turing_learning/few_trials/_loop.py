@@ -710,6 +710,13 @@ class FewTrials:
         """
         draws = matched.draws[matched.mode == 0]
         known = self._group
+        if known is not None and not examiner.holds(known, draws, self.trials, self._match_rng(6)):
+            # it was taken for a symmetry while draws were still broad
+            known = None
+            within = evidence_within(self._evidence_of(self.buffer.parameters[self.buffer.usable]))
+            cloud = Cloud.of(draws)
+            matched = solution(within, cloud, self._match_rng(7), lost=self.search.needed)
+            draws = matched.draws[matched.mode == 0]
         group = examiner.symmetries(draws, first, self.trials, self._match_rng(3), known)
         if group is None and known is None:
             group = examiner.mixture(draws, first, self.trials, self._match_rng(4))

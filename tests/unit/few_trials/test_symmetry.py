@@ -12,6 +12,7 @@ from turing_learning.few_trials import (
     SymmetryGroup,
     candidate_symmetries,
 )
+from turing_learning.few_trials._examination import paired_p_value
 from turing_learning.few_trials._readout import Evidence
 from turing_learning.models import Parameter
 
@@ -157,3 +158,23 @@ def test_what_begins_again_at_the_end_of_its_range_is_folded_around_the_circle()
     # beyond the range it is the same place again, not a further solution
     wide = SymmetryGroup.generated([half_turn], np.array([1.2]), np.array([0.05]), np.array([2.0]))
     assert len(wide.members) == 2
+
+
+def oscillation(models, rng):
+    """Samples (N, 60, 1) of an amplitude and a phase (N, 2)."""
+    steps = np.linspace(0, 4 * np.pi, 60)
+    motion = models[:, :1] * np.sin(steps + models[:, 1:])
+    return (motion + rng.normal(0, 0.5, motion.shape))[:, :, None]
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "phase", "alike"),
+    [(-1, lambda phase: phase + np.pi, True), (-1, lambda phase: -phase, False)],
+)
+def test_broad_draws_tell_a_false_symmetry_from_a_right_one(amplitude, phase, alike):
+    rng = np.random.default_rng(5)
+    # both signs, any phase: the means over all of them are alike for either symmetry
+    models = np.c_[rng.choice((-1.0, 1.0), 75), rng.uniform(-np.pi, np.pi, 75)]
+    images = np.c_[amplitude * models[:, 0], phase(models[:, 1])]
+    p_value = paired_p_value(models, oscillation(models, rng), oscillation(images, rng), rng)
+    assert (p_value >= 0.01) == alike
