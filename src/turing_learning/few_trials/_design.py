@@ -175,10 +175,10 @@ class TrialDesign:
             self._jump(models[k : k + 1], rng, exchange=bool(rng.random() < 0.5))
         return models
 
-    def gather(self, places: np.ndarray) -> None:
+    def gather(self, models: np.ndarray) -> None:
         """Let the walkers go on from models (N, P), each from one, evenly."""
         count = len(self._places)
-        self._places = places[np.arange(count) * len(places) // count].copy()
+        self._places = models[np.arange(count) * len(models) // count].copy()
 
     def move(self, density: LogDensity) -> None:
         """Let all walkers follow a density."""

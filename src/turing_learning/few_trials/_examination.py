@@ -105,7 +105,7 @@ class Examiner:
     ) -> Examination:
         """Examine a solution of a run of so many trials; add its images by a group of symmetries."""
         count = samples_of(trials)
-        others = buffer.samples[buffer.usable, 0], buffer.parameters[buffer.usable]
+        run_trials = buffer.samples[buffer.usable, 0], buffer.parameters[buffer.usable]
         modes = range(int(matched.mode.max()) + 1)
         solutions = [matched.draws[matched.mode == number] for number in modes]
         checks = []
@@ -120,7 +120,7 @@ class Examiner:
                     draws,
                     names=self.signals,
                     rng=rng,
-                    others=others,
+                    others=run_trials,
                 )
             )
         best = max(checks, key=lambda check: check.p_value)
@@ -137,64 +137,66 @@ class Examiner:
     def symmetries(
         self,
         draws: np.ndarray,
-        first: Evidence,
+        first_trials: Evidence,
         trials: int,
         rng: np.random.Generator,
-        known: SymmetryGroup | None = None,
+        followed: SymmetryGroup | None = None,
     ) -> SymmetryGroup | None:
         """Return what turns draws (D, P) of a solution into others that are as good, apart from it.
 
-        A group that is known already counts if its images lie apart.
-        The `first` models of the run are anywhere. If these do not rule a symmetry out, samples
+        A group that the run has followed counts if its images lie apart.
+        The first models of the run are anywhere. If these do not rule a symmetry out, samples
         of an image of the solution are held against samples of itself.
         """
         count = min(samples_of(trials), SAMPLES_OF_IMAGE)
         generators: list[Symmetry] = []
         tried: list[np.ndarray] = []
         group = None
-        if known is not None and self.apart(draws, known):
-            generators.extend(known.members[1:])
+        if followed is not None and self.apart(draws, followed):
+            generators.extend(followed.members[1:])
             group = self._group(generators, draws)
-        own = draws if group is None else group.folded(draws)
-        for symmetry in self._plausible(draws, first)[:IMAGES]:
-            image = symmetry.of(own)
-            if any(_alike(image, other) for other in tried):
+        solution = draws if group is None else group.folded(draws)
+        for symmetry in self._plausible(draws, first_trials)[:IMAGES]:
+            image = symmetry.of(solution)
+            if any(_alike(image, earlier) for earlier in tried):
                 continue
             # what a known symmetry turns back to the solution, or near it, is nothing new
-            if group is not None and not self._lies_apart(symmetry, own, group.folded(image)):
+            if group is not None and not self._lies_apart(symmetry, solution, group.folded(image)):
                 continue
-            if self._resemble(own, image, count, rng):
+            if self._resemble(solution, image, count, rng):
                 generators.append(symmetry)
-                group = self._group(generators, own)
-                own = group.folded(draws)
+                group = self._group(generators, solution)
+                solution = group.folded(draws)
             else:
                 tried.append(image)
         return group
 
     def mixture(
-        self, draws: np.ndarray, first: Evidence, trials: int, rng: np.random.Generator
+        self, draws: np.ndarray, first_trials: Evidence, trials: int, rng: np.random.Generator
     ) -> SymmetryGroup | None:
         """Return symmetries of the system of which draws (D, P) are a mixture of several images.
 
-        That is, the first family of symmetries that the `first` models of the run, which are
+        That is, the first family of symmetries that the first models of the run, which are
         anywhere, do not rule out, nor samples of the draws on one side beside those of their
         images. All of its symmetries belong to a system, or none.
         """
         count = min(samples_of(trials), SAMPLES_OF_IMAGE)
-        outputs = self._outputs(first)
+        outputs = self._outputs(first_trials)
         for family in self.space.candidates:
             if not any(share_beyond(symmetry, draws) >= MIXED for symmetry in family):
                 continue
-            if not all(self._moves_evenly(symmetry, first, outputs, family) for symmetry in family):
+            if not all(
+                self._moves_evenly(symmetry, first_trials, outputs, family) for symmetry in family
+            ):
                 continue
-            own = draws
+            folded = draws
             # twice: what one symmetry turns may lie on the wrong side of another
             for symmetry in [*family, *family]:
-                own = one_side(symmetry, own)
-            group = self._group(family, own)
+                folded = one_side(symmetry, folded)
+            group = self._group(family, folded)
             if len(group.members) == 1:
                 continue
-            if self._holds(group, group.folded(own), count, rng):
+            if self._holds(group, group.folded(folded), count, rng):
                 return group
         return None
 
@@ -214,10 +216,10 @@ class Examiner:
 
     @staticmethod
     def _moves_evenly(
-        symmetry: Symmetry, first: Evidence, outputs: np.ndarray, family: Sequence[Symmetry]
+        symmetry: Symmetry, first_trials: Evidence, outputs: np.ndarray, family: Sequence[Symmetry]
     ) -> bool:
         """Say whether outputs change with what a symmetry moves, but not with its sign."""
-        by_chance, moving = oddness(symmetry, first.parameters, outputs)
+        by_chance, moving = oddness(symmetry, first_trials.parameters, outputs)
         return by_chance >= LEAST_ODD / len(family) and moving <= MOST_MOVING
 
     def apart(self, draws: np.ndarray, group: SymmetryGroup) -> bool:
@@ -244,18 +246,18 @@ class Examiner:
         widest = self.space.widest
         return SymmetryGroup.generated(generators, np.median(draws, axis=0), scale, widest)
 
-    def _outputs(self, first: Evidence) -> np.ndarray:
+    def _outputs(self, first_trials: Evidence) -> np.ndarray:
         """Return the principal directions (N, F) of what observers say of the first models."""
-        outputs = first.counterfeit - first.counterfeit.mean(axis=0)
+        outputs = first_trials.counterfeit - first_trials.counterfeit.mean(axis=0)
         vectors, values, _ = np.linalg.svd(outputs, full_matrices=False)
         return np.asarray(vectors[:, values > 1e-6 * values[0]][:, :DIRECTIONS])
 
-    def _plausible(self, draws: np.ndarray, first: Evidence) -> list[Symmetry]:
+    def _plausible(self, draws: np.ndarray, first_trials: Evidence) -> list[Symmetry]:
         """Return symmetries whose images of draws (D, P) lie apart, the most plausible first.
 
         None that the first models of a run rule out.
         """
-        outputs = self._outputs(first)
+        outputs = self._outputs(first_trials)
         plausible = []
         chances = []
         for family in self.space.candidates:
@@ -265,7 +267,7 @@ class Examiner:
                     break
                 if not self._apart(symmetry, draws):
                     continue
-                by_chance, _ = oddness(symmetry, first.parameters, outputs)
+                by_chance, _ = oddness(symmetry, first_trials.parameters, outputs)
                 if by_chance >= LEAST_ODD:
                     plausible.append(symmetry)
                     chances.append(-by_chance)
@@ -274,18 +276,18 @@ class Examiner:
         return [plausible[k] for k in np.argsort(chances, kind="stable")]
 
     def _resemble(
-        self, own: np.ndarray, image: np.ndarray, count: int, rng: np.random.Generator
+        self, models: np.ndarray, image: np.ndarray, count: int, rng: np.random.Generator
     ) -> bool:
         """Say whether samples of models (D, P) and of their images (D, P) are alike, pair by pair."""
-        chosen = rng.permutation(len(own))[:count]
-        samples, own_usable = self._simulated(own[chosen], rng)
+        chosen = rng.permutation(len(models))[:count]
+        samples, own_usable = self._simulated(models[chosen], rng)
         with getattr(self.source, "probing", nullcontext)():
-            others, image_usable = self._simulated(image[chosen], rng)
+            image_samples, image_usable = self._simulated(image[chosen], rng)
         usable = own_usable & image_usable
         if usable.sum() < FEWEST_SIMULATED:
             return False
-        pairs = samples[usable], others[usable]
-        if paired_p_value(own[chosen][usable], *pairs, rng) < LEAST_IMAGE:
+        pairs = samples[usable], image_samples[usable]
+        if paired_p_value(models[chosen][usable], *pairs, rng) < LEAST_IMAGE:
             return False
         return resemblance(pairs[1], pairs[0], self.signals, rng) >= LEAST_IMAGE
 
@@ -293,17 +295,17 @@ class Examiner:
         self, solutions: Sequence[np.ndarray], group: SymmetryGroup
     ) -> list[np.ndarray]:
         """Return solutions (D, P) with those of their images that are no other solution."""
-        parts: list[np.ndarray] = []
+        distinct: list[np.ndarray] = []
         for number, member in enumerate(group.members):
             for draws in solutions:
                 image = member.of(draws)
                 # the solutions themselves count wherever they are
                 if number:
                     image = image[(np.abs(image) <= self.space.widest).all(axis=1)]
-                if len(image) and not any(_alike(image, other) for other in parts):
-                    parts.append(image)
-        step = -(-sum(map(len, parts)) // MOST_DRAWS)
-        return [part[::step] for part in parts]
+                if len(image) and not any(_alike(image, earlier) for earlier in distinct):
+                    distinct.append(image)
+        step = -(-sum(map(len, distinct)) // MOST_DRAWS)
+        return [region[::step] for region in distinct]
 
     def _simulated(
         self, models: np.ndarray, rng: np.random.Generator
@@ -320,7 +322,7 @@ def samples_of(trials: int) -> int:
 
 
 def paired_p_value(
-    models: np.ndarray, samples: np.ndarray, others: np.ndarray, rng: np.random.Generator
+    models: np.ndarray, samples: np.ndarray, image_samples: np.ndarray, rng: np.random.Generator
 ) -> float:
     """Return how often samples (N, T, D) would differ so much from those of images by chance.
 
@@ -331,7 +333,7 @@ def paired_p_value(
     happens.
     """
     count = len(models)
-    values = np.concatenate((samples, others)).reshape(2 * count, -1)
+    values = np.concatenate((samples, image_samples)).reshape(2 * count, -1)
     values = values[:, :: -(-values.shape[1] // MOST_VALUES)]
     ranks = scipy.stats.rankdata(values, axis=0)
     differences = ranks[:count] - ranks[count:]
@@ -348,8 +350,8 @@ def paired_p_value(
         np.einsum("ij,ij->i", signs @ likeness, signs),
     )
     # the least p-value of the two, held against that of each exchange
-    least = np.min([_shares_above(statistic) for statistic in statistics], axis=0)
-    return float((least <= least[0] + 1e-9).mean())
+    smallest = np.min([_shares_above(statistic) for statistic in statistics], axis=0)
+    return float((smallest <= smallest[0] + 1e-9).mean())
 
 
 def _shares_above(statistic: np.ndarray) -> np.ndarray:
@@ -359,10 +361,10 @@ def _shares_above(statistic: np.ndarray) -> np.ndarray:
     return 1 - np.searchsorted(order, statistic - margin) / len(order)
 
 
-def _alike(some: np.ndarray, others: np.ndarray) -> bool:
+def _alike(draws: np.ndarray, other_draws: np.ndarray) -> bool:
     """Say whether the middles of draws (D, P) lie within both, in each parameter."""
-    distance = np.abs(np.median(some, axis=0) - np.median(others, axis=0))
-    return bool((distance <= np.maximum(some.std(axis=0), others.std(axis=0)) + 1e-12).all())
+    distance = np.abs(np.median(draws, axis=0) - np.median(other_draws, axis=0))
+    return bool((distance <= np.maximum(draws.std(axis=0), other_draws.std(axis=0)) + 1e-12).all())
 
 
 def _apart(draws: np.ndarray, other_draws: np.ndarray, threshold: float) -> bool:

@@ -34,7 +34,7 @@ from ._matching import Matched
 from ._observers import Observers
 from ._readout import Cloud, Evidence, best_center, evidence_within, solution, stated
 from ._schedule import batch_schedule
-from ._search import END, FEWEST, Search
+from ._search import DECIDED_AT, FEWEST, Search
 from ._space import SearchSpace
 from ._symmetry import SymmetryGroup
 
@@ -82,7 +82,7 @@ NEAR_LEAST = 250
 """Fewest of them."""
 NEAR_MOST = 3000
 """Most of them."""
-FAR = 100
+FAR_TRIALS = 100
 """Trials from anywhere among them."""
 WIDE_EVERY = 3
 """Batches after which the wide map is made anew."""
@@ -99,7 +99,7 @@ EXPLORERS = 0.5
 """Share of explorers in the last batch where the genuine samples are all there are."""
 POOL = (500, 3000)
 """Fewest and most live genuine samples that are judged; within these as many as trials."""
-PARTS = 5
+PORTIONS = 5
 """Parts of a batch of a lost run, at most: where trials are many, many are tried at once."""
 LOOKED_AT = 4
 """Batches after which a run with a tolerance looks at its intervals, from the second time on."""
@@ -263,7 +263,7 @@ class FewTrials:
     @property
     def undecided(self) -> bool:
         """Whether it is time to `settle` on one of the centers of a lost run."""
-        late = self.spent >= END * self._budget
+        late = self.spent >= DECIDED_AT * self._budget
         return self.search.needed and not self.search.settled and late
 
     @property
@@ -385,16 +385,16 @@ class FewTrials:
 
     def _try(self, models: np.ndarray, portion: int = 0) -> None:
         """Simulate models (M, P), a part of a batch, and let the observers see what comes."""
-        use = (portion,) if portion else ()
+        portion_number = (portion,) if portion else ()
         numbers = self._space.to_numbers(models)
-        samples = self._source.collect(numbers, self._rng(INTERROGATION, *use))
+        samples = self._source.collect(numbers, self._rng(INTERROGATION, *portion_number))
         failed = getattr(self._source, "failed", None)
         usable = None if failed is None else ~np.asarray(failed, bool)
         genuine = samples.genuine if self._fixed is None else self._fixed
         fixed = self._fixed is not None and len(self.buffer) > 0
         if portion or fixed:  # those of this batch, or all, are kept already
             genuine = genuine[:0]
-        rng = self._rng(BUFFER, *use)
+        rng = self._rng(BUFFER, *portion_number)
         indices = self.buffer.append(models, samples.counterfeit, genuine, rng, usable)
         if self._observers is not None and len(self._drawn) == 0:
             counterfeit = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
@@ -409,7 +409,7 @@ class FewTrials:
 
         So each part learns from those before.
         """
-        portion_size = max(self.search.most, count // PARTS)
+        portion_size = max(self.search.most, count // PORTIONS)
         portion_size = -(-portion_size // self._together) * self._together
         borders = [*range(0, count, portion_size), count]
         for portion, (start, stop) in enumerate(pairwise(borders)):
@@ -459,8 +459,8 @@ class FewTrials:
         field, explained = self._mapped(nearest, rng)
         wide = self._density.wide
         if len(usable) > NEAR_LEAST and (wide is None or number % WIDE_EVERY == 0):
-            remote = rng.permutation(np.setdiff1d(usable, nearest))[: WIDE_TRIALS - FAR]
-            near_sample = rng.permutation(nearest)[: max(FAR, WIDE_TRIALS - len(remote))]
+            remote = rng.permutation(np.setdiff1d(usable, nearest))[: WIDE_TRIALS - FAR_TRIALS]
+            near_sample = rng.permutation(nearest)[: max(FAR_TRIALS, WIDE_TRIALS - len(remote))]
             wide, _ = self._mapped(np.sort(np.concatenate((remote, near_sample))), rng, WIDE_POINTS)
         reference = 0.0
         if wide is not None:
@@ -486,12 +486,12 @@ class FewTrials:
             return
         if self._group is not None or self.search.needed:
             return
-        first = self._first()
-        if len(first.parameters) < FEWEST_FIRST:
+        first_trials = self._first()
+        if len(first_trials.parameters) < FEWEST_FIRST:
             return
         walkers = self._design.walkers
         rng = self._rng(MATCHING, _MIXTURE)
-        self._group = self._examiner.mixture(walkers, first, self.trials, rng)
+        self._group = self._examiner.mixture(walkers, first_trials, self.trials, rng)
         if self._group is not None:
             self._design.fold(self._group)
 
@@ -505,8 +505,8 @@ class FewTrials:
             return usable
         density = self._density(self._parameters_of(usable))
         order = usable[np.argsort(-density, kind="stable")]
-        far_sample = rng.permutation(order[size - FAR :])[:FAR]
-        return np.sort(np.concatenate((order[: size - FAR], far_sample)))
+        far_sample = rng.permutation(order[size - FAR_TRIALS :])[:FAR_TRIALS]
+        return np.sort(np.concatenate((order[: size - FAR_TRIALS], far_sample)))
 
     def _mapped(
         self, trials: np.ndarray, rng: np.random.Generator, points: int = INDUCING
@@ -673,9 +673,9 @@ class FewTrials:
             return {}
         group = None
         if self._examiner is not None:
-            first = self._first()
-            if len(first.parameters) >= FEWEST_FIRST:
-                matched, group = self._folded(matched, self._examiner, first)
+            first_trials = self._first()
+            if len(first_trials.parameters) >= FEWEST_FIRST:
+                matched, group = self._folded(matched, self._examiner, first_trials)
         p_value = np.array(matched.p_value)
         if not matched.settled:
             return {"p_value": p_value}
@@ -701,7 +701,7 @@ class FewTrials:
         }
 
     def _folded(
-        self, matched: Matched, examiner: Examiner, first: Evidence
+        self, matched: Matched, examiner: Examiner, first_trials: Evidence
     ) -> tuple[Matched, SymmetryGroup | None]:
         """Return the solution in one of the regions that are images of each other, and their group.
 
@@ -709,24 +709,26 @@ class FewTrials:
         of two parts that may be exchanged could not be predicted from what classifiers say.
         """
         draws = matched.draws[matched.mode == 0]
-        known = self._group
-        if known is not None and not examiner.holds(known, draws, self.trials, self._match_rng(6)):
+        followed = self._group
+        if followed is not None and not examiner.holds(
+            followed, draws, self.trials, self._match_rng(6)
+        ):
             # it was taken for a symmetry while draws were still broad
-            known = None
+            followed = None
             within = evidence_within(self._evidence_of(self.buffer.parameters[self.buffer.usable]))
             cloud = Cloud.of(draws)
             matched = solution(within, cloud, self._match_rng(7), lost=self.search.needed)
             draws = matched.draws[matched.mode == 0]
-        group = examiner.symmetries(draws, first, self.trials, self._match_rng(3), known)
-        if group is None and known is None:
-            group = examiner.mixture(draws, first, self.trials, self._match_rng(4))
+        group = examiner.symmetries(draws, first_trials, self.trials, self._match_rng(3), followed)
+        if group is None and followed is None:
+            group = examiner.mixture(draws, first_trials, self.trials, self._match_rng(4))
         if group is None:
-            if known is None:
+            if followed is None:
                 return matched, None
             # regions that are images of each other, but do not lie apart
-            images = examiner.with_images([draws], known)
+            images = examiner.with_images([draws], followed)
             return matched.spread(np.concatenate(images)), None
-        if known is not None and len(group.members) == len(known.members):
+        if followed is not None and len(group.members) == len(followed.members):
             return matched, group
         parameters = group.folded(self.buffer.parameters[self.buffer.usable])
         within = evidence_within(self._evidence_of(parameters))
@@ -739,8 +741,8 @@ class FewTrials:
     def _first(self) -> Evidence:
         """Return what observers say of the first models, which are anywhere."""
         usable = np.flatnonzero(self.buffer.usable)
-        first = usable < self._schedule[0] * self._together
-        return self._evidence_of(self.buffer.parameters[usable]).of(first)
+        among_first = usable < self._schedule[0] * self._together
+        return self._evidence_of(self.buffer.parameters[usable]).of(among_first)
 
     def _evidence(self) -> Evidence:
         """Return what observers say of the trials within reach of a solution."""
@@ -759,11 +761,11 @@ class FewTrials:
             observed_anew=self._fixed is None,
         )
 
-    def _rng(self, purpose: int, *use: int) -> np.random.Generator:
-        return generation_rng((purpose, self._seed, *use), self._number)
+    def _rng(self, purpose: int, *stage: int) -> np.random.Generator:
+        return generation_rng((purpose, self._seed, *stage), self._number)
 
-    def _match_rng(self, *use: int) -> np.random.Generator:
-        return generation_rng((MATCHING, self._seed, *use), _READ_OUT + self._number)
+    def _match_rng(self, *stage: int) -> np.random.Generator:
+        return generation_rng((MATCHING, self._seed, *stage), _READ_OUT + self._number)
 
     # What is stored
 

@@ -22,10 +22,10 @@ TAIL = 0.05
 FEWEST = 30
 """Counterfeit samples below which there is nothing to regress."""
 
-WHOLE = 1.2
+UNTOLD_WIDTH = 1.2
 """Central 90 % of draws as wide as that, on a range of 2, tell nothing: 1.8 is all of it."""
 
-FAR = 1 / 7
+FAR_SHARE = 1 / 7
 """Share of the samples of a broad fit that are from anywhere: they rule out what is far."""
 
 PROPOSED = 0.16
@@ -146,7 +146,7 @@ def combined(solutions: Sequence[Matched], widest: np.ndarray) -> Matched:
     # as many draws as one solution has
     draws = np.concatenate([alternative.draws for alternative in alike])[:: len(alike)]
     low, high = np.quantile(draws, [TAIL, 1 - TAIL], axis=0)
-    identified = high - low < WHOLE * widest
+    identified = high - low < UNTOLD_WIDTH * widest
     settled = best.order <= (False, FARTHEST)
     unknown = np.full(len(low), np.nan)
     return replace(
@@ -272,7 +272,7 @@ def match(
     remoteness: np.ndarray = (((samples.z - middle) / width) ** 2).sum(axis=1)
     logs = None
     for _ in range(ROUNDS):
-        broad = samples.fit(remoteness, logs, FAR)
+        broad = samples.fit(remoteness, logs, FAR_SHARE)
         logs = broad.emulator.logs
         remoteness = broad.remoteness(samples.z)
         points = draw(broad.log_likelihood, broad.points, draws, rng)
@@ -295,7 +295,7 @@ def match(
     # What is stated.
     middle = np.median(best.points, axis=0)
     low_z, high_z = best.ends
-    identified = high_z - low_z < WHOLE
+    identified = high_z - low_z < UNTOLD_WIDTH
     at_middle = np.append(middle, 0.0)[None]
     leverage = float(best.likelihood.emulator.predict(at_middle)[1].mean())
     distance, p_value = samples.distance(best.likelihood, remoteness, leverage, rng)

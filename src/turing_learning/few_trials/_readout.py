@@ -26,7 +26,7 @@ LEAST_SPREAD = 1e-3
 AT_LEAST = 500
 """Fewest trials that a share of them comes to."""
 
-OTHERS = 10
+NEAR_PER_FAR = 10
 """For so many trials that are near, one from elsewhere is matched."""
 
 AT_END = 0.05
@@ -150,7 +150,7 @@ def _matched(
         if count < len(parameters):
             distances = ((parameters - cloud.middle) ** 2).sum(axis=1)
             order = np.argsort(distances, kind="stable")
-            far_trials = rng.permutation(order[count:])[: count // OTHERS]
+            far_trials = rng.permutation(order[count:])[: count // NEAR_PER_FAR]
             chosen = np.sort(np.concatenate((order[:count], far_trials)))
             parameters = parameters[chosen]
             counterfeit = counterfeit[chosen]

@@ -26,7 +26,7 @@ BEGIN = 0.5
 LATE = 0.75
 """From here on no search begins anywhere new."""
 
-END = 0.8
+DECIDED_AT = 0.8
 """Here it is decided where the rest of the trials is spent."""
 
 LOST = 3.0
@@ -41,7 +41,7 @@ FEWEST = 3000
 
 # Where. Distances are root mean squares over the parameters, in units of the space.
 
-PLACES = 500
+LIKELIEST = 500
 """Trials that look most genuine, from which a search may start."""
 
 NEIGHBORS = 15
@@ -182,7 +182,7 @@ class Search:
         """Note the misfit of the map after a batch, and whether the run is lost."""
         self._misfits = np.append(self._misfits, misfit)[-PATIENCE:]
         enough = len(self._misfits) == PATIENCE
-        if BEGIN <= progress < END and enough and np.median(self._misfits) > LOST:
+        if BEGIN <= progress < DECIDED_AT and enough and np.median(self._misfits) > LOST:
             self.needed = True
 
     def models(
@@ -262,7 +262,7 @@ class Search:
         """
         if count <= 0:
             return []
-        likely = np.argsort(unlikeness, kind="stable")[:PLACES]
+        likely = np.argsort(unlikeness, kind="stable")[:LIKELIEST]
         neighbors = min(NEIGHBORS, len(parameters))
         nearest = cKDTree(parameters).query(parameters[likely], neighbors)[1]
         middles = parameters[nearest].mean(axis=1)

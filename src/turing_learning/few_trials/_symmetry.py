@@ -60,11 +60,11 @@ class Symmetry:
             return images
         return np.where(self.periodic, (images + 1) % 2 - 1, images)
 
-    def after(self, other: "Symmetry") -> "Symmetry":
+    def after(self, before: "Symmetry") -> "Symmetry":
         """Return the symmetry that comes to this one after another."""
-        matrix = self.matrix @ other.matrix
-        shift = self.matrix @ other.shift + self.shift
-        periodic = self.periodic | ((self.matrix != 0) & other.periodic).any(axis=1)
+        matrix = self.matrix @ before.matrix
+        shift = self.matrix @ before.shift + self.shift
+        periodic = self.periodic | ((self.matrix != 0) & before.periodic).any(axis=1)
         return Symmetry(matrix, shift, periodic)
 
     @property
@@ -100,9 +100,9 @@ class Symmetry:
 class _Axis:
     """A parameter, as far as symmetries are concerned."""
 
-    place: int
+    index: int
     stem: str  #: Its name, without the part of a model it is of
-    part: str  #: That part, "" where the name says none
+    suffix: str  #: That part, "" where the name says none
     low: float  #: Of the range of the first models, or its logarithm
     high: float
     scale: str
@@ -134,19 +134,19 @@ def walked_symmetries(parameters: Mapping[str, Parameter]) -> list[Symmetry]:
     """
     axes = _axes(parameters)
     count = len(axes)
-    groups = [[axis.place for axis in group] for group in _alike(axes)]
+    groups = [[axis.index for axis in group] for group in _alike(axes)]
     orders = sorted(_exchanges_across(groups, count) | _exchanges_within(groups, count))
     plain = [1.0] * count
     symmetries = [_signed(order, plain) for order in orders]
-    for place in range(count):
+    for index in range(count):
         mirrored = plain.copy()
-        mirrored[place] = -1.0
+        mirrored[index] = -1.0
         symmetries.append(_signed(range(count), mirrored))
         if len(orders) > FEW_EXCHANGES:
             continue
         # the share of the first of two parts becomes that of the second where they are exchanged
         for order in orders:
-            if order[place] == place:
+            if order[index] == index:
                 symmetries.append(_signed(order, mirrored))
     return symmetries
 
@@ -160,28 +160,28 @@ def candidate_symmetries(parameters: Mapping[str, Parameter]) -> list[list[Symme
     """
     axes = _axes(parameters)
     exchanges = sorted(_exchanges(axes), key=lambda family: -family[0].moved.sum())
-    alone = {axis.place: list(_alone(axes, axis)) for axis in axes}
+    alone = {axis.index: list(_alone(axes, axis)) for axis in axes}
     families = list(exchanges)
-    for some in [*alone.values(), _together(axes)]:
-        families.extend([symmetry] for symmetry in some)
+    for symmetries in [*alone.values(), _together(axes)]:
+        families.extend([symmetry] for symmetry in symmetries)
     pairs = [family[0] for family in exchanges if len(family) == 1]
     if len(pairs) <= FEW_EXCHANGES:
         for exchange in pairs:
             for axis in axes:
-                if exchange.matrix[axis.place, axis.place] == 1:
-                    families.extend([one.after(exchange)] for one in alone[axis.place])
+                if exchange.matrix[axis.index, axis.index] == 1:
+                    families.extend([single.after(exchange)] for single in alone[axis.index])
     return list(islice(_unique(families), MOST_CANDIDATES))
 
 
 def _axes(parameters: Mapping[str, Parameter]) -> list[_Axis]:
     """Return parameters as axes."""
     axes = []
-    for place, (name, parameter) in enumerate(parameters.items()):
+    for index, (name, parameter) in enumerate(parameters.items()):
         assert parameter.initial is not None
         low, high = parameter.initial
         split = NUMBERED.fullmatch(name)
-        stem, part = (split[1], split[2]) if split else (name, "")
-        axes.append(_Axis(place, stem, part, low, high, parameter.scale))
+        stem, suffix = (split[1], split[2]) if split else (name, "")
+        axes.append(_Axis(index, stem, suffix, low, high, parameter.scale))
     return axes
 
 
@@ -198,11 +198,11 @@ def _unique(families: Iterable[list[Symmetry]]) -> Iterator[list[Symmetry]]:
 
     Without those that change nothing, or come back after more than four turns.
     """
-    seen = set()
+    keys = set()
     for family in families:
         key = frozenset(symmetry.key for symmetry in family)
-        if key not in seen and all(symmetry.order > 1 for symmetry in family):
-            seen.add(key)
+        if key not in keys and all(symmetry.order > 1 for symmetry in family):
+            keys.add(key)
             yield family
 
 
@@ -216,18 +216,18 @@ def _signed(order: Sequence[int], signs: Sequence[float]) -> Symmetry:
 def _mirrored(count: int, about: dict[int, float]) -> Symmetry:
     """Return what mirrors some parameters at these values."""
     symmetry = Symmetry.none(count)
-    for place, value in about.items():
-        symmetry.matrix[place, place] = -1
-        symmetry.shift[place] = 2 * value
+    for index, value in about.items():
+        symmetry.matrix[index, index] = -1
+        symmetry.shift[index] = 2 * value
     return symmetry
 
 
-def _turned(count: int, places: Iterable[int], fraction: float) -> Symmetry:
+def _turned(count: int, indices: Iterable[int], fraction: float) -> Symmetry:
     """Return what turns some parameters by a part of their range, at whose ends they begin again."""
     symmetry = Symmetry.none(count)
-    for place in places:
-        symmetry.shift[place] = 2 * fraction
-        symmetry.periodic[place] = True
+    for index in indices:
+        symmetry.shift[index] = 2 * fraction
+        symmetry.periodic[index] = True
     return symmetry
 
 
@@ -236,27 +236,27 @@ def _remaining(axes: Sequence[_Axis], shares: Sequence[_Axis], share: _Axis) -> 
     symmetry = Symmetry.none(len(axes))
     middle = (share.low + share.high) / 2
     half = (share.high - share.low) / 2
-    for other in shares:
-        symmetry.matrix[share.place, other.place] = -1
-    symmetry.shift[share.place] = (1 - (len(shares) + 1) * middle) / half
+    for summand in shares:
+        symmetry.matrix[share.index, summand.index] = -1
+    symmetry.shift[share.index] = (1 - (len(shares) + 1) * middle) / half
     return symmetry
 
 
 def _alone(axes: Sequence[_Axis], axis: _Axis) -> Iterator[Symmetry]:
     """Yield what mirrors or turns one parameter."""
     count = len(axes)
-    yield _mirrored(count, {axis.place: 0.0})
+    yield _mirrored(count, {axis.index: 0.0})
     if axis.zero is not None:
-        yield _mirrored(count, {axis.place: axis.zero})
+        yield _mirrored(count, {axis.index: axis.zero})
     if axis.share and axis.low + axis.high != 1:
         yield _remaining(axes, [axis], axis)
     if axis.scale != "linear":
         return
     for fraction in FRACTIONS:
-        yield _turned(count, [axis.place], fraction)
+        yield _turned(count, [axis.index], fraction)
     # such as the supplementary angle, of the same sine
-    half = _turned(count, [axis.place], 1 / 2)
-    yield half.after(_mirrored(count, {axis.place: 0.0}))
+    half = _turned(count, [axis.index], 1 / 2)
+    yield half.after(_mirrored(count, {axis.index: 0.0}))
 
 
 def _together(axes: Sequence[_Axis]) -> Iterator[Symmetry]:
@@ -265,28 +265,28 @@ def _together(axes: Sequence[_Axis]) -> Iterator[Symmetry]:
     zeros = {}
     for axis in axes:
         if axis.scale == "linear" and axis.low < 0 < axis.high:
-            zeros[axis.place] = axis.zero or 0.0
+            zeros[axis.index] = axis.zero or 0.0
     yield _mirrored(count, zeros)
-    yield _mirrored(count, {axis.place: 0.0 for axis in axes})
+    yield _mirrored(count, {axis.index: 0.0 for axis in axes})
     for group in _alike(axes):
-        yield _mirrored(count, {axis.place: zeros.get(axis.place, 0.0) for axis in group})
+        yield _mirrored(count, {axis.index: zeros.get(axis.index, 0.0) for axis in group})
         if group[0].scale == "linear":
-            yield _turned(count, [axis.place for axis in group], 1 / 2)
-    for parts in _parts(axes):
-        for part in zip(*parts, strict=False):
-            yield _mirrored(count, {axis.place: zeros.get(axis.place, 0.0) for axis in part})
+            yield _turned(count, [axis.index for axis in group], 1 / 2)
+    for rows in _parts(axes):
+        for members in zip(*rows, strict=False):
+            yield _mirrored(count, {axis.index: zeros.get(axis.index, 0.0) for axis in members})
     for first, second in combinations(zeros, 2):
         yield _mirrored(count, {first: zeros[first], second: zeros[second]})
     for axis in axes:
         if axis.scale != "linear":
             continue
-        half = _turned(count, [axis.place], 1 / 2)
-        for place, value in zeros.items():
-            if place != axis.place:
+        half = _turned(count, [axis.index], 1 / 2)
+        for index, value in zeros.items():
+            if index != axis.index:
                 # an amplitude of the other sign, half a turn on
-                yield half.after(_mirrored(count, {place: value}))
-    for one, other in combinations(axes, 2):
-        yield _mirrored(count, {one.place: 0.0, other.place: 0.0})
+                yield half.after(_mirrored(count, {index: value}))
+    for first_axis, second_axis in combinations(axes, 2):
+        yield _mirrored(count, {first_axis.index: 0.0, second_axis.index: 0.0})
 
 
 def _parts(axes: Sequence[_Axis]) -> Iterator[list[list[_Axis]]]:
@@ -296,24 +296,24 @@ def _parts(axes: Sequence[_Axis]) -> Iterator[list[list[_Axis]]]:
     """
     stems: dict[tuple[str, tuple[float, float, str]], list[_Axis]] = {}
     for axis in axes:
-        if axis.part:
+        if axis.suffix:
             stems.setdefault((axis.stem, axis.kind), []).append(axis)
     named = [group for group in stems.values() if len(group) > 1]
     yield from _subsets(named)
     groups = _alike(axes)
-    for parts in range(2, max(map(len, groups), default=1) + 1):
+    for part_count in range(2, max(map(len, groups), default=1) + 1):
         for strided in (False, True):
             rows = []
             for group in groups:
-                size = len(group) // parts
-                if len(group) % parts:
+                size = len(group) // part_count
+                if len(group) % part_count:
                     continue
-                columns = np.arange(len(group)).reshape(parts, size)
+                columns = np.arange(len(group)).reshape(part_count, size)
                 if strided:
-                    columns = np.arange(len(group)).reshape(size, parts).T
+                    columns = np.arange(len(group)).reshape(size, part_count).T
                 rows.append([[group[k] for k in column] for column in columns.T])
-            for some in _subsets(rows):
-                yield [row for group in some for row in group]
+            for subset in _subsets(rows):
+                yield [row for group in subset for row in group]
 
 
 def _subsets(groups: list[Any]) -> Iterator[list[Any]]:
@@ -331,35 +331,37 @@ def _exchanges(axes: Sequence[_Axis]) -> Iterator[list[Symmetry]]:
     """Yield what exchanges two parts of a model: all pairs of parts that it is taken for."""
     count = len(axes)
     for rows in _parts(axes):
-        parts = min(map(len, rows))
-        rows = [row for row in rows if len(row) == parts]
-        pairs = list(combinations(range(parts), 2))
+        part_count = min(map(len, rows))
+        rows = [row for row in rows if len(row) == part_count]
+        pairs = list(combinations(range(part_count), 2))
         yield [_exchange(count, rows, pair) for pair in pairs]
-        used = {axis.place for row in rows for axis in row}
-        rest = [axis for axis in axes if axis.share and axis.place not in used]
-        for shares in _shares(rest, parts - 1):
+        used_indices = {axis.index for row in rows for axis in row}
+        free_axes = [axis for axis in axes if axis.share and axis.index not in used_indices]
+        for shares in _shares(free_axes, part_count - 1):
             family = [
-                _exchange(count, [*rows, shares], pair) for pair in pairs if pair[1] < parts - 1
+                _exchange(count, [*rows, shares], pair)
+                for pair in pairs
+                if pair[1] < part_count - 1
             ]
             for number, share in enumerate(shares):
-                last = _exchange(count, rows, (number, parts - 1))
-                family.append(_remaining(axes, shares, share).after(last))
+                with_last = _exchange(count, rows, (number, part_count - 1))
+                family.append(_remaining(axes, shares, share).after(with_last))
             yield family
 
 
 def _shares(axes: Sequence[_Axis], count: int) -> Iterator[list[_Axis]]:
     """Yield so many neighboring parameters of one kind that may be shares."""
-    for first in range(len(axes) - count + 1):
-        some = list(axes[first : first + count])
-        if len({axis.kind for axis in some}) == 1:
-            yield some
+    for begin in range(len(axes) - count + 1):
+        neighbors = list(axes[begin : begin + count])
+        if len({axis.kind for axis in neighbors}) == 1:
+            yield neighbors
 
 
 def _exchange(count: int, rows: Sequence[Sequence[_Axis]], pair: tuple[int, int]) -> Symmetry:
     """Return what exchanges two of the parts whose parameters are in rows."""
     first, second = pair
-    places = [(row[first].place, row[second].place) for row in rows]
-    return _signed(_exchanged(count, places), [1.0] * count)
+    index_pairs = [(row[first].index, row[second].index) for row in rows]
+    return _signed(_exchanged(count, index_pairs), [1.0] * count)
 
 
 def _exchanges_across(groups: Sequence[Sequence[int]], count: int) -> set[tuple[int, ...]]:
@@ -369,10 +371,10 @@ def _exchanges_across(groups: Sequence[Sequence[int]], count: int) -> set[tuple[
     parameters that each part of a model has.
     """
     orders: set[tuple[int, ...]] = set()
-    for size in {len(places) for places in groups}:
-        same = [places for places in groups if len(places) == size]
+    for size in {len(indices) for indices in groups}:
+        same = [indices for indices in groups if len(indices) == size]
         for first, second in combinations(range(size), 2):
-            pairs = [(places[first], places[second]) for places in same]
+            pairs = [(indices[first], indices[second]) for indices in same]
             orders.add(_exchanged(count, pairs))
             for pair in pairs:
                 orders.add(_exchanged(count, [pair]))
@@ -385,12 +387,12 @@ def _exchanges_within(groups: Sequence[Sequence[int]], count: int) -> set[tuple[
     The parameters of a part are every second one, or one half of them.
     """
     orders: set[tuple[int, ...]] = set()
-    for places in groups:
-        half = len(places) // 2
-        if len(places) % 2 or half < 2:
+    for indices in groups:
+        half = len(indices) // 2
+        if len(indices) % 2 or half < 2:
             continue
-        orders.add(_exchanged(count, list(zip(places[::2], places[1::2], strict=True))))
-        orders.add(_exchanged(count, list(zip(places[:half], places[half:], strict=True))))
+        orders.add(_exchanged(count, list(zip(indices[::2], indices[1::2], strict=True))))
+        orders.add(_exchanged(count, list(zip(indices[:half], indices[half:], strict=True))))
     return orders
 
 
@@ -442,8 +444,8 @@ class SymmetryGroup:
                 image = further.of(reference)
                 if (np.abs(image) > widest).any():
                     continue
-                ways = _between(np.array(images), image, periodic) / scale
-                if (np.abs(ways).max(axis=1) > 1).all():
+                offsets = _between(np.array(images), image, periodic) / scale
+                if (np.abs(offsets).max(axis=1) > 1).all():
                     members.append(further)
                     images.append(image)
                     if len(members) == MOST_IMAGES:
@@ -470,8 +472,8 @@ class SymmetryGroup:
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray]) -> "SymmetryGroup":
         """Return the group of a `state`."""
-        parts = (state[name] for name in ("matrices", "shifts", "periodic"))
-        members = [Symmetry(*each) for each in zip(*parts, strict=True)]
+        columns = (state[name] for name in ("matrices", "shifts", "periodic"))
+        members = [Symmetry(*entry) for entry in zip(*columns, strict=True)]
         return cls(members, state["reference"], state["scale"], state["widest"])
 
     def folded(self, models: np.ndarray) -> np.ndarray:
@@ -493,10 +495,10 @@ def _periodic(symmetries: Sequence[Symmetry]) -> np.ndarray:
     return np.any([symmetry.periodic for symmetry in symmetries], axis=0)
 
 
-def _between(models: np.ndarray, other: np.ndarray, periodic: np.ndarray) -> np.ndarray:
+def _between(models: np.ndarray, origin: np.ndarray, periodic: np.ndarray) -> np.ndarray:
     """Return the way (..., P) from another model to models: the shorter one around a circle."""
-    way = models - other
-    return np.where(periodic, (way + 1) % 2 - 1, way)
+    offset = models - origin
+    return np.where(periodic, (offset + 1) % 2 - 1, offset)
 
 
 def one_side(symmetry: Symmetry, models: np.ndarray) -> np.ndarray:
@@ -509,10 +511,10 @@ def one_side(symmetry: Symmetry, models: np.ndarray) -> np.ndarray:
     offsets = models - symmetry.of(models)
     offsets /= models.std(axis=0) + 1e-12
     along = np.linalg.svd(offsets, full_matrices=False)[2][0]
-    left = offsets @ along < 0
-    if left.mean() > 0.5:
-        left = ~left
-    return np.where(left[:, None], symmetry.of(models), models)
+    turned = offsets @ along < 0
+    if turned.mean() > 0.5:
+        turned = ~turned
+    return np.where(turned[:, None], symmetry.of(models), models)
 
 
 def share_beyond(symmetry: Symmetry, models: np.ndarray) -> float:
@@ -542,10 +544,10 @@ def oddness(symmetry: Symmetry, models: np.ndarray, outputs: np.ndarray) -> tupl
     plain = _basis(even[:, fixed])
     bent = _basis(even[:, ~fixed], plain)
     odd = _basis(terms[0] - even, np.c_[plain, bent])
-    rest = outputs - outputs.mean(axis=0)
-    rest = rest - plain @ (plain.T @ rest)
-    without = rest - bent @ (bent.T @ rest)
-    return _p_value(odd, without, plain, bent), _p_value(bent, rest, plain)
+    residual = outputs - outputs.mean(axis=0)
+    residual = residual - plain @ (plain.T @ residual)
+    without = residual - bent @ (bent.T @ residual)
+    return _p_value(odd, without, plain, bent), _p_value(bent, residual, plain)
 
 
 def _p_value(basis: np.ndarray, outputs: np.ndarray, *besides: np.ndarray) -> float:
@@ -554,12 +556,12 @@ def _p_value(basis: np.ndarray, outputs: np.ndarray, *besides: np.ndarray) -> fl
     Outputs are without what other bases explain.
     """
     count = basis.shape[1]
-    left = len(outputs) - 1 - count - sum(other.shape[1] for other in besides)
-    if not count or left < 1 or not outputs.shape[1]:
+    freedom = len(outputs) - 1 - count - sum(other.shape[1] for other in besides)
+    if not count or freedom < 1 or not outputs.shape[1]:
         return 1.0
     explained = ((basis.T @ outputs) ** 2).sum(axis=0)
     unexplained = np.maximum((outputs**2).sum(axis=0) - explained, 1e-12)
-    chances = scipy.stats.f.sf(explained / count / (unexplained / left), count, left)
+    chances = scipy.stats.f.sf(explained / count / (unexplained / freedom), count, freedom)
     return float(min(1.0, chances.min() * len(chances)))
 
 
@@ -575,11 +577,11 @@ def _terms(models: np.ndarray) -> np.ndarray:
 
 def _basis(terms: np.ndarray, besides: np.ndarray | None = None) -> np.ndarray:
     """Return an orthonormal basis of centered terms (N, M), without what another basis spans."""
-    rest = terms - terms.mean(axis=0)
-    if not rest.shape[1]:
-        return rest
+    residual = terms - terms.mean(axis=0)
+    if not residual.shape[1]:
+        return residual
     if besides is not None:
-        rest = rest - besides @ (besides.T @ rest)
-    vectors, values, _ = np.linalg.svd(rest, full_matrices=False)
+        residual = residual - besides @ (besides.T @ residual)
+    vectors, values, _ = np.linalg.svd(residual, full_matrices=False)
     basis: np.ndarray = vectors[:, values > 1e-6 * np.sqrt(len(terms))]
     return basis
