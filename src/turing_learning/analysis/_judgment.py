@@ -11,6 +11,9 @@ from scipy.special import stdtrit
 LEVEL = 0.05
 """How often a test, or a claim, may be wrong."""
 
+SURE = 0.01
+"""The same of a model that is called wrong though searches for known truths fail."""
+
 POWER = 0.8
 """Share of clearly wrong models that a test has to notice; with less its silence says nothing.
 
@@ -191,16 +194,17 @@ class Judgment:
     def fault(self) -> Verdict | None:
         """Of an estimate that does not pass: `REJECTED`, `FAILED`, or `TOLD` if neither is sure.
 
-        Searches for a known truth are a parametric bootstrap: if they succeed, a model that is told
-        better than what they find is wrong.
+        Searches for a known truth are a parametric bootstrap: a model that is told better than what
+        they find is wrong. If they miss their truth, it has to be told much better.
         """
         if self.examination is None or self.fits is not False:
             return None
-        if self.search_succeeds is False:
-            return Verdict.FAILED
         # how far off searches are says less than classifiers see
-        sure = self._calibrated and self.search_succeeds
-        return Verdict.REJECTED if sure else Verdict.TOLD
+        if not self._calibrated:
+            return Verdict.TOLD
+        if self.search_succeeds or self._beyond_searches:
+            return Verdict.REJECTED
+        return Verdict.FAILED
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
@@ -299,6 +303,12 @@ class Judgment:
         return min(len(self.recovered), len(self.attainable)) >= 2
 
     @property
+    def _beyond_searches(self) -> bool:
+        """Whether the estimate is told better than what searches for a known truth found."""
+        test = self.examination
+        return test is not None and test.accuracy > _limit(self.recovered, SURE)
+
+    @property
     def _all_loose(self) -> bool:
         return 0 < self.parameters <= len(self.loose)
 
@@ -308,6 +318,8 @@ class Judgment:
             mean = f"mean accuracy {np.mean(self.recovered):.3f}"
             outcome = "end with models that classifiers tell from it"
             sentences.append(f"Searches for a known truth {outcome} ({mean}).")
+            if self.fault is Verdict.REJECTED:
+                sentences.append("The estimate is told far better: the search does not explain it.")
         elif self.search_succeeds:
             outcome = "end with models that pass for it" if self._calibrated else "come near it"
             sentences.append(f"Searches for a known truth {outcome}.")

@@ -52,6 +52,9 @@ PASSES, TELLS, BLIND = Examined(0.488, 0.6), Examined(0.64, 0.001), Examined(0.5
         ),
         ((), TELLS, MISS, ["search failed"]),
         (["classifiers can still tell"], TELLS, MISS, ["search failed"]),
+        # searches miss, but by far less than the estimate is told
+        ((), replace(TELLS, accuracy=0.967), MISS, ["model rejected"]),
+        ((), replace(TELLS, accuracy=0.85), MISS, ["search failed"]),
         # they do, but no better than they tell right models
         ((), replace(TELLS, accuracy=0.525), SUCCEED, ["converged"]),
         ((), replace(TELLS, accuracy=0.515), MISS, ["search unreliable"]),
@@ -88,6 +91,11 @@ def test_a_passing_estimate_whose_search_misses_known_truths_has_not_failed():
         "The estimate passes: fresh classifiers cannot tell held-out samples from the model (accuracy 0.488, p = 0.600).",
         "Searches for a known truth end with models that classifiers tell from it (mean accuracy 0.684).",
     )
+
+
+def test_what_a_search_that_misses_does_not_explain_is_said():
+    found = Judgment((), replace(TELLS, accuracy=0.967), **MISS)
+    assert "The estimate is told far better: the search does not explain it." in found.sentences
 
 
 def test_a_test_that_would_not_notice_cannot_say():
