@@ -4,7 +4,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from .errors import RefusedError, Text, brief, refuse
+from .errors import RefusedError, Text, brief, refuse, require
 
 # By the kind of the array that is wanted (NumPy's letters): kinds that are converted to it, and
 # how messages call it.
@@ -59,6 +59,14 @@ def array(
         position = tuple(int(index) for index in np.argwhere(~np.isfinite(numbers))[0])
         rejected("be finite", f"{numbers[position]} at {position} of {_letters(axes)}")
     return numbers.astype(dtype, copy=False)
+
+
+def check_tank(tank_cm: Any) -> None:
+    """Reject width and height of a tank (cm) that are not two lengths; None is no tank."""
+    if tank_cm is None:
+        return
+    fits = np.shape(tank_cm) == (2,) and all(0 < side < np.inf for side in tank_cm)
+    require(fits, "tank_cm", "be two finite numbers above 0, or None", brief(tank_cm))
 
 
 def _convertible(numbers: np.ndarray, dtype: "np.dtype[Any]") -> bool:

@@ -113,11 +113,6 @@ class Callers(Given):
     cluster: str | None = None
     """A Dask scheduler whose workers do that, as tcp://10.0.0.1:8786."""
 
-    def refuse(self, case: str) -> None:
-        """Refuse the options where nobody calls a simulator."""
-        for name, value in self.given.items():
-            refuse(f"--{name}", f"be left out for {case}", str(value))
-
     @contextmanager
     def options(self) -> Iterator[dict[str, Any]]:
         """Yield what `infer`, `resume` and `check` take."""

@@ -73,8 +73,7 @@ def compare(
         rule = "be left out for finished runs"
         options: dict[str, Any] = {"model": model, "generations": generations, "trials": trials}
         options |= {"tolerance": tolerance, "config": config, "set": settings}
-        sampling.refuse_beside(rule, **options)
-        callers.refuse("finished runs")
+        sampling.refuse_beside(rule, **options, **callers.given)
         return _finished(motion, 1 if seed is None else seed, quick, out, force, as_json)
     models = model or []
     require(len(models) > 1, "--model", "be given twice or more often", len(models), EXAMPLE)
@@ -114,10 +113,13 @@ def _conduct(
         if not as_json:
             tell_learning(done, steps)
 
-    subjects = tl.comparison.recorded_subjects(options, content["models"], path, tell)
-    if not as_json:
-        for file in options["trajectories"]:
-            print_problems(file.name, tl.families.read_recording(file, "RECORDING", options))
+    recordings = []
+    for file in options["trajectories"]:
+        recording = tl.families.read_recording(file, "RECORDING", options)
+        recordings.append(recording)
+        if not as_json:
+            print_problems(file.name, recording)
+    subjects = tl.comparison.recorded_subjects(recordings, options, content["models"], path, tell)
     ahead = f"go on with: {tl.runs.resume_command(path)}"
     with ExitStack() as stack:
         should_stop = stack.enter_context(stopping(ahead))
@@ -165,8 +167,10 @@ def _finished(
     found = tl.comparison.examine_runs(results, subjects, examiners=_panel(quick=quick), seed=seed)
     _print(found, as_json)
     if out is not None:
-        command = shlex.join(["turing-learning", "compare", *map(str, paths)])
-        page = comparison_page(found, "Which run is hardest to tell?", command)
+        words = ["turing-learning", "compare", *map(str, paths), "--seed", str(seed)]
+        if quick:
+            words.append("--quick")
+        page = comparison_page(found, "Which run is hardest to tell?", shlex.join(words))
         tl.report.write_page(page, out)
         print(out, file=sys.stderr if as_json else sys.stdout)
 

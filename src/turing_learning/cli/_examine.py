@@ -3,7 +3,6 @@
 import json
 import shlex
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +11,7 @@ from cyclopts import Parameter
 import turing_learning as tl
 from turing_learning.errors import refuse, require
 
-from ._options import Integer, Real, Tracks
+from ._options import Against, Integer, Real, Tracks
 from ._tables import plain_console
 
 if TYPE_CHECKING:
@@ -24,16 +23,13 @@ ARRAYS = (".npy", ".npz")
 
 def test(
     *real: Path,
-    against: Annotated[list[Path] | None, Parameter(negative="", consume_multiple=True)] = None,
+    against: Against = Against(),  # noqa: B008 - frozen
     signals: str | None = None,
     window: Real | None = None,
     control: bool = False,
     quick: bool = False,
     seed: Integer = 0,
     tracks: Tracks = Tracks(),  # noqa: B008 - frozen
-    against_fps: Real | None = None,
-    against_pixels_per_cm: Real | None = None,
-    against_y_axis: str | None = None,
     out: Path | None = None,
     force: bool = False,
     as_json: Annotated[bool, Parameter("--json")] = False,
@@ -49,16 +45,12 @@ def test(
       turing-learning test monday.csv tuesday.csv --against model/*.csv --signals speed,turn --json
 
     :param real: Recordings of the real thing.
-    :param against: Simulated recordings, or any others.
     :param signals: What the examiners see, with commas: speed, turn, neighbor_distance, neighbor_bearing, polarization,
         area. By default all that there are, the last two where recordings are groups.
     :param window: Length of the samples (s); by default 5, or less where individuals are not there for so long.
     :param control: Test one half of the real groups against the other, too.
     :param quick: Leave the boosted trees out, which take most of the time.
     :param seed: Seed of all that is drawn; 0 by default.
-    :param against_fps: Frames per second of the simulated recordings; by default as stated, or as the real ones.
-    :param against_pixels_per_cm: Their pixels per cm; the same.
-    :param against_y_axis: Where y points in them; the same.
     :param out: Write a page (.html).
     :param force: Replace a page that is there.
     :param as_json: Print JSON.
@@ -70,7 +62,8 @@ def test(
     example = "For example: turing-learning test fish.csv --against simulated.csv"
     if not real:
         refuse("REAL", "be one recording or several", "none", example)
-    if not against:
+    others = against.against
+    if not others:
         refuse("--against", "be one recording or several", "none", example)
     if out is not None:
         refuse_target(out, name="out", suffixes=(".html",), force=force)
@@ -79,31 +72,22 @@ def test(
     names = None if signals is None else [name.strip() for name in signals.split(",")]
     arrays = [
         path.suffix.lower() in ARRAYS and tl.detection.holds_motion(path)
-        for path in (*real, *against)
+        for path in (*real, *others)
     ]
     if any(arrays):
         got = "samples and recordings"
         require(all(arrays), "REAL", "be recordings where the others are, or samples", got)
         remedy = "Arrays hold samples that are measured already."
         tracks.refuse_beside("be left out for samples", remedy, window=window)
-        sides = [_samples(real), _samples(against)]
-        several = len(real) > 1 and len(against) > 1
+        sides = [_samples(real), _samples(others)]
+        several = len(real) > 1 and len(others) > 1
         groups = [owners for _, owners in sides] if several else None
         outcome = tl.test(sides[0][0], sides[1][0], groups, names, **options)
     else:
         recordings = [tracks.read(path, "REAL") for path in real]
-        usual = {
-            name: value
-            for name, value in tracks.given.items()
-            if name in ("fps", "scale", "y_axis")
-        }
-        # faster recordings are thinned to the rate of the others, so `every` is for the real ones
-        against_tracks = replace(
-            tracks, fps=against_fps, scale=against_pixels_per_cm, y_axis=against_y_axis, every=None
-        )
-        simulated = [against_tracks.read(path, "--against", usual) for path in against]
-        for tracks_file in (*recordings, *simulated):
-            tracks_file.announce()
+        simulated = against.read(tracks)
+        for recording in (*recordings, *simulated):
+            recording.announce()
         options |= {"window_s": window, "smooth_frames": tracks.smooth or 1}
         outcome = tl.test(recordings, simulated, names=names, **options)
     if as_json:
@@ -111,9 +95,9 @@ def test(
     else:
         plain_console().print(outcome)
     if out is not None:
-        title = f"{_named(real)} against {_named(against)}"
+        title = f"{_named(real)} against {_named(others)}"
         command = shlex.join(
-            ["turing-learning", "test", *map(str, real), "--against", *map(str, against)]
+            ["turing-learning", "test", *map(str, real), "--against", *map(str, others)]
         )
         tl.report.write_page(test_page(outcome, title, command), out)
         print(out, file=sys.stderr if as_json else sys.stdout)

@@ -1,31 +1,24 @@
 """The command that makes a Turing test for people."""
 
-from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 import turing_learning as tl
-from turing_learning.errors import RefusedError, refuse, refusing_as, require
+from turing_learning.errors import RefusedError, refuse, refusing_as
 
 from ._open import opened, system_of
-from ._options import Integer, Real, Recording
+from ._options import Against, Integer, Real, Recording
 
 
 def game(
     run: Path,
     /,
     *more: Path,
-    against: Annotated[list[Path] | None, Parameter(negative="", consume_multiple=True)] = None,
+    against: Against = Against(),  # noqa: B008 - frozen
     pairs: Integer = 6,
     length: Real | None = None,
     seed: Integer = 0,
     title: str = "Which one is real?",
     recording: Recording = Recording(),  # noqa: B008 - frozen
-    against_fps: Real | None = None,
-    against_pixels_per_cm: Real | None = None,
-    against_y_axis: str | None = None,
     out: Path | None = None,
     force: bool = False,
 ) -> None:
@@ -41,14 +34,10 @@ def game(
 
     :param run: A run folder; with --against a recording of the real thing.
     :param more: Further recordings.
-    :param against: Simulated recordings.
     :param pairs: Number of pairs; 6 by default.
     :param length: Duration of a replay (s); by default 8, less where recordings have gaps, 60 of robots, ten times as fast.
     :param seed: Seed of all that is drawn, also of the sides; 0 by default.
     :param title: Heading of the page.
-    :param against_fps: Frames per second of the simulated recordings; by default as stated, or as the real ones.
-    :param against_pixels_per_cm: Their pixels per cm; the same.
-    :param against_y_axis: Where y points in them; the same.
     :param out: Page (.html) to write; RUN-game.html in this folder by default.
     :param force: Replace a file that exists.
     """
@@ -59,24 +48,16 @@ def game(
     refuse_target(
         page, name="out", suffixes=(".html",), force=force, replaceable=lambda path: not out and is_page(path)
     )  # fmt: skip
-    if against is None:
+    if against.against is None:
         remedy = "Give the simulated recordings with --against."
         if more or not tl.runs.RunFolder(run).is_run():
             refuse("RUN", "be a run folder", str(run), remedy)
-        rule = "be left out for a run"
-        for name, value in (
-            ("fps", against_fps),
-            ("pixels-per-cm", against_pixels_per_cm),
-            ("y-axis", against_y_axis),
-        ):
-            require(value is None, f"--against-{name}", rule, str(value), remedy)
+        against.refuse_beside("be left out for a run", remedy)
         system = system_of(run, recording, "comparison.game_of_run(load_run({run}), genuine=...)")
-        said = recording.remembered(run).longest_rest
-        rest_s = tl.trajectories.LONGEST_REST_S if said is None else said
         made = tl.comparison.game_of_run(
             opened(run),
             **system,
-            longest_rest_s=rest_s,
+            longest_rest_s=recording.longest_rest,
             pairs=pairs,
             length_s=length,
             seed=seed,
@@ -84,20 +65,7 @@ def game(
         )
     else:
         real = [recording.read(path, "RUN") for path in (run, *more)]
-        usual = {
-            name: value
-            for name, value in recording.given.items()
-            if name in ("fps", "scale", "y_axis")
-        }
-        # faster recordings are thinned to the rate of the others, so `every` is for the real ones
-        others = replace(
-            recording,
-            fps=against_fps,
-            scale=against_pixels_per_cm,
-            y_axis=against_y_axis,
-            every=None,
-        )
-        simulated = [others.read(path, "--against", usual) for path in against]
+        simulated = against.read(recording)
         options = {} if length is None else {"length_s": length}
         with refusing_as(RefusedError):
             made = tl.examination.game(

@@ -41,6 +41,15 @@ def option_of(name: str) -> str:
     return "--pixels-per-cm" if name == "scale" else f"--{name.replace('_', '-')}"
 
 
+def refuse_beside(rule: str, remedy: str = "", **options: Any) -> None:
+    """Reject the first option that is given; those that are not are None."""
+    for name, value in options.items():
+        if isinstance(value, list | tuple):
+            value = " ".join(map(str, value))
+        if value is not None:
+            refuse(option_of(name), rule, str(value), remedy)
+
+
 @dataclass(frozen=True)
 class Given:
     """Options of a command; those that are not given are None."""
@@ -49,6 +58,10 @@ class Given:
     def given(self) -> dict[str, Any]:
         """The options that are there, by their names in Python."""
         return {name: value for name, value in asdict(self).items() if value is not None}
+
+    def refuse_beside(self, rule: str, remedy: str = "", **others: Any) -> None:
+        """Reject the first option that is given, of these and of others."""
+        refuse_beside(rule, remedy, **self.given | others)
 
 
 @Parameter(name="*", group=RECORDED)
@@ -86,14 +99,6 @@ class Tracks(Given):
     smooth: Integer | None = None
     """Average positions over K frames, an odd number, before signals are measured; `detect` takes that of the run."""
 
-    def refuse_beside(self, rule: str, remedy: str = "", **others: Any) -> None:
-        """Reject the first option that is given, of these and of others, None if they are not."""
-        for name, value in (self.given | others).items():
-            if isinstance(value, list | tuple):
-                value = " ".join(map(str, value))
-            if value is not None:
-                refuse(option_of(name), rule, str(value), remedy)
-
     def read(
         self, path: Path, name: str, usual: Mapping[str, Any] | None = None
     ) -> "tl.Trajectories":
@@ -104,6 +109,37 @@ class Tracks(Given):
         from turing_learning.families import read_recording
 
         return read_recording(path, name, self.given, usual or {})
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Against(Given):
+    """Simulated recordings, and how they are read where not as the real ones."""
+
+    against: Annotated[list[Path] | None, Parameter(negative="", consume_multiple=True)] = None
+    """Simulated recordings, or any others."""
+    against_fps: Real | None = None
+    """Frames per second of the simulated recordings; by default as stated, or as the real ones."""
+    against_pixels_per_cm: Real | None = None
+    """Their pixels per cm; the same."""
+    against_y_axis: str | None = None
+    """Where y points in them; the same."""
+
+    def read(self, real: Tracks) -> "list[tl.Trajectories]":
+        """Open the simulated recordings."""
+        usual = {}
+        for name, value in real.given.items():
+            if name in ("fps", "scale", "y_axis"):
+                usual[name] = value
+        # faster recordings are thinned to the rate of the others, so `every` is for the real ones
+        tracks = replace(
+            real,
+            fps=self.against_fps,
+            scale=self.against_pixels_per_cm,
+            y_axis=self.against_y_axis,
+            every=None,
+        )
+        return [tracks.read(path, "--against", usual) for path in self.against or []]
 
 
 @Parameter(name="*", group=RECORDED)
@@ -141,10 +177,9 @@ class Recording(Sampling):
     """Family of models, see `turing-learning docs families`."""
 
     def motion(self) -> "RecordedSystem":
-        """Return what the options name; reject them where they do not name recordings and a family."""
+        """Return what the options name; reject them where they do not name recordings and a model."""
         from turing_learning.families import RecordedSystem
 
-        families = tl.families.MODELS
         recording = "--trajectories fish.txt --fps 25 --pixels-per-cm 12.3"
         example = f"For example: {recording} --model couzin"
         if not self.trajectories:
@@ -152,9 +187,6 @@ class Recording(Sampling):
         if self.model is None:
             remedy = (example, *self._missing_options())
             refuse("--model", "be given for recorded motion", "none", remedy)
-        rule = f"be one of {', '.join(families)}"
-        remedy_of_model = nearest(self.model, families)
-        require(self.model in families, "--model", rule, repr(self.model), remedy_of_model)
         return RecordedSystem(self.given)
 
     def _missing_options(self) -> tuple[Any, ...]:
@@ -173,8 +205,13 @@ class Recording(Sampling):
 
     def system(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
-        windows, family, recordings = self.motion().opened(progress=tell_learning)
-        parameters, unusual_ranges = self.motion().parameters(family, recordings)
+        motion = self.motion()
+        families = tl.families.MODELS
+        rule = f"be one of {', '.join(families)}"
+        remedy = nearest(str(self.model), families)
+        require(self.model in families, "--model", rule, repr(self.model), remedy)
+        windows, family, recordings = motion.opened(progress=tell_learning)
+        parameters, unusual_ranges = motion.parameters(family, recordings)
         paths = self.trajectories or []
         names = [titled(path) for path in paths]
         title = names[0]
@@ -184,7 +221,7 @@ class Recording(Sampling):
             title += f" and {len(paths) - 1} more"
         for name, recording in zip(names, recordings, strict=True):
             print_problems(name, recording)
-        social = tl.families.MODELS[str(self.model)].social
+        social = families[str(self.model)].social
         if social and all(len(recording.individuals) == 1 for recording in recordings):
             neighbors = f"what {self.model} says of neighbors"
             print(f"there is one individual: {neighbors} cannot be inferred")
@@ -196,7 +233,7 @@ class Recording(Sampling):
             "parameters": parameters,
             "name": self.model,
             "title": f"{title}, as {self.model}",
-            "provenance": {"recording": self.motion().entry},
+            "provenance": {"recording": motion.entry},
         }
 
     def remembered(self, run: Path) -> "Recording":

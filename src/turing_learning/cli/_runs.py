@@ -14,7 +14,16 @@ from turing_learning.errors import integer, refuse, require
 from . import _robots
 from ._command import Callers, Program
 from ._open import opened, system_of
-from ._options import Integer, Real, Recording, Settings, require_scenario, settings_of, watched
+from ._options import (
+    Integer,
+    Real,
+    Recording,
+    Settings,
+    refuse_beside,
+    require_scenario,
+    settings_of,
+    watched,
+)
 from ._stopping import FAILED, Interrupted, stopping
 from ._tables import plain_console, print_files, print_result, print_study
 
@@ -79,9 +88,9 @@ def infer(
     length = {"run.generations": generations, "run.trials": trials, "run.tolerance": tolerance}
     overrides, labels = settings_of(settings, {**length, "run.seed": seed, "run.threads": threads})
     if recording.given or program.given:
-        for option, value in (("SCENARIO", scenario), ("--passive", passive)):
-            if value is not None:
-                refuse(option, "be left out for recorded motion", repr(value))
+        rule = "be left out for recorded motion"
+        require(scenario is None, "SCENARIO", rule, repr(scenario))
+        require(passive is None, "--passive", rule, repr(passive))
         if program.given:
             rule = "be left out for a program and its series"
             replace(recording, range=None).refuse_beside(rule)
@@ -106,7 +115,7 @@ def infer(
         with callers.options() as options:
             _execute(partial(run, **options), path)
         return
-    callers.refuse("simulated robots, whose threads are --threads")
+    callers.refuse_beside("be left out for simulated robots, whose threads are --threads")
     require_scenario(scenario, config, SCENARIOS)
     chosen = scenario if passive is None else watched(scenario, passive)
     configuration = load_configuration(config, preset, overrides, scenario=chosen, labels=labels)
@@ -142,18 +151,18 @@ def resume(
     :param trust: Of a run in a laboratory whose laboratory.json you have edited: it names functions that are executed.
     """
     if tl.studies.is_study(run):
-        noun = "study, whose runs have one thread each"
-        of_runs = {"threads": threads, "trials": trials, "tolerance": tolerance}
-        _refuse_options(noun, **of_runs, trust=trust or None)
+        rule = "be left out for a study, whose runs have one thread each"
+        refuse_beside(
+            rule, threads=threads, trials=trials, tolerance=tolerance, trust=trust or None
+        )
         recording.refuse_beside("be left out for a study, which needs nothing but its folder")
         resumed = partial(tl.studies.resume_study, run, **callers.given)
         return _execute_study(resumed, run)
     if tl.comparison.is_comparison(run):
         from ._compare import resume_comparison
 
-        noun = "comparison"
-        _refuse_options(noun, trials=trials, tolerance=tolerance, trust=trust or None)
-        recording.refuse_beside("be left out for a comparison, which needs nothing but its folder")
+        rule = "be left out for a comparison, which needs nothing but its folder"
+        recording.refuse_beside(rule, trials=trials, tolerance=tolerance, trust=trust or None)
         resume_comparison(run, threads, callers)
         return None
     if threads is not None:
@@ -161,7 +170,7 @@ def resume(
     if tl.runs.is_laboratory_run(run):
         rule = "be left out for a run in a laboratory, which needs nothing but its folder"
         recording.refuse_beside(rule)
-        callers.refuse("a run in a laboratory")
+        callers.refuse_beside("be left out for a run in a laboratory")
         return _robots.resume_run(run, trust=trust, trials=trials, tolerance=tolerance)
     rule = "be left out for a run that takes place in no laboratory"
     require(not trust, "--trust", rule, "it", place=str(run))
@@ -170,20 +179,13 @@ def resume(
         system = system_of(run, recording, "resume({run}, genuine=..., simulate=...)")
         system.pop("recording", None)
     if tl.runs.RunFolder(run).configuration().system.simulated is not None:
-        callers.refuse("a single run of simulated robots")
+        callers.refuse_beside("be left out for a single run of simulated robots")
     resumed_run = partial(
         tl.resume, run, **system, threads=threads, trials=trials, tolerance=tolerance
     )
     with callers.options() as options:
         _execute(partial(resumed_run, **options), run)
     return None
-
-
-def _refuse_options(noun: str, **options: Any) -> None:
-    """Reject the first option that is given, as it is none of such a folder."""
-    for name, value in options.items():
-        if value is not None:
-            refuse(name, f"be left out for a {noun}", str(value), place=f"--{name}")
 
 
 def _is_finished(run: Path) -> bool:

@@ -3,15 +3,23 @@
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 import turing_learning as tl
-from turing_learning.errors import brief, choice, refuse, require
+from turing_learning.errors import choice, refuse, require
 
 from ._open import opened, system_of
-from ._options import Integer, Real, Recording, Settings, require_scenario, settings_of
+from ._options import (
+    Integer,
+    Real,
+    Recording,
+    Settings,
+    refuse_beside,
+    require_scenario,
+    settings_of,
+)
 
 if TYPE_CHECKING:
     from turing_learning.swarm import Scenario
@@ -66,29 +74,24 @@ def simulate(
     :param settings: Any setting, for example scenario.noise.wheel_speed_sd=0.1. Repeatable.
     """
     if scenario is None or not tl.runs.RunFolder(Path(scenario)).is_run():
-        _refuse_beside("be left out for robots", individuals=individuals, tank=tank)
+        refuse_beside("be left out for robots", individuals=individuals, tank=tank)
         swarm = _swarm(scenario, config, settings)
         _write_trial(swarm, _speeds(controller), robots, duration, seed, threads, out, force)
         return
     run = Path(scenario)
     result = opened(run)
-    _refuse_beside("be left out for a run", config=config, controller=controller, set=settings)
+    refuse_beside("be left out for a run", config=config, controller=controller, set=settings)
     simulated = result.configuration.system.simulated
     if simulated is None:
-        _refuse_beside("be left out for animals", robots=robots, threads=threads)
+        refuse_beside("be left out for animals", robots=robots, threads=threads)
         _write_animals(result, run, individuals, tank, duration, seed, out, force)
         return
-    _refuse_beside("be left out for robots", individuals=individuals, tank=tank)
+    refuse_beside("be left out for robots", individuals=individuals, tank=tank)
     reactive = len(result.estimate) == len(simulated.controller)
     rule = "be on controllers that are tables of wheel speeds"
     require(reactive and result.networks is None, "run", rule, "another one", place=scenario)
     speeds = list(result.simulated_model)
     _write_trial(simulated, speeds, robots, duration, seed, threads, out, force)
-
-
-def _refuse_beside(rule: str, **options: Any) -> None:
-    for name, value in options.items():
-        require(value is None, f"--{name}", rule, brief(value))
 
 
 def _speeds(controller: str | None) -> list[float] | None:

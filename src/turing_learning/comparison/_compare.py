@@ -5,16 +5,17 @@ import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from turing_learning._files import unused
+from turing_learning._files import digest_of, unused
 from turing_learning.errors import integer, require
 from turing_learning.examination import PANEL, Examiner, test_held_out
 from turing_learning.figures import Picture
+from turing_learning.models import Parameter
 from turing_learning.report import write_page
 from turing_learning.runs import Result, RunFolder, infer, resume, save_figures
 from turing_learning.store import FolderKind, RunFolderError, Store, check_folder, storage, writable
@@ -59,13 +60,19 @@ class Subject:
         """Return the parameters."""
         if self.parameters is not None:
             return self.parameters
-        known = getattr(self.simulate, "parameters", None)
-        rule = "say its parameters and their ranges by an attribute `parameters`"
-        got = "none" if known is None else "names without ranges"
-        remedy = "For example: Subject(windows, simulate, parameters={'speed': (0, 20)}), "
-        remedy += "or a function with simulate.parameters = {'speed': (0, 20)}."
-        require(isinstance(known, Mapping), "models", rule, got, remedy, place=name)
-        return read_parameters(known)
+        return suggested_ranges(self.simulate, "models", name)
+
+
+def suggested_ranges(simulate: Any, argument: str, model: str) -> dict[str, Parameter]:
+    """Return the parameters that a simulator has as its attribute; reject one without ranges."""
+    suggested = getattr(simulate, "parameters", None)
+    rule = "say its parameters and their ranges by an attribute `parameters`"
+    # Simulators of one model at a time, and programs, have a tuple of names.
+    got = "none" if suggested is None else "names without ranges"
+    remedy = "For example: simulate.parameters = {'speed': (0, 20)}. "
+    remedy += "In Python, comparison.Subject(windows, simulate, parameters={'speed': (0, 20)})."
+    require(isinstance(suggested, Mapping), argument, rule, got, remedy, place=model)
+    return read_parameters(suggested)
 
 
 def compare(
@@ -114,7 +121,7 @@ def compare(
     Raises
     ------
     RunFolderError
-        If the folder is refused, for example because it holds a comparison of other models or settings.
+        If the folder is refused, for example because it holds a comparison of other models, settings or recordings.
     ValueError
         If a value is refused.
 
@@ -142,7 +149,7 @@ def compare(
             head: dict[str, Any] = {
                 "models": list(subjects),
                 "settings": settings,
-                "systems": {name: _entry(name, subject) for name, subject in subjects.items()},
+                "systems": {name: _identity(name, subject) for name, subject in subjects.items()},
                 "remembered": remembered or {},
             }
             head = json.loads(json.dumps(head, default=_as_json))
@@ -239,18 +246,32 @@ def _plain(options: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _entry(name: str, subject: Subject) -> dict[str, Any]:
-    """Return what a run depends on beside its settings: ranges of the parameters, and where the motion is from."""
-    ranges = {
-        key: (parameter.low, parameter.high, parameter.scale, parameter.integer)
-        for key, parameter in read_parameters(subject.ranges(name)).items()
+def _identity(name: str, subject: Subject) -> dict[str, Any]:
+    """Return what a run depends on beside its settings: ranges, simulator, and the motion itself."""
+    windows = subject.windows
+    motion = windows.learning.tobytes() + windows.held_out.tobytes()
+    return {
+        "parameters": read_parameters(subject.ranges(name)),
+        "simulator": subject.simulate,
+        # Not by its path: a recording that has moved is the same one.
+        "windows": digest_of(motion),
     }
-    return {"parameters": ranges, "provenance": subject.provenance}
 
 
 def _as_json(value: Any) -> Any:
-    """Return a number or an array of numpy as Python has it, and anything else as its text."""
-    return value.tolist() if hasattr(value, "tolist") else str(value)
+    """Return what describes a value in JSON, the same in every process."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if is_dataclass(value):
+        content = {"type": type(value).__qualname__}
+        for attribute in fields(value):
+            if attribute.repr:
+                content[attribute.name] = getattr(value, attribute.name)
+        return content
+    if hasattr(value, "__qualname__"):
+        return f"{value.__module__}:{value.__qualname__}"
+    # An object lies at another address in each process.
+    return re.sub(r" at 0x[0-9a-fA-F]+", "", str(value))
 
 
 @contextmanager
@@ -263,7 +284,7 @@ def _begun(path: Path, head: dict[str, Any], *, force: bool) -> Iterator[Store]:
         stored = folder.head()
         same = all(stored.get(name) == head[name] for name in KIND.identity)
         remedy = "Choose another folder, or replace it with force=True."
-        got = f"{path}, a comparison of other models, settings, ranges or recordings"
+        got = f"{path}, a comparison of other models, settings, ranges, simulators or recordings"
         check_folder(same or force, "out", rule, got, remedy)
     else:
         # runs that belong to no comparison are nobody's to take over, or to remove

@@ -1,6 +1,6 @@
 """A game of a run: held-out genuine motion, and new motion of the estimate."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from turing_learning.examination import (
 from turing_learning.identifiability import Effort
 from turing_learning.identifiability.evidence import evidence_of
 from turing_learning.report import Game
-from turing_learning.runs import Result, swarm_replay
+from turing_learning.runs import Result, RunFolder, swarm_replay
 from turing_learning.swarm import execution_of, initial_poses
 from turing_learning.systems import Source
 from turing_learning.trajectories import LONGEST_REST_S, Trajectories, Windows
@@ -40,7 +40,7 @@ ATTEMPTS = 20
 
 def game_of_run(
     result: Result, *, genuine: Any = None, simulate: Any = None, recording: Sequence[Trajectories] = (),
-    longest_rest_s: float = LONGEST_REST_S, pairs: int = PAIRS, length_s: float | None = None, seed: int = 0,
+    longest_rest_s: float | None = None, pairs: int = PAIRS, length_s: float | None = None, seed: int = 0,
     title: str = "Which one is real?",
 ) -> Game:  # fmt: skip
     """Make a Turing test for people of a run: which motion is genuine, and which one that of the estimate?
@@ -58,7 +58,8 @@ def game_of_run(
         The recordings that the samples are from. Without them, or where the simulator does not say where everybody is,
         single individuals are shown, whose paths follow from the samples.
     longest_rest_s
-        Rest (s) at exactly one point beyond which positions stand for missing ones, as when windows were cut.
+        Rest (s) at exactly one point beyond which positions stand for missing ones. None takes that with which the run
+        has cut its windows, as its folder remembers it, else 10.
     pairs, seed, title
         As in `examination.game`.
     length_s
@@ -77,7 +78,8 @@ def game_of_run(
         model = result.simulated_model
         options: dict[str, Any] = {"title": title, "seed": seed}
         if record.configuration.system.simulated is not None:
-            length_s = SWARM_LENGTH_S if length_s is None else length_s
+            if length_s is None:
+                length_s = SWARM_LENGTH_S
             return _of_swarm(record.configuration, source, model, pairs, length_s, options)
         given = record.samples_and_simulator(genuine, simulate)
         windows = require_windows(given.genuine, str(result.path))
@@ -88,10 +90,12 @@ def game_of_run(
         groups = getattr(given.simulate, "groups", (given.simulate,))
         shares = getattr(given.simulate, "shares", (1.0,))
         if recording and hasattr(groups[0], "simulate"):
+            if length_s is None:
+                length_s = LENGTH_S
+            if longest_rest_s is None:
+                longest_rest_s = _longest_rest_s(result)
             held_out = _held_out(recording, windows, longest_rest_s)
-            frames, individuals = scene_size(
-                [held_out], pairs, LENGTH_S if length_s is None else length_s
-            )
+            frames, individuals = scene_size([held_out], pairs, length_s)
             individuals = min(individuals, *(group.individuals for group in groups))
             smooth = windows.smooth_frames
             real = scenes_of(held_out, frames, individuals, pairs, smooth, rng)
@@ -108,6 +112,16 @@ def game_of_run(
             chosen = rng.permutation(len(paths))[:pairs]
             shown.append(paths[chosen][:, :, None])
         return Game(real=shown[0], simulated=shown[1], **options)
+
+
+def _longest_rest_s(result: Result) -> float:
+    """Return the longest rest (s) that a run has believed when it cut its windows."""
+    stored = None
+    if result.path is not None:
+        stored = RunFolder(result.path).manifest().get("recording")
+    if not isinstance(stored, Mapping):
+        return LONGEST_REST_S
+    return float(stored["options"].get("longest_rest", LONGEST_REST_S))
 
 
 def _held_out(

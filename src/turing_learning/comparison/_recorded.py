@@ -6,32 +6,26 @@ from pathlib import Path
 from typing import Any
 
 from turing_learning.errors import require
-from turing_learning.families import (
-    Family,
-    Network,
-    RecordedSystem,
-    Replicates,
-    read_recording,
-    said_ranges,
-)
+from turing_learning.families import Family, Network, RecordedSystem, Replicates, said_ranges
 from turing_learning.runs import Result, RunFolder
-from turing_learning.systems import read_parameters
-from turing_learning.trajectories import SIGNALS, Windows
+from turing_learning.trajectories import SIGNALS, Trajectories, Windows
 
-from ._compare import RUNS, Subject
+from ._compare import RUNS, Subject, suggested_ranges
 
 ALONE = ("speed", "turn")
 """Signals of an individual without others."""
 
 
 def recorded_subjects(
-    options: Mapping[str, Any], models: Sequence[str], out: Path | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    recordings: Sequence[Trajectories], options: Mapping[str, Any], models: Sequence[str],
+    out: Path | None = None, progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Subject]:  # fmt: skip
     """Return models of recordings, all with the same windows.
 
     Parameters
     ----------
+    recordings
+        The motion, as `options` read it.
     options
         Those of commands that are given, by their names in Python, `trajectories` among them. Without `signals`, all that
         there are: those of neighbors where nobody is alone.
@@ -47,9 +41,8 @@ def recorded_subjects(
     ValueError
         If an option or a model is refused.
     """
-    motion = [read_recording(path, "trajectories", options) for path in options["trajectories"]]
     if "signals" not in options:
-        lonely = any(len(recording.individuals) == 1 for recording in motion)
+        lonely = any(len(recording.individuals) == 1 for recording in recordings)
         options = {**options, "signals": ",".join(ALONE if lonely else SIGNALS)}
     texts = [text for text in options.get("range") or () if text]
     used: set[str] = set()
@@ -57,31 +50,34 @@ def recorded_subjects(
     for name in models:
         require(name not in subjects, "--model", "be given once for each model", repr(name))
         system = RecordedSystem({**options, "model": name})
-        network = _learned_before(name, out)
-        windows, simulate, recordings = system.opened(network=network, progress=progress)
-        known = getattr(simulate, "parameters", None)
-        rule = "say its parameters and their ranges by an attribute `parameters`"
-        require(isinstance(known, Mapping), "--model", rule, name)
-        assert isinstance(known, Mapping)
-        own = [text for text in texts if text.partition("=")[0] in known]
+        network = _learned_before(system, out)
+        windows, simulate, motion = system.opened(
+            recordings=recordings, network=network, progress=progress
+        )
+        suggested = suggested_ranges(simulate, "--model", name)
+        own = [text for text in texts if text.partition("=")[0] in suggested]
         used.update(own)
         # families know which ranges fit a recording
         if isinstance(simulate, Family | Replicates):
             chosen = RecordedSystem({**system.options, "range": own})
-            parameters, _ = chosen.parameters(simulate, recordings)
+            parameters, _ = chosen.parameters(simulate, motion)
         else:
-            parameters = said_ranges(own, read_parameters(known))
+            parameters = said_ranges(own, suggested)
         subjects[name] = Subject(windows, simulate, parameters, {"recording": system.entry})
     for text in texts:
         require(text in used, "--range", "name a parameter of one of the models", repr(text))
     return subjects
 
 
-def _learned_before(name: str, out: Path | None) -> Network | None:
+def _learned_before(system: RecordedSystem, out: Path | None) -> Network | None:
     """Return the network of a run that was begun before: to learn it again would take minutes."""
-    if out is None or not RunFolder(out / RUNS / name).is_run():
+    if out is None:
         return None
-    return RunFolder(out / RUNS / name).network()
+    folder = RunFolder(out / RUNS / system.options["model"])
+    # A comparison that is to be replaced may be one of other recordings.
+    if not folder.is_run() or not system.same_motion(folder.manifest().get("recording")):
+        return None
+    return folder.network()
 
 
 def run_subjects(results: Mapping[str, Result]) -> dict[str, Subject]:
@@ -122,13 +118,13 @@ def run_subjects(results: Mapping[str, Result]) -> dict[str, Subject]:
         assert result.path is not None
         network = RunFolder(result.path).network()
         steps = own[name].steps
-        windows, simulate, _ = system.opened(steps, own[name].signals, network=network)
+        windows, simulate, motion = system.opened(steps, own[name].signals, network=network)
         if tuple(signals) != windows.names:
             blocks = windows.blocks
             if isinstance(simulate, Network):
                 simulate = replace(simulate, signals=tuple(signals))
             both = RecordedSystem({**system.options, "signals": ",".join(signals)})
-            windows, opened, _ = both.opened(steps, network=network)
+            windows, opened, _ = both.opened(steps, recordings=motion, network=network)
             if not isinstance(simulate, Network):
                 simulate = opened
             remedy = "Run all with the same --signals."

@@ -2,7 +2,7 @@
 
 import csv
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise, product
@@ -27,7 +27,7 @@ MOST_COMPRESSION = 200
 
 
 def checked_motion(
-    name: str, motion: Any, *, where: Callable[[int], str] = str, **sizes: int
+    name: str, motion: Any, individuals: Sequence[str] | None = None, **sizes: int
 ) -> np.ndarray:
     """Return motion (individuals, samples, T, D) as floats; reject other shapes and values."""
     remedy = "A classifier is calibrated for samples of one length."
@@ -40,11 +40,10 @@ def checked_motion(
     motion = array(name, motion, "individuals samples T D", **about)
     if not np.isfinite(motion).all():
         individual, sample, step, signal = np.argwhere(~np.isfinite(motion))[0]
-        location = (
-            f"individual {where(int(individual))}, sample {sample}, step {step}, signal {signal}"
-        )
+        label = individual if individuals is None else individuals[individual]
+        place = f"individual {label}, sample {sample}, step {step}, signal {signal}"
         value = str(motion[individual, sample, step, signal])
-        reject(name, "be finite", value, "Leave such samples out.", place=location)
+        reject(name, "be finite", value, "Leave such samples out.", place=place)
     return motion
 
 
@@ -129,7 +128,7 @@ def load_motion(
         fits = len(individuals) == len(values)
         rule = f"be one name for each of the {len(values)} individuals"
         check(fits, "individuals", rule, len(individuals), place=str(path))
-    samples = checked_motion("motion", values, where=individuals.__getitem__, T=steps, D=signals)
+    samples = checked_motion("motion", values, individuals, T=steps, D=signals)
     return Motion(individuals, samples)
 
 

@@ -286,10 +286,6 @@ class Detector:
             for name, times, own_scores in individuals
         )
 
-    def mean_scores(self, motion: np.ndarray) -> np.ndarray:
-        """Return the mean score (individuals,) of motion (individuals, samples, T, D); see `judge`."""
-        return _mean(self._judge_all(motion, "motion"))
-
     def with_false_alarms(self, share: float) -> "Detector":
         """Return a detector with another share of false alarms; nothing is judged again."""
         number("false_alarms", share, above=0, below=1, error=ConfigurationError)
@@ -355,8 +351,7 @@ class Detector:
     def _judge_all(
         self, motion: Any, name: str, names: tuple[str, ...] | None = None
     ) -> np.ndarray:
-        where = str if names is None else names.__getitem__
-        motion = checked_motion(name, motion, where=where, T=self.steps, D=self.signals)
+        motion = checked_motion(name, motion, names, T=self.steps, D=self.signals)
         return np.round(self.jury.score(motion), DIGITS)
 
 

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from turing_learning.figures import Picture
-from turing_learning.figures.style import BLUE, INK, MUTED, ORANGE, SKY, panel_grid
+from turing_learning.figures.one_run import quantities_figure
+from turing_learning.figures.style import BLUE, INK, MUTED, ORANGE, panel_grid
 from turing_learning.report import Listing, Report, report_page
 
 from ._statistics import named_statistics
@@ -106,10 +107,10 @@ def _pictures(result: TuringTest, statistics: Sequence[Telling]) -> list[Picture
 def _distributions(samples: Given, telling: Sequence[Telling]) -> "Figure":
     """Draw histograms of statistics, a panel each."""
     names, values = named_statistics(samples.windows, samples.names, samples.interval_s or 1.0)
-    titles = [cue.what for cue in telling]
-    panels = panel_grid(titles, 2.3)
+    panels = panel_grid([cue.what for cue in telling], 2.3)
     genuine = samples.labels > 0.5
-    for axes, cue in zip(panels.axes, telling, strict=True):
+    distributions = {}
+    for cue in telling:
         column = values[:, names.index(cue.what)]
         low, high = np.percentile(column, CENTRAL)
         if high <= low:
@@ -119,13 +120,14 @@ def _distributions(samples: Given, telling: Sequence[Telling]) -> "Figure":
         for side in (genuine, ~genuine):
             counts = np.histogram(np.clip(column[side], low, high), edges)[0]
             shares.append(counts / side.sum())
-        axes.stairs(shares[0], edges, fill=True, color=SKY, alpha=0.45, label="real")
-        axes.stairs(shares[1], edges, color=ORANGE, linewidth=1.3, label="simulated")
-        axes.set_ylim(bottom=0)
-        axes.set_xlabel("" if cue.unit == "%" else cue.unit, color=INK, fontsize=9)
+        distributions[cue.what] = (edges, shares[0], shares[1])
+    figure = quantities_figure(distributions, panels=panels, labels=("real", "simulated"))
+    for axes, cue in zip(panels.axes, telling, strict=True):
+        # Statistics are long names: they need smaller titles than one word does.
         axes.title.set_fontsize(8.5)
-    panels.axes[0].set_ylabel("Share", color=INK, fontsize=9.5)
-    return panels.with_legend(ncols=2)
+        if cue.unit != "%":
+            axes.set_xlabel(cue.unit, color=INK, fontsize=9)
+    return figure
 
 
 def _windows(result: TuringTest, pairs: Sequence[tuple[int, int]]) -> "Figure":

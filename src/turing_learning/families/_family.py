@@ -11,7 +11,7 @@ import numpy as np
 
 from turing_learning.errors import brief, integer, number, refuse, require
 
-from ..arrays import array
+from ..arrays import array, check_tank
 from ..models import Parameter
 from ..trajectories import SIGNALS, compute_signals
 
@@ -230,14 +230,6 @@ class Family(ABC):
 
 
 NEIGHBOR = {"neighbor_distance", "neighbor_bearing"}
-
-
-def check_tank(tank_cm: tuple[float, float] | None) -> None:
-    """Reject width and height of a tank (cm) that are not two lengths; None is no tank."""
-    if tank_cm is None:
-        return
-    fits = np.shape(tank_cm) == (2,) and all(math.isfinite(side) and side > 0 for side in tank_cm)
-    require(fits, "tank_cm", "be two finite numbers above 0, or None", brief(tank_cm))
 
 
 def offsets(positions: np.ndarray, period: float | None = None) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from turing_learning._files import write_atomically
+from turing_learning.arrays import check_tank
 from turing_learning.errors import brief, integer, refuse, require
 from turing_learning.kernels.imitation import (
     HISTORY,
@@ -25,7 +26,7 @@ from turing_learning.kernels.parallel import run_range
 from turing_learning.models import Parameter
 from turing_learning.trajectories import Trajectories, Windows
 
-from ._family import Family, check_tank
+from ._family import Family
 from ._tank import open_grid, recorded_grid, rectangle_grid, tanks_of
 
 GAINS = ("speed", "speed_noise", "turn_noise", "walls", "attraction", "alignment", "memory")

@@ -170,6 +170,15 @@ class RecordedSystem:
         options = {**self.options, "trajectories": [str(path.absolute()) for path in paths]}
         return {"options": options, "sha256": [_digest(path) for path in paths]}
 
+    def same_motion(self, stored: Mapping[str, Any] | None) -> bool:
+        """Return whether `entry` wrote the same content and options, wherever the files were."""
+        if stored is None:
+            return False
+        entry = self.entry
+        options = dict.fromkeys(("trajectories", "range"))
+        same_options = entry["options"] | options == stored["options"] | options
+        return bool(same_options and entry["sha256"] == stored["sha256"])
+
     def parameters(
         self, family: Family | Replicates, recordings: Sequence[Trajectories]
     ) -> tuple[dict[str, Parameter], list[str]]:
@@ -196,13 +205,14 @@ class RecordedSystem:
         steps: int | None = None,
         signals: Sequence[str] | None = None,
         *,
+        recordings: Sequence[Trajectories] | None = None,
         network: Network | None = None,
         progress: Callable[[int, int], None] | None = None,
     ) -> tuple[Windows, Family | Replicates, tuple[Trajectories, ...]]:
-        """Open the recordings, cut them into windows, by default of `steps` and `signals`, and fit the family of models to them.
+        """Open the recordings, unless they are given, cut them into windows, and fit the family of models to them.
 
-        Headings are not measured if the individuals of the family have none. A network is learned, with `progress`, unless
-        it is given.
+        Windows have `steps` and `signals` by default. Headings are not measured if the individuals of the family have none.
+        A network is learned, with `progress`, unless it is given.
         """
         option = self.options.get
         paths = self.options["trajectories"]
@@ -217,7 +227,9 @@ class RecordedSystem:
         )
         rule = f"be numbers of some of the {count} recordings, from 1, but not of all"
         require(fits, "hold_out_recordings", rule, repr(option("hold_out_recordings")))
-        motion = tuple(read_recording(path, "trajectories", self.options) for path in paths)
+        if recordings is None:
+            recordings = [read_recording(path, "trajectories", self.options) for path in paths]
+        motion = tuple(recordings)
         if not getattr(chosen, "headings", False):
             motion = tuple(replace(each, headings=None) for each in motion)
         fixed_steps = "window" not in self.options and steps is not None

@@ -261,18 +261,17 @@ def quantities_figure(
     distributions: Mapping[str, tuple[np.ndarray, np.ndarray, np.ndarray]],
     *,
     panels: Panels | None = None,
+    labels: tuple[str, str] = ("genuine", "simulated at the estimate"),
 ) -> "Figure":
-    """Draw distributions of genuine motion and of motion simulated at the estimate, one panel each.
+    """Draw distributions of genuine and of simulated motion, one panel each, with labels of both.
 
     `distributions` holds name -> edges of bins (B + 1,), shares of genuine and of simulated values
     in them (B,).
     """
     panels = panels or panel_grid(list(distributions), 2.1)
     for axes, (edges, genuine, simulated) in zip(panels.axes, distributions.values(), strict=True):
-        axes.stairs(genuine, edges, fill=True, color=SKY, alpha=0.45, label="genuine")
-        axes.stairs(
-            simulated, edges, color=ORANGE, linewidth=1.3, label="simulated at the estimate"
-        )
+        axes.stairs(genuine, edges, fill=True, color=SKY, alpha=0.45, label=labels[0])
+        axes.stairs(simulated, edges, color=ORANGE, linewidth=1.3, label=labels[1])
         axes.set_ylim(bottom=0)
     panels.label("Share", "")
     return panels.with_legend(ncols=2)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from turing_learning.errors import brief, integer, number, refuse, require
+from turing_learning.arrays import check_tank
+from turing_learning.errors import integer, number, refuse, require
 
 from ._signals import nearest_others, wrap
 from ._trajectories import Trajectories
@@ -106,9 +107,7 @@ def response_maps(
     remedy = "Give their scale, pixels_per_cm."
     require(recordings, "recordings", "be one or several", "none")
     require(in_cm, "recordings", "be in cm", "pixels", remedy)
-    if tank_cm is not None:
-        sides = np.shape(tank_cm) == (2,) and all(0 < side < np.inf for side in tank_cm)
-        require(sides, "tank_cm", "be two finite numbers above 0, or None", brief(tank_cm))
+    check_tank(tank_cm)
     number("lag_s", lag_s, above=0)
     integer("cells", cells, 3)
     parts = [_moments(recording, lag_s, tank_cm) for recording in recordings]

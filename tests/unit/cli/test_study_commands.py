@@ -141,7 +141,7 @@ def test_threads_are_refused_for_a_study(finished, call):
     code, _, err = call("resume", finished, "--threads", 2)
     assert code == 2
     assert err.startswith(
-        "error: `threads` must be left out for a study, whose runs have one thread each; got 2"
+        "error: `--threads` must be left out for a study, whose runs have one thread each; got 2"
     )
 
 

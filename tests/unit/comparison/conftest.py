@@ -27,5 +27,5 @@ def run(recorded, done, tmp_path_factory):
     """A short run on it."""
     path = tmp_path_factory.mktemp("runs") / "walk"
     options = ("--trajectories", recorded, *READ, "--model", "burst-and-coast", "--window", "1")
-    done("infer", *options, *SMALL, "--out", path)
+    done("infer", *options, *SMALL, "--longest-rest", "20", "--out", path)
     return path

@@ -1,6 +1,7 @@
 """Comparisons: the ranking, its intervals, and what is resumed."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -113,9 +114,21 @@ def test_the_command_compares_families_and_functions_and_goes_on(
     # the same again, from the folder alone: nothing is inferred anew
     assert call("resume", "c")[0] == 0
     assert json.loads((tmp_path / "c" / "result.json").read_text()) == found
+    # nor where the recording has moved
+    moved = shutil.copy(recorded, tmp_path / "moved.csv")
+    assert call("compare", moved, *asked[2:], "--quick", "--out", "c")[0] == 0
+    code, _, err = call(*asked, "--quick", "--out", "c", "--smooth", "3")
+    assert code == 2
+    assert "a comparison of other models, settings, ranges, simulators or recordings" in err
+    # a run of a function is opened as those of families are, but says nowhere where animals are
+    assert call("game", "c/runs/mine-simulate", "--pairs", "1")[0] == 0
+    code, _, err = call("simulate", "c/runs/mine-simulate", "--out", "animals.csv")
+    assert code == 2
+    assert "must be a family of models, which says where everybody is" in err
     both = ("c/runs/burst-and-coast", "c/runs/mine-simulate")
     code, out, err = call("compare", *both, "--quick", "--json", "--out", "page.html")
     assert code == 0, err
+    assert "--seed 1 --quick" in (tmp_path / "page.html").read_text()
     again = json.loads(out)
     assert [model["accuracy"] for model in again["models"]] == [
         model["accuracy"] for model in found["models"]
@@ -138,7 +151,7 @@ def test_runs_with_other_signals_are_compared_in_all_of_them(call, run, recorded
         (("--model", "couzin", "--model", "couzin"), "`--model` must be given once for each model"),
         (
             ("--model", "couzin", "--model", "math:cos"),
-            "must say its parameters and their ranges by an attribute `parameters`; got math:cos",
+            "must say its parameters and their ranges by an attribute `parameters`; got none [math:cos]",
         ),
         (
             ("--model", "couzin", "--model", "boids", "--range", "sped=0:1"),
@@ -172,6 +185,10 @@ def test_other_ranges_are_another_comparison(windows, tmp_path):
     assert tl.compare(models_of(windows, 20), out=out, **STOPPED).unfinished
     with pytest.raises(RunFolderError, match="a comparison of other models, settings, ranges"):
         tl.compare(models_of(windows, 5), out=out, **STOPPED)
+    # the same ranges, but individuals of one family that vary otherwise
+    even, uneven = models_of(windows, 20).values()
+    with pytest.raises(RunFolderError, match="settings, ranges, simulators or recordings"):
+        tl.compare({"even": uneven, "uneven": even}, out=out, **STOPPED)
 
 
 @pytest.mark.parametrize("force", [False, True])

@@ -18,9 +18,19 @@ def system(run):
     return {"genuine": windows, "simulate": family, "recording": motion}
 
 
-def test_scenes_of_a_run_are_of_frames_that_are_held_out(run, system):
+def test_scenes_of_a_run_are_of_frames_that_are_held_out(run, system, monkeypatch):
+    rests = []
+    cleared = tl.Trajectories.cleared
+
+    def noted(recording, **options):
+        rests.append(options["longest_rest_s"])
+        return cleared(recording, **options)
+
+    monkeypatch.setattr(tl.Trajectories, "cleared", noted)
     made = game_of_run(tl.load_run(run), **system, pairs=3, length_s=1.0, seed=1)
     assert made.real.shape == made.simulated.shape == (3, 11, 4, 2)
+    # as the run has cut its windows
+    assert rests == [20]
     (recording,) = system["recording"]
     (held_out,) = system["genuine"].frames("held out")
     (learned,) = system["genuine"].frames("learning")
@@ -33,6 +43,16 @@ def test_scenes_of_a_run_are_of_frames_that_are_held_out(run, system):
         assert not learned[shown].any()
     again = game_of_run(tl.load_run(run), **system, pairs=3, length_s=1.0, seed=1)
     assert np.array_equal(again.simulated, made.simulated)
+
+
+def test_a_recording_is_known_by_its_content_not_by_its_place(run):
+    stored = tl.runs.RunFolder(run).manifest()["recording"]
+    system = RecordedSystem.remembered(stored)
+    moved = stored["options"] | {"trajectories": ["elsewhere.csv"]}
+    assert system.same_motion(stored | {"options": moved})
+    assert not system.same_motion(stored | {"sha256": ["0"]})
+    assert not system.same_motion(stored | {"options": moved | {"smooth": 3}})
+    assert not system.same_motion(None)
 
 
 def test_without_positions_single_paths_are_shown_and_other_runs_refused(run, system):

@@ -8,6 +8,7 @@ import numpy as np
 
 from turing_learning.errors import Setting, Text, refuse
 
+from .._implausible import LEAST_RATE, MOST_RATE
 from .._recording import LARGEST, refusal, refuse_first
 
 IN_UNITS = {
@@ -28,8 +29,6 @@ LARGEST_START_S = 1e8
 """First time (s) from which on times count since another age, as those of computers since 1970."""
 PER_SECOND = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600, "days": 1 / 86400}
 """Units in which times may be, and frames per second where there is one in such a unit."""
-LEAST_RATE, MOST_RATE = 1.0, 2000.0
-"""Frame rates (1/s) that times alone state; beyond them they are likely in another unit than s."""
 VIDEO_RATES = (24.0, 25.0, 29.97, 30.0)
 """Frequent frame rates (1/s), which in minutes are rates of fast cameras."""
 USUAL_RATE = 30.0
