@@ -307,7 +307,8 @@ def number(
     """
     converted = math.nan
     if isinstance(value, Real) and not isinstance(value, bool):
-        with suppress(OverflowError):  # an integer beyond the floats
+        # an integer beyond the floats
+        with suppress(OverflowError):
             converted = float(value)
     fits = math.isfinite(converted)
     rules = []

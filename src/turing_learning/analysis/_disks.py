@@ -5,7 +5,8 @@ import numpy as np
 from ..arrays import array
 from ..errors import integer, number
 
-CENTERS = 24  # tried along each edge of the lattice's cell; a finer grid finds nothing smaller for 2 to 100 disks
+# tried along each edge of the lattice's cell; a finer grid finds nothing smaller for 2 to 100 disks
+CENTERS = 24
 
 
 def dispersion(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndarray:

@@ -44,10 +44,10 @@ def replace_unknown(
 
     That is None for a file, and `UNKNOWN` in Python: as one and the same object, so that lists of it are equal.
     """
-    return {
-        name: [bound if is_known(bound) else instead for bound in bounds]
-        for name, bounds in interval.items()
-    }
+    replaced = {}
+    for name, bounds in interval.items():
+        replaced[name] = [bound if is_known(bound) else instead for bound in bounds]
+    return replaced
 
 
 def estimate(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
@@ -97,11 +97,11 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
         As for `estimate`.
     """
     tail = _last(typical_models, window)
-    middle, bounds = np.median(tail, axis=0), np.percentile(tail, CENTRAL, axis=0)
-    pairs = zip(tail.T, _moves(tail), strict=True)
-    growth = np.array(
-        [_growth(_independent(series)) if moves else UNKNOWN for series, moves in pairs]
-    )
+    middle = np.median(tail, axis=0)
+    bounds = np.percentile(tail, CENTRAL, axis=0)
+    growth = np.full(tail.shape[1], UNKNOWN)
+    for p in np.flatnonzero(_moves(tail)):
+        growth[p] = _growth(_independent(tail[:, p]))
     return (middle + growth * (bounds - middle)).T
 
 
@@ -118,11 +118,15 @@ def _growth(count: float) -> float:
 
 def _independent(series: np.ndarray) -> float:
     """Return how many independent values tell as much as a series (W,) that moves, by Geyer's initial positive sequence."""
-    count, deviations = len(series), series - series.mean()
+    count = len(series)
+    deviations = series - series.mean()
+    # twice as long, so that the end of the series does not meet its beginning
     spectrum = np.fft.rfft(deviations / np.abs(deviations).max(), 2 * count)
     correlations = np.fft.irfft(spectrum * spectrum.conj(), 2 * count)[:count]
     pairs = correlations[: count // 2 * 2].reshape(-1, 2).sum(axis=1) / correlations[0]
-    positive = pairs[: int(np.argmax(pairs <= 0))] if (pairs <= 0).any() else pairs
+    positive = pairs
+    if (pairs <= 0).any():
+        positive = pairs[: int(np.argmax(pairs <= 0))]
     return max(count / max(2 * positive.sum() - 1, 1.0), FEWEST)
 
 
@@ -171,12 +175,10 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
         As for `pooled_estimate`.
     """
     typical = _checked_runs(typical_models)
-    estimates, count = np.median(typical, axis=1), len(typical)
-    scatter = (
-        stdtrit(count - 1, CENTRAL[1] / 100)
-        * np.sqrt(1 + 1 / count)
-        * estimates.std(axis=0, ddof=1)
-    )
+    estimates = np.median(typical, axis=1)
+    count = len(typical)
+    factor = stdtrit(count - 1, CENTRAL[1] / 100) * np.sqrt(1 + 1 / count)
+    scatter = factor * estimates.std(axis=0, ddof=1)
     wandering = np.stack([_wandering(runs) for runs in np.moveaxis(typical, 2, 0)], axis=1)
     low, high = np.hypot(wandering, scatter)
     varies = wandering.any(axis=0) | (np.ptp(estimates, axis=0) > 0)
@@ -206,7 +208,8 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
     scores = normal_scores(typical.reshape(-1, parameters)).reshape(typical.shape)
     moves = _moves(np.moveaxis(typical, 1, 0))
     moving = moves.sum(axis=0)
-    scatter, unknown = scores.var(axis=1).sum(axis=0, where=moves), np.full(parameters, UNKNOWN)
+    scatter = scores.var(axis=1).sum(axis=0, where=moves)
+    unknown = np.full(parameters, UNKNOWN)
     within = np.divide(scatter, moving, out=unknown, where=moving > 0)
     between = scores.mean(axis=1).var(axis=0, ddof=1)
     return np.sqrt(1 + between / within)
@@ -232,16 +235,14 @@ def mixed_interval(
     stated = np.array(intervals)
     draw_bounds = np.stack([np.quantile(draw, (0.05, 0.95), axis=0).T for draw in draws])
     widened = (np.ptp(stated, axis=2) > 1.001 * np.ptp(draw_bounds, axis=2)).any(axis=0)
-    bounds[widened] = np.stack((stated[..., 0].min(axis=0), stated[..., 1].max(axis=0)), axis=1)[
-        widened
-    ]
+    spans = np.stack((stated[..., 0].min(axis=0), stated[..., 1].max(axis=0)), axis=1)
+    bounds[widened] = spans[widened]
+    if len(draws) == 1:
+        return bounds, np.full(parameters, UNKNOWN)
     middles = np.array([np.median(draw, axis=0) for draw in draws])
-    squares = (
-        (middles - middles.mean(axis=0)) ** 2 / np.array([draw.var(axis=0) for draw in draws])
-    ).sum(axis=0)
-    return bounds, np.sqrt(squares / (len(draws) - 1)) if len(draws) > 1 else np.full(
-        parameters, UNKNOWN
-    )
+    variances = np.array([draw.var(axis=0) for draw in draws])
+    squares = ((middles - middles.mean(axis=0)) ** 2 / variances).sum(axis=0)
+    return bounds, np.sqrt(squares / (len(draws) - 1))
 
 
 def _wandering(runs: np.ndarray) -> np.ndarray:
@@ -255,12 +256,8 @@ def _wandering(runs: np.ndarray) -> np.ndarray:
 
 def _checked_runs(typical_models: np.ndarray) -> np.ndarray:
     typical = array("typical_models", typical_models, "runs W P")
-    require(
-        len(typical) >= 2,
-        "typical_models",
-        "be of shape (runs, W, P) with at least 2 runs",
-        typical.shape,
-    )
+    rule = "be of shape (runs, W, P) with at least 2 runs"
+    require(len(typical) >= 2, "typical_models", rule, typical.shape)
     return typical
 
 

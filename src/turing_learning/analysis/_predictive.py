@@ -1,6 +1,7 @@
 """A look at an estimate from outside: do samples simulated at it resemble the genuine ones, by statistics that no run uses?"""
 
 from dataclasses import dataclass
+from itertools import compress, product
 
 import numpy as np
 
@@ -113,25 +114,26 @@ def predictive_check(
         samples = np.concatenate((simulated, others[0][nearest]))
         models = np.concatenate((parameters, others[1][nearest]))
     labels, table = window_statistics(np.concatenate((genuine, samples)), names)
-    count, fresh = len(genuine), len(simulated)
-    genuine_rows, fresh_rows = table[:count], table[count : count + fresh]
+    count = len(genuine)
+    genuine_rows = table[:count]
+    fresh_rows = table[count : count + len(simulated)]
     # of a simulator without noise all genuine samples are alike, and draws differ by more: they need to surround them
     varies = genuine_rows.std(axis=0) > STILL * fresh_rows.std(axis=0) + 1e-9
-    apart = np.abs(genuine_rows.mean(axis=0) - fresh_rows.mean(axis=0)) / (
-        fresh_rows.std(axis=0) + 1e-9
-    )
+    distance = np.abs(genuine_rows.mean(axis=0) - fresh_rows.mean(axis=0))
+    apart = distance / (fresh_rows.std(axis=0) + 1e-9)
     apart[varies] = 0
     if apart.max() > SURROUNDED:
         return PredictiveCheck(0.0, labels[int(np.argmax(apart))], float(apart.max()))
     if not varies.any():
         return PredictiveCheck(1.0, "", 0.0)
-    scores = normal_scores(table)
-    observed, scores = scores[:count], scores[count:]
-    labels = [label for label, varying in zip(labels, varies, strict=True) if varying]
-    observed, scores = observed[:, varies], scores[:, varies]
+    labels = list(compress(labels, varies))
+    every_score = normal_scores(table)[:, varies]
+    observed = every_score[:count]
+    scores = every_score[count:]
 
     # how the statistics change with the parameters: ever nearer to the draw that explains them best
-    offsets, drawn = (models - center) / scale, (draws - center) / scale
+    offsets = (models - center) / scale
+    drawn = (draws - center) / scale
     best = np.zeros(offsets.shape[1])
     for share in NARROWER:
         fit = _regression(offsets, scores, best, share)
@@ -157,17 +159,17 @@ def resemblance(
     _, table = window_statistics(np.concatenate((first, second)), names)
     scores = normal_scores(table)
     scores = scores[:, scores.std(axis=0) > 1e-6]
-    count, second_count = len(first), len(second)
-    centered = np.concatenate(
-        (scores[:count] - scores[:count].mean(axis=0), scores[count:] - scores[count:].mean(axis=0))
-    )
+    count = len(first)
+    of_both = (scores[:count], scores[count:])
+    centered = np.concatenate([of_one - of_one.mean(axis=0) for of_one in of_both])
     deviation, whitening = _whitened(centered.T @ centered / len(centered))
     total = scores.sum(axis=0)
-    rows = np.stack(
-        [np.arange(count), *(rng.permutation(len(scores))[:count] for _ in range(PERMUTATIONS))]
-    )
-    of_first = _row_means(scores, rows)
-    of_second = (total - count * of_first) / second_count
+    # the samples as they are come first: what surprises as much as they do counts
+    exchanged = [np.arange(count)]
+    for _ in range(PERMUTATIONS):
+        exchanged.append(rng.permutation(len(scores))[:count])
+    of_first = _row_means(scores, np.stack(exchanged))
+    of_second = (total - count * of_first) / len(second)
     return _surprise(of_first - of_second, deviation, whitening)
 
 
@@ -195,6 +197,7 @@ def _regression(
     """Fit scores (S, F) of samples at places (S, P), by that share of them that is nearest to a center (P,)."""
     terms = _terms(models - center)
     remoteness = ((models - center) ** 2).sum(axis=1)
+    # as many effective samples, and at least four for each coefficient
     wanted = min(max(share * len(models), 4.0 * terms.shape[1]), 0.9 * len(models))
     width = 10 * float(remoteness.mean()) + 1e-12
     weights = np.exp(-0.5 * remoteness / width)
@@ -257,44 +260,37 @@ def window_statistics(samples: np.ndarray, names: tuple[str, ...]) -> tuple[list
         add(f"change of {name} per step", np.abs(np.diff(series, axis=1)).mean(axis=1))
         half = steps // 2
         add(f"trend of {name}", series[:, half:].mean(axis=1) - series[:, :half].mean(axis=1))
-        add(
-            f"drift of spread of {name}",
-            series[:, half:].std(axis=1) - series[:, :half].std(axis=1),
-        )
+        drift = series[:, half:].std(axis=1) - series[:, :half].std(axis=1)
+        add(f"drift of spread of {name}", drift)
         if steps >= 2 * SHORT:
-            for level, quantile in zip(
-                QUANTILES, np.quantile(series, QUANTILES, axis=1), strict=True
-            ):
+            quantiles = np.quantile(series, QUANTILES, axis=1)
+            for level, quantile in zip(QUANTILES, quantiles, strict=True):
                 add(f"{level:g} quantile of {name}", quantile)
+            # rests, and values that a tracker repeats
             rounded = np.isclose(series[:, 1:], series[:, :-1], rtol=0, atol=1e-12)
             add(f"share of steps without a change of {name}", rounded.mean(axis=1))
         for lag in LAGS:
             if 2 * lag < steps:
-                add(
-                    f"correlation of {name} over {lag} steps",
-                    _correlation(series[:, :-lag], series[:, lag:]),
-                )
+                correlation = _correlation(series[:, :-lag], series[:, lag:])
+                add(f"correlation of {name} over {lag} steps", correlation)
     if signals > 1:
-        center = values.reshape(-1, signals)
-        center_mean = center.mean(axis=0)
-        spreads, directions = np.linalg.eigh(np.atleast_2d(np.cov(center.T)))
+        # what signals do together shows along the directions in which they vary together
+        flat = values.reshape(-1, signals)
+        around = values - flat.mean(axis=0)
+        spreads, directions = np.linalg.eigh(np.atleast_2d(np.cov(flat.T)))
         for direction in range(signals):
-            projected = (
-                (values - center_mean)
-                @ directions[:, direction]
-                / np.sqrt(max(spreads[direction], 1e-12))
-            )
+            deviation = np.sqrt(max(spreads[direction], 1e-12))
+            projected = around @ directions[:, direction] / deviation
             add(f"mean along direction {direction + 1}", projected.mean(axis=1))
             add(f"spread along direction {direction + 1}", (projected**2).mean(axis=1))
     if 1 < signals <= PAIRS and steps > SHORT:
-        for first in range(signals):
-            for second in range(signals):
-                if first < second:
-                    label = f"correlation of {names[first]} and {names[second]}"
-                    add(label, _correlation(values[:, :, first], values[:, :, second]))
-                if first != second:
-                    label = f"correlation of {names[first]} with the next {names[second]}"
-                    add(label, _correlation(values[:, :-1, first], values[:, 1:, second]))
+        for k, j in product(range(signals), repeat=2):
+            if k < j:
+                label = f"correlation of {names[k]} and {names[j]}"
+                add(label, _correlation(values[:, :, k], values[:, :, j]))
+            if k != j:
+                label = f"correlation of {names[k]} with the next {names[j]}"
+                add(label, _correlation(values[:, :-1, k], values[:, 1:, j]))
     return labels, np.column_stack(columns)
 
 

@@ -117,9 +117,8 @@ class Jury:
 
     classifier: Classifier  #: Judges
     genomes: np.ndarray  #: (N, Q), those that vote
-    weights: (
-        np.ndarray
-    )  #: (N,), of the votes, summing to 1; none where no classifier can tell samples apart
+    #: (N,), of the votes, summing to 1; none where no classifier can tell samples apart
+    weights: np.ndarray
 
     def votes(self, samples: np.ndarray) -> np.ndarray:
         """Return whether each classifier judges each of samples (..., T, D) genuine (N, ...)."""

@@ -31,12 +31,13 @@ def signal_statistics(windows: np.ndarray) -> np.ndarray:
     """
     steps = np.diff(windows, axis=1)
     around = windows - windows.mean(axis=1, keepdims=True)
-    correlation = (around[:, 1:] * around[:, :-1]).mean(axis=1) / np.maximum(
-        (around**2).mean(axis=1), 1e-12
-    )
-    ordered = np.sort(windows, axis=1)  # much faster than percentiles
+    variance = np.maximum((around**2).mean(axis=1), 1e-12)
+    correlation = (around[:, 1:] * around[:, :-1]).mean(axis=1) / variance
+    # Much faster than percentiles.
+    ordered = np.sort(windows, axis=1)
     at = np.array(QUANTILES) * (windows.shape[1] - 1)
-    low, fraction = at.astype(int), (at % 1)[:, None]
+    low = at.astype(int)
+    fraction = (at % 1)[:, None]
     quantiles = (1 - fraction) * ordered[:, low] + fraction * ordered[:, np.ceil(at).astype(int)]
     columns = (
         windows.mean(axis=1),
@@ -82,16 +83,19 @@ def rhythm_statistics(windows: np.ndarray) -> np.ndarray:
         Of each signal the shares of up to eight bands of frequencies in its power, and the skewness and kurtosis of its
         values and of its changes. Of each two signals the correlation of their magnitudes, at five delays.
     """
-    length, count = windows.shape[1], windows.shape[2]
+    length = windows.shape[1]
+    count = windows.shape[2]
     around = windows - windows.mean(axis=1, keepdims=True)
+    # Without a window of Hann the ends, which do not meet, would be seen at all frequencies.
     power = np.abs(np.fft.rfft(around * np.hanning(length)[:, None], axis=1))[:, 1:] ** 2
     power /= np.maximum(power.mean(axis=1, keepdims=True), 1e-12)
-    columns = [
-        np.log(power[:, low:high].mean(axis=1) + 1e-3) for low, high in pairwise(_edges(length))
-    ]
+    columns = []
+    for low, high in pairwise(_edges(length)):
+        columns.append(np.log(power[:, low:high].mean(axis=1) + 1e-3))
     for values in (windows, np.diff(windows, axis=1)):
         unit = standardized(values)
-        squares = unit * unit  # much faster than powers
+        # Products are much faster than powers.
+        squares = unit * unit
         skewness = (squares * unit).mean(axis=1)
         columns += [skewness / (1 + np.abs(skewness)), np.log(1 + (squares * squares).mean(axis=1))]
     size = np.ascontiguousarray(np.moveaxis(standardized(np.abs(windows)), 2, 0))
@@ -105,8 +109,11 @@ def rhythm_statistic_names(names: Sequence[str], length: int, interval_s: float)
     """Return the names (F,) of what `rhythm_statistics` returns for windows of so many steps of a duration (s)."""
     titles = []
     for low, high in pairwise(_edges(length)):
-        slow, fast = length * interval_s / (low + 1), length * interval_s / high
-        period = f"{slow:.2g} s" if high == low + 1 else f"{fast:.2g} to {slow:.2g} s"
+        slow = length * interval_s / (low + 1)
+        fast = length * interval_s / high
+        period = f"{slow:.2g} s"
+        if high > low + 1:
+            period = f"{fast:.2g} to {period}"
         titles += [f"rhythm of {name}, {period}" for name in names]
     titles += [f"asymmetry of {name}" for name in names]
     titles += [f"rare large values of {name}" for name in names]
@@ -120,23 +127,28 @@ def rhythm_statistic_names(names: Sequence[str], length: int, interval_s: float)
 
 def delays(length: int) -> list[int]:
     """Return the delays (steps) at which signals of windows of so many steps are correlated."""
-    return [int(np.sign(divisor)) * (length // abs(divisor)) if divisor else 0 for divisor in LAGS]
+    steps = []
+    for divisor in LAGS:
+        steps.append(int(np.sign(divisor)) * (length // max(abs(divisor), 1)))
+    return steps
 
 
 def together(signal: str, partner: str, delay_s: float) -> str:
     """Return in words which two signals go together; the first is later if the delay is above 0."""
     if delay_s == 0:
         return f"{signal} and {partner} together"
-    early, late = (partner, signal) if delay_s > 0 else (signal, partner)
-    return f"{early} and {late} {abs(delay_s):.2g} s later"
+    if delay_s > 0:
+        return f"{partner} and {signal} {delay_s:.2g} s later"
+    return f"{signal} and {partner} {-delay_s:.2g} s later"
 
 
 def delayed_product(signal: np.ndarray, partner: np.ndarray, lag: int) -> np.ndarray:
     """Return the mean product (K,) of two series (K, T), the first as many steps later as `lag` says, or earlier."""
-    length = signal.shape[1]
-    late, early = (signal, partner) if lag >= 0 else (partner, signal)
-    product = np.einsum("kt,kt->k", late[:, abs(lag) :], early[:, : length - abs(lag)])
-    return np.asarray(product / (length - abs(lag)))
+    if lag < 0:
+        return delayed_product(partner, signal, -lag)
+    length = signal.shape[1] - lag
+    product = np.einsum("kt,kt->k", signal[:, lag:], partner[:, :length])
+    return np.asarray(product / length)
 
 
 def standardized(values: np.ndarray) -> np.ndarray:

@@ -149,7 +149,7 @@ class _Curves:
 
 def _curves(figure: "Figure") -> list[_Curves]:
     """Return the axes of a figure that have curves, on linear or logarithmic scales."""
-    found = []
+    curves = []
     for number, axes in enumerate(figure.axes):
         scales = {axes.get_xscale(), axes.get_yscale()}
         if not axes.get_visible() or not scales <= {"linear", "log"}:
@@ -159,8 +159,8 @@ def _curves(figure: "Figure") -> list[_Curves]:
             if np.size(line.get_xdata()) > 1 and line.get_linestyle() != "None":
                 lines[f"curve-{number}-{k}"] = line
         if lines:
-            found.append(_Curves(axes, f"axes-{number}", lines))
-    return found
+            curves.append(_Curves(axes, f"axes-{number}", lines))
+    return curves
 
 
 @contextmanager
@@ -187,18 +187,18 @@ def _described_axes(
     described = []
     for curves in _curves(figure):
         axes = curves.axes
-        place = axes.get_position()
+        position = axes.get_position()
         box = [
-            place.x0 * width,
-            (1 - place.y1) * height,
-            place.width * width,
-            place.height * height,
+            position.x0 * width,
+            (1 - position.y1) * height,
+            position.width * width,
+            position.height * height,
         ]
         lines = []
         for name, line in curves.lines.items():
             label = str(line.get_label())
-            shown = "" if label.startswith("_") else label
-            lines.append({"id": f"{prefix}-{name}", "name": shown})
+            visible_label = "" if label.startswith("_") else label
+            lines.append({"id": f"{prefix}-{name}", "name": visible_label})
         # of panels above each other the lowest one is labelled
         x_name = axes.get_xlabel() or (labels[0] if labels else "")
         facts = {

@@ -63,6 +63,7 @@ def tracks_figure(
     panels, axes = one_panel(5.4, 4.6)
     every = max(1, positions.shape[0] * positions.shape[1] // MOST_POINTS)
     for who, name in enumerate(names):
+        # Matplotlib leaves a label with an underscore out of the legend.
         label = name if len(names) <= MOST_LABELS else "_"
         color = series(who)["color"]
         axes.plot(*positions[::every, who].T, color=color, linewidth=0.7, alpha=0.8, label=label)
@@ -104,12 +105,8 @@ def presence_figure(
         changes = np.diff(present[:, row].astype(int), prepend=0, append=0)
         begins = np.flatnonzero(changes == 1) / fps
         stops = np.flatnonzero(changes == -1) / fps
-        axes.broken_barh(
-            list(zip(begins, stops - begins, strict=True)),
-            (row - 0.3, 0.6),
-            color=BLUE,
-            linewidth=0,
-        )
+        bars = list(zip(begins, stops - begins, strict=True))
+        axes.broken_barh(bars, (row - 0.3, 0.6), color=BLUE, linewidth=0)
     drawn = [(time, who) for who, time in jumps if who < len(names)]
     if drawn:
         axes.plot(*zip(*drawn, strict=True), "|", color=ORANGE, markersize=9, label="jump")
@@ -125,7 +122,8 @@ def distribution_figure(values: np.ndarray, label: str) -> "Figure":
     panels, axes = one_panel(4.1, 2.6)
     low, high = np.percentile(values, CENTRAL)
     if low == high:
-        low, high = low - 0.5, high + 0.5
+        low -= 0.5
+        high += 0.5
     axes.hist(values, bins=BINS, range=(low, high), color=BLUE, linewidth=0)
     median = float(np.median(values))
     axes.axvline(median, color=INK, linestyle=DASHED, linewidth=1.0, label=f"median {median:.3g}")
@@ -166,17 +164,19 @@ def maps_figure(
     panels = titled(Panels(figure, axes, count), headings, fontsize=8.5, parse_math=False)
     for k in range(count):
         column = [row[k] for row in values]
-        shown = np.concatenate([np.abs(picture[np.isfinite(picture)]) for picture in column])
+        strengths = np.concatenate([np.abs(picture[np.isfinite(picture)]) for picture in column])
         # single cells with few moments would make everything else pale
-        limit = float(np.quantile(shown, 0.98)) if len(shown) else 1.0
+        limit = float(np.quantile(strengths, 0.98)) if len(strengths) else 1.0
         for r, picture in enumerate(column):
-            one = panels.axes[r * count + k]
-            one.grid(visible=False)
-            one.set_facecolor(RULE)
+            panel = panels.axes[r * count + k]
+            panel.grid(visible=False)
+            panel.set_facecolor(RULE)
             along_x, along_y = edges[k]
-            mesh = one.pcolormesh(along_x, along_y, picture, cmap="PuOr_r", vmin=-limit, vmax=limit)
-            one.set_xlabel(labels[k][1], fontsize=8.5, color=INK)
-            one.set_ylabel(labels[k][2], fontsize=8.5, color=INK)
-            bar = figure.colorbar(mesh, ax=one, shrink=0.85)
+            mesh = panel.pcolormesh(
+                along_x, along_y, picture, cmap="PuOr_r", vmin=-limit, vmax=limit
+            )
+            panel.set_xlabel(labels[k][1], fontsize=8.5, color=INK)
+            panel.set_ylabel(labels[k][2], fontsize=8.5, color=INK)
+            bar = figure.colorbar(mesh, ax=panel, shrink=0.85)
             bar.ax.tick_params(labelsize=7.5, colors=MUTED)
     return figure

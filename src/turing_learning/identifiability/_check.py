@@ -87,9 +87,8 @@ class Profile(Stored):
     """A panel against models that differ from the estimate in one parameter."""
 
     parameter: str  #: Its name
-    values: tuple[
-        float, ...
-    ]  #: Values of the parameter, ascending over its initial range, the estimate among them
+    #: Values of the parameter, ascending over its initial range, the estimate among them
+    values: tuple[float, ...]
     numbers: tuple[float, ...]  #: The same as numbers from -1 to 1 over the initial range
     place: int  #: Which of them is the estimate
     accuracies: tuple[float, ...]  #: Of the test at each value, see `TwoSampleTest`
@@ -100,27 +99,32 @@ class Profile(Stored):
     @property
     def told_apart(self) -> tuple[bool, ...]:
         """Whether a panel tells a value from the genuine samples, and better than it tells the estimate."""
+        # A panel that tells the estimate, too, has to tell a value better than that.
         lead = max(0.0, self.accuracies[self.place] - 0.5)
-        return tuple(
-            accuracy > critical + lead
-            for accuracy, critical in zip(self.accuracies, self.criticals, strict=True)
-        )
+        apart = np.array(self.accuracies) > np.array(self.criticals) + lead
+        return tuple(apart.tolist())
 
     @property
     def open_share(self) -> float:
         """Share of the initial range, around the estimate, in which no value is told apart: at most so much is left open."""
         apart = np.flatnonzero(self.told_apart)
         numbers = np.array(self.numbers)
-        below, above = numbers[apart[apart < self.place]], numbers[apart[apart > self.place]]
-        low = below[-1] if len(below) else min(-1.0, numbers[0])
-        high = above[0] if len(above) else max(1.0, numbers[-1])
+        below = numbers[apart[apart < self.place]]
+        above = numbers[apart[apart > self.place]]
+        # Where nothing is told apart on a side, all of it is open.
+        low = min(-1.0, numbers[0])
+        high = max(1.0, numbers[-1])
+        if len(below):
+            low = below[-1]
+        if len(above):
+            high = above[0]
         return float(min((high - low) / 2, 1.0))
 
 
 def profile(
     evidence: Evidence,
     estimate: np.ndarray,
-    place: int,
+    index: int,
     effort: Effort,
     *,
     seed: int,
@@ -138,7 +142,7 @@ def profile(
         The samples and the simulator.
     estimate : (P,)
         In the parameters' units.
-    place
+    index
         Which parameter.
     effort
         How much is simulated and trained, and at how many values.
@@ -150,10 +154,16 @@ def profile(
         If True, and the estimate lies at an end of the initial range that the search may leave: the values
         extend beyond that end by a quarter of the range.
     """
-    name, parameter = list(evidence.parameters.items())[place]
-    estimated, step = float(parameter.to_numbers(estimate[place])), 2 / max(effort.points - 1, 1)
-    low = estimated - 0.5 if beyond and parameter.low is None and estimated < step / 2 - 1 else -1
-    high = estimated + 0.5 if beyond and parameter.high is None and estimated > 1 - step / 2 else 1
+    name, parameter = list(evidence.parameters.items())[index]
+    estimated = float(parameter.to_numbers(estimate[index]))
+    low = -1.0
+    high = 1.0
+    if beyond:
+        half_step = 1 / max(effort.points - 1, 1)
+        if parameter.low is None and estimated < half_step - 1:
+            low = estimated - 0.5
+        if parameter.high is None and estimated > 1 - half_step:
+            high = estimated + 0.5
     numbers = np.append(np.linspace(low, high, effort.points), estimated)
     order = np.argsort(numbers, kind="stable")
     values = parameter.to_units(numbers[order])
@@ -164,13 +174,13 @@ def profile(
         models = around.copy()
         # at the estimate the parameter is as uncertain as the others
         if k != best:
-            models[:, place] = value
+            models[:, index] = value
         # with the same random numbers a parameter without effect changes nothing
-        tests.append(paired_test(evidence, models, effort, seed, (PROFILING, place)))
+        tests.append(paired_test(evidence, models, effort, seed, (PROFILING, index)))
     accuracies = np.array([of_groups for _, of_groups in tests])
     away = np.delete(np.arange(len(values)), best)
     differences = accuracies[away] - accuracies[best]
-    rng = stream(seed, PROFILING, place, effort.points + 1)
+    rng = stream(seed, PROFILING, index, effort.points + 1)
     moved = Profile(
         parameter=name,
         values=tuple(values.tolist()),
@@ -213,12 +223,10 @@ class PinnedDown:
     """What the samples say of one parameter; shares are of its initial range."""
 
     parameter: str  #: Its name
-    interval_share: (
-        float | None
-    )  #: Width of the interval of the estimate; None where it is not known
-    open_share: (
-        float | None
-    )  #: Width of what its profile may leave open, at most; None without profile
+    #: Width of the interval of the estimate; None where it is not known
+    interval_share: float | None
+    #: Width of what its profile may leave open, at most; None without profile
+    open_share: float | None
     recovery_error: float | None  #: Largest error of the recoveries; None without recovery
     bound: str = (
         ""  #: The bound that the estimate sits at, in words, such as "6 rad/s"; empty for none
@@ -237,20 +245,20 @@ class PinnedDown:
     @property
     def reasons(self) -> tuple[str, ...]:
         """Why it is not pinned down, in words; empty if it is."""
-        sides = zip(("lower", "higher"), self.sides or (True, True), strict=True)
-        unknown = ""
-        if self.examined:
-            unknown = " or ".join(side for side, rejected in sides if not rejected)
-        width, share, error = (
-            measure or 0.0
-            for measure in (self.interval_share, self.open_share, self.recovery_error)
-        )
+        unknown = []
+        if self.examined and self.sides is not None:
+            for side, rejected in zip(("lower", "higher"), self.sides, strict=True):
+                if not rejected:
+                    unknown.append(side)
+        width = self.interval_share or 0.0
+        share = self.open_share or 0.0
+        error = self.recovery_error or 0.0
         findings = (
             (self.rejected, "the estimate does not fit"),
             (bool(self.bound), f"it is at the bound {self.bound}, beyond which nothing was tried"),
             (self.interval_share is None and self.sides is None, "its interval is not known"),
             (not self.examined, "it has no profile"),
-            (bool(unknown), f"{unknown} values are not shown to fit worse"),
+            (bool(unknown), f"{' or '.join(unknown)} values are not shown to fit worse"),
             (width >= WIDE, f"its interval is {width:.0%} of the initial range"),
             (share >= WIDE and self.sides is None, f"up to {share:.0%} of the range may be open"),
             (error >= FAR, f"a known truth was missed by {error:.0%} of the range"),
@@ -277,9 +285,8 @@ class Check(Judged):
     test: TwoSampleTest  #: A panel against the model with the estimated parameters
     parameters: tuple[PinnedDown, ...]  #: What is said of each parameter
     profiles: tuple[Profile, ...]  #: Of each parameter; empty if they were left out
-    recoveries: tuple[
-        Recovery, ...
-    ]  #: Runs whose truth is the estimate; empty if they were left out
+    #: Runs whose truth is the estimate; empty if they were left out
+    recoveries: tuple[Recovery, ...]
     quantities: tuple[Quantity, ...]  #: Distributions, genuine beside simulated
     #: Generations, or trials, after which an unfinished run was checked, and those of the whole; else None
     unfinished: tuple[int, int] | None = None
@@ -289,29 +296,36 @@ class Check(Judged):
     def __post_init__(self) -> None:
         # nothing is known of the parameters of a model that does not fit
         rejected = self.judgment.fits is False
-        object.__setattr__(
-            self,
-            "parameters",
-            tuple(replace(entry, rejected=rejected) for entry in self.parameters),
-        )
+        parameters = tuple(replace(entry, rejected=rejected) for entry in self.parameters)
+        object.__setattr__(self, "parameters", parameters)
 
     @property
     def judgment(self) -> Judgment:
         """Whether to believe the estimate: all words and sentences of a check are from here."""
-        shares = [share for each in self.recoveries for share in each.error_share.values()]
-        bound = [Verdict.BOUND for each in self.parameters if each.bound]
-        loose = [
-            each.parameter + f" ({each.verdict})" * bool(each.bound)
-            for each in self.parameters
-            if each.reasons
-        ]
-        examined = any(each.examined for each in self.parameters)
+        said = list(self.said)
+        loose = []
+        for entry in self.parameters:
+            if entry.bound:
+                said.append(Verdict.BOUND)
+                loose.append(f"{entry.parameter} ({entry.verdict})")
+            elif entry.reasons:
+                loose.append(entry.parameter)
+        recovered = []
+        attainable: list[float] = []
+        near = None
+        for recovery in self.recoveries:
+            near = near is not False and max(recovery.error_share.values()) < FAR
+            attainable += recovery.attainable
+            if recovery.accuracy is not None:
+                recovered.append(recovery.accuracy)
+        # A run of trials without profiles says nothing of any parameter.
+        examined = any(entry.examined for entry in self.parameters)
         return Judgment(
-            said=(*self.said, *bound),
+            said=tuple(said),
             examination=self.test,
-            recovered=tuple(each.accuracy for each in self.recoveries if each.accuracy is not None),
-            attainable=tuple(accuracy for each in self.recoveries for accuracy in each.attainable),
-            near=max(shares) < FAR if shares else None,
+            recovered=tuple(recovered),
+            attainable=tuple(attainable),
+            near=near,
             parameters=len(self.parameters) if examined else 0,
             loose=tuple(loose) if examined else (),
         )
@@ -326,10 +340,8 @@ class Check(Judged):
         """What was found, in sentences."""
         sentences = [*self.judgment.sentences]
         if self.unfinished is not None:
-            (done, asked), unit = (
-                self.unfinished,
-                "generations" if self.parameters[0].sides is None else "trials",
-            )
+            done, asked = self.unfinished
+            unit = "generations" if self.parameters[0].sides is None else "trials"
             sentences.append(
                 f"The run was not finished: the estimate is that after {done} of {asked} {unit}."
             )
@@ -373,4 +385,5 @@ def read_check(content: Mapping[str, Any], said: tuple[Verdict, ...] = ()) -> Ch
 
 @cache
 def _reader() -> TypeAdapter[Check]:
-    return TypeAdapter(Check)  # takes long to make
+    # takes long to make
+    return TypeAdapter(Check)

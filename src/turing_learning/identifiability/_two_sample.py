@@ -158,7 +158,8 @@ def paired_test(
 
     Those of tests of several models are paired: their genuine groups are the same.
     """
-    rng, genuine = stream(seed, *use), evidence.learning
+    rng = stream(seed, *use)
+    genuine = evidence.learning
     if len(genuine) > effort.samples:
         genuine = genuine[rng.choice(len(genuine), effort.samples, replace=False)]
     learned = _simulated(evidence, models, effort.samples, rng)
@@ -177,9 +178,12 @@ def paired_test(
     ).astype(float)
     count = len(evidence.testing)
     scores = group_means(answers[:count], evidence.groups)
-    others = group_means(answers[count:], np.arange(len(counterfeit)) // bundle)
-    permuted = permutation_test(scores, others, rng)
-    parts = np.array_split(others, len(scores)) if len(others) >= len(scores) else [others]
+    counterfeit_scores = group_means(answers[count:], np.arange(len(counterfeit)) // bundle)
+    permuted = permutation_test(scores, counterfeit_scores, rng)
+    # Each genuine group stands beside counterfeit ones of its own, where there are enough of them.
+    portions = [counterfeit_scores]
+    if len(counterfeit_scores) >= len(scores):
+        portions = np.array_split(counterfeit_scores, len(scores))
     test = TwoSampleTest(
         accuracy=(1 + permuted.difference) / 2,
         p_value=permuted.p_value,
@@ -187,10 +191,10 @@ def paired_test(
         genuine_samples=count,
         genuine_groups=groups,
         counterfeit_samples=len(counterfeit),
-        counterfeit_groups=len(others),
+        counterfeit_groups=len(counterfeit_scores),
         grouping=evidence.grouping,
     )
-    return test, (1 + scores - np.array([part.mean() for part in parts])) / 2
+    return test, (1 + scores - np.array([portion.mean() for portion in portions])) / 2
 
 
 def _simulated(

@@ -26,7 +26,8 @@ LEAST_POINTS = 6
 BINS = 40
 CENTRAL = (0.5, 99.5)
 """Percentiles between which a picture shows a distribution; what is beyond them counts in the outermost bins."""
-COMPARED = 500  # simulated samples whose signals are compared
+# simulated samples whose signals are compared
+COMPARED = 500
 GROUPS = 20
 EVERY_S = 0.5
 
@@ -50,8 +51,9 @@ class Effort:
     points: int = 8
 
     def __post_init__(self) -> None:
-        for (name, value), least in zip(vars(self).items(), (10, 2, 0), strict=True):
-            integer(name, value, least, error=ConfigurationError)
+        integer("samples", self.samples, 10, error=ConfigurationError)
+        integer("references", self.references, 2, error=ConfigurationError)
+        integer("points", self.points, 0, error=ConfigurationError)
         rule = f"be at least {LEAST_POINTS}, or 0 for no profiles"
         remedy = "With fewer, a profile leaves half of the range open."
         require(
@@ -80,7 +82,8 @@ class Evidence:
     interval_s: float = 1.0  #: Duration of a step (s)
 
     def __post_init__(self) -> None:
-        rule, count = f"keep at least {LEAST_TESTING} samples for testing", len(self.testing)
+        count = len(self.testing)
+        rule = f"keep at least {LEAST_TESTING} samples for testing"
         remedy = "Run again with a larger share, or shorter windows."
         require(count >= LEAST_TESTING, "held_out", rule, count, remedy, error=ConfigurationError)
         rule = "tell at least 2 groups of held-out samples apart"
@@ -104,16 +107,21 @@ def evidence_of(
     executed by a replica among agents, as in the run. Of a custom system they are the samples that the run
     learned from, and those held out.
     """
-    system, rng, data = configuration.system, stream(seed, OBSERVING), source.genuine
-    source.generation = None  # a failed simulation is left out
+    system = configuration.system
+    rng = stream(seed, OBSERVING)
+    data = source.genuine
+    # Without a generation a failed simulation is left out; in a run it would be an error.
+    source.generation = None
     if data is None:
+        # Observed at once: two calls would draw other trials.
         genuine = source.genuine_samples(2 * effort.samples, rng)
-        learning, testing = genuine[: effort.samples], genuine[effort.samples :]
+        learning = genuine[: effort.samples]
+        testing = genuine[effort.samples :]
     else:
         learning = source.genuine_samples(effort.samples, rng)
-        testing = (
-            source.genuine_samples(effort.samples, rng) if data.live is not None else data.testing
-        )
+        testing = data.testing
+        if data.live is not None:
+            testing = source.genuine_samples(effort.samples, rng)
     return Evidence(
         learning=learning,
         testing=testing,
@@ -131,10 +139,8 @@ def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarra
     if groups is not None:
         labels = np.asarray(groups)
         rule = f"be one label for each of the {len(data.samples)} samples"
-        count = (len(data.samples),)
-        require(
-            labels.shape == count, "groups", rule, f"shape {labels.shape}", error=ConfigurationError
-        )
+        fits = labels.shape == (len(data.samples),)
+        require(fits, "groups", rule, f"shape {labels.shape}", error=ConfigurationError)
         return np.unique(labels[data.held_out], return_inverse=True)[1], "groups"
     index = getattr(genuine, "held_out_index", None)
     if index is None or not len(index):
@@ -142,6 +148,7 @@ def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarra
     recordings = np.asarray(getattr(genuine, "held_out_recording", ()))
     if len(np.unique(recordings)) >= LEAST_INDIVIDUALS:
         return recordings, "recordings"
+    # Individuals that nobody has learned from are independent even if they are few.
     individuals = index[:, 0]
     apart = not np.isin(individuals, genuine.learning_index[:, 0]).any()
     if apart or len(np.unique(individuals)) >= LEAST_INDIVIDUALS:
@@ -184,25 +191,24 @@ def compare_quantities(
 ) -> tuple[Quantity, ...]:
     """Bin the values of quantities that both sides have."""
     quantities = []
-    for name in genuine:
-        sides = [
-            np.ravel(side[name]) for side in (genuine, simulated) if np.size(side.get(name, ()))
-        ]
-        if len(sides) < 2:
+    for name, values in genuine.items():
+        if not np.size(values) or not np.size(simulated.get(name, ())):
             continue
-        percentiles = np.array([np.percentile(values, CENTRAL) for values in sides])
-        low, high = float(percentiles[:, 0].min()), float(percentiles[:, 1].max())
+        sides = (np.ravel(values), np.ravel(simulated[name]))
+        percentiles = np.array([np.percentile(side, CENTRAL) for side in sides])
+        low = float(percentiles[:, 0].min())
+        high = float(percentiles[:, 1].max())
         if high - low < 1e-9 * max(abs(low), abs(high), 1.0):
-            low, high = low - 0.5, high + 0.5
+            low -= 0.5
+            high += 0.5
         edges = np.linspace(low, high, BINS + 1)
-        shares = [
-            np.histogram(np.clip(values, low, high), edges)[0] / len(values) for values in sides
-        ]
-        quantities.append(
-            Quantity(
-                name, units.get(name, ""), *(tuple(column.tolist()) for column in (edges, *shares))
-            )
-        )
+        shares = []
+        for side in sides:
+            # What lies beyond the edges counts in the outermost bins.
+            share = np.histogram(np.clip(side, low, high), edges)[0] / len(side)
+            shares.append(tuple(share.tolist()))
+        unit = units.get(name, "")
+        quantities.append(Quantity(name, unit, tuple(edges.tolist()), shares[0], shares[1]))
     return tuple(quantities)
 
 
@@ -210,10 +216,11 @@ def signal_quantities(
     genuine: np.ndarray, simulated: np.ndarray, system: System
 ) -> tuple[Quantity, ...]:
     """Compare the signals of genuine samples of a system with those of simulated ones, (K, T, D) and (any, ..., T, D)."""
-    genuine_values, model_values = (
-        {name: side[..., d] for d, name in enumerate(system.signals)}
-        for side in (genuine, simulated)
-    )
+    genuine_values = {}
+    model_values = {}
+    for d, name in enumerate(system.signals):
+        genuine_values[name] = genuine[..., d]
+        model_values[name] = simulated[..., d]
     return compare_quantities(genuine_values, model_values, system.signal_units)
 
 
@@ -221,7 +228,8 @@ def swarm_quantities(
     configuration: Configuration, model: np.ndarray, *, seed: int
 ) -> tuple[Quantity, ...]:
     """Compare swarms of agents alone with swarms in which everybody executes a model (P,), from the same starts."""
-    scenario, rng = configuration.swarm, stream(seed, COMPARING, 1)
+    scenario = configuration.swarm
+    rng = stream(seed, COMPARING, 1)
     poses = initial_poses(scenario, GROUPS, rng)
     every = max(1, round(EVERY_S / scenario.trial.control_interval_s))
     sides: list[Values] = []
@@ -249,29 +257,35 @@ def recorded_quantities(
     The `group` simulates positions (M, F, A, 2) of models (M, P), and has an `interval_s`, as
     `turing_learning.families.Family`.
     """
-    rng, groups = stream(seed, COMPARING, 1), getattr(group, "groups", (group,))
-    sides: list[list[Values]] = [[], []]
-    for recording in (each.cleared() for each in recordings):
-        if len(recording.individuals) > 1:
-            neighbor = recording.signals(("neighbor_distance",))
-            consecutive = recording.present[1:] & recording.present[:-1]
-            aligned = polarization(np.diff(recording.positions, axis=0), consecutive)
-            sides[0].append(
-                {"neighbor_distance": neighbor.values[neighbor.valid], "polarization": aligned}
-            )
-    for each in groups:
-        positions = each.simulate(np.tile(estimate, (-(-GROUPS // len(groups)), 1)), rng)
-        sides[1].append(
-            _together(positions[:, 1:-1], np.diff(positions[:, 1:], axis=1), 1 / group.interval_s)
-        )
-    genuine_values, simulated = (
-        {
-            name: np.concatenate([np.ravel(each[name]) for each in side if name in each])
-            for name in (side or [{}])[0]
-        }
-        for side in sides
-    )
-    return compare_quantities(genuine_values, simulated, SIGNALS)
+    rng = stream(seed, COMPARING, 1)
+    genuine: list[Values] = []
+    for recording in recordings:
+        # Nobody is near to, or aligned with, an individual that is alone.
+        if len(recording.individuals) < 2:
+            continue
+        likely = recording.cleared()
+        neighbor = likely.signals(("neighbor_distance",))
+        consecutive = likely.present[1:] & likely.present[:-1]
+        aligned = polarization(np.diff(likely.positions, axis=0), consecutive)
+        distances = neighbor.values[neighbor.valid]
+        genuine.append({"neighbor_distance": distances, "polarization": aligned})
+    simulated: list[Values] = []
+    groups = getattr(group, "groups", (group,))
+    models = np.tile(estimate, (-(-GROUPS // len(groups)), 1))
+    for group_of_one in groups:
+        positions = group_of_one.simulate(models, rng)
+        directions = np.diff(positions[:, 1:], axis=1)
+        simulated.append(_together(positions[:, 1:-1], directions, 1 / group.interval_s))
+    return compare_quantities(_joined(genuine), _joined(simulated), SIGNALS)
+
+
+def _joined(groups: Sequence[Values]) -> Values:
+    """Return the values of several groups together."""
+    values: dict[str, list[np.ndarray]] = {}
+    for quantities in groups:
+        for name, part in quantities.items():
+            values.setdefault(name, []).append(np.ravel(part))
+    return {name: np.concatenate(pieces) for name, pieces in values.items()}
 
 
 def _together(positions: np.ndarray, directions: np.ndarray, fps: float) -> Values:

@@ -134,10 +134,9 @@ def _steps(steps: Iterable[tuple[str, str]]) -> str:
 
 
 def _manifest(entries: Iterable[tuple[str, str]]) -> str:
-    rows = [
-        f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>'
-        for name, value in entries
-    ]
+    rows = []
+    for name, value in entries:
+        rows.append(f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>')
     return '<table class="facts"><tbody>' + "\n".join(rows) + "</tbody></table>"
 
 
@@ -155,7 +154,8 @@ def describe_selection(selection: Sequence[str]) -> str:
     for state, group in groupby(selection):
         stop = begin + sum(1 for _ in group) - 1
         if state != ACTIVE:
-            spans.append(f"{begin} ({state})" if begin == stop else f"{begin} to {stop} ({state})")
+            span = str(begin) if begin == stop else f"{begin} to {stop}"
+            spans.append(f"{span} ({state})")
         begin = stop + 1
     listing = ", ".join(spans[:MOST_SPANS])
     if len(spans) > MOST_SPANS:
@@ -173,12 +173,9 @@ def replay_page(replay: Replay, title: str | None = None) -> str:
     title
         Title of the page; the replay's own by default.
     """
-    return _page(
-        title or replay.title,
-        "",
-        [_replay(replay, heading=bool(title) and title != replay.title)],
-        replay,
-    )
+    # The heading of the page is enough, unless it says something else.
+    heading = bool(title) and title != replay.title
+    return _page(title or replay.title, "", [_replay(replay, heading=heading)], replay)
 
 
 def write_page(page: str, path: str | Path) -> Path:
@@ -298,13 +295,13 @@ def _row(cells: Iterable[str], listing: Listing, scopes: Sequence[str], *, stron
 
 def _column(cells: Sequence[Cell]) -> list[str]:
     """Return the cells of a column as markup, its numbers aligned."""
-    numbers = iter(
-        aligned([cell for cell in cells if cell is None or isinstance(cell, float)], NOTHING)
-    )
-    return [
-        next(numbers) if cell is None or isinstance(cell, float) else escape(str(cell))
-        for cell in cells
-    ]
+    markup = [escape(str(cell)) for cell in cells]
+    numeric = [k for k, cell in enumerate(cells) if cell is None or isinstance(cell, float)]
+    # Integers count things: they need no point to be aligned at.
+    numbers = aligned([cells[k] for k in numeric], NOTHING)  # type: ignore[misc]
+    for k, number in zip(numeric, numbers, strict=True):
+        markup[k] = number
+    return markup
 
 
 def _figures(figures: Iterable[Picture]) -> str:

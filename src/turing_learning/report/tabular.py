@@ -3,7 +3,6 @@
 import io
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -59,7 +58,10 @@ def aligned(values: Sequence[float | None], nothing: str = "-", decimals: int = 
     >>> aligned([8.43, 0.35, None, -0.0021]), aligned([0.0231, 4.112e-5]), aligned([1.2e-7, 3.0])
     (['8.4300', '0.3500', '-', '-0.0021'], ['0.02310', '0.00004'], ['1.200e-07', '3.000e+00'])
     """
-    sizes = [abs(value) for value in values if value is not None and is_known(value) and value != 0]
+    sizes = []
+    for value in values:
+        if value is not None and is_known(value) and value != 0:
+            sizes.append(abs(value))
     smallest = min(sizes, default=1.0)
     largest = max(sizes, default=0.0)
     # Place after the point of the first digit of the smallest number.
@@ -92,7 +94,9 @@ def shown(
     >>> shown(0.5), shown(0.5, "{:.0%}".format), shown(None), shown(float("nan"))
     ('0.500', '50%', '-', '-')
     """
-    return form(value) if value is not None and is_known(value) else nothing
+    if value is None or not is_known(value):
+        return nothing
+    return form(value)
 
 
 def counted(number: int, noun: str) -> str:
@@ -112,8 +116,10 @@ def describe_unknown(
     why: str = WHY_UNKNOWN,
 ) -> str:
     """Say in one sentence of which names something, two ends or other numbers, is not known, and why; nothing if of none."""
-    names = ", ".join(name for name, values in interval.items() if not is_known(*values))
-    return f"{subject} is unknown for {names}: {why}." if names else ""
+    names = [name for name, values in interval.items() if not is_known(*values)]
+    if not names:
+        return ""
+    return f"{subject} is unknown for {', '.join(names)}: {why}."
 
 
 class Tabular:
@@ -192,14 +198,15 @@ def tables(headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -
         cells = [row[k] for row in rows]
         is_number.append(all(cell[:1] in "-0123456789" or cell == "inf" for cell in cells))
         width_of_column = max(map(len, (heading, *cells)))
-        least_widths.append(
-            width_of_column if is_number[k] else min(width_of_column, NARROWEST_WORDS)
-        )
+        if not is_number[k]:
+            width_of_column = min(width_of_column, NARROWEST_WORDS)
+        least_widths.append(width_of_column)
     remaining = list(range(1, len(headings)))
     # one character between columns, rather than two, where that spares a further table
     gaps = len(remaining)
-    closer = sum(least_widths) + gaps <= width < sum(least_widths) + 2 * gaps
-    gap = 1 if closer else 2
+    gap = 2
+    if sum(least_widths) + gaps <= width < sum(least_widths) + 2 * gaps:
+        gap = 1
     while remaining:
         chosen = [0]
         # A table has at least one column beside the first.
@@ -209,16 +216,18 @@ def tables(headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -
             chosen.append(remaining.pop(0))
         table = Table(box=None, padding=(0, gap, 0, 0), pad_edge=False, header_style="dim")
         for k in chosen:
-            to_the_right = is_number[k] and k != 0
-            justify: Any = "right" if to_the_right else "left"
-            table.add_column(headings[k], justify=justify, no_wrap=to_the_right or k == 0)
+            # the first column has the names of rows, also where these are numbers
+            if is_number[k] and k != 0:
+                table.add_column(headings[k], justify="right", no_wrap=True)
+            else:
+                table.add_column(headings[k], no_wrap=k == 0)
         for row in rows:
-            table.add_row(*(Text(row[k], style=_style(row[k])) for k in chosen))
+            texts = []
+            for k in chosen:
+                alarming = row[k].startswith(ALARMING)
+                texts.append(Text(row[k], style="bold red" if alarming else ""))
+            table.add_row(*texts)
         yield table
-
-
-def _style(cell: str) -> str:
-    return "bold red" if cell.startswith(ALARMING) else ""
 
 
 def judged(judgment: Judgment) -> "Text":
@@ -256,12 +265,15 @@ def _cells(values: Sequence[Any]) -> list[str]:
         return [value if isinstance(value, str) else shown(value) for value in values]
     if not any(isinstance(value, Sequence) for value in values):
         return aligned(values, decimals=3)
+    # the ends of a narrow interval would look alike
     narrow = any(high - low < 0.01 for low, high in values)
-    form = partial(short_number, decimals=4 if narrow else 3)
+    decimals = 4 if narrow else 3
     intervals = []
     for low, high in values:
-        interval = f"{shown(low, form)} to {shown(high, form)}"
-        intervals.append(interval if is_known(low, high) else "-")
+        interval = "-"
+        if is_known(low, high):
+            interval = f"{short_number(low, decimals)} to {short_number(high, decimals)}"
+        intervals.append(interval)
     return intervals
 
 
