@@ -49,47 +49,26 @@ class Family(ABC):
     """Whether individuals take notice of each other."""
 
     def __post_init__(self) -> None:
-        for name, lowest in (
-            ("individuals", 1),
-            ("steps", 1),
-            ("observed", 1),
-            ("settling_steps", 0),
-        ):
-            integer(name, getattr(self, name), lowest)
+        integer("individuals", self.individuals, 1)
+        integer("steps", self.steps, 1)
+        integer("observed", self.observed, 1)
+        integer("settling_steps", self.settling_steps, 0)
         rule = f"be at most `individuals`, {self.individuals}"
         require(self.observed <= self.individuals, "observed", rule, self.observed)
-        integer(
-            "steps",
-            self.steps + self.settling_steps,
-            1,
-            LONGEST,
-            remedy="`settling_steps` count, too.",
-        )
-        integer(
-            "individuals",
-            self.individuals,
-            1,
-            MOST_PLACES // self.moves,
-            remedy=f"Or take fewer than {self.moves} steps.",
-        )
+        remedy = "`settling_steps` count, too."
+        integer("steps", self.steps + self.settling_steps, 1, LONGEST, remedy=remedy)
+        remedy = f"Or take fewer than {self.moves} steps."
+        integer("individuals", self.individuals, 1, MOST_PLACES // self.moves, remedy=remedy)
         self._check_above_zero("interval_s", "start_side_cm")
         names = self.signals
-        if (
-            not isinstance(names, tuple)
-            or not names
-            or len(set(names)) < len(names)
-            or not set(names) <= set(SIGNALS)
-        ):
-            refuse(
-                "signals", f"be a tuple of some of {', '.join(SIGNALS)}, each once", brief(names)
-            )
+        # A list would be shared by copies of a family that cannot be changed.
+        fits = isinstance(names, tuple) and bool(names) and set(names) <= set(SIGNALS)
+        fits = fits and len(set(names)) == len(names)
+        rule = f"be a tuple of some of {', '.join(SIGNALS)}, each once"
+        require(fits, "signals", rule, brief(names))
         lonely = self.individuals == 1 and NEIGHBOR & set(names)
-        require(
-            not lonely,
-            "signals",
-            "not speak of neighbors where there is one individual",
-            brief(names),
-        )
+        rule = "not speak of neighbors where there is one individual"
+        require(not lonely, "signals", rule, brief(names))
 
     @property
     @abstractmethod
@@ -129,19 +108,19 @@ class Family(ABC):
         positions, headings = self._paths(self._checked(parameters), rng)
         focal = positions[:, :, : self.observed, None]
         paths = focal
-        if NEIGHBOR & set(
-            self.signals
-        ):  # with whoever is nearest: signals as among all, at the cost of C individuals, not A
+        if NEIGHBOR & set(self.signals):
+            # With whoever is nearest: signals as among all, at the cost of C individuals, not A.
             distance = np.square(positions[:, :, None] - focal).sum(axis=-1)
             distance[..., np.arange(self.observed), np.arange(self.observed)] = np.inf
-            distance[np.isnan(distance)] = np.inf  # who is absent is nobody's neighbor
+            # who is absent is nobody's neighbor
+            distance[np.isnan(distance)] = np.inf
             nearest = np.take_along_axis(positions, distance.argmin(axis=-1)[..., None], axis=2)
             paths = np.concatenate([focal, nearest[..., None, :]], axis=3)
-        paths = paths.swapaxes(1, 2)  # (M, C, F, 1 or 2, 2)
+        # (M, C, F, 1 or 2, 2)
+        paths = paths.swapaxes(1, 2)
         if headings is not None:
-            headings = np.broadcast_to(
-                headings[..., : self.observed].swapaxes(1, 2)[..., None], paths.shape[:-1]
-            )
+            headings = headings[..., : self.observed].swapaxes(1, 2)[..., None]
+            headings = np.broadcast_to(headings, paths.shape[:-1])
         signals = compute_signals(paths, fps=self.fps, names=self.signals, headings=headings)
         return signals.values[..., 1:, 0, :]
 
@@ -180,8 +159,9 @@ class Family(ABC):
         ValueError
             If a parameter is missing, unknown or out of range, or there is no group.
         """
-        complete, named = set(truth) == set(self.parameters), ", ".join(truth) or "nothing"
-        require(complete, "truth", f"name {', '.join(self.parameters)}", str(named))
+        complete = set(truth) == set(self.parameters)
+        rule = f"name {', '.join(self.parameters)}"
+        require(complete, "truth", rule, ", ".join(truth) or "nothing")
         integer("groups", groups, 1, MOST_PLACES // self.moves)
         parameters = np.tile([float(truth[name]) for name in self.parameters], (groups, 1))
         return self(parameters, rng).reshape(-1, self.steps, len(self.signals))
@@ -216,10 +196,11 @@ class Family(ABC):
     def _checked(self, parameters: np.ndarray) -> np.ndarray:
         names = list(self.parameters)
         parameters = array("parameters", parameters, "M P", finite=False, P=len(names))
-        for model, column in np.argwhere(~(np.isfinite(parameters) & (parameters >= self.least)))[
-            :1
-        ].tolist():
-            rule = "finite" if math.isinf(self.least) else f"finite and {self.least:g} or more"
+        fits = np.isfinite(parameters) & (parameters >= self.least)
+        for model, column in np.argwhere(~fits)[:1].tolist():
+            rule = "finite"
+            if math.isfinite(self.least):
+                rule += f" and {self.least:g} or more"
             value = parameters[model, column]
             refuse("parameters", f"be {rule}", f"{names[column]} = {value}", place=f"model {model}")
         return parameters
@@ -238,9 +219,9 @@ def offsets(positions: np.ndarray, period: float | None = None) -> np.ndarray:
     In a square of side `period` (cm) that is repeated in both directions it is the way to the nearest image.
     """
     displacement = positions[:, None, :] - positions[:, :, None]
-    return (
-        displacement if period is None else displacement - period * np.round(displacement / period)
-    )
+    if period is None:
+        return displacement
+    return displacement - period * np.round(displacement / period)
 
 
 def unit(vectors: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
@@ -270,9 +251,11 @@ def reflected(
     def folded(
         coordinates: np.ndarray, along: np.ndarray, length: float
     ) -> tuple[np.ndarray, np.ndarray]:
+        # Who leaves a tank enters its mirror image; in every second one, all is mirrored.
         tanks, remainder = np.divmod(coordinates, length)
         mirrored = tanks % 2 == 1
-        return np.where(mirrored, length - remainder, remainder), np.where(mirrored, -along, along)
+        inside = np.where(mirrored, length - remainder, remainder)
+        return inside, np.where(mirrored, -along, along)
 
     x, along = folded(positions.real, vectors.real, size[0])
     y, across = folded(positions.imag, vectors.imag, size[1])
@@ -301,12 +284,8 @@ class Particles(Family):
         super().__post_init__()
         pairs = self.individuals**2 * self.moves
         rule = f"make at most {MOST_PAIRS} pairs in all steps"
-        require(
-            pairs <= MOST_PAIRS or not self.social,
-            "individuals",
-            rule,
-            f"{self.individuals}, which make {pairs}",
-        )
+        got = f"{self.individuals}, which make {pairs}"
+        require(pairs <= MOST_PAIRS or not self.social, "individuals", rule, got)
         check_tank(self.tank_cm)
 
     @abstractmethod
@@ -328,12 +307,11 @@ class Particles(Family):
         """Return positions and directions (M, A) at the start."""
         width, height = self.tank_cm or (self.start_side_cm, self.start_side_cm)
         uniforms = draw(rngs, lambda rng: rng.random((3, self.individuals)))
-        return width * uniforms[:, 0] + 1j * height * uniforms[:, 1], rotation(
-            2 * math.pi * uniforms[:, 2]
-        )
+        positions = width * uniforms[:, 0] + 1j * height * uniforms[:, 1]
+        return positions, rotation(2 * math.pi * uniforms[:, 2])
 
     def _within(self, positions: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and directions or velocities (M, A) after reflection at the walls, if there are some."""
         if self.tank_cm is None:
-            return (positions, vectors)
+            return positions, vectors
         return reflected(positions, vectors, self.tank_cm)

@@ -304,7 +304,8 @@ class BurstAndCoast(Particles):
         self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]
     ) -> Iterator[np.ndarray]:
         speed, kick_interval, glide_time, turn = parameters
-        glide_time = np.maximum(glide_time, 1e-300)  # no division by zero
+        # no division by zero
+        glide_time = np.maximum(glide_time, 1e-300)
         positions, directions = self._scattered(rngs)
         durations, speeds, angles = self._drawn(rngs)
         durations = np.maximum(kick_interval[:, None] * durations, self.interval_s)
@@ -388,7 +389,8 @@ class Robots(Family):
     def _paths(
         self, parameters: np.ndarray, rng: np.random.Generator
     ) -> tuple[np.ndarray, np.ndarray]:
-        from ..swarm import execution_of, initial_poses, simulate  # needs the compiled kernels
+        # needs the compiled kernels
+        from ..swarm import execution_of, initial_poses, simulate
 
         seed = int(rng.integers(2**63))
         duration_s = self.moves * self.interval_s

@@ -48,24 +48,27 @@ def recorded_ranges(
     """
     motion = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
     suggested: Mapping[str, Parameter] = family.parameters
-    highest = {unit: _highest(suggested, unit) for unit in ("cm/s", "cm")}
-    speeds = ABOVE_FASTEST * max(_fastest(recording) for recording in motion)
-    lengths = ABOVE_FARTHEST * max(_farthest(recording) for recording in motion)
-    scales = (_scale(speeds, highest["cm/s"]), _scale(lengths, highest["cm"]))
-    ranges = {}
+    speed = ABOVE_FASTEST * max(map(_fastest, motion))
+    length = ABOVE_FARTHEST * max(map(_farthest, motion))
+    speed_scale = _scale(speed, _highest(suggested, "cm/s"))
+    length_scale = _scale(length, _highest(suggested, "cm"))
+    ranges = dict(suggested)
     for name, parameter in suggested.items():
-        powers = SCALES.get(parameter.unit)
-        scale = scales[0] ** powers[0] * scales[1] ** powers[1] if powers else 1.0
-        ranges[name] = parameter if scale == 1 else _scaled(parameter, scale)
+        of_speed, of_length = SCALES.get(parameter.unit, (0, 0))
+        scale = speed_scale**of_speed * length_scale**of_length
+        # a range that fits stays as it is, with all its digits
+        if scale != 1:
+            ranges[name] = _scaled(parameter, scale)
     return ranges
 
 
 def _highest(parameters: Mapping[str, Parameter], unit: str) -> float:
     """Return the highest bound of the parameters in a unit, 0 if there is none."""
-    return max(
-        (recording.high or 0.0 for recording in parameters.values() if recording.unit == unit),
-        default=0.0,
-    )
+    bounds = [0.0]
+    for parameter in parameters.values():
+        if parameter.unit == unit:
+            bounds.append(parameter.high or 0.0)
+    return max(bounds)
 
 
 def _scale(wanted: float, suggested: float) -> float:
@@ -128,19 +131,10 @@ def said_ranges(
         try:
             limits = (float(low), float(high))
         except ValueError:
-            refuse(
-                "range",
-                "be NAME=LOW:HIGH, or NAME=LOW:HIGH:log, or NAME=LOW:HIGH:integer",
-                repr(text),
-                remedy,
-            )
-        require(
-            suffix in ("", "log", "integer"),
-            "range",
-            "end with log or integer, if with a word",
-            repr(text),
-            remedy,
-        )
+            rule = "be NAME=LOW:HIGH, or NAME=LOW:HIGH:log, or NAME=LOW:HIGH:integer"
+            refuse("range", rule, repr(text), remedy)
+        rule = "end with log or integer, if with a word"
+        require(suffix in ("", "log", "integer"), "range", rule, repr(text), remedy)
         require(name not in named, "range", "be given once for each parameter", repr(text))
         named.add(name)
         if parameters is not None and name not in parameters:

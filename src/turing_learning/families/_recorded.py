@@ -82,48 +82,47 @@ def as_recorded(
         `Replicates` where recordings differ in the number of individuals or the tank; they are drawn as often
         as windows are from them.
     """
-    recordings = [recordings] if isinstance(recordings, Trajectories) else recordings
-    pixels = any(recording.unit != "cm" for recording in recordings)
-    require(
-        not pixels,
-        "recordings",
-        "be in cm, as the models are",
-        "pixels",
-        "Give their scale, pixels_per_cm.",
-    )
-    shapes = list(tanks) * (len(recordings) if len(tanks) == 1 else 1)
+    if isinstance(recordings, Trajectories):
+        recordings = [recordings]
+    rule = "be in cm, as the models are"
+    remedy = "Give their scale, pixels_per_cm."
+    for recording in recordings:
+        require(recording.unit == "cm", "recordings", rule, "pixels", remedy)
+    shapes = list(tanks)
+    if len(shapes) == 1:
+        shapes *= len(recordings)
     fits = len(shapes) in (0, len(recordings))
     require(fits, "tanks", f"be one, or one for each of {len(recordings)} recordings", len(tanks))
     walls = any(tank is not None for tank in shapes)
     rule = "be left out for this family, whose walls are those of its scenario"
     require(not walls or issubclass(family, Particles), "tanks", rule, family.__name__)
+    # A periodic square has neither walls nor neighbors that are seen across its border.
     if hasattr(family, "period_cm") and (walls or NEIGHBOR & set(windows.names)):
         settings = {"period_cm": None} | settings
-    conditions = [
-        (recording.at_once, tank)
-        for recording, tank in zip(recordings, shapes or repeat(None), strict=False)
-    ]
-    alike = Counter(conditions[k] for k in windows.learning_recording)
-    timing = {
-        "steps": windows.learning.shape[1],
-        "interval_s": windows.interval_s,
-        "signals": windows.names,
-    }
-    groups = {
-        condition: family(
-            individuals=condition[0],
-            **timing,
-            **settings | ({} if condition[1] is None else {"tank_cm": condition[1]}),
+    conditions = []
+    for recording, tank in zip(recordings, shapes or repeat(None), strict=False):
+        conditions.append((recording.at_once, tank))
+    # Nothing is learned from a recording that is held out: its condition counts 0 windows.
+    windows_of = Counter(conditions[k] for k in windows.learning_recording)
+    groups = []
+    shares = []
+    for individuals, tank in dict.fromkeys(conditions):
+        count = windows_of[individuals, tank]
+        if not count:
+            continue
+        walled = settings if tank is None else settings | {"tank_cm": tank}
+        group = family(
+            individuals=individuals,
+            steps=windows.learning.shape[1],
+            interval_s=windows.interval_s,
+            signals=windows.names,
+            **walled,
         )
-        for condition in dict.fromkeys(conditions)
-        if alike[condition]  # nothing is learned from a recording that is held out
-    }
-    main, *further = groups.values()
-    if further:
-        return Replicates(
-            (main, *further), tuple(alike[condition] / alike.total() for condition in groups)
-        )
-    return main
+        groups.append(group)
+        shares.append(count / windows_of.total())
+    if len(groups) == 1:
+        return groups[0]
+    return Replicates(tuple(groups), tuple(shares))
 
 
 def model_named(name: str) -> Any:
@@ -151,17 +150,16 @@ class RecordedSystem:
     ) -> Self:
         """Return what `entry` wrote; reject a recording that is gone or has changed, unless it is `elsewhere` now."""
         paths = [Path(path) for path in stored["options"]["trajectories"]]
-        for path, digest in zip(paths, stored["sha256"], strict=True) if not elsewhere else ():
+        options = stored["options"] | {"trajectories": paths}
+        if elsewhere:
+            return cls(options)
+        rule = "be the recording that the run began with"
+        for path, digest in zip(paths, stored["sha256"], strict=True):
             digest_now = _digest(path)
-            got = f"{path}, which {'has changed since' if digest_now else 'is not there any more'}"
-            require(
-                digest_now == digest,
-                "trajectories",
-                "be the recording that the run began with",
-                got,
-                remedy,
-            )
-        return cls(stored["options"] | {"trajectories": paths})
+            change = "has changed since" if digest_now else "is not there any more"
+            got = f"{path}, which {change}"
+            require(digest_now == digest, "trajectories", rule, got, remedy)
+        return cls(options)
 
     @property
     def entry(self) -> dict[str, Any]:
@@ -184,9 +182,8 @@ class RecordedSystem:
     ) -> tuple[dict[str, Parameter], list[str]]:
         """Return the parameters of the models, with ranges as said or else as recorded, and in words which are unusual."""
         longest_rest_s = self.options.get("longest_rest", LONGEST_REST_S)
-        recorded = recorded_ranges(
-            family, [recording.cleared(longest_rest_s=longest_rest_s) for recording in recordings]
-        )
+        likely = [recording.cleared(longest_rest_s=longest_rest_s) for recording in recordings]
+        recorded = recorded_ranges(family, likely)
         texts = self.options.get("range") or ()
         ranges = said_ranges(texts, recorded)
         named = {text.partition("=")[0] for text in texts}
@@ -195,9 +192,8 @@ class RecordedSystem:
             usual = family.parameters[name]
             if parameter != usual and name not in named:
                 bounds = f"{parameter.low:g} to {parameter.high:g} {parameter.unit}"
-                lines.append(
-                    f"range of {name} by the recording: {bounds} (usually {usual.low:g} to {usual.high:g})"
-                )
+                usually = f"usually {usual.low:g} to {usual.high:g}"
+                lines.append(f"range of {name} by the recording: {bounds} ({usually})")
         return ranges, lines
 
     def opened(
@@ -221,31 +217,30 @@ class RecordedSystem:
         apart = listed(option("hold_out_individuals"), "hold_out_individuals", "names")
         numbers = listed(option("hold_out_recordings"), "hold_out_recordings", "numbers")
         count = len(paths)
-        fits = (
-            all(each.isdecimal() and 1 <= int(each) <= count for each in numbers)
-            and len(set(numbers)) < count
-        )
+        fits = set(numbers) < set(map(str, range(1, count + 1)))
         rule = f"be numbers of some of the {count} recordings, from 1, but not of all"
         require(fits, "hold_out_recordings", rule, repr(option("hold_out_recordings")))
         if recordings is None:
             recordings = [read_recording(path, "trajectories", self.options) for path in paths]
         motion = tuple(recordings)
         if not getattr(chosen, "headings", False):
-            motion = tuple(replace(each, headings=None) for each in motion)
-        fixed_steps = "window" not in self.options and steps is not None
-        length: Any = (
-            {"steps": steps} if fixed_steps else {"length_s": self.options.get("window", WINDOW_S)}
-        )
-        # signals of neighbors say most of groups whose models take notice of each other
-        together = getattr(chosen, "social", True) and all(
-            len(each.individuals) > 1 for each in motion
-        )
+            motion = tuple(replace(recording, headings=None) for recording in motion)
+        length_s = None
+        if steps is None or "window" in self.options:
+            steps = None
+            length_s = option("window", WINDOW_S)
+        if not (names or signals):
+            # signals of neighbors say most of groups whose models take notice of each other
+            lonely = any(len(recording.individuals) == 1 for recording in motion)
+            social = getattr(chosen, "social", True) and not lonely
+            signals = tuple(SIGNALS) if social else ("speed", "turn")
         rest_s = option("longest_rest", LONGEST_REST_S)
         with refusing_as(RefusedError):
             windows = pooled_windows(
                 motion,
-                **length,
-                signals=names or signals or (tuple(SIGNALS) if together else ("speed", "turn")),
+                steps=steps,
+                length_s=length_s,
+                signals=names or signals,
                 smooth_frames=self.options.get("smooth", 1),
                 longest_rest_s=rest_s,
                 hold_out_individuals=apart,
@@ -257,11 +252,13 @@ class RecordedSystem:
             if issubclass(chosen, Network):
                 tanks = option("tank") or ["recorded"]
                 return windows, network or _learned(likely, windows, tanks, progress), motion
-            social = any(name.startswith("neighbor") for name in windows.names) and issubclass(
-                chosen, Particles
-            )
-            asked = option("tank") or (["recorded"] if social else [])
-            asked = asked * count if asked in (["recorded"], ["none"]) else asked
+            asked = option("tank") or []
+            if not asked and issubclass(chosen, Particles) and NEIGHBOR & set(windows.names):
+                # without walls a group would spread, and neighbors be farther away than in the tank
+                asked = ["recorded"]
+            if asked in (["recorded"], ["none"]):
+                asked = asked * count
+            # `as_recorded` refuses more tanks than there are recordings
             tanks = [_tank(text, likely[min(k, count - 1)]) for k, text in enumerate(asked)]
             family = as_recorded(chosen, likely, windows, tanks=tanks)
         return windows, family, motion
@@ -280,12 +277,13 @@ def _learned(
 
 def _digest(path: Path) -> str:
     """Return the SHA-256 of a file, or of all files in a folder; nothing where there is none."""
-    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
     try:
-        digests = [file_digest(file) for file in files]
+        if not path.is_dir():
+            return file_digest(path)
+        files = [file for file in sorted(path.rglob("*")) if file.is_file()]
+        return digest_of("".join(map(file_digest, files)).encode())
     except OSError:
         return ""
-    return digests[0] if path.is_file() else digest_of("".join(digests).encode())
 
 
 def _tank(text: str, recording: Trajectories) -> tuple[float, float] | None:

@@ -80,8 +80,8 @@ def implausible(
     return doubts
 
 
-def _gaps_between(there: np.ndarray) -> int:
+def _gaps_between(present: np.ndarray) -> int:
     """Return how many positions (F, A) are missing between the first and the last one of individuals."""
-    begun = np.maximum.accumulate(there, axis=0)
-    ending = np.maximum.accumulate(there[::-1], axis=0)[::-1]
-    return int((begun & ending & ~there).sum())
+    begun = np.maximum.accumulate(present, axis=0)
+    ending = np.maximum.accumulate(present[::-1], axis=0)[::-1]
+    return int((begun & ending & ~present).sum())

@@ -53,7 +53,7 @@ _ALL = (
     _tables.MOT_FORMAT, _tables.SLEAP_CSV_FORMAT, _exports.TRACKMATE_XML_FORMAT, _exports.ETHOVISION_FORMAT,
     _exports.GPX_FORMAT, _tables.ROS_FORMAT, _tables.MOVEBANK_FORMAT, _tables.TIDY_FORMAT,
 )  # fmt: skip
-FORMATS = tuple(one.name for one in _ALL)
+FORMATS = tuple(file_format.name for file_format in _ALL)
 """Names of the formats that can be read."""
 
 
@@ -162,21 +162,17 @@ def _from_memory(table: Any, options: Options, format: str | None) -> tuple[Reco
     rule = "be a file, a DataFrame, a Dataset, an array of positions, or a list of them"
     require(is_dataset or isinstance(table, np.ndarray), "path", rule, type(table).__name__)
     inapplicable = ["columns", "resample", "project"]
+    noun = "a Dataset"
     if not is_dataset:
         inapplicable += ["keypoint", "heading"]
+        noun = "an array"
     for name in inapplicable:
         value = getattr(options, name)
-        require(
-            not value,
-            name,
-            f"be left out for {'a Dataset' if is_dataset else 'an array'}",
-            brief(value),
-        )
+        require(not value, name, f"be left out for {noun}", brief(value))
     if not is_dataset:
         return _arrays.read_positions(table, "array"), "array", "array"
-    software, file = (
-        str(table.attrs.get(f"source_{detail}") or "") for detail in ("software", "file")
-    )
+    software = str(table.attrs.get("source_software") or "")
+    file = str(table.attrs.get("source_file") or "")
     return _with_heading(partial(read_dataset, table), options), software, file
 
 
@@ -184,7 +180,8 @@ def _from_file(path: Path, options: Options, format: str | None) -> tuple[Record
     """Return what a file or folder holds, its format and its name."""
     source = str(path)
     if not (path.is_file() or path.is_dir()):
-        path.stat()  # says what is missing
+        # says what is missing
+        path.stat()
         raise refusal(
             "be a file", "a pipe or device", path, "Write what comes out of it to a file."
         )
@@ -222,7 +219,8 @@ def _with_heading(read: Callable[[Options], Recording], options: Options) -> Rec
     points = options.heading
     fits = isinstance(points, tuple | list) and len(points) == 2 and points[0] != points[1]
     require(fits, "heading", "be two points of the body, the one in front first", brief(points))
-    front, back = (read(replace(options, keypoint=point, heading=None)) for point in points)
+    front = read(replace(options, keypoint=points[0], heading=None))
+    back = read(replace(options, keypoint=points[1], heading=None))
     return directed(recording, front, back)
 
 
@@ -259,8 +257,10 @@ def _finish(
     fps = options.fps
     scale = options.pixels_per_cm
     y_axis = options.y_axis or recording.y_axis or usual.get("y_axis")
-    fps = usual.get("fps") if fps is None and recording.fps is None else fps
-    scale = usual.get("pixels_per_cm") if scale is None and recording.unit is None else scale
+    if fps is None and recording.fps is None:
+        fps = usual.get("fps")
+    if scale is None and recording.unit is None:
+        scale = usual.get("pixels_per_cm")
     stated = {
         "fps": fps or recording.fps,
         "pixels_per_cm": scale or recording.unit,
@@ -269,53 +269,47 @@ def _finish(
     missing = [name for name, value in stated.items() if value is None]
     if missing:
         missing_name, *further = missing
-        remedy: list[str | Setting] = [
-            f"Give {_MEANT[missing_name]}." if missing_name in _MEANT else ""
-        ]
+        remedy: list[str | Setting] = []
+        if missing_name in _MEANT:
+            remedy.append(f"Give {_MEANT[missing_name]}.")
         for name in further:
-            remedy += [" " if remedy[-1] else "", "Give ", Setting(name), f", too: {_MEANT[name]}."]
-        refuse(
-            missing_name,
-            "be given",
-            "none, and the file does not state it",
-            tuple(remedy),
-            place=source,
-        )
-    if (
-        fps is not None
-        and recording.fps is not None
-        and not math.isclose(fps, recording.fps, rel_tol=1e-3)
-    ):
-        refuse(
-            "fps",
-            f"be what the file states, {recording.fps}",
-            str(fps),
-            "Leave it out.",
-            place=source,
-        )
+            give = " Give " if remedy else "Give "
+            remedy += [give, Setting(name), f", too: {_MEANT[name]}."]
+        got = "none, and the file does not state it"
+        refuse(missing_name, "be given", got, tuple(remedy), place=source)
+    if fps is not None and recording.fps is not None:
+        rule = f"be what the file states, {recording.fps}"
+        same = math.isclose(fps, recording.fps, rel_tol=1e-3)
+        require(same, "fps", rule, str(fps), "Leave it out.", place=source)
     in_cm = recording.unit == "cm"
     if in_cm and scale is not None:
         refuse("pixels_per_cm", "be left out for a file in cm", brief(scale), place=source)
-    per_cm = 1.0 if in_cm or scale in ("unknown", None) else float(scale)
-    present, positions = recording.present, recording.positions / per_cm
+    in_pixels = not in_cm and scale in ("unknown", None)
+    per_cm = 1.0 if in_cm or in_pixels else float(scale)  # type: ignore[arg-type]
+    present = recording.present
+    positions = recording.positions / per_cm
     farthest = float(np.nanmax(np.abs(recording.positions)))
     if farthest / per_cm > LARGEST:
         rule = f"leave coordinates within +-{LARGEST:.0e} cm"
         got = f"{per_cm:g}, by which {farthest:g} is"
         refuse("pixels_per_cm", rule, f"{got} {farthest / per_cm:g} cm", place=source)
-    headings, confidence = (
-        None if values is None else np.where(present, np.nan_to_num(values), 0.0)
-        for values in (recording.headings, recording.confidence)
-    )
-    degrees = 0.0 if headings is None else share_in_degrees(present, headings)
-    if degrees:
-        got = f"{degrees:.0%} of them beyond 2 pi, which may be degrees"
-        otherwise = "Convert them, or call their column otherwise to leave them out."
-        raise refusal("have headings in rad", got, source, otherwise)
+    confidence = recording.confidence
+    if confidence is not None:
+        confidence = np.where(present, np.nan_to_num(confidence), 0.0)
+    headings = recording.headings
+    if headings is not None:
+        headings = np.where(present, np.nan_to_num(headings), 0.0)
+        degrees = share_in_degrees(present, headings)
+        if degrees:
+            got = f"{degrees:.0%} of them beyond 2 pi, which may be degrees"
+            otherwise = "Convert them, or call their column otherwise to leave them out."
+            raise refusal("have headings in rad", got, source, otherwise)
     remarks = recording.remarks
     if y_axis == "down":
+        # Not -y, which would make -0.0 of 0.
         positions[..., 1] = 0.0 - positions[..., 1]
-        headings = None if headings is None else -headings
+        if headings is not None:
+            headings = -headings
         remarks += ("y pointed down in the file and was turned upwards",)
     with refusing_as(RefusedError, place=source):
         return Trajectories(
@@ -323,7 +317,7 @@ def _finish(
             present=present,
             fps=float(fps or recording.fps),  # type: ignore[arg-type]
             individuals=recording.individuals,
-            unit="cm" if in_cm or scale not in ("unknown", None) else "px",
+            unit="px" if in_pixels else "cm",
             first_frame=recording.first_frame,
             headings=headings,
             confidence=confidence,
@@ -409,7 +403,8 @@ def _number_of(name: str) -> object:
         return name.lower()
 
 
-_FARTHEST_CM = 1e4  # across which hardly any animals are tracked
+# across which hardly any animals are tracked
+_FARTHEST_CM = 1e4
 _NOBODY = ("-1", "-1.0", "nan", "none", "null", "unknown", "unassigned", "noise")
 
 
@@ -423,7 +418,9 @@ def _find(path: Path, named: bool) -> Format:
     fitting = [reader for reader in _ALL if reader.recognizes(glance)]
     if named and glance.kind == "text":
         tables = [reader for reader in fitting if reader.has_columns]
-        fitting = tables if len(tables) == 1 else [_tables.TIDY_FORMAT]
+        fitting = [_tables.TIDY_FORMAT]
+        if len(tables) == 1:
+            fitting = tables
     if len(fitting) == 1:
         return fitting[0]
     if not fitting and glance.lines and _NUMBERS.fullmatch(glance.lines[0]):
@@ -431,13 +428,11 @@ def _find(path: Path, named: bool) -> Format:
         boxes = "frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z for those of MOT"
         remedy = f"Name its columns there, for example frame,id,x,y, or {boxes}."
         raise refusal("begin with a header line", got, f"{path}:1", remedy)
-    received = (
-        "what fits " + " and ".join(reader.name for reader in fitting)
-        if fitting
-        else "none of them"
-    )
+    received = "none of them"
     give: list[str | Setting] = ["Give ", Setting("format"), "."]
-    if not fitting:
+    if fitting:
+        received = "what fits " + " and ".join(reader.name for reader in fitting)
+    else:
         _refuse_encoding(glance, path)
     if glance.lines and not fitting:
         cells = glance.cells(separator_of(glance.lines[0]))
@@ -499,12 +494,12 @@ _FOREIGN = (
 def _look(path: Path) -> Glance:
     if path.is_dir():
         archives = _arrays.files_of(path)
-        tables = [] if archives else _exports.csv_files(path)
-        if not tables:
-            return Glance(
-                "npz", names=tuple(frozenset(_arrays.array_sizes(file)) for file in archives)
-            )
-        return _look(tables[0])
+        tables = _exports.csv_files(path)
+        # A folder of archives may have tables beside them.
+        if tables and not archives:
+            return _look(tables[0])
+        names = tuple(frozenset(_arrays.array_sizes(file)) for file in archives)
+        return Glance("npz", names=names)
     with path.open("rb") as file:
         head = file.read(1 << 16)
         file.seek(0)
@@ -530,31 +525,26 @@ def _look(path: Path) -> Glance:
             return Glance("text", lines=tuple(opening))
     refuse_utf16(head, path)
     # who reads the lines refuses what is not UTF-8, with its line
-    lines = [
-        line.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace").rstrip("\r\n") for line in raw
-    ]
-    return Glance(
-        "text", lines=() if any("\0" in line for line in lines) else tuple(filter(None, lines))
-    )
+    lines = []
+    for line in raw:
+        text = line.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace").rstrip("\r\n")
+        if "\0" in text:
+            return Glance("text")
+        if text:
+            lines.append(text)
+    return Glance("text", lines=tuple(lines))
 
 
 def _confident(recording: Recording, least_confidence: float, source: str) -> Recording:
     """Return the recording without the positions of which the tracker is less sure."""
     if recording.confidence is None:
-        refuse(
-            "min_confidence",
-            "be left out",
-            f"{least_confidence} for a file without confidence",
-            place=source,
-        )
+        got = f"{least_confidence} for a file without confidence"
+        refuse("min_confidence", "be left out", got, place=source)
     sure = np.where(recording.present, np.nan_to_num(recording.confidence), 0.0)
     unsure = recording.present & (sure < least_confidence)
     if (unsure == recording.present).all():
-        raise refusal(
-            f"hold a position with confidence {least_confidence} or more",
-            f"at most {sure.max()}",
-            source,
-        )
+        rule = f"hold a position with confidence {least_confidence} or more"
+        raise refusal(rule, f"at most {sure.max()}", source)
     remark = f"{unsure.sum()} positions with a confidence below {least_confidence} count as missing"
     positions = np.where(unsure[..., None], np.nan, recording.positions)
     return replace(recording, positions=positions, remarks=(*recording.remarks, remark))
@@ -566,19 +556,22 @@ _LEAST_CONTINUITY = 0.7
 
 def _check_order(recording: Recording, source: str) -> None:
     """Refuse rows without frame numbers in which neighboring frames are as far apart as distant ones: shuffled rows."""
-    frames, typical = len(recording.positions), []
+    frames = len(recording.positions)
     if recording.numbered or frames < 2 * _FEWEST:
         return
-    for lag in (1, frames // 2):
-        steps = np.hypot(
-            *np.moveaxis(recording.positions[lag:] - recording.positions[:-lag], -1, 0)
-        )
-        finite = steps[~np.isnan(steps)]
-        typical.append(float(np.median(finite)) if len(finite) >= _FEWEST else math.nan)
-    neighboring, distant = typical
+    neighboring = _typical_step(recording.positions, 1)
+    distant = _typical_step(recording.positions, frames // 2)
     if neighboring > _LEAST_CONTINUITY * distant:
         rule = "have its rows in the order of time"
         received = f"a typical step of {neighboring:.3g} between neighboring rows and {distant:.3g} between distant ones"
         raise refusal(
             rule, received, source, "The rows may be shuffled; they carry no frame number."
         )
+
+
+def _typical_step(positions: np.ndarray, lag: int) -> float:
+    """Return the median distance between positions (F, A, 2) that are `lag` rows apart; NaN if few are there."""
+    ways = positions[lag:] - positions[:-lag]
+    steps = np.hypot(ways[..., 0], ways[..., 1])
+    finite = steps[~np.isnan(steps)]
+    return float(np.median(finite)) if len(finite) >= _FEWEST else math.nan

@@ -38,9 +38,12 @@ class Look:
     @property
     def doubts(self) -> tuple[str, ...]:
         """What may be meant otherwise than it was read, or can hardly be true; a sentence each."""
+        doubts = (*self.problems.doubts, *self.problems.headings)
         every = self.problems.every
+        if every == 1:
+            return doubts
         thin = f"only one frame in {every} is there: keep those, by every={every} or `thinned`"
-        return (*[thin] * (every > 1), *self.problems.doubts, *self.problems.headings)
+        return (thin, *doubts)
 
     @cached_property
     def facts(self) -> dict[str, str]:
@@ -106,12 +109,17 @@ class Look:
         return "\n".join([*lines, "", *odd, *self.recording.remarks])
 
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><th style='text-align:left'>{escape(name)}</th><td style='text-align:left'>{escape(value)}</td></tr>"
-            for name, value in self.facts.items()
-        )
-        odd = "".join(f"<li>{escape(doubt)}</li>" for doubt in self.doubts or (NOTHING_ODD,))
-        return f"<table>{rows}</table><ul>{odd}</ul>{''.join(picture.svg for picture in self.pictures())}"
+        left = "style='text-align:left'"
+        html = "<table>"
+        for name, value in self.facts.items():
+            html += f"<tr><th {left}>{escape(name)}</th><td {left}>{escape(value)}</td></tr>"
+        html += "</table><ul>"
+        for doubt in self.doubts or (NOTHING_ODD,):
+            html += f"<li>{escape(doubt)}</li>"
+        html += "</ul>"
+        for picture in self.pictures():
+            html += picture.svg
+        return html
 
     def pictures(self) -> list[Picture]:
         """Return figures of tracks, presence over time, and distributions of speed and turn."""
@@ -120,7 +128,7 @@ class Look:
         unlikely = recording.present & ~self._likely.present
         absent = ~self._likely.present[..., None]
         likely = np.where(absent, np.nan, recording.positions)
-        what = (
+        caption = (
             "Each individual in a color; dashed, the tank of the models, as far as positions reach."
         )
         tracks = tracks_figure(
@@ -130,14 +138,14 @@ class Look:
             unlikely=recording.positions[unlikely],
             unit=recording.unit,
         )
-        jumps = [
-            (names.index(jump.individual), (jump.frame - recording.first_frame) / recording.fps)
-            for jump in self.problems.jumps
-        ]
+        jumps = []
+        for jump in self.problems.jumps:
+            time_s = (jump.frame - recording.first_frame) / recording.fps
+            jumps.append((names.index(jump.individual), time_s))
         when = "A bar where an individual has positions that can be true; a mark where it jumps."
         presence = presence_figure(names, self._likely.present, jumps, recording.fps)
         pictures = [
-            Picture("tracks", "Tracks", what, tracks),
+            Picture("tracks", "Tracks", caption, tracks),
             Picture("presence", "Who is there when", when, presence, wide=True),
         ]
         for name, values in self._signals.items():

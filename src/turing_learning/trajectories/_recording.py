@@ -157,9 +157,11 @@ Place = Callable[[int], str]
 def natural(name: str) -> tuple[list[tuple[int, str]], str]:
     """Return a sorting key by which fish10 comes after fish9."""
     pieces = re.split(r"([0-9]+)", name)
-    return [
-        (len(piece.lstrip("0")), piece) if k % 2 else (0, piece) for k, piece in enumerate(pieces)
-    ], name
+    # Every second piece is a number: the one with more digits is the larger one.
+    key = []
+    for k, piece in enumerate(pieces):
+        key.append((len(piece.lstrip("0")) if k % 2 else 0, piece))
+    return key, name
 
 
 def check_positions(positions: np.ndarray, where: Place, source: object) -> None:
@@ -193,17 +195,20 @@ def assemble(
     where hardly any frame has a row. Odd frame numbers are refused, too.
     """
     integral = (frames >= 0) & (frames <= LARGEST) & (frames == np.floor(frames))
-    refuse_first(
-        ~integral, where, f"have frame numbers that are whole, from 0 to {LARGEST:.0e}", frames
-    )
+    rule = f"have frame numbers that are whole, from 0 to {LARGEST:.0e}"
+    refuse_first(~integral, where, rule, frames)
     labels = np.asarray(names, dtype=object)
     refuse_first(labels == "", where, "name the individual in each row", labels)
     check_positions(positions, where, where(0))
     individuals = sorted(set(names), key=natural)
-    numbers, order_of = frames.astype(np.int64), {name: k for k, name in enumerate(individuals)}
+    order_of = {name: k for k, name in enumerate(individuals)}
     who = np.array([order_of[name] for name in names])
-    first_frame, last_frame = int(numbers.min()), int(numbers.max())
-    count, late = last_frame - first_frame + 1, int(np.argmax(numbers))
+    numbers = frames.astype(np.int64)
+    first_frame = int(numbers.min())
+    last_frame = int(numbers.max())
+    late = int(np.argmax(numbers))
+    count = last_frame - first_frame + 1
+    # Times that are taken for frame numbers leave most frames without a row.
     if count > SPARSEST * max(len(np.unique(numbers)), 100):
         rule = f"name at least one frame in {SPARSEST} between its first and its last"
         raise refusal(rule, f"frames {first_frame} to {last_frame}", where(late), sparse)
@@ -213,10 +218,10 @@ def assemble(
     values = np.column_stack([positions, *extras.values()])
     order = np.lexsort((who, numbers))
     again = (np.diff(numbers[order]) == 0) & (np.diff(who[order]) == 0)
-    row, repeat = order[:-1][again], order[1:][again]
-    differs = ~(
-        (values[row] == values[repeat]) | (np.isnan(values[row]) & np.isnan(values[repeat]))
-    ).all(axis=1)
+    row = order[:-1][again]
+    repeat = order[1:][again]
+    both_missing = np.isnan(values[row]) & np.isnan(values[repeat])
+    differs = ~((values[row] == values[repeat]) | both_missing).all(axis=1)
     for early, late in np.sort(np.stack([row, repeat], axis=1)[differs], axis=1)[:1]:
         got = f"another one for frame {numbers[early]} than {where(early)}"
         raise refusal("give one position for each individual and frame", got, where(late), twice)
@@ -224,18 +229,17 @@ def assemble(
         remarks += (f"{len(row)} rows said the same as another and were dropped",)
     dense = np.full((count, len(individuals), values.shape[1]), np.nan)
     dense[numbers - first_frame, who] = values
-    measured: dict[str, Any] = {name: dense[..., 2 + k] for k, name in enumerate(extras)}
-    return Recording(
-        dense[..., :2], tuple(individuals), first_frame, remarks=remarks, **measured, **stated
-    )
+    for k, name in enumerate(extras):
+        stated[name] = dense[..., 2 + k]
+    return Recording(dense[..., :2], tuple(individuals), first_frame, remarks=remarks, **stated)
 
 
 def directed(recording: Recording, front: Recording, back: Recording) -> Recording:
     """Return a recording whose headings lead from one point of the body to another; without both a position is missing."""
-    who = [
-        [point.individuals.index(name) for name in recording.individuals] for point in (front, back)
-    ]
-    ahead = front.positions[:, who[0]] - back.positions[:, who[1]]
+    # Who has no position in one of the files stands elsewhere in its order.
+    in_front = [front.individuals.index(name) for name in recording.individuals]
+    in_back = [back.individuals.index(name) for name in recording.individuals]
+    ahead = front.positions[:, in_front] - back.positions[:, in_back]
     headings = np.arctan2(ahead[..., 1], ahead[..., 0])
     unknown = recording.present & (np.isnan(headings) | (ahead == 0).all(axis=2))
     remarks = recording.remarks
@@ -282,19 +286,16 @@ class Problems:
     missing: dict[str, int]  #: For each individual: frames without a position
     gaps: dict[str, int]  #: Runs of such frames
     longest_gap: dict[str, int]  #: Frames in the longest
-    jumps: tuple[
-        Jump, ...
-    ]  #: Steps that are too long, in order of time; displacements over a gap are no steps
+    #: Steps that are too long, in order of time; displacements over a gap are no steps
+    jumps: tuple[Jump, ...]
     #: Numbers of frames in which everybody is exactly where they were in the one before: the video stood still
     repeated_frames: tuple[int, ...]
-    empty_frames: tuple[
-        int, ...
-    ]  #: Numbers of frames without anybody, whether the file has them or not
+    #: Numbers of frames without anybody, whether the file has them or not
+    empty_frames: tuple[int, ...]
     typical_step: float  #: Median length of the steps that are not 0, in the unit of the recording
     frames: int  #: Their number
-    remarks: tuple[
-        str, ...
-    ] = ()  #: What the reader and later steps have to say, among it the direction of y
+    #: What the reader and later steps have to say, among it the direction of y
+    remarks: tuple[str, ...] = ()
     #: Names of those in one place in all of their frames, two or more: a lost track, a dead animal, a mark
     still: tuple[str, ...] = ()
     every: int = 1  #: Only one frame in so many is there, evenly; 1 otherwise
@@ -318,29 +319,31 @@ class Problems:
         return any(self.missing.values()) or any(problems)
 
     def __str__(self) -> str:
-        lines = [
-            f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"
-        ] * (self.every > 1)
+        lines: list[str] = []
+        if self.every > 1:
+            thinning = f"`thinned({self.every})` keeps those"
+            lines.append(f"only one frame in {self.every} is there: {thinning}")
         lines += self.headings + self.doubts
         gaps = [name for name, count in self.missing.items() if count]
         if len(gaps) > MOST_LINES:
             lines.append(self.described_gaps)
         else:
-            lines += [self._gaps_of(name) for name in gaps]
+            lines += map(self._gaps_of, gaps)
         if len(self.jumps) > MOST_LINES:
             lines.append(self.described_jumps)
         else:
-            lines += [self._described(jump) for jump in self.jumps]
-        lines += [
-            f"{name}: never moves, in {counted(self.frames - self.missing[name])}"
-            for name in self.still
-        ]
+            lines += map(self._described, self.jumps)
+        for name in self.still:
+            frames_there = counted(self.frames - self.missing[name])
+            lines.append(f"{name}: never moves, in {frames_there}")
         for problem, frames in (
             ("repeat the one before", self.repeated_frames),
             ("without anybody", self.empty_frames),
         ):
             if frames:
-                listed = ", ".join(map(str, frames[:10])) + (", ..." if len(frames) > 10 else "")
+                listed = ", ".join(map(str, frames[:10]))
+                if len(frames) > 10:
+                    listed += ", ..."
                 lines.append(f"{counted(len(frames))} {problem}: {listed}")
         return "\n".join([*lines, *self.remarks]) or "no problems found"
 

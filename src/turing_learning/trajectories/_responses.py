@@ -54,16 +54,14 @@ class ResponseMaps:
 
         Only cells with 20 moments or more in both count; NaN where there are fewer than three.
         """
-        same = all(
-            np.array_equal(getattr(self, edges), getattr(other, edges))
-            for edges in ("edges_cm", "wall_edges_cm", "wall_angles")
-        )
-        require(same, "other", "have the same cells (`like`)", "others")
-        near = np.minimum(self.moments, other.moments)
+        for name in ("edges_cm", "wall_edges_cm", "wall_angles"):
+            same = np.array_equal(getattr(self, name), getattr(other, name))
+            require(same, "other", "have the same cells (`like`)", "others")
+        neighbor = np.minimum(self.moments, other.moments)
         wall = np.minimum(self.wall_moments, other.wall_moments)
         return {
-            "turning": _correlation(self.turning, other.turning, near),
-            "acceleration": _correlation(self.acceleration, other.acceleration, near),
+            "turning": _correlation(self.turning, other.turning, neighbor),
+            "acceleration": _correlation(self.acceleration, other.acceleration, neighbor),
             "wall_turning": _correlation(self.wall_turning, other.wall_turning, wall),
         }
 
@@ -110,11 +108,9 @@ def response_maps(
     check_tank(tank_cm)
     number("lag_s", lag_s, above=0)
     integer("cells", cells, 3)
-    parts = [_moments(recording, lag_s, tank_cm) for recording in recordings]
-    offset, turning, acceleration = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    distance, direction, wall_turning = (
-        np.concatenate([part[k] for part in parts]) for k in range(3, 6)
-    )
+    per_recording = [_moments(recording, lag_s, tank_cm) for recording in recordings]
+    joined = map(np.concatenate, zip(*per_recording, strict=True))
+    offset, turning, acceleration, distance, direction, wall_turning = joined
     if not len(offset):
         refuse("recordings", "hold two individuals beside each other", "none")
     if like is None:
@@ -126,13 +122,13 @@ def response_maps(
         edges = like.edges_cm
         wall_edges = like.wall_edges_cm
         angles = like.wall_angles
-    near = _Cells(offset[:, 0], -offset[:, 1], edges, edges)
+    neighbor = _Cells(offset[:, 0], -offset[:, 1], edges, edges)
     wall = _Cells(distance, direction, wall_edges, angles)
     return ResponseMaps(
         edges_cm=edges,
-        turning=near.mean(turning),
-        acceleration=near.mean(acceleration),
-        moments=near.moments,
+        turning=neighbor.mean(turning),
+        acceleration=neighbor.mean(acceleration),
+        moments=neighbor.moments,
         wall_edges_cm=wall_edges,
         wall_angles=angles,
         wall_turning=wall.mean(wall_turning),
@@ -155,17 +151,20 @@ def response_figure(maps: Mapping[str, ResponseMaps]) -> "Figure":
     from turing_learning.figures.recordings import maps_figure
 
     require(maps, "maps", "be of one source or several", "none")
-    first = next(iter(maps.values()))
-    near = (first.edges_cm, first.edges_cm)
-    wall = (np.degrees(first.wall_angles), first.wall_edges_cm)
-    places = ("to its right (cm)", "ahead of it (cm)")
+    leader = next(iter(maps.values()))
+    neighbor = (leader.edges_cm, leader.edges_cm)
+    wall = (np.degrees(leader.wall_angles), leader.wall_edges_cm)
+    axis_labels = ("to its right (cm)", "ahead of it (cm)")
+    rows = []
+    for source_maps in maps.values():
+        rows.append([source_maps.turning, source_maps.acceleration, source_maps.wall_turning])
     return maps_figure(
         list(maps),
-        [[one.turning, one.acceleration, one.wall_turning] for one in maps.values()],
-        [near, near, wall],
+        rows,
+        [neighbor, neighbor, wall],
         [
-            ("turn to the left (rad/s)", *places),
-            ("acceleration (cm/s²)", *places),
+            ("turn to the left (rad/s)", *axis_labels),
+            ("acceleration (cm/s²)", *axis_labels),
             ("turn by the wall (rad/s)", "wall to its left (degrees)", "distance of the wall (cm)"),
         ],
     )
@@ -193,37 +192,37 @@ def _moments(
 ) -> tuple[np.ndarray, ...]:
     """Return offsets of the nearest other (ahead, left), turning and acceleration; distance, direction, turning of walls."""
     lag = max(1, round(lag_s * recording.fps))
-    places = recording.positions
+    positions = recording.positions
     present = recording.present
-    before = places[lag:-lag] - places[: -2 * lag]
-    after = places[2 * lag :] - places[lag:-lag]
-    there = present[2 * lag :] & present[lag:-lag] & present[: -2 * lag]
+    before = positions[lag:-lag] - positions[: -2 * lag]
+    after = positions[2 * lag :] - positions[lag:-lag]
+    complete = present[2 * lag :] & present[lag:-lag] & present[: -2 * lag]
     length = np.hypot(before[..., 0], before[..., 1])
-    if not there.any():
+    if not complete.any():
         return tuple(np.empty((0, 2) if k == 0 else 0) for k in range(6))
-    there &= length > SLOWEST * np.median(length[there])
+    complete &= length > SLOWEST * np.median(length[complete])
     course = np.arctan2(before[..., 1], before[..., 0])
     seconds = lag / recording.fps
     turning = wrap(np.arctan2(after[..., 1], after[..., 0]) - course) / seconds
     acceleration = (np.hypot(after[..., 0], after[..., 1]) - length) / seconds**2
-    offset, near = nearest_others(places[lag:-lag], present[lag:-lag])
-    near &= there
+    offset, beside = nearest_others(positions[lag:-lag], present[lag:-lag])
+    beside &= complete
     ahead = offset[..., 0] * np.cos(course) + offset[..., 1] * np.sin(course)
     left = offset[..., 1] * np.cos(course) - offset[..., 0] * np.sin(course)
     # the nearest of four walls, each as its distance and where it is from here
     low, high = recording.reach if tank_cm is None else (np.zeros(2), np.array(tank_cm))
-    here = places[lag:-lag]
-    distances = np.concatenate([here - low, high - here], axis=-1)
+    middle = positions[lag:-lag]
+    distances = np.concatenate([middle - low, high - middle], axis=-1)
     nearest = distances.argmin(axis=-1)
     bearings = np.array([np.pi, -np.pi / 2, 0.0, np.pi / 2])[nearest]
     direction = wrap(bearings - course)
     return (
-        np.stack([ahead[near], left[near]], axis=1),
-        turning[near],
-        acceleration[near],
-        distances.min(axis=-1)[there],
-        direction[there],
-        turning[there],
+        np.stack([ahead[beside], left[beside]], axis=1),
+        turning[beside],
+        acceleration[beside],
+        distances.min(axis=-1)[complete],
+        direction[complete],
+        turning[complete],
     )
 
 

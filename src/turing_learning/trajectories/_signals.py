@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turing_learning.errors import brief, integer, number, refuse, require
+from turing_learning.errors import brief, integer, number, require
 
 SIGNALS = {"speed": "cm/s", "turn": "rad/s", "neighbor_distance": "cm", "neighbor_bearing": "rad"}
 """Signals and their units (px instead of cm where the scale is unknown)."""
@@ -64,30 +64,21 @@ def compute_signals(
         Values (..., F - 1, A, D), and where they are valid.
     """
     positions = np.asarray(positions, dtype=np.float64)
-    present = np.ones(positions.shape[:-1], dtype=bool) if present is None else present
     shape = positions.shape[:-1]
-    if positions.ndim < 3 or positions.shape[-1] != 2 or positions.shape[-3] < 2:
-        refuse(
-            "positions", "be of shape (..., F, A, 2) with 2 frames or more", str(positions.shape)
-        )
-    for name, array in (("present", present), ("headings", headings)):
-        if array is not None:
-            require(
-                array.shape == shape, name, f"be of shape (..., F, A) = {shape}", str(array.shape)
-            )
-    require(
-        np.isfinite(positions[present]).all(),
-        "positions",
-        "be finite wherever `present`",
-        "a value that is not",
-    )
+    fits = positions.ndim > 2 and positions.shape[-1] == 2 and positions.shape[-3] > 1
+    rule = "be of shape (..., F, A, 2) with 2 frames or more"
+    require(fits, "positions", rule, str(positions.shape))
+    if present is None:
+        present = np.ones(shape, dtype=bool)
+    rule = f"be of shape (..., F, A) = {shape}"
+    require(present.shape == shape, "present", rule, str(present.shape))
+    if headings is not None:
+        require(headings.shape == shape, "headings", rule, str(headings.shape))
+    finite = np.isfinite(positions[present]).all()
+    require(finite, "positions", "be finite wherever `present`", "a value that is not")
     number("fps", fps, above=0)
-    fits = (
-        bool(names)
-        and not isinstance(names, str)
-        and set(names) <= set(SIGNALS)
-        and len(set(names)) == len(names)
-    )
+    fits = bool(names) and not isinstance(names, str)
+    fits = fits and set(names) <= set(SIGNALS) and len(set(names)) == len(names)
     require(fits, "names", f"be some of {', '.join(SIGNALS)}, each once", brief(names))
     odd = integer("smooth_frames", smooth_frames, 1) % 2
     require(odd, "smooth_frames", "be odd and 1 or more", smooth_frames)
@@ -106,9 +97,15 @@ def compute_signals(
         measured["neighbor_distance"] = (np.hypot(offset[..., 0], offset[..., 1]), has_neighbor)
         bearing = wrap(np.arctan2(offset[..., 1], offset[..., 0]) - heading)
         measured["neighbor_bearing"] = (bearing, has_neighbor & heading_known)
-    columns, needed = zip(*(measured[name] for name in names), strict=True)
-    valid = np.logical_and.reduce([consecutive, *needed])
-    return Signals(np.where(valid[..., None], np.stack(columns, axis=-1), 0.0), valid, tuple(names))
+    columns = []
+    # A step lacks all signals where it lacks one: classifiers see them together.
+    valid = consecutive
+    for name in names:
+        column, exists = measured[name]
+        columns.append(column)
+        valid = valid & exists
+    values = np.where(valid[..., None], np.stack(columns, axis=-1), 0.0)
+    return Signals(values, valid, tuple(names))
 
 
 def _course(
@@ -119,11 +116,12 @@ def _course(
         return headings[..., :-1, :], consecutive, wrap(np.diff(headings, axis=-2)), consecutive
     # The direction is that of the last displacement
     last_move = last_true(consecutive & (step != 0).any(axis=-1), -2)
-    direction = np.take_along_axis(
-        np.arctan2(step[..., 1], step[..., 0]), np.maximum(last_move, 0), axis=-2
-    )
-    course_known = last_move > last_true(~consecutive, -2)  # since the last gap
-    came, came_known = _delayed(direction), _delayed(course_known)
+    angle = np.arctan2(step[..., 1], step[..., 0])
+    direction = np.take_along_axis(angle, np.maximum(last_move, 0), axis=-2)
+    # since the last gap
+    course_known = last_move > last_true(~consecutive, -2)
+    came = _delayed(direction)
+    came_known = _delayed(course_known)
     turned = np.where(course_known & came_known, wrap(direction - came), 0.0)
     return came, came_known, turned, consecutive & _delayed(consecutive)
 
@@ -143,15 +141,13 @@ def nearest_others(positions: np.ndarray, present: np.ndarray) -> tuple[np.ndarr
     present : (..., A)
         Who is there; only these are anybody's neighbors.
     """
-    offset, nearest = np.zeros_like(positions), np.full(present.shape, np.inf)
-    individuals = positions.shape[-2]
-    for shift in range(1, individuals):
+    offset = np.zeros_like(positions)
+    nearest = np.full(present.shape, np.inf)
+    # One shift after the other takes less memory than all pairs at once.
+    for shift in range(1, positions.shape[-2]):
         candidate = np.roll(positions, -shift, axis=-2) - positions
-        distance = np.where(
-            np.roll(present, -shift, axis=-1),
-            np.hypot(candidate[..., 0], candidate[..., 1]),
-            np.inf,
-        )
+        distance = np.hypot(candidate[..., 0], candidate[..., 1])
+        distance = np.where(np.roll(present, -shift, axis=-1), distance, np.inf)
         closer = distance < nearest
         offset = np.where(closer[..., None], candidate, offset)
         nearest = np.where(closer, distance, nearest)
@@ -162,9 +158,8 @@ def last_true(flags: np.ndarray, axis: int = 0) -> np.ndarray:
     """Return the place of the last true at or before each place, -1 if there is none."""
     shape = [1] * flags.ndim
     shape[axis] = flags.shape[axis]
-    return np.maximum.accumulate(
-        np.where(flags, np.arange(flags.shape[axis]).reshape(shape), -1), axis=axis
-    )
+    index = np.arange(flags.shape[axis]).reshape(shape)
+    return np.maximum.accumulate(np.where(flags, index, -1), axis=axis)
 
 
 def next_true(flags: np.ndarray, axis: int = 0) -> np.ndarray:
@@ -180,20 +175,20 @@ def smooth(positions: np.ndarray, present: np.ndarray, frames: int) -> np.ndarra
     reach = np.clip(reach, 0, frames // 2)
     total = np.zeros_like(positions)
     for offset in range(-(frames // 2), frames // 2 + 1):
-        at = np.clip(frame + offset, 0, count - 1)
-        shifted = np.take_along_axis(
-            positions, np.broadcast_to(at, present.shape)[..., None], axis=-3
-        )
+        at = np.broadcast_to(np.clip(frame + offset, 0, count - 1), present.shape)
+        shifted = np.take_along_axis(positions, at[..., None], axis=-3)
         total += np.where((abs(offset) <= reach)[..., None], shifted, 0.0)
     return np.where(present[..., None], total / (2 * reach + 1)[..., None], 0.0)
 
 
-def filled(positions: np.ndarray, known: np.ndarray) -> np.ndarray:
+def filled(positions: np.ndarray, present: np.ndarray) -> np.ndarray:
     """Return positions (F, A, 2) with gaps filled by straight motion, held before the first known one and after the last."""
-    frames, paths = np.arange(len(positions)), positions.copy()
-    for k in np.flatnonzero(known.any(axis=0)):
+    frames = np.arange(len(positions))
+    paths = positions.copy()
+    for k in np.flatnonzero(present.any(axis=0)):
+        at = present[:, k]
         for axis in range(2):
-            paths[:, k, axis] = np.interp(frames, frames[known[:, k]], paths[known[:, k], k, axis])
+            paths[:, k, axis] = np.interp(frames, frames[at], paths[at, k, axis])
     return paths
 
 

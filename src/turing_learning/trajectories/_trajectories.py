@@ -61,9 +61,8 @@ class Trajectories:
     source: str = ""  #: Where it comes from
     format: str = ""  #: The tracker's, one of `FORMATS`
     remarks: tuple[str, ...] = ()  #: What was done on the way here, in words
-    choices: tuple[
-        str, ...
-    ] = ()  #: What its reader took a file for that could be read otherwise, in words
+    #: What its reader took a file for that could be read otherwise, in words
+    choices: tuple[str, ...] = ()
     reading: Reading = field(default_factory=Reading)  #: How its file was read
 
     def __post_init__(self) -> None:
@@ -75,10 +74,9 @@ class Trajectories:
                 array.shape[:2] == shape, name, f"be of shape (F, A) = {shape}", str(array.shape)
             )
             for index in map(tuple, np.argwhere(~np.isfinite(array))[:1].tolist()):
+                call = "`load_trajectories(positions, fps=..., ...)`"
                 remedy = "Where somebody is absent, `present` is false and positions are 0; "
-                remedy += (
-                    "`load_trajectories(positions, fps=..., ...)` makes that of an array with NaN."
-                )
+                remedy += f"{call} makes that of an array with NaN."
                 refuse(name, "be finite", f"{array[index]} at {index}", remedy)
         if self.present.dtype != bool or not self.present.any():
             refuse("present", "be booleans, some of them true", str(self.present.dtype))
@@ -144,15 +142,10 @@ class Trajectories:
         unlikely = self._unlikely(jump_factor, LONGEST_REST_S)
         likely = ~(unlikely.stand_ins | unlikely.outside)
         steps, jumping, typical = self._steps(jump_factor, likely)
-        jumps = [
-            Jump(
-                names[who],
-                int(first_frame + frame),
-                float(steps[frame, who]),
-                float(steps[frame, who] / typical),
-            )
-            for frame, who in np.argwhere(jumping)
-        ]
+        jumps = []
+        for frame, who in np.argwhere(jumping):
+            length = float(steps[frame, who])
+            jumps.append(Jump(names[who], int(first_frame + frame), length, length / typical))
         same = (
             (steps == 0).all(axis=1)
             & (present[1:] == present[:-1]).all(axis=1)
@@ -160,14 +153,19 @@ class Trajectories:
         )
         # So that gaps lie between frames with somebody
         boundaries = np.pad(present, ((1, 1), (0, 0)), constant_values=True)
-        lengths = {
-            name: np.diff(np.flatnonzero(boundaries[:, k])) - 1 for k, name in enumerate(names)
-        }
+        missing = {}
+        gaps = {}
+        longest_gap = {}
+        for k, name in enumerate(names):
+            lengths = np.diff(np.flatnonzero(boundaries[:, k])) - 1
+            missing[name] = int(lengths.sum())
+            gaps[name] = int((lengths > 0).sum())
+            longest_gap[name] = int(lengths.max())
         starts = positions[present.argmax(axis=0), np.arange(present.shape[1])]
         moved = ((positions != starts).any(axis=2) & present).any(axis=0)
-        doubts = [
-            f"{description}; windows leave that out" for description in self._described(unlikely)
-        ]
+        doubts = []
+        for description in self._described(unlikely):
+            doubts.append(f"{description}; windows leave that out")
         plausible = consecutive & likely[1:] & likely[:-1]
         doubts += implausible(
             positions, present & likely, steps[plausible], fps=self.fps, unit=self.unit, names=names
@@ -184,14 +182,18 @@ class Trajectories:
             shortest = counted(int(np.median(present.sum(axis=0))))
             who = f"{len(names)} individuals, of whom at most {at_once} are there at once"
             doubts.append(f"{who}, and half for {shortest} or fewer: they may be pieces of paths")
-        unsure = np.zeros(1) if self.confidence is None else self.confidence[present] < UNSURE
-        if unsure.any():
+        if self.confidence is not None:
+            unsure = self.confidence[present] < UNSURE
             share = f"{unsure.mean():.1%} of all positions have a confidence below {UNSURE}"
-            doubts.append(f"{share}; `min_confidence` drops those")
+            if unsure.any():
+                doubts.append(f"{share}; `min_confidence` drops those")
+        headings: tuple[str, ...] = ()
+        if self.headings is not None:
+            headings = doubt_headings(positions, present, self.headings)
         return Problems(
-            missing={name: int(gaps.sum()) for name, gaps in lengths.items()},
-            gaps={name: int((gaps > 0).sum()) for name, gaps in lengths.items()},
-            longest_gap={name: int(gaps.max()) for name, gaps in lengths.items()},
+            missing=missing,
+            gaps=gaps,
+            longest_gap=longest_gap,
             jumps=tuple(jumps),
             repeated_frames=tuple((np.flatnonzero(same) + first_frame + 1).tolist()),
             empty_frames=tuple((np.flatnonzero(~present.any(axis=1)) + first_frame).tolist()),
@@ -201,9 +203,7 @@ class Trajectories:
             still=tuple(names[who] for who in np.flatnonzero((present.sum(axis=0) > 1) & ~moved)),
             every=self.every,
             unit=self.unit,
-            headings=()
-            if self.headings is None
-            else doubt_headings(positions, present, self.headings),
+            headings=headings,
             doubts=(*self.choices, *doubts),
         )
 
@@ -219,7 +219,10 @@ class Trajectories:
         lengths = np.hypot(*np.moveaxis(np.diff(self.positions, axis=0), -1, 0))
         steps = np.where(consecutive, lengths, 0.0)
         sound = np.where(likely[1:] & likely[:-1], steps, 0.0)
-        typical = float(np.median(sound[sound > 0])) if (sound > 0).any() else 0.0
+        # Steps of 0 are rests, or frames that a tracker repeats: they say nothing of how far individuals move.
+        typical = 0.0
+        if (sound > 0).any():
+            typical = float(np.median(sound[sound > 0]))
         return steps, sound > jump_factor * typical, typical
 
     def announce(self) -> None:
@@ -284,28 +287,28 @@ class Trajectories:
         headings turn the shorter way.
         """
         max_gap = integer("max_gap", max_gap, 1)
-        before, after = last_true(self.present), next_true(self.present)
-        filled = (
-            ~self.present & (before >= 0) & (after < len(before)) & (after - before - 1 <= max_gap)
-        )
+        before = last_true(self.present)
+        after = next_true(self.present)
+        between = (before >= 0) & (after < len(before))
+        filled = ~self.present & between & (after - before - 1 <= max_gap)
         frame, who = np.nonzero(filled)
-        start_frame, right = before[filled], after[filled]
-        share = (frame - start_frame) / (right - start_frame)
+        start_frame = before[filled]
+        end_frame = after[filled]
+        share = (frame - start_frame) / (end_frame - start_frame)
         arrays = {
             "positions": self.positions.copy(),
             "present": self.present | filled,
             "interpolated": filled,
         }
-        anchors = self.positions[start_frame, who], self.positions[right, who]
-        arrays["positions"][filled] = (1 - share)[:, None] * anchors[0] + share[:, None] * anchors[
-            1
-        ]
+        begun = (1 - share)[:, None] * self.positions[start_frame, who]
+        arrays["positions"][filled] = begun + share[:, None] * self.positions[end_frame, who]
         if self.interpolated is not None:
             arrays["interpolated"] = self.interpolated | filled
         if self.headings is not None:
-            start, end = self.headings[start_frame, who], self.headings[right, who]
+            start = self.headings[start_frame, who]
+            turn = wrap(self.headings[end_frame, who] - start)
             arrays["headings"] = self.headings.copy()
-            arrays["headings"][filled] = start + share * wrap(end - start)
+            arrays["headings"][filled] = start + share * turn
         remark = f"{len(frame)} positions in gaps of up to {max_gap} frames were interpolated"
         return replace(self, **arrays, remarks=(*self.remarks, remark))
 
@@ -326,26 +329,25 @@ class Trajectories:
         """
         number("longest_gap_s", longest_gap_s, above=0)
         longest = longest_gap_s * self.fps
-        pieces: list[tuple[str, int, int, int]] = []
+        names = []
+        owners = []
+        inside = []
+        frame = np.arange(len(self.positions))
         for who, name in enumerate(self.individuals):
             frames = np.flatnonzero(self.present[:, who])
             stretches = np.split(frames, np.flatnonzero(np.diff(frames) - 1 > longest) + 1)
             for number_of_part, stretch in enumerate(filter(len, stretches), 1):
-                called = name if number_of_part == 1 else f"{name} ({number_of_part})"
-                pieces.append((called, who, stretch[0], stretch[-1]))
-        if len(pieces) == len(self.individuals):
+                names.append(name if number_of_part == 1 else f"{name} ({number_of_part})")
+                owners.append(who)
+                inside.append((frame >= stretch[0]) & (frame <= stretch[-1]))
+        if len(names) == len(self.individuals):
             return self
-        arrays = self._arrays((slice(None), [who for _, who, _, _ in pieces]))
-        frame = np.arange(len(self.positions))
-        inside = np.stack(
-            [(frame >= begin) & (frame <= final) for _, _, begin, final in pieces], axis=1
-        )
-        arrays["present"] = arrays["present"] & inside
+        arrays = self._arrays((slice(None), owners))
+        arrays["present"] = arrays["present"] & np.stack(inside, axis=1)
         arrays["positions"] = np.where(arrays["present"][..., None], arrays["positions"], 0.0)
-        gaps = len(pieces) - len(self.individuals)
+        gaps = len(names) - len(self.individuals)
         remark = f"{counted(gaps, 'gap')} of more than {longest_gap_s:g} s: individuals count as others after them"
-        names = tuple(name for name, *_ in pieces)
-        return replace(self, **arrays, individuals=names, remarks=(*self.remarks, remark))
+        return replace(self, **arrays, individuals=tuple(names), remarks=(*self.remarks, remark))
 
     def selected(self, individuals: Sequence[str]) -> "Trajectories":
         """Return a copy with some of the individuals, by name and in this order; the others are no neighbors any more."""
@@ -354,9 +356,12 @@ class Trajectories:
 
     def _arrays(self, index: Any) -> dict[str, Any]:
         """Return parts of all arrays (F, A, ...) by name."""
-        return {
-            name: array[index] for name in _ARRAYS if (array := getattr(self, name)) is not None
-        }
+        arrays = {}
+        for name in _ARRAYS:
+            array = getattr(self, name)
+            if array is not None:
+                arrays[name] = array[index]
+        return arrays
 
     def _place(self, name: str) -> int:
         if name not in self.individuals:
@@ -427,29 +432,20 @@ class Trajectories:
         if self.every > 1:
             got = f"{self.fps:g} per second, of which only one in {self.every} is there: {self.fps / self.every:g} per second"
             ahead = "If that is the rate of what was tracked, keep those by thinning: "
+            thinning = Setting("every", self.every)
             times = Setting("columns", {"time": "frame"})
-            remedy = (
-                ahead,
-                Setting("every", self.every),
-                ". If frame numbers are times, give ",
-                times,
-                ".",
-            )
+            remedy = (ahead, thinning, ". If frame numbers are times, give ", times, ".")
             refuse("fps", "be the rate of the frames that are there", got, remedy)
         names = self.individuals if individuals is None else individuals
         if len(set(names)) < len(names):
             refuse("individuals", "be different names", str(list(names)), "Name each once.")
-        chosen, apart = [self._place(name) for name in names], hold_out_individuals
-        if (
-            isinstance(apart, str)
-            or not set(apart) <= set(names)
-            or (apart and set(apart) >= set(names))
-        ):
-            refuse(
-                "hold_out_individuals",
-                f"be a list of names, some of {', '.join(names)} but not all",
-                brief(apart),
-            )
+        chosen = [self._place(name) for name in names]
+        apart = hold_out_individuals
+        # A text is a sequence of names, too: those of one letter.
+        fits = not isinstance(apart, str) and set(apart) <= set(names)
+        fits = fits and not (apart and set(apart) >= set(names))
+        rule = f"be a list of names, some of {', '.join(names)} but not all"
+        require(fits, "hold_out_individuals", rule, brief(apart))
         if (steps is None) == (length_s is None):
             refuse("steps", "be given, or `length_s`, one of them", f"{steps} and {length_s}")
         if length_s is not None:
@@ -488,10 +484,10 @@ class Trajectories:
             "x": self.positions[frame, who, 0],
             "y": self.positions[frame, who, 1],
         }
-        measurements = {"heading": self.headings, "confidence": self.confidence}
-        columns |= {
-            name: values[frame, who] for name, values in measurements.items() if values is not None
-        }
+        if self.headings is not None:
+            columns["heading"] = self.headings[frame, who]
+        if self.confidence is not None:
+            columns["confidence"] = self.confidence[frame, who]
         table = pd.DataFrame(columns)
         table.attrs = {"fps": self.fps, "unit": self.unit, "y_axis": "up"}
         return table
@@ -509,20 +505,17 @@ class Trajectories:
         """
         import xarray as xr
 
-        positions = np.where(self.present[..., None], self.positions, np.nan).transpose(0, 2, 1)[
-            :, :, None
-        ]
-        sure = np.nan if self.confidence is None else self.confidence
-        planes = {"confidence": sure} | (
-            {} if self.headings is None else {"heading": self.headings}
-        )
-        variables = {
-            name: (
-                ("time", "keypoints", "individuals"),
-                np.where(self.present, values, np.nan)[:, None],
-            )
-            for name, values in planes.items()
-        }
+        positions = np.where(self.present[..., None], self.positions, np.nan)
+        positions = positions.transpose(0, 2, 1)[:, :, None]
+        planes: dict[str, Any] = {"confidence": np.nan}
+        if self.confidence is not None:
+            planes["confidence"] = self.confidence
+        if self.headings is not None:
+            planes["heading"] = self.headings
+        variables: dict[str, Any] = {}
+        axes = ("time", "keypoints", "individuals")
+        for name, values in planes.items():
+            variables[name] = (axes, np.where(self.present, values, np.nan)[:, None])
         return xr.Dataset(
             {"position": (("time", "space", "keypoints", "individuals"), positions)} | variables,
             coords={

@@ -75,60 +75,63 @@ class Windows:
         return [time[:, None] & who for time, who in zip(times, people, strict=True)]
 
 
-def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Windows:
+def join_windows(recordings: Sequence[Windows], hold_out: Collection[int] = ()) -> Windows:
     """Join windows of several recordings, measured alike, whose individuals are different ones.
 
-    The parts `hold_out`, from 0, are for testing alone, the others for learning alone then.
+    Those in `hold_out`, from 0, are for testing alone, the others for learning alone then.
     """
-    template = parts[0]
-    for name, measured in (
-        ("steps", [part.learning.shape[1] for part in parts]),
-        ("signals", [part.names for part in parts]),
-        ("headings", [part.headings for part in parts]),
-        ("smooth_frames", [part.smooth_frames for part in parts]),
-        ("fps", [f"{1 / part.interval_s:.6g}" for part in parts]),
-    ):
-        for k, value in enumerate(measured, start=1):
-            got = f"{measured[0]} and {value}"
-            require(
-                value == measured[0],
-                name,
-                "be the same in all recordings",
-                got,
-                place=f"recording {k}",
-            )
+    template = recordings[0]
+    measured = _measured(template)
+    for k, recording in enumerate(recordings, start=1):
+        for name, value in _measured(recording).items():
+            got = f"{measured[name]} and {value}"
+            rule = "be the same in all recordings"
+            require(value == measured[name], name, rule, got, place=f"recording {k}")
     if hold_out:
-        fits = all(is_integer(k) and 0 <= k < len(parts) for k in hold_out) and len(
-            set(hold_out)
-        ) < len(parts)
-        rule = f"be some of 0 to {len(parts) - 1}, but not all"
+        fits = all(is_integer(k) and 0 <= k < len(recordings) for k in hold_out)
+        fits = fits and len(set(hold_out)) < len(recordings)
+        rule = f"be some of 0 to {len(recordings) - 1}, but not all"
         require(fits, "hold_out_recordings", rule, str(list(hold_out)))
-    counts = np.concatenate([part.recordings for part in parts])
-    starts = np.cumsum(counts, axis=0) - counts
-    firsts = starts[np.cumsum([0, *(len(part.recordings) for part in parts[:-1])])]
-    sides: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {side: [] for side in SIDES}
+    counts = np.concatenate([recording.recordings for recording in recordings])
+    samples: dict[str, list[np.ndarray]] = {side: [] for side in SIDES}
+    indices: dict[str, list[np.ndarray]] = {side: [] for side in SIDES}
     blocks: list[tuple[int, int, str]] = []
-    for k, (part, start) in enumerate(zip(parts, firsts, strict=True)):
-        only = SIDES[k in hold_out] if hold_out else None
-        sides[only or SIDES[0]].append((part.learning, part.learning_index + start))
-        sides[only or SIDES[1]].append((part.held_out, part.held_out_index + start))
-        blocks += [
-            (begin + start[1], end + start[1], only or side) for begin, end, side in part.blocks
-        ]
-    (learning, learning_index), (held_out, held_out_index) = (
-        tuple(map(np.concatenate, zip(*sides[side], strict=True))) for side in SIDES
-    )
+    # Individuals and rows are counted on, so that those of two recordings never meet.
+    start = np.zeros(2, dtype=int)
+    for k, recording in enumerate(recordings):
+        learning_side, held_out_side = SIDES
+        if hold_out:
+            learning_side = held_out_side = SIDES[k in hold_out]
+        samples[learning_side].append(recording.learning)
+        indices[learning_side].append(recording.learning_index + start)
+        samples[held_out_side].append(recording.held_out)
+        indices[held_out_side].append(recording.held_out_index + start)
+        for begin, end, side in recording.blocks:
+            whole_side = learning_side if hold_out else side
+            blocks.append((begin + start[1], end + start[1], whole_side))
+        start = start + recording.recordings.sum(axis=0)
     return replace(
         template,
-        learning=learning,
-        held_out=held_out,
-        learning_index=learning_index,
-        held_out_index=held_out_index,
-        steps_without_signal=sum(part.steps_without_signal for part in parts),
-        steps_with_jump=sum(part.steps_with_jump for part in parts),
+        learning=np.concatenate(samples[SIDES[0]]),
+        held_out=np.concatenate(samples[SIDES[1]]),
+        learning_index=np.concatenate(indices[SIDES[0]]),
+        held_out_index=np.concatenate(indices[SIDES[1]]),
+        steps_without_signal=sum(recording.steps_without_signal for recording in recordings),
+        steps_with_jump=sum(recording.steps_with_jump for recording in recordings),
         blocks=tuple(blocks),
         recordings=counts,
     )
+
+
+def _measured(windows: Windows) -> dict[str, Any]:
+    """Return what has to be alike in recordings that are joined."""
+    return {
+        "steps": windows.learning.shape[1],
+        "signals": windows.names,
+        "headings": windows.headings,
+        "smooth_frames": windows.smooth_frames,
+        "fps": f"{1 / windows.interval_s:.6g}",
+    }
 
 
 def cut_windows(
@@ -143,11 +146,12 @@ def cut_windows(
     stride = steps if stride is None else integer("stride", stride, 1)
     require(0 <= hold_out <= 0.9, "hold_out", "be from 0 to 0.9", str(hold_out))
     integer("gap", gap)
-    valid, frames, indices = signals.valid.copy(), len(signals.valid) + 1, []
+    valid = signals.valid.copy()
+    frames = len(valid) + 1
+    indices = []
     step_of = np.arange(len(valid))[:, None]
-    for step, who in np.argwhere(
-        jumps
-    ):  # enters later signals by the lead, and those around it by smoothing
+    # A jump enters later signals by the lead, and those around it by smoothing.
+    for step, who in np.argwhere(jumps):
         valid[max(0, step - half) : step + half + lead + 1, who] = False
     blocks: tuple[tuple[int, int, str], ...] = ((0, frames, BOTH if apart else SIDES[0]),)
     if hold_out:
@@ -156,27 +160,27 @@ def cut_windows(
         chosen = [who for who in individuals if not apart or (who in apart) == tested]
         usable = np.zeros_like(valid)
         for begin, end, of in blocks:
-            if of in (side, BOTH):  # the steps whose frames lie within the block
+            # the steps whose frames lie within the block
+            if of in (side, BOTH):
                 within = slice(begin + lead + half, max(0, end - half - 1))
                 usable[within, chosen] = valid[within, chosen]
         # Where the stretch of usable steps around a step ends
-        before, after = (last_true(~usable), next_true(~usable))
-        index = np.argwhere(((step_of - before - 1) % stride == 0) & (after - step_of >= steps))[
-            :, ::-1
-        ]
+        before = last_true(~usable)
+        after = next_true(~usable)
+        begins = ((step_of - before - 1) % stride == 0) & (after - step_of >= steps)
+        index = np.argwhere(begins)[:, ::-1]
         rule = f"leave at least one window {'held out' if tested else 'for learning'}"
         got = f"{steps} steps in {frames} frames with hold_out {hold_out}, gap {gap}"
         needed = not tested or hold_out or apart
-        require(
-            len(index) or not needed, "steps", rule, got, "Take shorter windows, or bridge gaps."
-        )
+        remedy = "Take shorter windows, or bridge gaps."
+        require(len(index) or not needed, "steps", rule, got, remedy)
         indices.append(index)
-    learning, held_out = (
-        signals.values[index[:, 1, None] + np.arange(steps), index[:, 0, None]] for index in indices
-    )
+    samples = []
+    for index in indices:
+        samples.append(signals.values[index[:, 1, None] + np.arange(steps), index[:, 0, None]])
     return Windows(
-        learning=learning,
-        held_out=held_out,
+        learning=samples[0],
+        held_out=samples[1],
         learning_index=indices[0],
         held_out_index=indices[1],
         names=signals.names,
@@ -202,7 +206,10 @@ def cut_blocks(
     count = int(np.clip(frames * hold_out // (LEAST_WINDOWS * of_window), 1, MOST_PARTS))
     blocks = []
     for k in range(count):
-        start, end = frames * k // count, frames * (k + 1) // count
+        start = frames * k // count
+        end = frames * (k + 1) // count
         border = end - round((end - start) * hold_out)
-        blocks += [(start + (gap if k else 0), border, SIDES[0]), (border + gap, end, SIDES[1])]
+        # The first block has nothing before it that it could meet.
+        begin = start + gap if k else start
+        blocks += [(begin, border, SIDES[0]), (border + gap, end, SIDES[1])]
     return tuple(block for block in blocks if block[0] < block[1])

@@ -114,13 +114,13 @@ def dataset(file: Any, name: str, dimensions: int, path: Path) -> np.ndarray:
 
 def texts(file: Any, name: str, path: Path) -> list[str]:
     """Return a dataset of names; empty if there is none."""
-    found = member(file, name, path)
-    shape = getattr(found, "shape", (0,))
+    dataset = member(file, name, path)
+    shape = getattr(dataset, "shape", (0,))
     if 0 in shape:
         return []
     if len(shape) != 1 or shape[0] > FREE_BYTES >> 8:
         raise refusal("hold a list of names", shape, f"{path}, dataset {name}")
-    return [text(item) for item in found[()]]
+    return [text(item) for item in dataset[()]]
 
 
 def text(value: Any) -> str:
