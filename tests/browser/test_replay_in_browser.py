@@ -8,6 +8,7 @@ import pytest
 from turing_learning import report
 from turing_learning.figures import Picture
 from turing_learning.figures.one_run import error_figure
+from turing_learning.figures.style import panel_grid
 from turing_learning.report import Listing, Report, report_page
 
 INTERVAL_S = 0.1
@@ -262,6 +263,36 @@ def test_a_part_of_a_figure_is_shown_larger(opened):
         point(opened, 0.5, 0.5, "mouseReleased", button="left", clickCount=count)
     assert opened.evaluate(TICKS) == before
     assert opened.complaints() == []
+
+
+def test_panels_that_share_an_axis_are_shown_larger_together(page, tmp_path):
+    panels = panel_grid(["A", "B"], 3.0, sharex=True)
+    for axes, height in zip(panels.axes, (1, 10), strict=True):
+        axes.plot([0, 8], [0, height])
+    picture = Picture("two", "Two", "", panels.figure)
+    told = Report(title="Two", summary="", listings=(), figures=(picture,), configuration="")
+    page.open(report.write_page(report_page(told), tmp_path / "two.html"))
+    labels = (
+        "[...document.querySelectorAll('[id$=axes-NUMBER] [id*=AXISick_] text')]"
+        ".map((text) => text.textContent).join()"
+    )
+    ticks = [
+        labels.replace("NUMBER", number).replace("AXIS", axis)
+        for number in "01"
+        for axis in ("xt", "yt")
+    ]
+    before = [page.evaluate(text) for text in ticks]
+    point(page, 0.15, 0.4, "mousePressed", button="left", buttons=1, clickCount=1)
+    point(page, 0.3, 0.7, buttons=1)
+    point(page, 0.3, 0.7, "mouseReleased", button="left", clickCount=1)
+    after = [page.evaluate(text) for text in ticks]
+    assert after[0] == after[2] != before[0]
+    assert after[1] != before[1]
+    assert after[3] == before[3]
+    for count in (1, 2):  # in the other panel
+        point(page, 0.7, 0.5, "mousePressed", button="left", buttons=1, clickCount=count)
+        point(page, 0.7, 0.5, "mouseReleased", button="left", clickCount=count)
+    assert [page.evaluate(text) for text in ticks] == [before[0], after[1], before[2], before[3]]
 
 
 def test_nothing_leaves_the_page(opened, report_file):

@@ -28,10 +28,17 @@ class NaiveSwarm:
         self.robots, self.count = len(controllers), len(poses)
         self.x, self.y, self.heading = (list(map(float, poses[:, k])) for k in range(3))
         self.vx, self.vy, self.turn = [0.0] * self.count, [0.0] * self.count, [0.0] * self.count
-        robot, item = scenario.robot, scenario.objects
-        kinds = [(robot, "robot")] * self.robots + [(item, "object")] * (self.count - self.robots)
+        own = [(item, name) for name, item in scenario.items.items() for _ in range(item.count)]
+        objects = self.count - self.robots - len(own)
+        kinds = [(scenario.robot, "robot")] * self.robots + [(scenario.objects, "object")] * objects
+        kinds += own
         self.radius = [kind.radius_cm for kind, _ in kinds]
-        self.mass = [kind.mass_g for kind, _ in kinds]
+        self.mobility = [getattr(kind, "mobility", "pushed") for kind, _ in kinds]
+        self.mass = [
+            math.inf if mobility == "fixed" else kind.mass_g
+            for (kind, _), mobility in zip(kinds, self.mobility, strict=True)
+        ]
+        self.friction = [getattr(kind, "friction", 0.0) for kind, _ in kinds]
         self.inertia = [m * r * r / 2 for m, r in zip(self.mass, self.radius, strict=True)]
         self.readings = [scenario.sensor.reading_of(name) for _, name in kinds]
 
@@ -87,8 +94,8 @@ class NaiveSwarm:
             )
         return commands
 
-    def slow_down(self, speed, dt):
-        friction = self.scenario.objects.friction * self.scenario.objects.gravity_cm_s2
+    def slow_down(self, i, speed, dt):
+        friction = self.friction[i] * self.scenario.objects.gravity_cm_s2
         norm = math.hypot(*speed)
         if friction * dt > norm or norm == 0:
             return [0.0 for _ in speed]
@@ -105,8 +112,8 @@ class NaiveSwarm:
                 )
                 self.turn[i] = turn
             else:
-                self.vx[i], self.vy[i] = self.slow_down([self.vx[i], self.vy[i]], dt)
-                (self.turn[i],) = self.slow_down([self.turn[i]], dt)
+                self.vx[i], self.vy[i] = self.slow_down(i, [self.vx[i], self.vy[i]], dt)
+                (self.turn[i],) = self.slow_down(i, [self.turn[i]], dt)
             self.x[i] += self.vx[i] * dt
             self.y[i] += self.vy[i] * dt
             self.heading[i] += self.turn[i] * dt
@@ -118,13 +125,17 @@ class NaiveSwarm:
             self.heading[i] = (self.heading[i] + math.pi) % (2 * math.pi) - math.pi
 
     def collide(self, i, j):
+        if "seen" in (self.mobility[i], self.mobility[j]):
+            return
+        if self.mobility[i] == self.mobility[j] == "fixed":
+            return
         dx, dy = self.x[i] - self.x[j], self.y[i] - self.y[j]
         distance = math.hypot(dx, dy)
         depth = self.radius[i] + self.radius[j] - distance
         if depth <= 0:
             return
         nx, ny = dx / distance, dy / distance
-        share = self.mass[j] / (self.mass[i] + self.mass[j])
+        share = (1 / self.mass[i]) / (1 / self.mass[i] + 1 / self.mass[j])
         self.x[i] += nx * depth * share
         self.y[i] += ny * depth * share
         self.x[j] -= nx * depth * (1 - share)
@@ -147,7 +158,7 @@ class NaiveSwarm:
 
     def bounce(self, i):
         arena = self.scenario.arena
-        if arena.width_cm is None:
+        if arena.width_cm is None or self.mobility[i] == "seen":
             return
         for position, speed, size in (
             (self.x, self.vx, arena.width_cm),

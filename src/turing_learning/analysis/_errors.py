@@ -1,9 +1,10 @@
 """Errors of inferred parameters, what went wrong in a run whose truth is known, by name, and what black-box models do."""
 
-from itertools import permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from ..arrays import array
 from ..errors import require
@@ -82,11 +83,12 @@ def name_failure(estimate: np.ndarray, truth: np.ndarray) -> str:
 def _name_assignment(estimate: np.ndarray, truth: np.ndarray) -> str:
     """Compare the wheel speeds (n, 2) of the states with those of other states."""
     distance = np.abs(estimate[:, None] - truth[None]).max(axis=2)
-    orders = [order for order in permutations(range(len(truth))) if list(order) != sorted(order)]
-    if any(
-        all(distance[state, twin] < _CLOSE for state, twin in enumerate(order)) for order in orders
-    ):
-        return "states exchanged"
+    for state in range(len(truth)):
+        # Is there an order of all states in which this one is another?
+        close = distance < _CLOSE
+        close[state, state] = False
+        if (maximum_bipartite_matching(csr_array(close)) >= 0).all():
+            return "states exchanged"
     for state, twin in np.argwhere(distance < _CLOSE):
         if state != twin and distance[state, state] >= _CLOSE:
             return f"I = {state} as I = {twin}"

@@ -256,7 +256,8 @@ def _check_sizes(scenario: Scenario) -> None:
     """Reject a scenario whose numbers would leave the range of floats."""
     rule = f"be 0 or of a size between {SMALLEST:g} and {LARGEST:g}"
     for key, value in dotted(asdict(scenario), "scenario.").items():
-        for number in value if isinstance(value, tuple) else (value,):
+        # Centers of items are pairs in a list; an array of objects leaves every value as it is.
+        for number in np.array(value, dtype=object).ravel():
             if isinstance(number, float | int) and number != 0:
                 require(SMALLEST <= abs(number) <= LARGEST, key, rule, str(number))
 
@@ -273,17 +274,19 @@ def require_visible_objects(configuration: Configuration) -> None:
     Reactions to them could not be inferred.
     """
     scenario = configuration.system.simulated
-    if not scenario or scenario.objects.count:
+    if not scenario:
         return
-    reading = scenario.sensor.reading_of("object")
-    if reading:
-        speeds = f"the parameters vl{reading} and vr{reading} cannot be inferred"
-        rule = f"be at least 1 where the sensor tells objects apart, without which {speeds}"
-        remedy = (
-            "Set it, or leave 'object' out of scenario.sensor.readings and these two speeds out of"
-        )
-        remedy += " scenario.controller."
-        reject("scenario.objects.count", rule, "0", remedy)
+    counts = {"object": ("scenario.objects.count", "objects", scenario.objects.count)}
+    for name, item in scenario.items.items():
+        counts[name] = (f"scenario.items.{name}.count", f"{name!r}", item.count)
+    for name, (key, noun, count) in counts.items():
+        reading = scenario.sensor.reading_of(name)
+        if reading and not count:
+            speeds = f"the parameters vl{reading} and vr{reading} cannot be inferred"
+            rule = f"be at least 1 where the sensor tells {noun} apart, without which {speeds}"
+            remedy = f"Set it, or leave {name!r} out of scenario.sensor.readings and these two"
+            remedy += " speeds out of scenario.controller."
+            reject(key, rule, "0", remedy)
 
 
 def _demands(configuration: Configuration) -> Iterator[tuple[str, float, tuple[str, ...]]]:
@@ -309,13 +312,14 @@ def _demands(configuration: Configuration) -> Iterator[tuple[str, float, tuple[s
     yield "a generation's motion", motion, (*_MODELS, *of_system, *times)
     scenario = configuration.system.simulated
     if scenario:
-        bodies = scenario.individuals + scenario.objects.count
-        of_bodies = (*_SWARM, "scenario.objects.count")
+        bodies = scenario.bodies
+        own = [f"scenario.items.{name}.count" for name in scenario.items]
+        of_bodies = (*_SWARM, "scenario.objects.count", *own)
         yield "searching the bodies of a trial for near pairs", 16.0 * bodies**2, of_bodies
 
 
 def _refuse_largest(configuration: Configuration, keys: tuple[str, ...], need: str) -> None:
     """Reject the one of some settings that is farthest above its usual value."""
     values = dotted(configuration.model_dump())
-    key = max(sorted(keys), key=lambda key: math.log(max(values[key], 1e-9) / _USUAL[key]))
+    key = max(sorted(keys), key=lambda key: math.log(max(values[key], 1e-9) / _USUAL.get(key, 10)))
     reject(key, f"be smaller, as {need}", values[key])

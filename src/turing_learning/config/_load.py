@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any, NoReturn, get_type_hints
+from typing import Any, NoReturn, get_args, get_origin, get_type_hints
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
@@ -30,7 +30,7 @@ from turing_learning.swarm import WORLDS, Scenario
 from turing_learning.systems import CustomSystem
 
 from ._configuration import TAGS, Configuration, scenario_type
-from ._sections import PopulationSection
+from ._sections import PopulationSection, dotted
 
 # TOML has no null; this stands for the missing side of an arena.
 UNBOUNDED = "unbounded"
@@ -97,6 +97,7 @@ STUDY_TABLES = ("grid", "list")
 _RULES = {
     "run.threads": 'be "all" or an integer of at least 1',
     "classifiers.input_scale": 'be "robot" or a list of positive numbers',
+    "centers_cm": "be a list of pairs of numbers, x and y",
 }
 
 STIMULATING: dict[str, dict[str, Any]] = {
@@ -401,11 +402,14 @@ def _split_population(values: Mapping[str, Any], section: str, origins: Origins)
     return {**values, "parents": population // 2, "offspring": population // 2}
 
 
-def _children(section: Any) -> dict[str, Any]:
+def _children(section: Any, stated: Any = ()) -> dict[str, Any]:
     """Return the keys that a section may have, each with its type.
 
-    None for a type that is no section.
+    None for a type that is no section. A section whose keys are names of one's own has those that
+    are stated.
     """
+    if get_origin(section) is dict:
+        return dict.fromkeys(stated, get_args(section)[1])
     if not isinstance(section, type):
         return {}
     if issubclass(section, BaseModel):
@@ -433,14 +437,14 @@ def _require_known(
     data: Mapping[str, Any], origins: Origins, section: Any = Configuration, prefix: str = ""
 ) -> None:
     """Reject keys that are not known, and values in the place of tables."""
-    children = _children(section)
+    children = _children(section, data)
     for name, value in data.items():
         key = prefix + name
         if name not in children:
             advice = _advice(name, section, prefix)
             origins.refuse(key, "be a known setting", _shown(value), advice)
         child = scenario_type(value) if key == "scenario" else children[name]
-        if not _children(child):
+        if not (_children(child) or get_origin(child) is dict):
             continue
         if not isinstance(value, Mapping):
             remedy = f"Write [{key}] and its settings below it."
@@ -487,6 +491,8 @@ def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) 
     # One at a time: the first complaint is often the cause of the others.
     complaint = error.errors(include_url=False)[0]
     keys = set(_all_keys(Configuration))
+    for stated in dotted(data):  # also of items, whose names are the user's
+        keys.update(ancestors(stated))
     location = ".".join(str(step) for step in complaint["loc"] if step not in TAGS)
     key = next((name for name in ancestors(location) if name in keys), location)
     if complaint["type"] == "value_error":
@@ -503,8 +509,9 @@ def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) 
             f"Set it, or begin with a known scenario by scenario.preset. {nearest(name, SCENARIOS)}"
         )
         return Refusal(key, rule, "nothing", origins.where(key), remedy)
-    if key in _RULES:
-        return Refusal(key, _RULES[key], _shown(_looked_up(data, key)), origins.where(key))
+    rule = _RULES.get(key, _RULES.get(key.rpartition(".")[2], ""))
+    if rule:
+        return Refusal(key, rule, _shown(_looked_up(data, key)), origins.where(key))
     rule = complaint["msg"].removeprefix("Input should be ")
     rule = rule.replace("a valid ", "a ").replace("an object", "a table")
     rule = re.sub(r"\ba (?=[aeiou])", "an ", rule)
@@ -610,7 +617,7 @@ def toml_table(name: str, values: Mapping[str, Any]) -> Iterator[str]:
             yield f"{key} = {_value(value)}"
     yield ""
     for key, value in values.items():
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and value:
             yield from toml_table(f"{name}.{key}", value)
 
 

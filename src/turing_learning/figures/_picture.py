@@ -207,12 +207,19 @@ def _described_axes(
             "title": axes.get_title(loc="left") or axes.get_title(),
             "xName": x_name,
             "yName": axes.get_ylabel(),
+            "xGroup": _group(figure, axes.get_shared_x_axes().get_siblings(axes)),
+            "yGroup": _group(figure, axes.get_shared_y_axes().get_siblings(axes)),
             "x": _edges(axes.get_xlim(), axes.get_xscale()),
             "y": _edges(axes.get_ylim(), axes.get_yscale()),
             "lines": lines,
         }
         described.append(facts)
     return described
+
+
+def _group(figure: "Figure", siblings: "list[Axes]") -> int:
+    """Return the number of the first of axes that share one of their two axes."""
+    return min(figure.axes.index(axes) for axes in siblings)
 
 
 def _edges(limits: tuple[float, float], scale: str) -> dict[str, Any]:

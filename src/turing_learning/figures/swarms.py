@@ -26,7 +26,7 @@ def swarm_frame(
     replicas: np.ndarray | None = None,
     trail: np.ndarray | None = None,
     robot_radius_cm: float = 3.5,
-    object_radius_cm: float = 5.0,
+    object_radius_cm: np.typing.ArrayLike = 5.0,
 ) -> None:
     """Draw robots as disks with their heading, replicas as rings in another color, and objects as plain disks.
 
@@ -44,8 +44,10 @@ def swarm_frame(
         Which robots execute a model; none by default.
     trail : (F, A + O, 3)
         Past poses, drawn as faint lines.
-    robot_radius_cm, object_radius_cm
-        Radii (cm).
+    robot_radius_cm
+        Radius of a robot (cm).
+    object_radius_cm : () or (O,)
+        Of objects (cm).
     """
     from matplotlib.patches import Circle
 
@@ -64,8 +66,9 @@ def swarm_frame(
             axes.plot(
                 paths[:, k, 0], paths[:, k, 1], color=color, linewidth=0.6, alpha=0.35, zorder=2
             )
-    for x, y, _ in poses[robots:]:
-        disk(x, y, object_radius_cm, facecolor=GREEN, edgecolor="none", alpha=0.75)
+    radii_cm = np.broadcast_to(object_radius_cm, len(poses) - robots)
+    for (x, y, _), radius_cm in zip(poses[robots:], radii_cm, strict=True):
+        disk(x, y, radius_cm, facecolor=GREEN, edgecolor="none", alpha=0.75)
     for (x, y, heading), replica in zip(poses[:robots], is_replica, strict=True):
         ahead = robot_radius_cm * np.array([np.cos(heading), np.sin(heading)])
         if replica:
@@ -149,11 +152,11 @@ def draw_paths(
     swarms: Sequence[tuple[np.ndarray, int, np.ndarray | None]],
     *,
     robot_radius_cm: float,
-    object_radius_cm: float,
+    object_radius_cm: np.typing.ArrayLike,
 ) -> None:
     """Draw paths and ends of each swarm (poses (F, A + O, 3), A, replicas (A,)) into a panel, all at the same scale."""
     positions = np.concatenate([poses[..., :2].reshape(-1, 2) for poses, *_ in swarms])
-    room = 2 * max(robot_radius_cm, object_radius_cm)
+    room = 2 * np.max(np.append(object_radius_cm, robot_radius_cm))
     low = positions.min(axis=0) - room
     high = positions.max(axis=0) + room
     radii: dict[str, Any] = {

@@ -73,7 +73,9 @@ def after_contact(a: Motion, b: Motion, disk_a: Disk, disk_b: Disk) -> tuple[Mot
     # Disks with one center are pushed apart along x.
     nx = dx / distance if distance > 0.0 else 1.0
     ny = dy / distance if distance > 0.0 else 0.0
-    shift = (radius_a + radius_b - distance) / (mass_a + mass_b)
+    # Of two bodies that stay where they are both inverse masses are 0: nothing moves.
+    masses = mass_a + mass_b if mass_a + mass_b > 0.0 else 1.0
+    shift = (radius_a + radius_b - distance) / masses
     x_a = x_a + nx * shift * mass_a
     y_a = y_a + ny * shift * mass_a
     x_b = x_b - nx * shift * mass_b
@@ -92,7 +94,7 @@ def after_contact(a: Motion, b: Motion, disk_a: Disk, disk_b: Disk) -> tuple[Mot
     impulse = (
         -(1.0 + RESTITUTION * RESTITUTION)
         * (relative_x * nx + relative_y * ny)
-        / (mass_a + mass_b + cross_a * cross_a * inertia_a + cross_b * cross_b * inertia_b)
+        / (masses + cross_a * cross_a * inertia_a + cross_b * cross_b * inertia_b)
     )
     vx_a = vx_a + impulse * nx * mass_a
     vy_a = vy_a + impulse * ny * mass_a
@@ -194,11 +196,10 @@ def set_robot_velocities(robots: int, dt: float, party: Party) -> None:
 
 
 @inlined
-def set_object_velocities(
-    robots: int, members: int, dt: float, deceleration: float, party: Party
-) -> None:
+def set_object_velocities(robots: int, members: int, dt: float, party: Party) -> None:
     """Slow down the members after the first `robots`."""
     for k in range(robots, members):
+        deceleration = party.deceleration[k]
         party.vx[k], party.vy[k] = slowed(party.vx[k], party.vy[k], deceleration, dt)
         party.turn[k], _ = slowed(party.turn[k], 0.0, deceleration, dt)
 
@@ -308,7 +309,7 @@ def step_cycle(
     dt = world.interval / world.substeps
     for _ in range(world.substeps):
         set_robot_velocities(robots, dt, party)
-        set_object_velocities(robots, members, dt, world.deceleration, party)
+        set_object_velocities(robots, members, dt, party)
         astray = advance_positions(members, dt, party)
         if astray == 0 or every:
             if lanes is not None:

@@ -20,14 +20,15 @@ class World(NamedTuple):
 
     robots: int
     bodies: int
-    radius: np.ndarray  # cm
-    inverse_mass: np.ndarray  # 1/g
+    # cm; NaN: nothing touches it, as every comparison with it is false
+    radius: np.ndarray
+    inverse_mass: np.ndarray  # 1/g; 0: it stays where it is
     inverse_inertia: np.ndarray  # 1/(g cm^2)
     sight_radius: np.ndarray  # cm; negative: the ray passes through
     reading: np.ndarray  # int64, sensor state that the body gives
     # (2, trials, robots) cosine and sine of half the field of view; None: lines of sight
     sectors: np.ndarray | None
-    deceleration: float  # of objects by dry friction, cm/s^2
+    deceleration: np.ndarray  # by dry friction on the ground, cm/s^2; 0 for robots
     wheel_distance: float  # cm
     maximum_speed: float  # cm/s
     wheel_noise: float
@@ -175,6 +176,7 @@ class Party(NamedTuple):
     radius: np.ndarray  # cm
     inverse_mass: np.ndarray  # 1/g
     inverse_inertia: np.ndarray  # 1/(g cm^2)
+    deceleration: np.ndarray  # by dry friction on the ground, cm/s^2
     start_x: np.ndarray  # at the start of the cycle, cm
     start_y: np.ndarray
     travel: np.ndarray  # square of the distance from the start that is allowed, cm^2
@@ -184,7 +186,7 @@ class Party(NamedTuple):
 def new_party(bodies: int) -> Party:
     """Allocate a party of up to `bodies` members, of all its trials."""
     body, member = np.zeros(bodies, np.int64), np.zeros(bodies, np.int64)
-    return Party._make((body, member, *np.zeros((14, bodies)), np.zeros((3, bodies))))
+    return Party._make((body, member, *np.zeros((15, bodies)), np.zeros((3, bodies))))
 
 
 @inlined
@@ -232,6 +234,7 @@ def gather_bodies(
                 party.radius[k] = world.radius[i]
                 party.inverse_mass[k] = world.inverse_mass[i]
                 party.inverse_inertia[k] = world.inverse_inertia[i]
+                party.deceleration[k] = world.deceleration[i]
                 party.start_x[k] = state.x[i, w]
                 party.start_y[k] = state.y[i, w]
                 travel = (state.reach[i, w] - world.radius[i] + 0.5 * margin) * SAFE

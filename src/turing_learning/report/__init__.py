@@ -1,7 +1,7 @@
 """Reports: a run, a study or a single trial as a page or film that anybody can open. Nothing is computed here.
 
 `replay_page`
-    A page with nothing but a `Replay`: one or more `Swarm`, side by side.
+    A page with nothing but a `Replay`: one or more `Swarm`, side by side, with `ShownItems`.
 `write_gif`, `write_mp4`
     A `Replay` as film.
 `Game`, `game_page`
@@ -32,10 +32,10 @@ from ._page import (
     report_page,
     write_page,
 )
-from ._replay import Replay, Swarm, write_gif, write_mp4
+from ._replay import Replay, ShownItems, Swarm, write_gif, write_mp4
 from .tabular import Judged, Tabular, counted, short_number, shown
 
 __all__ = [
-    "Game", "Judged", "Listing", "Replay", "Report", "Swarm", "Tabular", "counted", "describe_selection", "game_page",
-    "is_page", "replay_page", "report_page", "short_number", "shown", "write_gif", "write_mp4", "write_page",
+    "Game", "Judged", "Listing", "Replay", "Report", "ShownItems", "Swarm", "Tabular", "counted", "describe_selection",
+    "game_page", "is_page", "replay_page", "report_page", "short_number", "shown", "write_gif", "write_mp4", "write_page",
 ]  # fmt: skip

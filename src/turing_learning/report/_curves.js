@@ -102,17 +102,16 @@
         else element.removeAttribute("transform");
         for (const path of [element, ...element.querySelectorAll("path")]) path.style.vectorEffect = "non-scaling-stroke";
       }
-      this.ticks("xtick", (mark) => value(this.x, (Number(mark.getAttribute("x")) - left) / width));
-      this.ticks("ytick", (mark) => value(this.y, (top + height - Number(mark.getAttribute("y"))) / height));
+      this.ticks("xtick", this.x === this.whole.x, (mark) => value(this.x, (Number(mark.getAttribute("x")) - left) / width));
+      this.ticks("ytick", this.y === this.whole.y, (mark) => value(this.y, (top + height - Number(mark.getAttribute("y"))) / height));
     }
 
     // Ticks stay where they are, and say what is there now.
-    ticks(kind, read) {
+    ticks(kind, whole, read) {
       for (const tick of this.group.querySelectorAll(`[id*="${kind}_"]`)) {
         const text = tick.querySelector("text"), mark = tick.querySelector("use");
         if (!text || !mark) continue;
         text.dataset.whole ??= text.textContent;
-        const whole = this.x === this.whole.x && this.y === this.whole.y;
         text.textContent = whole ? text.dataset.whole : written(read(mark));
       }
     }
@@ -189,7 +188,15 @@
       const [left, top, width, height] = axes.box;
       const across = [begin[0], end[0]].map((at) => value(axes.x, (at - left) / width)).sort((a, b) => a - b);
       const up = [begin[1], end[1]].map((at) => value(axes.y, (top + height - at) / height)).sort((a, b) => a - b);
-      axes.show({ ...axes.x, low: across[0], high: across[1] }, { ...axes.y, low: up[0], high: up[1] });
+      show(axes, { ...axes.x, low: across[0], high: across[1] }, { ...axes.y, low: up[0], high: up[1] });
+    }
+
+    // Panels that share an axis show the same part of it, all of it where no part is said.
+    function show(axes, x, y) {
+      for (const panel of all) {
+        const across = panel.xGroup === axes.xGroup, up = panel.yGroup === axes.yGroup;
+        if (across || up) panel.show(across ? x ?? panel.whole.x : panel.x, up ? y ?? panel.whole.y : panel.y);
+      }
     }
 
     svg.addEventListener("pointermove", point);
@@ -205,7 +212,7 @@
     svg.addEventListener("pointerup", release);
     svg.addEventListener("dblclick", (event) => {
       const [x, y] = place(event), axes = all.find((one) => one.has(x, y));
-      if (axes) axes.show(axes.whole.x, axes.whole.y);
+      if (axes) show(axes);
     });
   }
 

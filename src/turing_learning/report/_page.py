@@ -19,7 +19,7 @@ from turing_learning._files import write_atomically
 from turing_learning.analysis import Judgment
 from turing_learning.figures import Picture
 
-from ._replay import Replay
+from ._replay import ITEM_LOOKS, Replay
 from .tabular import aligned, counted
 
 GENERATOR = "Turing Learning for Python"
@@ -323,10 +323,14 @@ def _replay(replay: Replay, heading: bool = True) -> str:
         for look, noun, count in (
             ("agent", individual, np.sum(~swarm.is_replica)),
             ("replica", "replica", np.sum(swarm.is_replica)),
-            ("object", "object", swarm.objects),
+            ("object", "object", replay.objects_of(swarm)),
         ):
             if count:
                 legend += f'<span class="key {look}">{counted(count, noun)}</span>'
+        for k, item in enumerate(replay.items):
+            look = ITEM_LOOKS[k % len(ITEM_LOOKS)]
+            text = f"{item.count} {escape(item.name)}"
+            legend += f'<span class="key {look}">{text}</span>'
         stages += (
             f'<figure class="stage"><figcaption><b>{escape(swarm.label)}</b>{legend}</figcaption>'
             f'<canvas role="img" aria-label="{escape(swarm.label)}, seen from above"></canvas></figure>\n'
@@ -364,6 +368,15 @@ def _embed(replay: Replay) -> str:
         "frames": replay.frames,
         "robotRadius": replay.robot_radius_cm,
         "objectRadius": replay.object_radius_cm,
+        "items": [
+            {
+                "count": item.count,
+                "radius": item.radius_cm,
+                "visible": item.visible,
+                "color": ITEM_LOOKS[k % len(ITEM_LOOKS)],
+            }
+            for k, item in enumerate(replay.items)
+        ],
         "view": replay.view_cm,
         "walls": replay.walls_cm,
         "swarms": swarms,

@@ -42,7 +42,10 @@
   }
 
   const posesAt = (swarm, frame) => Array.from({ length: swarm.bodies }, (_, body) => pose(swarm, frame, body));
-  const radius = (swarm, body) => (body < swarm.robots ? data.robotRadius : data.objectRadius);
+  const items = data.items.flatMap((item) => Array(item.count).fill(item));  // the last bodies
+  const itemOf = (swarm, body) => items[body - (swarm.bodies - items.length)];
+  const otherRadius = (swarm, body) => itemOf(swarm, body)?.radius ?? data.objectRadius;
+  const radius = (swarm, body) => (body < swarm.robots ? data.robotRadius : otherRadius(swarm, body));
 
   // The part of the plane that every canvas shows: all that ever happens, or what there is at the moment.
   function shownView(scenes) {
@@ -58,7 +61,7 @@
 
   function readColors() {
     const style = getComputedStyle(document.documentElement);
-    const names = ["ink", "muted", "rule", "blue", "orange", "green", "heading"];
+    const names = ["ink", "muted", "rule", "blue", "orange", "green", "amber", "purple", "sky", "heading"];
     colors = Object.fromEntries(names.map((name) => [name, style.getPropertyValue("--" + name).trim()]));
   }
 
@@ -89,7 +92,7 @@
     if (sight.checked) drawSight(swarm, poses, onCanvas, view, ratio);
     poses.forEach((body, k) => {
       const size = Math.max(radius(swarm, k) * scale, SMALLEST_RADIUS * ratio);
-      if (k >= swarm.robots) drawObject(pen, onCanvas(body), size);
+      if (k >= swarm.robots) drawObject(pen, onCanvas(body), size, colors[itemOf(swarm, k)?.color ?? "green"]);
       else drawRobot(pen, onCanvas(body), body[2], size, swarm.replicas[k]);
     });
     drawScaleBar(pen, canvas, view, scale, ratio);
@@ -100,9 +103,9 @@
     pen.arc(x, y, size, 0, 2 * Math.PI);
   }
 
-  function drawObject(pen, center, size) {
+  function drawObject(pen, center, size, color) {
     pen.globalAlpha = 0.75;
-    pen.fillStyle = colors.green;
+    pen.fillStyle = color;
     disk(pen, center, size);
     pen.fill();
     pen.globalAlpha = 1;
@@ -166,7 +169,7 @@
     const [x, y, heading] = poses[robot], ahead = [Math.cos(heading), Math.sin(heading)];
     let nearest = Infinity;
     poses.forEach((other, k) => {
-      if (k === robot) return;
+      if (k === robot || itemOf(swarm, k)?.visible === false) return;
       const dx = other[0] - x, dy = other[1] - y;
       const along = dx * ahead[0] + dy * ahead[1], across = dx * ahead[1] - dy * ahead[0];
       const rest = radius(swarm, k) ** 2 - across ** 2;

@@ -29,6 +29,11 @@ GREEN = "#4dbb9d"
 PALE_BLUE = "#b3d4e8"
 PALE_ORANGE = "#f2cfb3"
 
+ITEM_COLORS = {"amber": "#d9ae4a", "purple": "#c48fb2", "sky": "#8fc7ea"}
+"""Of the first, the second and the third type of items, and so on in turn, by their names on
+pages."""
+ITEM_LOOKS = tuple(ITEM_COLORS)
+
 PANEL = 480
 """Width of one swarm (pixels)."""
 HEAD = 30
@@ -50,7 +55,8 @@ class Swarm:
     label
         What the swarm is, for example "agents".
     poses : (F, A + O, 3)
-        x, y (cm), heading (rad, anticlockwise) in each of F frames; robots first, then objects.
+        x, y (cm), heading (rad, anticlockwise) in each of F frames; robots first, then objects, then
+        items.
     robots
         Number of robots A.
     replica_mask : (A,) bool
@@ -79,8 +85,19 @@ class Swarm:
 
     @property
     def objects(self) -> int:
-        """Number of objects O."""
+        """Number of objects and items O."""
         return self.poses.shape[1] - self.robots
+
+
+@dataclass(frozen=True)
+class ShownItems:
+    """Items of a type of the user's own, which come last in the poses of every swarm."""
+
+    name: str
+    count: int
+    radius_cm: float
+    #: Whether a line of sight ends at them
+    visible: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +118,8 @@ class Replay:
         Left, bottom, right, and top of the arena (cm); None where it is unbounded.
     robotic
         Whether robots are shown, which look along a line of sight.
+    items
+        What each swarm has beside robots and objects.
     """
 
     title: str
@@ -110,6 +129,7 @@ class Replay:
     swarms: tuple[Swarm, ...]
     walls_cm: tuple[float, float, float, float] | None = None
     robotic: bool = True
+    items: tuple[ShownItems, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("robot_radius_cm", "object_radius_cm", "interval_s"):
@@ -125,7 +145,22 @@ class Replay:
                 "be left < right and bottom < top",
                 self.walls_cm,
             )
+        own = sum(item.count for item in self.items)
+        fewest = min(swarm.objects for swarm in self.swarms)
+        require(fewest >= own, "items", f"be at most the {fewest} bodies after the robots", own)
         object.__setattr__(self, "swarms", tuple(self.swarms))
+        object.__setattr__(self, "items", tuple(self.items))
+
+    def objects_of(self, swarm: Swarm) -> int:
+        """Return the number of a swarm's bodies that are neither robots nor items."""
+        return swarm.objects - sum(item.count for item in self.items)
+
+    def radii_cm(self, swarm: Swarm) -> np.ndarray:
+        """Return the radii (O,) in cm of a swarm's bodies after the robots."""
+        radii = [self.object_radius_cm] * self.objects_of(swarm)
+        for item in self.items:
+            radii += [item.radius_cm] * item.count
+        return np.array(radii)
 
     @property
     def frames(self) -> int:
@@ -141,7 +176,8 @@ class Replay:
     def view_cm(self) -> tuple[float, float, float, float]:
         """Left, bottom, right, and top (cm) of a view that holds every swarm at any time."""
         points = np.concatenate([swarm.poses[:, :, :2].reshape(-1, 2) for swarm in self.swarms])
-        radius = max(self.robot_radius_cm, self.object_radius_cm)
+        radii = [item.radius_cm for item in self.items]
+        radius = max(self.robot_radius_cm, self.object_radius_cm, *radii)
         low = points.min(axis=0) - radius
         high = points.max(axis=0) + radius
         if self.walls_cm is not None:
@@ -311,8 +347,12 @@ def _draw_swarm(
         pen.line([tuple(point) for point in trails[:, k]], fill=color, width=OVERSAMPLING)
     poses = poses_at(replay, swarm, time_s)
     centers = on_panel(poses)
-    for center in centers[swarm.robots :]:
-        pen.circle(tuple(center), replay.object_radius_cm * scale, fill=GREEN)
+    colors = [GREEN] * replay.objects_of(swarm)
+    for k, item in enumerate(replay.items):
+        colors += [ITEM_COLORS[ITEM_LOOKS[k % len(ITEM_LOOKS)]]] * item.count
+    bodies = zip(centers[swarm.robots :], replay.radii_cm(swarm), colors, strict=True)
+    for center, radius_cm, color in bodies:
+        pen.circle(tuple(center), radius_cm * scale, fill=color)
     radius = max(replay.robot_radius_cm * scale, 2.0 * OVERSAMPLING)
     # Robots come first.
     for center, heading, replica in zip(centers, poses[:, 2], swarm.is_replica, strict=False):

@@ -82,7 +82,7 @@ class Plots:
         swarms = [(swarm.poses, swarm.robots, swarm.replica_mask) for swarm in moved.swarms]
         radii = {
             "robot_radius_cm": moved.robot_radius_cm,
-            "object_radius_cm": moved.object_radius_cm,
+            "object_radius_cm": moved.radii_cm(moved.swarms[0]),
         }
         draw_paths(panels, swarms, **radii)
         return np.array(panels.axes)
@@ -272,7 +272,7 @@ def swarm_replay(
     seed: int,
     threads: int | None,
 ) -> report.Replay:
-    """Simulate R swarms, each in one trial from poses (R, A + O, 3), and return what a page shows.
+    """Simulate R swarms, each in one trial from poses (R, A + O, 3), items last, and return what a page shows.
 
     `swarms` says what each is, and whether its robots are replicas.
     """
@@ -295,6 +295,12 @@ def swarm_replay(
         title=title,
         robot_radius_cm=scenario.robot.radius_cm,
         object_radius_cm=scenario.objects.radius_cm,
+        items=tuple(
+            report.ShownItems(
+                name, item.count, item.radius_cm, scenario.sensor.reading_of(name) > 0
+            )
+            for name, item in scenario.items.items()
+        ),
         interval_s=stride * interval,
         swarms=tuple(
             report.Swarm(name, poses, count, np.full(count, replica))

@@ -1,7 +1,7 @@
 """Swarms of simulated robots.
 
-`Scenario` (with `Robot`, `Objects`, `Arena`, `Sensor`, `Trial`, `Tracking`) says what moves and
-what it senses;
+`Scenario` (with `Robot`, `Objects`, `Item`, `Arena`, `Sensor`, `Trial`, `Tracking`) says what moves
+and what it senses;
 `AGGREGATION` and `OBJECT_CLUSTERING` are the paper's case studies, `AGGREGATION_VIEW_0` and
 `AGGREGATION_VIEW_60` those of section 4.6.1, where the field of view is inferred too; `SCENARIOS`
 names them all. `WORLDS` are settings of simulators under a name, see `Scenario.in_world`.

@@ -5,6 +5,7 @@ from ._scenario import OBJECT_CLUSTERING as OBJECT_CLUSTERING
 from ._scenario import SCENARIOS as SCENARIOS
 from ._scenario import WORLDS as WORLDS
 from ._scenario import Arena as Arena
+from ._scenario import Item as Item
 from ._scenario import Objects as Objects
 from ._scenario import Robot as Robot
 from ._scenario import Scenario as Scenario

@@ -1,16 +1,24 @@
 """The paper's scenarios, what a scenario says, and where its swarm starts."""
 
 import math
+import re
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Self
 
 from turing_learning.models import REPRESENTATIONS, Settings
 
-from ..errors import brief, choice, integer, number, refuse, require
+from ..errors import brief, choice, integer, nearest, number, refuse, require
 from ..models import FULL_VIEW, ReactiveModel
 
 ITEM_KINDS = ("background", "robot", "object")
-"""What a sensor may tell apart; the background is what it reads where it sees no item."""
+"""What a sensor may tell apart in every scenario; the background is what it reads where it sees no
+item."""
+
+MOST_STATES = 100
+"""Of a sensor: a recorded reading has 8 bits."""
+
+MOBILITIES = ("fixed", "pushed", "seen")
+"""How bodies of a type of one's own behave: see `Item`."""
 
 LONGEST_LAG = 1000
 """Control cycles; a longer lag would leave robots at rest."""
@@ -25,17 +33,18 @@ EARTH_GRAVITY = 981.0
 
 @dataclass(frozen=True)
 class Start:
-    """Robots and objects, and the rectangle in which their centers are placed."""
+    """What starts in a trial, and the rectangle in which centers are drawn."""
 
-    #: (number, radius in cm) of the robots, then of the objects where there are some
+    #: (number, radius in cm) of what needs room there: robots, then objects and items of one's own
     disks: tuple[tuple[int, float], ...]
     corner_cm: float  #: x and y of the corner of the rectangle
     sides_cm: tuple[float, float]  #: Its width and height
+    others: int = 0  #: Number of bodies that need no room there: placed elsewhere, or only seen
 
     @property
     def bodies(self) -> int:
-        """Number of robots and objects."""
-        return sum(number for number, _ in self.disks)
+        """Number of robots, objects and items."""
+        return sum(number for number, _ in self.disks) + self.others
 
     @property
     def crowd(self) -> str:
@@ -121,6 +130,46 @@ class Objects(Settings):
 
 
 @dataclass(frozen=True)
+class Item(Settings):
+    """A type of item of one's own, such as a landmark or a light: disks that sensors may tell apart by its name.
+
+    Source: paper, section 3.2.1: a line-of-sight sensor tells n types of items apart.
+    """
+
+    count: int = 1  #: Number of them in a trial, whatever the number of robots
+    radius_cm: float = 5.0  #: Of each (cm), as touched and as seen
+    #: "fixed": robots and objects bump into it, and it stays; "pushed": it moves as objects do;
+    #: "seen": nothing touches it, as a light
+    mobility: Literal["fixed", "pushed", "seen"] = "fixed"
+    mass_g: float = 35.0  #: Of each (g), if it is pushed
+    #: Coefficient of dry friction on the ground, if it is pushed; gravity is that of the objects
+    friction: float = 0.58
+    #: x and y (cm) of each at the beginning of every trial, in the coordinates of the arena or of
+    #: the start square; if there are none, they are drawn anew for each trial, as those of robots
+    centers_cm: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        integer("count", self.count, 0)
+        number("radius_cm", self.radius_cm, above=0)
+        choice("mobility", self.mobility, MOBILITIES)
+        number("mass_g", self.mass_g, above=0)
+        number("friction", self.friction, least=0)
+        centers = self.centers_cm
+        if not centers:
+            return
+        fits = all(len(center) == 2 and all(map(math.isfinite, center)) for center in centers)
+        require(fits, "centers_cm", "be pairs of finite numbers, x and y", brief(centers))
+        rule = f"be {len(centers)}, as so many centers are stated, or be left out"
+        require(self.count in (1, len(centers)), "count", rule, self.count)
+        object.__setattr__(self, "count", len(centers))
+
+    @property
+    def touched(self) -> bool:
+        """Whether other bodies bump into it."""
+        return self.mobility != "seen"
+
+
+@dataclass(frozen=True)
 class Arena(Settings):
     """The ground: unbounded, or a rectangle of walls with one corner at the origin."""
 
@@ -151,8 +200,8 @@ class Sensor(Settings):
     4.6.1.
     """
 
-    #: "background", reading 0, then what the sensor tells apart, of "robot" and "object". A kind
-    #: that is not listed is invisible: the sensor looks through it
+    #: "background", reading 0, then what the sensor tells apart: "robot", "object", and names of the
+    #: scenario's own items. What is not listed is invisible: the sensor looks through it
     readings: tuple[str, ...] = ("background", "robot")
     #: Of the agents (rad), 0 to 2 pi, centered on the heading; 0 is a line of sight
     field_of_view: float = 0.0
@@ -161,11 +210,11 @@ class Sensor(Settings):
     mistakes: float = 0.0
 
     def __post_init__(self) -> None:
-        readings = set(self.readings)
-        fits = self.readings[:1] == ("background",) and readings <= set(ITEM_KINDS)
-        fits = fits and len(readings) == len(self.readings)
-        rule = f"be 'background', then any of {ITEM_KINDS[1:]}, each once"
-        require(fits, "sensor.readings", rule, brief(self.readings))
+        # Which names there are, only the scenario knows.
+        names = self.readings
+        fits = names[:1] == ("background",) and len(set(names)) == len(names) <= MOST_STATES
+        rule = f"be 'background', then any of the items, each once, {MOST_STATES} at most"
+        require(fits, "sensor.readings", rule, brief(names))
         fits = 0 <= self.field_of_view <= FULL_VIEW
         rule = "be an angle from 0 to 2 pi = 6.283185 (rad)"
         require(fits, "sensor.field_of_view", rule, self.field_of_view)
@@ -177,7 +226,7 @@ class Sensor(Settings):
         return len(self.readings)
 
     def reading_of(self, item: str) -> int:
-        """Return the reading I that an item, "robot" or "object", gives.
+        """Return the reading I that an item gives: "robot", "object", or one of the scenario's own.
 
         0 if the sensor does not see it.
         """
@@ -273,6 +322,8 @@ class Scenario(Settings):
     sensor: Sensor = field(default_factory=Sensor)
     trial: Trial = field(default_factory=Trial)
     tracker: Tracking = field(default_factory=Tracking)
+    #: Own types of items by their names; in arrays they come last, in this order
+    items: dict[str, Item] = field(default_factory=dict, hash=False)
     #: What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view
     #: as well. Models of which the agents are none, networks, are up to the configuration
     representation: str = "reactive"
@@ -292,12 +343,33 @@ class Scenario(Settings):
         require(len(speeds) == 2 * states, "scenario.controller", rule, brief(speeds))
         fits = all(map(math.isfinite, speeds))
         require(fits, "scenario.controller", "be finite wheel speeds", brief(speeds))
+        self._check_items()
         start = self.start()
         rule = f"be more than the diameter of what moves in it, {2 * start.corner_cm:g}"
         width_cm, height_cm = start.sides_cm
         require(width_cm > 0, "scenario.arena.width_cm", rule, self.arena.width_cm)
         require(height_cm > 0, "scenario.arena.height_cm", rule, self.arena.height_cm)
         self._require_room(start)
+
+    def _check_items(self) -> None:
+        """Reject items that have no name of their own, readings of none, and walls in the way."""
+        for name, item in self.items.items():
+            fits = re.fullmatch(r"[A-Za-z0-9_-]+", name) and name not in ITEM_KINDS
+            rule = f"have names of letters, digits, - and _, other than {ITEM_KINDS}"
+            require(fits, "scenario.items", rule, brief(name))
+            if not (item.touched and self.arena.bounded):
+                continue
+            size = (self.arena.width_cm, self.arena.height_cm)
+            rule = f"lie inside the arena of {size[0]} x {size[1]} cm, and touch no wall"
+            for center in item.centers_cm:
+                for position, side in zip(center, size, strict=True):
+                    fits = item.radius_cm <= position <= (side or 0.0) - item.radius_cm
+                    require(fits, f"scenario.items.{name}.centers_cm", rule, brief(center))
+        names = (*ITEM_KINDS, *self.items)
+        for name in self.sensor.readings:
+            rule = f"hold 'background', then any of {(*ITEM_KINDS[1:], *self.items)}"
+            remedy = f"Describe it below [scenario.items.{name}]. {nearest(name, names)}"
+            require(name in names, "scenario.sensor.readings", rule, repr(name), remedy)
 
     def _require_room(self, start: Start) -> None:
         """Reject a place that is too small for the bodies that start in it."""
@@ -318,8 +390,8 @@ class Scenario(Settings):
         Parameters
         ----------
         robots
-            Number of robots; objects and the area of the square grow in proportion. None takes the
-            scenario's.
+            Number of robots; objects and the area of the square grow in proportion, items do not.
+            None takes the scenario's.
         side_cm
             Side of a square in which all start instead.
         """
@@ -330,14 +402,20 @@ class Scenario(Settings):
         objects = round(self.objects.count * growth)
         if objects:
             disks.append((objects, self.objects.radius_cm))
+        others = 0
+        for item in self.items.values():
+            if item.centers_cm or not item.touched:
+                others += item.count
+            elif item.count:
+                disks.append((item.count, item.radius_cm))
         width, height = self.arena.width_cm, self.arena.height_cm
         if width is None or height is None or side_cm is not None:
             if side_cm is None:
                 side_cm = self.trial.start_side_cm * math.sqrt(growth)
-            return Start(tuple(disks), 0.0, (side_cm, side_cm))
+            return Start(tuple(disks), 0.0, (side_cm, side_cm), others)
         # All centers keep the largest radius from the walls.
         margin = max(radius for _, radius in disks)
-        return Start(tuple(disks), margin, (width - 2 * margin, height - 2 * margin))
+        return Start(tuple(disks), margin, (width - 2 * margin, height - 2 * margin), others)
 
     @property
     def world(self) -> str:
@@ -354,6 +432,16 @@ class Scenario(Settings):
         for section, settings in WORLDS[name].items():
             changed[section] = replace(getattr(self, section), **settings)
         return replace(self, **changed)
+
+    @property
+    def bodies(self) -> int:
+        """Number of robots, objects and items in a trial."""
+        return self.individuals + self.objects.count + self.own_bodies
+
+    @property
+    def own_bodies(self) -> int:
+        """Number of items of one's own in a trial."""
+        return sum(item.count for item in self.items.values())
 
     @property
     def individuals(self) -> int:

@@ -1,7 +1,7 @@
 """Place swarms and run trials: who executes what in them, and swarms as sources of samples."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from typing import Self
@@ -68,6 +68,22 @@ class Simulation:
     speeds: np.ndarray
 
 
+@dataclass(frozen=True)
+class _Body:
+    """What the kernels have to know of the bodies of a type of item."""
+
+    name: str
+    radius_cm: float
+    mass_g: float  # inf of what stays where it is
+    deceleration: float = 0.0  # by dry friction on the ground (cm/s^2)
+    touched: bool = True
+
+    @property
+    def contact_cm(self) -> float:
+        """Radius as others bump into it (cm); NaN if nothing does."""
+        return self.radius_cm if self.touched else math.nan
+
+
 def build_world(
     scenario: Scenario,
     robots: int,
@@ -77,32 +93,41 @@ def build_world(
 ) -> World:
     """Return the constants of trials with so many robots and objects, and fields of view (R, A), if any."""
     robot = scenario.robot
-    item = scenario.objects
-    robot_reading = scenario.sensor.reading_of("robot")
-    object_reading = scenario.sensor.reading_of("object")
+    gravity = scenario.objects.gravity_cm_s2
+    numbers = [robots, objects]
+    bodies = [_Body("robot", robot.radius_cm, robot.mass_g)]
+    deceleration = scenario.objects.friction * gravity
+    bodies.append(
+        _Body("object", scenario.objects.radius_cm, scenario.objects.mass_g, deceleration)
+    )
+    for name, item in scenario.items.items():
+        numbers.append(item.count)
+        mass_g = math.inf if item.mobility == "fixed" else item.mass_g
+        deceleration = item.friction * gravity
+        bodies.append(_Body(name, item.radius_cm, mass_g, deceleration, item.touched))
 
-    def bodies(of_robot: float, of_object: float) -> np.ndarray:
-        return np.repeat([of_robot, of_object], [robots, objects])
+    def of_all(values: Iterable[float]) -> np.ndarray:
+        return np.repeat(np.array(list(values), dtype=np.float64), numbers)
 
-    # The moment of inertia of a homogeneous disk (g cm^2).
-    robot_inertia = 0.5 * robot.mass_g * robot.radius_cm**2
-    object_inertia = 0.5 * item.mass_g * item.radius_cm**2
+    readings = [scenario.sensor.reading_of(body.name) for body in bodies]
     sectors = None
     if fields_of_view is not None:
         sectors = np.stack((np.cos(fields_of_view / 2), np.sin(fields_of_view / 2)))
     return World(
         robots=robots,
-        bodies=robots + objects,
-        radius=bodies(robot.radius_cm, item.radius_cm),
-        inverse_mass=bodies(1 / robot.mass_g, 1 / item.mass_g),
-        inverse_inertia=bodies(1 / robot_inertia, 1 / object_inertia),
+        bodies=sum(numbers),
+        radius=of_all(body.contact_cm for body in bodies),
+        inverse_mass=of_all(1 / body.mass_g for body in bodies),
+        # The moment of inertia of a homogeneous disk (g cm^2).
+        inverse_inertia=of_all(1 / (0.5 * body.mass_g * body.radius_cm**2) for body in bodies),
         # Invisible bodies have a negative radius.
-        sight_radius=bodies(
-            robot.radius_cm if robot_reading else -1.0, item.radius_cm if object_reading else -1.0
+        sight_radius=of_all(
+            body.radius_cm if reading else -1.0
+            for body, reading in zip(bodies, readings, strict=True)
         ),
-        reading=bodies(robot_reading, object_reading).astype(np.int64),
+        reading=of_all(readings).astype(np.int64),
         sectors=sectors,
-        deceleration=item.friction * item.gravity_cm_s2,
+        deceleration=of_all(body.deceleration for body in bodies),
         wheel_distance=robot.wheel_distance_cm,
         maximum_speed=robot.maximum_speed_cm_s,
         wheel_noise=float(wheel_noise),
@@ -127,7 +152,7 @@ def simulate(
     threads: int | None = None,
     drivers: Drivers | None = None,
 ) -> Simulation:
-    """Run trials of a swarm; the numbers of robots and objects come from the arrays.
+    """Run trials of a swarm; the numbers of robots and objects come from the arrays, that of items from the scenario.
 
     Source: paper, sections 3.2, 4.1 and 4.6.2; docs/physics.md.
 
@@ -140,7 +165,7 @@ def simulate(
         Left and right wheel speed for each sensor state, as fractions of the maximum, for each
         trial and individual.
     initial_poses : (R, A + O, 3)
-        x, y (cm), heading (rad); robots first, then objects.
+        x, y (cm), heading (rad); robots first, then objects, then items of one's own.
     control_steps
         Number of control cycles T, >= 1.
     seed
@@ -166,7 +191,9 @@ def simulate(
     poses = np.ascontiguousarray(array("initial_poses", initial_poses, "R B 3", R=trials))
     bodies = poses.shape[1]
     rule = f"hold a pose of each of the {robots} robots, then of objects"
-    require(bodies >= robots, "initial_poses", rule, bodies)
+    if scenario.items:
+        rule += f", then of {scenario.own_bodies} items"
+    require(bodies >= robots + scenario.own_bodies, "initial_poses", rule, bodies)
     integer("control_steps", control_steps, 1, LARGEST_COUNT)
     integer("seed", seed, 0)
     if wheel_noise is None:
@@ -218,13 +245,18 @@ def _check_fields_of_view(fields_of_view: np.typing.ArrayLike, trials: int, robo
 def _check_inside(scenario: Scenario, robots: int, poses: np.ndarray) -> None:
     """Reject bodies that touch or cross a wall of the arena."""
     size = (scenario.arena.width_cm, scenario.arena.height_cm)
-    radii = [scenario.robot.radius_cm, scenario.objects.radius_cm]
-    margin = np.repeat(radii, [robots, poses.shape[1] - robots])[:, None]
+    # What nothing touches has no radius (NaN), and may be behind a wall.
+    margin = build_world(scenario, robots, _objects(scenario, robots, poses), 0.0).radius[:, None]
     outside = (poses[..., :2] < margin) | (poses[..., :2] > np.array(size) - margin)
     for trial, body in np.argwhere(outside.any(axis=-1))[:1].tolist():
         rule = f"lie inside the arena of {size[0]} x {size[1]} cm"
         got = f"x, y = {poses[trial, body, :2].tolist()}"
         refuse("initial_poses", rule, got, place=f"body {body} of trial {trial}")
+
+
+def _objects(scenario: Scenario, robots: int, poses: np.ndarray) -> int:
+    """Return the number of objects among the bodies of poses (R, B, 3)."""
+    return poses.shape[1] - robots - scenario.own_bodies
 
 
 def tracked_speeds(scenario: Scenario, poses: np.ndarray, keys: np.ndarray) -> np.ndarray:
@@ -318,7 +350,7 @@ def _run(
     fields = np.asarray(fields_of_view, dtype=np.float64)
     if fields.any():  # else all have a line of sight
         views = np.broadcast_to(fields, (trials, robots))
-    world = build_world(scenario, robots, poses.shape[1] - robots, wheel_noise, views)
+    world = build_world(scenario, robots, _objects(scenario, robots, poses), wheel_noise, views)
     networks = None
     if drivers is not None:
         networks = drivers.networks(trials, robots)
@@ -343,7 +375,9 @@ def initial_poses(
     robots: int | None = None,
     side_cm: float | None = None,
 ) -> np.ndarray:
-    """Place robots and objects uniformly in the scenario's start square, in any direction (paper, section 4.2).
+    """Place robots, objects and items uniformly in the scenario's start square, in any direction (paper, section 4.2).
+
+    Items that have centers of their own are there.
 
     Parameters
     ----------
@@ -363,7 +397,8 @@ def initial_poses(
     Returns
     -------
     (R, A + O, 3)
-        x, y (cm), heading (rad). Bodies may overlap; they are pushed apart as they begin to move.
+        x, y (cm), heading (rad); robots first, then objects, then items of one's own. Bodies may
+        overlap; they are pushed apart as they begin to move.
     """
     integer("trials", trials, 1, LARGEST_COUNT)
     if robots is not None:
@@ -381,6 +416,11 @@ def initial_poses(
     poses = rng.random((trials, start.bodies, 3))
     poses[..., 2] = math.pi * (2 * poses[..., 2] - 1)
     poses[..., :2] = start.corner_cm + poses[..., :2] * start.sides_cm
+    body = start.bodies - scenario.own_bodies
+    for item in scenario.items.values():
+        if item.centers_cm:
+            poses[:, body : body + item.count, :2] = item.centers_cm
+        body += item.count
     return poses
 
 

@@ -36,7 +36,7 @@ from ._recording import (
 from ._trajectories import Trajectories
 from .readers import _arrays, _exports, _tables
 from .readers._arrays import names_in, read_dataset
-from .readers._sheets import LONGEST_LINE, refuse_utf16, separator_of
+from .readers._sheets import first_lines, refuse_utf16, separator_of
 from .readers._tables import read_frame
 
 if TYPE_CHECKING:
@@ -502,8 +502,6 @@ def _look(path: Path) -> Glance:
         return Glance("npz", names=names)
     with path.open("rb") as file:
         head = file.read(1 << 16)
-        file.seek(0)
-        raw = [file.readline(LONGEST_LINE) for _ in range(4)]
     if not head:
         raise refusal("not be empty", "0 bytes", path)
     for begin, detail, remedy in _FOREIGN:
@@ -526,8 +524,7 @@ def _look(path: Path) -> Glance:
     refuse_utf16(head, path)
     # who reads the lines refuses what is not UTF-8, with its line
     lines = []
-    for line in raw:
-        text = line.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace").rstrip("\r\n")
+    for text in first_lines(path, 4):
         if "\0" in text:
             return Glance("text")
         if text:

@@ -9,6 +9,7 @@ from PIL import Image
 from turing_learning.figures import Picture, save_figure
 from turing_learning.figures._picture import svg_markup
 from turing_learning.figures.one_run import error_figure, fitness_figure
+from turing_learning.figures.style import panel_grid
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -109,6 +110,16 @@ def test_markup_says_where_its_curves_are_and_leaves_the_figure_as_it_was(figure
     ids = {element.get("id") for element in root.iter()}
     assert {axes["id"], *(line["id"] for line in axes["lines"])} <= ids
     assert save_figure(figure, tmp_path, "before")[1].read_bytes() == before
+
+
+def test_markup_says_which_panels_share_an_axis():
+    panels = panel_grid(["a", "b", "c"], 2.0, sharex=True)
+    for axes in panels.axes:
+        axes.plot([1, 2], [3, 4])
+    root = ET.fromstring(svg_markup(panels.figure, "a", ""))
+    described = json.loads(root.get("data-axes"))
+    assert [axes["xGroup"] for axes in described] == [0, 0, 0]
+    assert [axes["yGroup"] for axes in described] == [0, 1, 2]
 
 
 def test_markup_has_no_style_that_leaks_into_the_page(figure):

@@ -626,3 +626,67 @@ def test_nothing_is_said_of_a_file_that_is_clear(tmp_path, caplog):
     caplog.set_level(logging.INFO)
     read = load(tmp_path, table(walk()))
     assert (caplog.text, read.choices, str(read.check())) == ("", (), "no problems found")
+
+
+# ---------------------------------------------------------------- what stands before a table
+
+
+HEADED = {
+    "for Excel": "sep=;\nframe;id;x;y\n",
+    "for Excel, in quotes": '"sep=;"\r\nframe;id;x;y\n',
+    "comments": "# made by a program, 25 fps\n#\nframe;id;x;y\n",
+    "names in a comment": "# a comment\n# frame;id;x;y\n",
+    "all of it": "sep=;\n#frame;id;x;y\n",
+}
+
+
+@pytest.mark.parametrize("name", HEADED)
+def test_what_stands_before_a_table_is_no_row_of_it(name, tmp_path):
+    rows = table(walk())
+    body = rows.to_csv(index=False, header=False, sep=";", decimal=",")
+    file = tmp_path / "file.csv"
+    file.write_text(HEADED[name] + body)
+    read = load_trajectories(file, fps=FPS, **SAID)
+    np.testing.assert_allclose(read.positions, walk() / 10)
+    line = HEADED[name].count("\n") + 3
+    file.write_text(HEADED[name] + body.replace("\n", "\nx;", 2).replace("\nx;", "\n", 1))
+    with pytest.raises(ValueError, match=rf"got 5 .*file.csv:{line}\]"):
+        load_trajectories(file, fps=FPS, **SAID)
+
+
+def test_what_numpy_writes_with_a_header_is_read(tmp_path):
+    rows = table(walk())
+    np.savetxt(tmp_path / "file.txt", rows, header="frame id x y")
+    read = load_trajectories(tmp_path / "file.txt", fps=FPS, **SAID)
+    np.testing.assert_allclose(read.positions, walk() / 10)
+
+
+@pytest.mark.parametrize(
+    ("name", "per_s"),
+    [("time (min)", 1 / 60), ("Time [h]", 1 / 3600), ("timestamp_us", 1e6), ("elapsed (ms)", 1e3)],
+)
+def test_times_whose_name_states_the_unit_state_the_frame_rate(name, per_s, tmp_path):
+    rows = table(walk()).rename(columns={"frame": name})
+    rows[name] *= per_s / FPS
+    assert load(tmp_path, rows, fps=None).fps == pytest.approx(FPS)
+
+
+def test_dates_with_points_are_of_day_month_and_year(tmp_path):
+    days = pd.date_range("2024-01-25", periods=60, freq="D")
+    rows = table(walk(60)).assign(date=lambda told: days[told.frame].strftime("%d.%m.%Y"))
+    read = load(tmp_path, rows.drop(columns="frame"), fps=None)
+    assert read.fps == pytest.approx(1 / 86400, rel=1e-4)
+    np.testing.assert_allclose(read.positions, walk(60) / 10)
+
+
+def test_wide_tables_may_name_the_coordinate_first(tmp_path):
+    wide = table(walk()).pivot(index="frame", columns="id", values=["x", "y"])
+    wide.columns = [f"{axis}_fish{who}" for axis, who in wide.columns]
+    read = load(tmp_path, wide.reset_index())
+    assert read.individuals == tuple(f"fish{who}" for who in range(5))
+    np.testing.assert_allclose(read.positions, walk() / 10)
+    refused(
+        tmp_path,
+        wide.reset_index().iloc[:, [0, 1, 6]].set_axis(["frame", "x_vel", "y_vel"], axis=1),
+        "got x and y of vel",
+    )

@@ -383,6 +383,8 @@ def _configuration(
         "have 16 wheel speeds or fewer, which a replica takes",
         speeds,
     )
+    rule = "be left out, as sensors of robots see what there is in the laboratory"
+    file.require(not scenario.items, "scenario.items", rule, ", ".join(scenario.items))
     for name, value, needed in (
         ("models.hidden", models.hidden, 0),
         ("scenario.representation", scenario.representation, "reactive"),

@@ -30,9 +30,11 @@ _SIDES = {
 _BODY = re.compile(
     r"(left|right|front|rear|back|top|bottom|mid|middle|upper|lower|min|max|corner|head|nose|snout|neck|"
     r"body|center|centre|centroid|thorax|abdomen|spine|tail|tailbase|base|tip|ear|eye|paw|leg|hand|foot|"
-    r"wing|[0-9]+|[ _.-])+"
+    r"wing|raw|smooth(ed)?|filter(ed)?|interp(olated)?|predicted|corrected|[0-9]+|[ _.-])+"
 )
-"""Names of points of one body, or of corners of a box around it."""
+"""Names of points of one body, of corners of a box around it, or of one point in several ways."""
+_MOTION = re.compile(r"vel|velocity|speed|acc|accel|acceleration|delta|displacement")
+"""Names of what is no position."""
 CONTINUOUS = 0.01
 """Share of jumps among steps up to which paths are continuous; twice that of the best column is, too."""
 BROKEN = 0.2
@@ -108,11 +110,15 @@ def refuse_points(columns: Mapping[str, Sequence[str]], file: object) -> None:
     `columns` are those of x and y by the names of individuals.
     """
     names = [name.lower() for name in columns]
+    moving = [name for name in columns if _MOTION.fullmatch(name.lower())]
+    if moving:
+        got = f"x and y of {', '.join(moving)}"
+        raise refusal("hold positions, and individuals by their names", got, file)
     named_as_points = [bool(_BODY.fullmatch(name) and re.search("[a-z]", name)) for name in names]
     if len(names) < 2 or not all(named_as_points):
         return
     x, y = next(iter(columns.values()))
-    got = f"{', '.join(columns)}, which may be points of one body, or corners of a box"
+    got = f"{', '.join(columns)}, which may be points of one body, corners of a box, or one in several ways"
     remedy: Text = (
         "Say which columns are the animal's, for example ", Setting("columns", {"x": x, "y": y}),
         ", or rename them.",

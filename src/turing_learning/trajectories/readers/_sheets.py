@@ -33,12 +33,86 @@ class Sheet:
     """Name in small letters -> unit that a further header line states, as "micron" of "(micron)"."""
 
 
+MOST_COMMENTS = 1000
+"""Lines before the names of columns."""
+_SEPARATOR_LINE = re.compile(r'"?sep=.?"?[,;\t]*', re.IGNORECASE)
+"""What tells Excel the separator, and is no row."""
+
+
+@dataclass(frozen=True)
+class Opening:
+    """What stands before the first line of a table."""
+
+    skipped: int  #: Lines that are none of the table: comments, and what tells Excel the separator
+    commented: bool  #: Whether the line after them begins with "#", too, and names the columns
+
+
+def opening_of(path: Path) -> Opening:
+    """Return what stands before the first line of a table."""
+    with path.open("rb") as file:
+
+        def following() -> str:
+            return file.readline(LONGEST_LINE).decode("utf-8-sig", errors="replace")
+
+        line = following()
+        skipped = 0
+        if _SEPARATOR_LINE.fullmatch(line.strip()):
+            skipped = 1
+            line = following()
+        comment = ""
+        while line.startswith("#") and skipped < MOST_COMMENTS:
+            comment = line
+            skipped += 1
+            line = following()
+    commented = bool(comment) and _names_columns(comment, line)
+    return Opening(skipped - commented, commented)
+
+
+def _names_columns(comment: str, row: str) -> bool:
+    """Return whether a comment names the columns of the row below it, as `numpy.savetxt` writes it."""
+    text = _uncommented(comment)
+    separator = separator_of(text)
+    with suppress(csv.Error):
+        names = [cell.strip() for cell in cells_in(text, separator)]
+        cells = [cell.strip().replace(",", ".") for cell in cells_in(row.strip("\r\n"), separator)]
+        numbers = [np.isfinite(number_of(cell)) for cell in cells]
+        words = not any(np.isfinite(number_of(name)) for name in names)
+        return len(names) == len(cells) > 1 and words and any(numbers)
+    return False
+
+
+def _uncommented(line: str) -> str:
+    return line.lstrip("#").strip()
+
+
+def first_lines(path: Path, count: int) -> list[str]:
+    """Return the first lines of a table, as far as they are text, without their ends."""
+    opening = opening_of(path)
+    with path.open("rb") as file:
+        raw = [file.readline(LONGEST_LINE) for _ in range(opening.skipped + count)]
+    lines = []
+    for line in raw[opening.skipped :]:
+        text = line.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace")
+        lines.append(text.rstrip("\r\n"))
+    if opening.commented:
+        lines[0] = _uncommented(lines[0])
+    return lines
+
+
 def read_lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield number and text of each line of a whole text in UTF-8; blank lines are accepted at its end only."""
+    """Yield number and text of each line of a whole text in UTF-8; blank lines are accepted at its end only.
+
+    What stands before the table is left out.
+    """
+    opening = opening_of(path)
     blank = 0
     with path.open("rb") as file:
         for number, raw in enumerate(iter(lambda: file.readline(LONGEST_LINE + 1), b""), start=1):
             line = _decoded(raw, path, number)
+            if number <= opening.skipped:
+                continue
+            if opening.commented and number == opening.skipped + 1:
+                line = _uncommented(line)
             if not line or line.isspace():
                 blank = blank or number
             elif blank:
@@ -147,7 +221,10 @@ def text_sheet(
             raise refusal("have at least one row", "none", path)
         return np.concatenate(blocks), words
 
-    return Sheet(names, read, f"{path}:1", lambda row: f"{path}:{skip + 1 + row}")
+    skipped = opening_of(path).skipped
+    return Sheet(
+        names, read, f"{path}:{skipped + 1}", lambda row: f"{path}:{skipped + skip + 1 + row}"
+    )
 
 
 MISSING = ("nan", "na", "n/a", "none", "null", "-", "--", "missing")
@@ -181,8 +258,8 @@ def number_of(cell: str) -> float:
 
 
 def separator_of(line: str) -> str:
-    """Return what separates the cells of a header line: a comma, tab or semicolon, or spaces where there is none."""
-    separator = max(",\t;", key=line.count)
+    """Return what separates the cells of a header line: a comma, tab, semicolon or bar, or spaces where there is none."""
+    separator = max(",\t;|", key=line.count)
     if separator not in line and len(line.split()) > 1:
         return SPACES
     return separator
@@ -190,8 +267,7 @@ def separator_of(line: str) -> str:
 
 def first_separator(path: Path) -> str:
     """Return what separates the cells of the first line of a file."""
-    with path.open("rb") as file:
-        return separator_of(file.readline(1 << 16).decode("utf-8-sig", errors="replace"))
+    return separator_of(first_lines(path, 1)[0])
 
 
 SPACES = " "

@@ -11,10 +11,19 @@ from turing_learning.errors import Setting, Text, refuse
 from .._implausible import LEAST_RATE, MOST_RATE
 from .._recording import LARGEST, refusal, refuse_first
 
+_UNITS = {
+    "s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e3, "msec": 1e3, "milliseconds": 1e3, "us": 1e6,
+    "\N{MICRO SIGN}s": 1e6, "ns": 1e9, "min": 1 / 60, "minutes": 1 / 60, "h": 1 / 3600, "hours": 1 / 3600,
+}  # fmt: skip
+_CLOCKS = ("time", "timestamp", "t", "elapsed", "elapsed time", "elapsed_time")
 IN_UNITS = {
-    "time_s": 1.0, "time (s)": 1.0, "time [s]": 1.0, "time (sec)": 1.0, "time_sec": 1.0, "seconds": 1.0, "sec": 1.0,
-    "time_ms": 1e3, "time (ms)": 1e3, "time [ms]": 1e3, "milliseconds": 1e3, "%time": 1e9, "__time": 1.0,
-    "minutes": 1 / 60, "hours": 1 / 3600,
+    "seconds": 1.0, "sec": 1.0, "milliseconds": 1e3, "minutes": 1 / 60, "hours": 1 / 3600, "%time": 1e9, "__time": 1.0,
+    **{
+        form.format(clock, unit): per_s
+        for clock in _CLOCKS
+        for unit, per_s in _UNITS.items()
+        for form in ("{}_{}", "{} ({})", "{} [{}]", "{}({})", "{}[{}]")
+    },
 }  # fmt: skip
 """Names of columns of times that say the unit, and how many of it are a second."""
 TIME = ("time", *IN_UNITS, "t", "timestamp", "datetime", "date_time", "date")
@@ -167,7 +176,7 @@ def frames_at(
 def seconds_of(texts: Sequence[str], at: Callable[[int], str]) -> tuple[np.ndarray, bool]:
     """Return times (rows,) as numbers, and whether they are in s since the first because they were dates or clocks.
 
-    They may be numbers, dates with times in ISO 8601, or times of day as 12:30:01.5.
+    They may be numbers, dates with times in ISO 8601 or as 31.12.2024, or times of day as 12:30:01.5.
     """
     import pandas as pd
 
@@ -175,6 +184,8 @@ def seconds_of(texts: Sequence[str], at: Callable[[int], str]) -> tuple[np.ndarr
     if not np.isnan(numbers).any():
         return numbers, False
     words = pd.Series(texts, dtype=object)
+    # dates with points are of day, month and year; those with strokes may be of month and day
+    words = words.str.replace(r"^([0-9]{2})\.([0-9]{2})\.([0-9]{4})", r"\3-\2-\1", regex=True)
     dates = pd.to_datetime(words, format="ISO8601", utc=True, errors="coerce")
     if dates.isna().any():
         dates = pd.Timestamp(0, tz="UTC") + pd.to_timedelta(
