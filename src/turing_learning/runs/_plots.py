@@ -80,7 +80,7 @@ class Plots:
             reject("run", rule, got, remedy)
         panels = _panels(ax, [swarm.label for swarm in moved.swarms], 4.0)
         swarms = [(swarm.poses, swarm.robots, swarm.replica_mask) for swarm in moved.swarms]
-        radii = {
+        radii: dict[str, Any] = {
             "robot_radius_cm": moved.robot_radius_cm,
             "object_radius_cm": moved.radii_cm(moved.swarms[0]),
         }

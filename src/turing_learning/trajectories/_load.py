@@ -147,6 +147,9 @@ def load_file(
         recording, name, source = _from_file(Path(path), options, format)
     else:
         recording, name, source = _from_memory(path, options, format)
+    confidence = recording.confidence
+    if confidence is not None and np.isnan(confidence[recording.present]).all():
+        recording = replace(recording, confidence=None)  # a column that is empty
     _check_order(recording, source)
     if options.min_confidence is not None:
         recording = _confident(recording, options.min_confidence, source)
@@ -482,7 +485,6 @@ def _guessed(cells: list[str]) -> dict[str, str]:
 
 _FOREIGN = (
     (b"\xd0\xcf\x11\xe0", "a workbook", "Save its sheet as CSV (UTF-8)."),
-    (b"MATLAB 5.0 MAT-file", "a file of MATLAB", "Write a table there, by writetable."),
     (b"SQLite format 3", "a database", "FastTrack writes tracking.txt beside it."),
     (b"#ROSBAG", "a bag of ROS", "Write its topic as CSV: rostopic echo -b BAG -p TOPIC."),
     (b"PAR1", "a table in Parquet", "Read it by pandas, and give the DataFrame."),
@@ -515,6 +517,8 @@ def _look(path: Path) -> Glance:
                 "be text, HDF5 or arrays", "a workbook", path, "Save its sheet as CSV (UTF-8)."
             )
         return Glance("npz", names=(frozenset(_arrays.array_sizes(path)),))
+    if head.startswith(_arrays.MATLAB):
+        return Glance("mat")
     if head.startswith((b"\x93NUMPY", b"CDF\x01", b"CDF\x02")):
         return Glance("npy" if head.startswith(b"\x93") else "netcdf3")
     if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):

@@ -7,6 +7,7 @@ import pickle
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -184,8 +185,48 @@ def read_idtracker_h5(path: Path, options: Options) -> Recording:
     return _recording(positions, scores, rate, f"{path}, dataset trajectories", path)
 
 
+MATLAB = b"MATLAB 5.0 MAT-file"
+"""Beginning of a file of MATLAB that is not HDF5."""
+_PLACES = ("trajectories", "positions")
+_RATES = ("frames_per_second", "fps", "framerate")
+
+
+def _begins(path: Path, mark: bytes) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(mark)) == mark
+
+
+def read_archive(path: Path) -> Recording:
+    """Read the array (F, A, 2) of an npz file or of a file of MATLAB: the only one, or `trajectories` or `positions`.
+
+    Source: idTracker writes `trajectories.mat`; Perez-Escudero et al. 2014, Nature Methods 11.
+    """
+    with whole("npz or mat", path):
+        if _begins(path, MATLAB):
+            from scipy.io import loadmat, whosmat
+
+            sizes = [8 * math.prod(shape) for _, shape, _ in whosmat(path)]
+            check_unpacked(sum(sizes), path)
+            contents = {name: np.asarray(item) for name, item in loadmat(path).items()}
+        else:
+            check_unpacked(sum(array_sizes(path).values()), path)
+            with np.load(path, allow_pickle=False) as archive:
+                contents = {name: archive[name] for name in archive.files}
+    solid = {name: item for name, item in contents.items() if item.ndim == 3}
+    chosen = [name for name in _PLACES if name in solid] or list(solid)
+    if len(chosen) != 1 and "trajectories" not in solid:
+        shapes = {name: item.shape for name, item in contents.items() if name[:2] != "__"}
+        rule = "hold one array of positions (F, A, 2), or one that is called trajectories"
+        raise refusal(rule, brief(shapes), path)
+    recording = read_positions(solid[chosen[0]], f"{path}, {chosen[0]}")
+    rates = [name for name in _RATES if name in contents]
+    return replace(recording, fps=check_rate(contents[rates[0]], path)) if rates else recording
+
+
 def read_npy(path: Path, options: Options) -> Recording:
     """Read positions (F, A, 2), or a pickled dictionary with `trajectories` and `frames_per_second`, if that is allowed."""
+    if not _begins(path, b"\x93NUMPY"):
+        return read_archive(path)
     with path.open("rb") as file:
         plain = not _is_pickled(file, path)
     if plain:
@@ -234,8 +275,28 @@ def read_positions(positions: np.ndarray, where: str) -> Recording:
         or 0 in positions.shape
     ):
         raise refusal(rule, f"{positions.dtype} {positions.shape}", where)
+    refuse_transposed(positions, where)
     names = tuple(str(k + 1) for k in range(positions.shape[1]))
     return from_array(positions.astype(np.float64), names, where, y_axis=None)
+
+
+CLOSER = 0.2
+"""Steps from column to column in steps from row to row, below which columns are frames."""
+
+
+def refuse_transposed(positions: np.ndarray, where: str) -> None:
+    """Refuse positions (A, F, 2) as if they were (F, A, 2): who follows whom is near to it, and comes far in a frame."""
+    if not 1 < len(positions) < positions.shape[1]:
+        return
+    steps = []
+    for axis in (0, 1):
+        lengths = np.hypot(*np.moveaxis(np.diff(positions.astype(np.float64), axis=axis), -1, 0))
+        known_lengths = lengths[np.isfinite(lengths)]
+        steps.append(float(np.median(known_lengths)) if len(known_lengths) else math.nan)
+    if steps[1] < CLOSER * steps[0]:
+        got = f"{positions.shape}, with steps of {steps[0]:.3g} along its first axis and of {steps[1]:.3g} along its second"
+        remedy = "If individuals come first, exchange the two: positions.transpose(1, 0, 2)."
+        raise refusal("have the shape (F, A, 2), frames before individuals", got, where, remedy)
 
 
 def _recording(
@@ -251,7 +312,14 @@ def _recording(
 IDTRACKER_H5_FORMAT = Format(
     "idtracker.ai-h5", lambda glance: glance.holds("trajectories"), read_idtracker_h5
 )
-IDTRACKER_NPY_FORMAT = Format("idtracker.ai-npy", lambda glance: glance.kind == "npy", read_npy)
+IDTRACKER_NPY_FORMAT = Format(
+    "idtracker.ai-npy",
+    lambda glance: (
+        glance.kind in ("npy", "mat")
+        or (glance.kind == "npz" and len(glance.names) == 1 and not _is_track(glance.names[0]))
+    ),
+    read_npy,
+)
 
 
 MOST_BYTES = 1 << 32
@@ -387,6 +455,10 @@ TREX_FORMAT = Format(
 )
 
 
+_OF_POINTS = "name scorer, (individual,) body part and coordinate of each column"
+BY_PANDAS = "If it is whole, read it by pandas.read_hdf, and give the DataFrame."
+
+
 def read_deeplabcut_h5(path: Path, options: Options) -> Recording:
     """Read what DeepLabCut writes to HDF5, in both forms of a table of pandas; no pickle that calls anything is opened."""
     with open_hdf5(path) as file:
@@ -394,20 +466,26 @@ def read_deeplabcut_h5(path: Path, options: Options) -> Recording:
             name for name in file if "pandas_type" in getattr(member(file, name, path), "attrs", ())
         ]
         if len(names) != 1:
-            raise refusal("hold one table of pandas", f"{len(names)}", path)
+            raise refusal("hold one table of pandas", f"{len(names)}", path, BY_PANDAS)
         group = file[names[0]]
         form = {"frame_table": _appendable, "frame": _fixed}.get(text(group.attrs["pandas_type"]))
         if form is None:
             raise refusal(
-                "hold a table of pandas", text(group.attrs["pandas_type"]), f"{path}, {names[0]}"
+                "hold a table of pandas",
+                text(group.attrs["pandas_type"]),
+                f"{path}, {names[0]}",
+                BY_PANDAS,
             )
-        frames, labels, values = form(group, path)
-    where, widths = f"{path}, {names[0]}", {len(label) for label in labels}
+        where = f"{path}, {names[0]}"
+        try:
+            frames, labels, values = form(group, path)
+        except (AttributeError, KeyError, TypeError, IndexError):
+            # what pandas writes of other tables has other parts
+            raise refusal(_OF_POINTS, "others", where, BY_PANDAS) from None
+    widths = {len(label) for label in labels}
     sound = values.shape == (len(frames), len(labels)) and widths in ({3}, {4})
     if not (sound and frames.dtype.kind in "iu" and values.dtype.kind == "f"):
-        raise refusal(
-            "name scorer, (individual,) body part and coordinate of each column", "others", where
-        )
+        raise refusal(_OF_POINTS, "others", where, BY_PANDAS)
     values = np.column_stack([frames, values])
     sheet = Sheet(
         [], lambda numbers: (values[:, numbers], []), where, lambda row: f"{where}, row {row}"

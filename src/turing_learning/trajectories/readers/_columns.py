@@ -2,12 +2,14 @@
 
 import re
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from turing_learning.errors import Setting, Text
+from turing_learning.errors import Setting, Text, brief, require
 
 from .._recording import JUMP_FACTOR, Recording, refusal
+from ._sheets import Sheet
 
 WHO = (
     "id", "individual", "individuals", "animal", "fish", "identity", "track", "track_id", "trackid",
@@ -61,6 +63,47 @@ def named(names: Sequence[str], columns: Mapping[str, str] | None, file: object)
             raise refusal(f"have the column {column!r} once", ", ".join(names), file)
         renamed[fitting[0]] = role
     return renamed
+
+
+def choose(keypoint: str | None, names: Sequence[str], where: object) -> str:
+    """Return the key point asked for, or the only one there is."""
+    if keypoint is None and len(names) == 1:
+        return names[0]
+    remedy = "Say which point of the body stands for the animal."
+    require(
+        keypoint in names,
+        "keypoint",
+        f"be one of {', '.join(names)}",
+        brief(keypoint),
+        remedy,
+        place=str(where),
+    )
+    return str(keypoint)
+
+
+POINTS = ("node", "keypoint", "key_point", "bodypart", "body_part")
+"""Names of columns that say of which point of the body a row is."""
+
+
+def of_key_point(sheet: Sheet, keypoint: str | None) -> Sheet:
+    """Return the rows of the key point asked for, or of the only one there is, of a table that has a row for each."""
+    columns = [k for k, name in enumerate(sheet.names) if name.lower() in POINTS]
+    if not columns:
+        rule = "be left out for a table without a column of key points"
+        require(keypoint is None, "keypoint", rule, brief(keypoint), place=sheet.place)
+        return sheet
+    _, (points,) = sheet.read([], columns[:1])
+    point = choose(keypoint, list(dict.fromkeys(points)), sheet.place)
+    rows = np.flatnonzero([name == point for name in points])
+
+    def read(
+        numbers: Sequence[int], texts: Sequence[int] = ()
+    ) -> tuple[np.ndarray, list[list[str]]]:
+        values, words = sheet.read(numbers, texts)
+        return values[rows], [[column[row] for row in rows] for column in words]
+
+    names = ["" if k == columns[0] else name for k, name in enumerate(sheet.names)]
+    return replace(sheet, names=names, read=read, at=lambda row: sheet.at(int(rows[row])))
 
 
 def box_columns(names: Collection[str]) -> dict[str, str]:

@@ -22,7 +22,7 @@ from .._recording import (
     refusal,
     refuse_first,
 )
-from ._columns import named, refuse_corners, refuse_points
+from ._columns import choose, named, of_key_point, refuse_corners, refuse_points
 from ._layouts import (
     FASTTRACK,
     LAYOUTS,
@@ -56,22 +56,6 @@ if TYPE_CHECKING:
     from .._recording import Glance
 
 
-def choose(keypoint: str | None, names: Sequence[str], where: object) -> str:
-    """Return the key point asked for, or the only one there is."""
-    if keypoint is None and len(names) == 1:
-        return names[0]
-    remedy = "Say which point of the body stands for the animal."
-    require(
-        keypoint in names,
-        "keypoint",
-        f"be one of {', '.join(names)}",
-        brief(keypoint),
-        remedy,
-        place=str(where),
-    )
-    return str(keypoint)
-
-
 def names_of(glance: "Glance") -> set[str]:
     """Return the names of the columns of a text, in small letters."""
     if glance.lines:
@@ -102,6 +86,7 @@ def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
     frame = frame_column(sheet.names)
     if frame and columns.keys().isdisjoint(("frame", "time")) and frame not in columns.values():
         options = replace(options, columns={"frame": frame, **columns})
+    sheet = of_key_point(sheet, options.keypoint)
     beyond_time = {*columns} - {"frame", "time"}
     names = [name.lower() for name in sheet.names]
     if frame:
@@ -166,6 +151,7 @@ TIDY_FORMAT = Format(
     "tidy",
     _is_tidy,
     lambda path, options: _long_or_wide(sheet_of(path), options),
+    has_keypoints=True,
     has_columns=True,
     has_times=True,
 )
@@ -485,7 +471,30 @@ def read_deeplabcut(path: Path, options: Options) -> Recording:
     if len(set(lengths)) > 1:
         raise refusal("have header lines of the same length", lengths, f"{path}:1")
     labels = list(zip(*(row[1:] for row in rows[:skip]), strict=True))
-    return read_points(labels, text_sheet(path, separator, rows[0], skip=skip), options)
+    sheet = text_sheet(path, separator, rows[0], skip=skip)
+    return read_points(labels, _numbered_by_images(sheet), options)
+
+
+_IMAGE = re.compile(r".*?([0-9]+)\.(png|jpe?g|tiff?|bmp)", re.IGNORECASE)
+"""Name of the image of a frame."""
+
+
+def _numbered_by_images(sheet: Sheet) -> Sheet:
+    """Return a table whose first column has numbers where it names images, as labeled-data/video/img0012.png."""
+
+    def read(
+        numbers: Sequence[int], texts: Sequence[int] = ()
+    ) -> tuple[np.ndarray, list[list[str]]]:
+        _, (names,) = sheet.read([], [0])
+        images = [_IMAGE.fullmatch(name) for name in names]
+        if not all(images):
+            return sheet.read(numbers, texts)
+        columns = [column for column in numbers if column != 0]
+        values, words = sheet.read(columns, texts)
+        frames = np.array([float(image[1]) for image in images if image])
+        return np.column_stack([frames, values]), words
+
+    return replace(sheet, read=read)
 
 
 def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
@@ -565,8 +574,6 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
         labels = [tuple(map(str, label)) for label in frame.columns]
         sheet = frame_sheet(frame.reset_index(names="frame", allow_duplicates=True))
         return replace(read_points(labels, sheet, options), **stated)
-    if options.keypoint is not None:
-        refuse("keypoint", "be left out for a table without key points", repr(options.keypoint))
     if levels == 2:
         frame = frame.set_axis(
             [
