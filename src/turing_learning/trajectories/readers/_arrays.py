@@ -16,8 +16,9 @@ import numpy as np
 from turing_learning.errors import RefusedError, brief, optional, refuse, require
 
 from .._recording import Format, Options, Recording, assemble, from_array, natural, refusal
+from ._columns import choose
 from ._sheets import Sheet
-from ._tables import Labels, choose, read_points
+from ._tables import Labels, read_points
 from ._times import check_rate, per_second, rounded, stated_rate
 
 if TYPE_CHECKING:
