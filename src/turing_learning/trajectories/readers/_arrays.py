@@ -480,7 +480,7 @@ def read_deeplabcut_h5(path: Path, options: Options) -> Recording:
         where = f"{path}, {names[0]}"
         try:
             frames, labels, values = form(group, path)
-        except (AttributeError, KeyError, TypeError, IndexError):
+        except (AttributeError, KeyError, TypeError):
             # what pandas writes of other tables has other parts
             raise refusal(_OF_POINTS, "others", where, BY_PANDAS) from None
     widths = {len(label) for label in labels}
