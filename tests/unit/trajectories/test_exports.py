@@ -397,12 +397,18 @@ def test_animals_that_were_not_tracked_are_one_or_refused(tmp_path):
         load_trajectories(path, **said)
 
 
-def test_points_of_a_body_in_rows_of_their_own_are_refused_with_their_column(tmp_path):
+def test_of_points_of_a_body_in_rows_of_their_own_one_is_asked_for(tmp_path):
     rows = table(walk()).assign(bodypart="nose")
     both = pd.concat([rows, rows.assign(bodypart="tail", x=rows.x + 3)])
-    message = r"one position for each individual and frame; .* not read: bodypart\."
-    with pytest.raises(ValueError, match=message):
-        load_trajectories(write(tmp_path, both), fps=25, **SAID)
+    file = write(tmp_path, both)
+    with pytest.raises(ValueError, match=r"`keypoint` must be one of nose, tail; got None"):
+        load_trajectories(file, fps=25, **SAID)
+    nose, tail = (load_trajectories(file, fps=25, keypoint=k, **SAID) for k in ("nose", "tail"))
+    shift = tail.positions - nose.positions
+    np.testing.assert_allclose(shift[..., 0], 0.3)
+    np.testing.assert_allclose(shift[..., 1], 0.0)
+    with pytest.raises(ValueError, match=r"without a column of key points; got 'nose'"):
+        load_trajectories(write(tmp_path, rows.drop(columns="bodypart")), keypoint="nose", **SAID)
 
 
 def test_fixes_of_every_ten_minutes_or_so_are_refused_with_what_makes_them_even(tmp_path):

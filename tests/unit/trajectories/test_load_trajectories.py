@@ -179,10 +179,7 @@ def test_an_ambiguous_content_is_refused_and_the_candidates_are_named(tmp_path):
         (b"\xff\n", r"be text in UTF-8; .* save it as UTF-8"),
         (b"\x00\x01\xff" * 50, r"be text, HDF5 or arrays; got no text in its first lines"),
         (b"\n\n\n", r"be text, HDF5 or arrays; got no text in its first lines"),
-        (
-            b"MATLAB 5.0 MAT-file\n",
-            r"be text, HDF5 or arrays; got a file of MATLAB .*by writetable",
-        ),
+        (b"MATLAB 5.0 MAT-file\n", r"be a whole npz or mat file; got .*cut off or damaged"),
         (
             b"Fr,cx,cy,z\n1,2,3,4\n",
             r"got a first line of Fr, .*example columns=\{'x': 'cx', 'y': 'cy'\}",

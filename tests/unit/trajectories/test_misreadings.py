@@ -679,6 +679,15 @@ def test_dates_with_points_are_of_day_month_and_year(tmp_path):
     np.testing.assert_allclose(read.positions, walk(60) / 10)
 
 
+@pytest.mark.parametrize(
+    "names", [("centroid_x", "centroid_y"), ("cx", "cy"), ("X center", "Y center")]
+)
+def test_centers_of_boxes_are_positions(names, tmp_path):
+    rows = table(walk()).rename(columns=dict(zip("xy", names, strict=True)))
+    rows = rows.rename(columns={"id": "Object ID"}).assign(w=20, h=40)
+    np.testing.assert_allclose(load(tmp_path, rows).positions, walk() / 10)
+
+
 def test_wide_tables_may_name_the_coordinate_first(tmp_path):
     wide = table(walk()).pivot(index="frame", columns="id", values=["x", "y"])
     wide.columns = [f"{axis}_fish{who}" for axis, who in wide.columns]

@@ -99,7 +99,7 @@ def load(tmp_path, content, **said):
             DLC.replace("likelihood", "y") + "0,1,2,1\n",
             r"have x, y and likelihood once for each body part; got 2 columns \(",
         ),
-        (DLC + "img0.png,1,2,1\n", r"have finite numbers or NaN; got 'img0.png' \[.*file.txt:4\]"),
+        (DLC + "image,1,2,1\n", r"have finite numbers or NaN; got 'image' \[.*file.txt:4\]"),
         (
             "time,x1,y1\n0,1,2\n0,1,2\n",
             r"have times that grow from row to row; got 0.0 \[.*file.txt:3\]",

@@ -17,9 +17,9 @@ _LENGTHS = "|".join(CM_PER_UNIT)
 _UNIT = re.compile(rf"(.*?)(?:[ _]*[\[(]({_LENGTHS}|px|pixels?)[\])]|[ _](mm|cm|m|um|px))")
 """A name with a unit at its end: x (cm), x [mm], x_cm."""
 _POSITION = re.compile(
-    r"(?:pos(?:ition)?[. _]*)?([xyz])(?:[ _]?(?:cent(?:er|re|roid)|pos(?:ition)?))?"
+    r"(?:(?:pos(?:ition)?|cent(?:er|re|roid))[. _]*|c)?([xyz])(?:[ _]?(?:cent(?:er|re|roid)|pos(?:ition)?))?"
 )
-"""A name of a coordinate without its unit: x, pos. x, position_x, x center."""
+"""A name of a coordinate without its unit: x, pos. x, position_x, centroid_x, cx, x center."""
 _ANGLES = {
     "x": re.compile(r"lon|lng|long|longitude|location[-_]long"),
     "y": re.compile(r"lat|latitude|location[-_]lat"),
@@ -176,7 +176,10 @@ def plain_roles(names: Sequence[str], *, project: bool) -> dict[str, str]:
     if {"x", "y"} <= set(names):
         return {}
     roles: dict[str, str] = {}
+    several = len([name for name in names if re.fullmatch(r".+[ _.:]x", name)]) > 1
     for name in names:
+        if several and name.startswith("cent"):
+            continue  # center_x beside tail_x is a point of several, or an individual
         unit = unit_of(name)
         match = _UNIT.fullmatch(name) if unit else None
         bare = match[1].strip() if match else name

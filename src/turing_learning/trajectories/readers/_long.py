@@ -180,10 +180,13 @@ class _LongTable:
             if angles(names):
                 remedy = ("To bring degrees into a plane, add ", Setting("project", True), ".")
             raise refusal(f"have the columns frame, {x}, {y}", self.sheet.names, where, remedy)
-        if not (self.box or stated):
+        central = self.called.get("x", "").startswith("c")
+        if not (self.box or stated or central):
             refuse_size(names, where)
         who = ("id",) if "id" in named else layout.who
-        self.who = [name for name in who if name in names]
+        # "Object ID" is object_id
+        alike = {name.replace(" ", "_"): name for name in reversed(names)}
+        self.who = [alike[name] for name in who if name in alike]
         self.apart = [name for name in APART if name in names and name not in self.who]
         clock = times[:1] if self.when == "frame" else []
         depth = [name for name in ("z",) if name in names]
