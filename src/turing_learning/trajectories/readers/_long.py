@@ -180,7 +180,7 @@ class _LongTable:
             if angles(names):
                 remedy = ("To bring degrees into a plane, add ", Setting("project", True), ".")
             raise refusal(f"have the columns frame, {x}, {y}", self.sheet.names, where, remedy)
-        central = self.called.get("x", "").startswith("c")
+        central = re.match("c|.*cent", self.called.get("x", ""))
         if not (self.box or stated or central):
             refuse_size(names, where)
         who = ("id",) if "id" in named else layout.who
