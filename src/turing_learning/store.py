@@ -42,7 +42,7 @@ _ATTEMPTS = 4
 
 
 @contextmanager
-def os_errors_as(error: type[Exception], what: str, remedy: str) -> Iterator[None]:
+def os_errors_as(error: type[Exception], trouble: str, remedy: str) -> Iterator[None]:
     """Turn an error of the operating system inside the block into one message.
 
     The message says what must be, why it is not, and what to do.
@@ -56,7 +56,7 @@ def os_errors_as(error: type[Exception], what: str, remedy: str) -> Iterator[Non
     except OSError as problem:
         if isinstance(problem, FileExistsError) and problem.errno is None:
             raise error(str(problem)) from problem
-        raise error(f"{what} ({problem.strerror or problem}). {remedy}") from problem
+        raise error(f"{trouble} ({problem.strerror or problem}). {remedy}") from problem
 
 
 class RunFolderError(RefusedError):
@@ -139,7 +139,8 @@ class Store:
     """
 
     def __init__(self, path: str | Path, kind: FolderKind) -> None:
-        try:  # a name that the operating system takes; the folder may be missing
+        # a name that the operating system takes; the folder may be missing
+        try:
             nameable = b"\0" not in os.fsencode(path)
         except UnicodeEncodeError:  # half a character
             nameable = False
@@ -473,6 +474,7 @@ class StoredPath:
         self.__doc__ = description
 
     def __get__(self, store: Store | None, owner: type | None = None) -> Path:
-        if store is None:  # looked up in the class, for its docs
+        # looked up in the class, for its docs
+        if store is None:
             return self  # type: ignore[return-value]
         return store.path / self._name

@@ -217,7 +217,8 @@ def docs(page: str | None = None, /) -> None:
 def _pages() -> dict[str, Path]:
     """Return name -> path of the pages of the documentation."""
     folder = Path(str(files("turing_learning") / "_docs"))
-    if not folder.is_dir():  # beside the code in a repository
+    # beside the code in a repository
+    if not folder.is_dir():
         folder = Path(__file__).parents[3] / "docs"
     pages = {}
     for pattern in PAGES:

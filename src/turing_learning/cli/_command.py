@@ -119,7 +119,8 @@ class Callers(Given):
         if self.cluster is not None:
             require(self.workers is None, "--workers", "be left out beside --cluster", self.workers)
             with tl.studies.dask_cluster(self.cluster) as client:
-                assert client is not None  # there is an address
+                # there is an address
+                assert client is not None
                 yield {"executor": client.get_executor(pure=False)}
         elif self.workers is not None:
             yield {"workers": integer("workers", self.workers, 1, place="--workers")}

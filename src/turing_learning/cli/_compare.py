@@ -15,7 +15,7 @@ from turing_learning.errors import refuse, require
 
 from ._command import Callers
 from ._open import opened
-from ._options import Integer, Sampling, Settings, print_problems, settings_of, tell_learning
+from ._options import Integer, Sampling, Settings, named, print_problems, settings_of, tell_learning
 from ._stopping import Interrupted, stopping
 from ._tables import plain_console, print_files
 
@@ -124,13 +124,13 @@ def _conduct(
     with ExitStack() as stack:
         should_stop = stack.enter_context(stopping(ahead))
         view = stack.enter_context(watching(console))
-        given = stack.enter_context(callers.options())
-        found = tl.compare(
+        executor_options = stack.enter_context(callers.options())
+        comparison = tl.compare(
             subjects,
             out=path,
             force=force,
             seed=content["seed"],
-            title=f"Models of {_named(options['trajectories'])}",
+            title=f"Models of {named(options['trajectories'])}",
             command=_command(content, options["trajectories"]),
             examiners=_panel(quick=content["quick"]),
             remembered=content,
@@ -141,11 +141,11 @@ def _conduct(
             threads=threads,
             observer=view,
             should_stop=should_stop,
-            **given,
+            **executor_options,
         )
-    if found.unfinished:
-        raise Interrupted(f"stopped before {', '.join(found.unfinished)}; {ahead}")
-    _print(found, as_json)
+    if comparison.unfinished:
+        raise Interrupted(f"stopped before {', '.join(comparison.unfinished)}; {ahead}")
+    _print(comparison, as_json)
     if not as_json:
         print_files(console, report=path / "report.html")
         console.print(f"comparison: {path}", soft_wrap=True)
@@ -160,36 +160,33 @@ def _finished(
 
     if out is not None:
         refuse_target(out, name="out", suffixes=(".html",), force=force)
-    short = [path.absolute().name for path in paths]
-    names = short if len(set(short)) == len(short) else [str(path) for path in paths]
+    names = [path.absolute().name for path in paths]
+    if len(set(names)) < len(names):
+        names = [str(path) for path in paths]
     results = {name: opened(path) for name, path in zip(names, paths, strict=True)}
     subjects = tl.comparison.run_subjects(results)
-    found = tl.comparison.examine_runs(results, subjects, examiners=_panel(quick=quick), seed=seed)
-    _print(found, as_json)
+    comparison = tl.comparison.examine_runs(
+        results, subjects, examiners=_panel(quick=quick), seed=seed
+    )
+    _print(comparison, as_json)
     if out is not None:
         words = ["turing-learning", "compare", *map(str, paths), "--seed", str(seed)]
         if quick:
             words.append("--quick")
-        page = comparison_page(found, "Which run is hardest to tell?", shlex.join(words))
+        page = comparison_page(comparison, "Which run is hardest to tell?", shlex.join(words))
         tl.report.write_page(page, out)
         print(out, file=sys.stderr if as_json else sys.stdout)
 
 
-def _print(found: "tl.comparison.Comparison", as_json: bool) -> None:
+def _print(comparison: "tl.comparison.Comparison", as_json: bool) -> None:
     if as_json:
-        print(json.dumps(found.to_json(), indent=2, allow_nan=False))
+        print(json.dumps(comparison.to_json(), indent=2, allow_nan=False))
     else:
-        plain_console().print(found)
+        plain_console().print(comparison)
 
 
 def _panel(*, quick: bool) -> "tuple[tl.examination.Examiner, ...]":
     return tl.examination.QUICK if quick else tl.examination.PANEL
-
-
-def _named(paths: "list[Path]") -> str:
-    """Return the name of the first file, and how many more there are."""
-    more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
-    return f"{paths[0].name}{more}"
 
 
 def _command(content: Mapping[str, Any], paths: "list[Path]") -> str:
@@ -204,9 +201,9 @@ def _command(content: Mapping[str, Any], paths: "list[Path]") -> str:
         if value is True:
             words.append(option)
             continue
-        for each in value if isinstance(value, list) else [value]:
-            text = f"{each:g}" if isinstance(each, float) else str(each)
-            words += [option, text]
+        values = value if isinstance(value, list) else [value]
+        for item in values:
+            words += [option, f"{item:g}" if isinstance(item, float) else str(item)]
     for name in ("preset", "config"):
         if content[name] is not None and content[name] != "default":
             words += [f"--{name}", Path(content[name]).name]

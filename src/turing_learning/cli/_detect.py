@@ -165,7 +165,8 @@ def _add_usual_options(summary: "_Summary", tracks: Tracks, usual: Mapping[str, 
     taken = dict(usual)
     for name in tracks.given:
         taken.pop(name, None)
-    if "fps" in tracks.given:  # with a frame rate of its own, a file has its own steps
+    # with a frame rate of its own, a file has its own steps
+    if "fps" in tracks.given:
         taken.pop("every", None)
     if taken:
         summary.content["as_in_the_run"] = taken

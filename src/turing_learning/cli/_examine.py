@@ -11,7 +11,7 @@ from cyclopts import Parameter
 import turing_learning as tl
 from turing_learning.errors import refuse, require
 
-from ._options import Against, Integer, Real, Tracks
+from ._options import Against, Integer, Real, Tracks, named
 from ._tables import plain_console
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def test(
     else:
         plain_console().print(outcome)
     if out is not None:
-        title = f"{_named(real)} against {_named(others)}"
+        title = f"{named(real)} against {named(others)}"
         command = shlex.join(
             ["turing-learning", "test", *map(str, real), "--against", *map(str, others)]
         )
@@ -120,9 +120,3 @@ def _samples(paths: "tuple[Path, ...] | list[Path]") -> "tuple[np.ndarray, np.nd
         pieces.append(samples)
     owners = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces])
     return np.concatenate(pieces), owners
-
-
-def _named(paths: "tuple[Path, ...] | list[Path]") -> str:
-    """Return the name of the first file, and how many more there are."""
-    suffix = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
-    return f"{paths[0].name}{suffix}"

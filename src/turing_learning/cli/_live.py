@@ -80,7 +80,8 @@ class RunView:
             self._print_line(progress, alarm)
         else:
             self._next_picture_s = time.monotonic() + INTERVAL_S
-            self._live.transient = _is_last(progress)  # the result's table follows
+            # the result's table follows
+            self._live.transient = _is_last(progress)
             picture = _run_picture(progress, alarm, self._live.console.width)
             self._live.update(picture, refresh=True)
 
@@ -188,7 +189,8 @@ def watching_study(
                     line = f"{done}/{progress.total}  {_ended(run)}  {_left(progress)}"
                     console.print(line, soft_wrap=True)
                 return
-            live.transient = done == progress.total  # the table follows
+            # the table follows
+            live.transient = done == progress.total
             latest[:] = [*latest, *progress.finished][-SHOWN_RUNS:]
             live.update(study_picture(progress, latest, stopping=should_stop()), refresh=True)
 

@@ -78,7 +78,8 @@ def _run(arguments: list[str]) -> int:
 
     columns = os.environ.get("COLUMNS", "")
     if not (columns.isdecimal() and len(columns) < 5 and int(columns) >= NARROWEST):
-        os.environ.pop("COLUMNS", None)  # as programs of the shell do
+        # as programs of the shell do
+        os.environ.pop("COLUMNS", None)
 
     from ._app import app
 
@@ -136,7 +137,8 @@ def _of_files(error: OSError) -> str:
         Path.cwd()
     except OSError:
         return "the folder in which the command runs is gone. Change to another folder, then give the command again."
-    if error.errno in _NO_ROOM and error.filename is None:  # files have names
+    # files have names
+    if error.errno in _NO_ROOM and error.filename is None:
         trouble = f"what the command prints could not be written ({error.strerror})"
         return f"{trouble}. Print elsewhere. What is stored can be shown, and a run that was not done be resumed."
     if error.errno in _NO_ROOM:

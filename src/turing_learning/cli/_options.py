@@ -1,7 +1,7 @@
 """Options that several commands share: each is declared once, and its help is its docstring."""
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -264,6 +264,13 @@ def tell_learning(done: int, steps: int) -> None:
     tenth = max(steps // 10, 1)
     if done % tenth == 0:
         print(f"learning what the animals do next: {done / steps:.0%}", flush=True)
+
+
+def named(paths: Sequence[Path]) -> str:
+    """Return the name of the first file, and how many more there are."""
+    if len(paths) == 1:
+        return paths[0].name
+    return f"{paths[0].name} and {len(paths) - 1} more"
 
 
 def titled(path: Path) -> str:

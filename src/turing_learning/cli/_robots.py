@@ -255,7 +255,8 @@ def arena(
                     obey(service.laboratory, line)
                 except ValueError as error:
                     print(error, flush=True)
-        threading.Event().wait()  # until a signal comes, as nothing more can be typed
+        # until a signal comes, as nothing more can be typed
+        threading.Event().wait()
     print("\nthe laboratory is closed")
 
 

@@ -16,7 +16,8 @@ INTERRUPTED = 130
 """Exit codes."""
 
 _SIGNALS = [signal.SIGINT, signal.SIGTERM]
-if hasattr(signal, "SIGHUP"):  # Windows has none
+# Windows has none
+if hasattr(signal, "SIGHUP"):
     _SIGNALS.append(signal.SIGHUP)
 
 # Options that stand in messages with their dashes, though Python has the same names.
@@ -81,7 +82,8 @@ class StopRequest:
 
 
 def _say(text: str) -> None:
-    with suppress(RuntimeError, OSError):  # a signal may come while something else is being written
+    # a signal may come while something else is being written
+    with suppress(RuntimeError, OSError):
         sys.stderr.write(f"\n{text}\n")
         sys.stderr.flush()
 

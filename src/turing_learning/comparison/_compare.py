@@ -159,17 +159,18 @@ def compare(
             path = None if folder is None else folder.path / RUNS / names[name]
             results[name] = _result(names[name], name, subject, path, seed, options)
             if not results[name].complete:
-                unfinished = [each for each in subjects if each not in results] + [name]
-                return Comparison((), tuple(unfinished), None if folder is None else folder.path)
+                waiting = list(subjects)[number:]
+                path = None if folder is None else folder.path
+                return Comparison((), (*waiting, name), path)
         say("the panel examines each on what is held out")
-        found = examine_runs(
+        comparison = examine_runs(
             results, subjects, examiners=examiners, permutations=permutations, seed=seed,
             path=None if folder is None else folder.path,
         )  # fmt: skip
         if folder is not None:
             with storage(folder.path, "give the same command again.", name="out"):
-                _write(folder, found, title, command)
-    return found
+                _write(folder, comparison, title, command)
+    return comparison
 
 
 def examine_runs(
@@ -238,12 +239,12 @@ def _word(name: str) -> str:
 def _plain(options: Mapping[str, Any]) -> dict[str, Any]:
     """Return those options of runs that decide what comes out."""
     decisive = ("generations", "trials", "tolerance", "settings", "preset", "config")
-    found = {}
+    settings = {}
     for name in decisive:
         value = options.get(name)
         if value:
-            found[name] = str(value) if isinstance(value, Path) else value
-    return found
+            settings[name] = str(value) if isinstance(value, Path) else value
+    return settings
 
 
 def _identity(name: str, subject: Subject) -> dict[str, Any]:
@@ -311,8 +312,9 @@ def _result(
     """Return the result of a run: begun, resumed, or finished before."""
     if path is not None and RunFolder(path).is_run():
         going_on = ("threads", "observer", "should_stop", "workers", "executor", "timeout_s")
-        given = {key: value for key, value in options.items() if key in going_on}
-        return resume(path, genuine=subject.windows, simulate=subject.simulate, **given)
+        # All else is what the run began with, and in its folder.
+        conducting = {key: value for key, value in options.items() if key in going_on}
+        return resume(path, genuine=subject.windows, simulate=subject.simulate, **conducting)
     return infer(
         genuine=subject.windows,
         simulate=subject.simulate,
@@ -345,13 +347,13 @@ def _samples(
     return samples_of(finite, model, len(windows.held_out), rng)
 
 
-def _write(folder: Store, found: Comparison, title: str, command: str) -> None:
+def _write(folder: Store, comparison: Comparison, title: str, command: str) -> None:
     """Write table, figures and page."""
-    drawn: list[Picture] = pictures(found)
-    folder.write("result.json", found.to_json())
-    folder.write("comparison.csv", found.to_dataframe().reset_index())
+    drawn: list[Picture] = pictures(comparison)
+    folder.write("result.json", comparison.to_json())
+    folder.write("comparison.csv", comparison.to_dataframe().reset_index())
     save_figures(drawn, folder.path / "figures")
-    page = comparison_page(found, title or "Which model is hardest to tell?", command)
+    page = comparison_page(comparison, title or "Which model is hardest to tell?", command)
     write_page(page, folder.path / "report.html")
 
 

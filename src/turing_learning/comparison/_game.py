@@ -74,21 +74,22 @@ def game_of_run(
     if length_s is not None:
         number("length_s", length_s, above=0)
     with record.opened(genuine, simulate) as source:
-        source.generation = None  # a failed simulation is left out
+        # a failed simulation is left out
+        source.generation = None
         model = result.simulated_model
         options: dict[str, Any] = {"title": title, "seed": seed}
         if record.configuration.system.simulated is not None:
             if length_s is None:
                 length_s = SWARM_LENGTH_S
             return _of_swarm(record.configuration, source, model, pairs, length_s, options)
-        given = record.samples_and_simulator(genuine, simulate)
-        windows = require_windows(given.genuine, str(result.path))
+        custom = record.samples_and_simulator(genuine, simulate)
+        windows = require_windows(custom.genuine, str(result.path))
         rng = np.random.default_rng((seed, 6))
         simulated = samples_of(source.simulate, model, len(windows.held_out), rng)
         panel = test_held_out(windows, simulated, examiners=QUICK, seed=seed).examined.auc
         options |= {"interval_s": windows.interval_s, "panel": panel}
-        groups = getattr(given.simulate, "groups", (given.simulate,))
-        shares = getattr(given.simulate, "shares", (1.0,))
+        groups = getattr(custom.simulate, "groups", (custom.simulate,))
+        shares = getattr(custom.simulate, "shares", (1.0,))
         if recording and hasattr(groups[0], "simulate"):
             if length_s is None:
                 length_s = LENGTH_S
@@ -99,19 +100,18 @@ def game_of_run(
             individuals = min(individuals, *(group.individuals for group in groups))
             smooth = windows.smooth_frames
             real = scenes_of(held_out, frames, individuals, pairs, smooth, rng)
-            chosen = rng.choice(len(groups), size=pairs, p=shares)
-            scenes = [
-                _simulated(groups[number], model, frames, individuals, rng) for number in chosen
-            ]
+            scenes = []
+            for index in rng.choice(len(groups), size=pairs, p=shares):
+                scenes.append(_simulated(groups[index], model, frames, individuals, rng))
             return Game(real=real, simulated=np.stack(scenes), **options)
-        shown = []
+        sides = []
         for samples in (windows.held_out, simulated):
             paths = paths_of(samples, windows.names, windows.interval_s)
             if paths is None:
                 refuse("run", "have the signals speed and turn", ", ".join(windows.names))
             chosen = rng.permutation(len(paths))[:pairs]
-            shown.append(paths[chosen][:, :, None])
-        return Game(real=shown[0], simulated=shown[1], **options)
+            sides.append(paths[chosen][:, :, None])
+        return Game(real=sides[0], simulated=sides[1], **options)
 
 
 def _longest_rest_s(result: Result) -> float:
@@ -128,14 +128,14 @@ def _held_out(
     recordings: Sequence[Trajectories], windows: Windows, longest_rest_s: float
 ) -> list[Trajectories]:
     """Return recordings in which nobody is there but who is held out, while they are."""
-    found = []
-    for recording, shown in zip(recordings, windows.frames("held out"), strict=True):
+    held_out = []
+    for recording, testing in zip(recordings, windows.frames("held out"), strict=True):
         recording = recording.cleared(longest_rest_s=longest_rest_s)
-        present = recording.present & shown
+        present = recording.present & testing
         if present.any():
             positions = np.where(present[..., None], recording.positions, 0.0)
-            found.append(replace(recording, present=present, positions=positions))
-    return found
+            held_out.append(replace(recording, present=present, positions=positions))
+    return held_out
 
 
 def _simulated(
@@ -145,13 +145,13 @@ def _simulated(
     longer = replace(group, steps=max(1, frames - 2))
     for _ in range(ATTEMPTS):
         positions = longer.simulate(model[None], rng)[0]
-        there = np.flatnonzero(np.isfinite(positions).all(axis=(0, 2)))
-        if len(there) >= individuals:
+        present = np.flatnonzero(np.isfinite(positions).all(axis=(0, 2)))
+        if len(present) >= individuals:
             # neighbors of somebody, as of the recorded ones
-            start = positions[0, there]
-            distances = np.linalg.norm(start - start[rng.integers(len(there))], axis=1)
-            shown = there[np.argsort(distances, kind="stable")[:individuals]]
-            return np.asarray(positions[:, shown])
+            start = positions[0, present]
+            distances = np.linalg.norm(start - start[rng.integers(len(present))], axis=1)
+            nearest = present[np.argsort(distances, kind="stable")[:individuals]]
+            return np.asarray(positions[:, nearest])
     return refuse("simulate", f"move {individuals} individuals", "fewer, or places that are none")
 
 
@@ -165,7 +165,7 @@ def _of_swarm(
     rng = np.random.default_rng((seed, 6))
     simulated = samples_of(evidence.simulate, model, len(evidence.testing), rng)
     names = configuration.system.signals
-    found = examine(evidence.testing, simulated, names=names, examiners=QUICK, seed=seed)
+    examined = examine(evidence.testing, simulated, names=names, examiners=QUICK, seed=seed)
     scenario = configuration.swarm
     # agents are -1, replicas execute the one model
     executed = np.repeat([-1, 0], pairs)[:, None] * np.ones(scenario.individuals, dtype=int)
@@ -184,7 +184,7 @@ def _of_swarm(
         real=positions[:pairs],
         simulated=positions[pairs:],
         interval_s=replay.interval_s,
-        panel=found.auc,
+        panel=examined.auc,
         speed=SWARM_SPEED,
         **options,
     )

@@ -45,7 +45,7 @@ def recorded_subjects(
         lonely = any(len(recording.individuals) == 1 for recording in recordings)
         options = {**options, "signals": ",".join(ALONE if lonely else SIGNALS)}
     texts = [text for text in options.get("range") or () if text]
-    used: set[str] = set()
+    stated: set[str] = set()
     subjects = {}
     for name in models:
         require(name not in subjects, "--model", "be given once for each model", repr(name))
@@ -55,17 +55,17 @@ def recorded_subjects(
             recordings=recordings, network=network, progress=progress
         )
         suggested = suggested_ranges(simulate, "--model", name)
-        own = [text for text in texts if text.partition("=")[0] in suggested]
-        used.update(own)
+        ranges = [text for text in texts if text.partition("=")[0] in suggested]
+        stated.update(ranges)
         # families know which ranges fit a recording
         if isinstance(simulate, Family | Replicates):
-            chosen = RecordedSystem({**system.options, "range": own})
+            chosen = RecordedSystem({**system.options, "range": ranges})
             parameters, _ = chosen.parameters(simulate, motion)
         else:
-            parameters = said_ranges(own, suggested)
+            parameters = said_ranges(ranges, suggested)
         subjects[name] = Subject(windows, simulate, parameters, {"recording": system.entry})
     for text in texts:
-        require(text in used, "--range", "name a parameter of one of the models", repr(text))
+        require(text in stated, "--range", "name a parameter of one of the models", repr(text))
     return subjects
 
 
@@ -106,25 +106,29 @@ def run_subjects(results: Mapping[str, Result]) -> dict[str, Subject]:
         assert isinstance(stored, Mapping)
         systems[name] = RecordedSystem.remembered(stored)
         digests[name] = stored["sha256"]
-    first = next(iter(digests))
+    leader = next(iter(digests))
     for name, digest in digests.items():
-        same = digest == digests[first]
-        require(same, "run", f"be on the recordings of {first}", "others", place=name)
-    own = {name: result.configuration.system for name, result in results.items()}
-    signals = [name for name in SIGNALS if any(name in each.signals for each in own.values())]
+        same = digest == digests[leader]
+        require(same, "run", f"be on the recordings of {leader}", "others", place=name)
+    measured: set[str] = set()
+    for result in results.values():
+        measured.update(result.configuration.system.signals)
+    signals = tuple(name for name in SIGNALS if name in measured)
     subjects = {}
     for name, system in systems.items():
         result = results[name]
         assert result.path is not None
         network = RunFolder(result.path).network()
-        steps = own[name].steps
-        windows, simulate, motion = system.opened(steps, own[name].signals, network=network)
-        if tuple(signals) != windows.names:
+        custom = result.configuration.system
+        steps = custom.steps
+        windows, simulate, motion = system.opened(steps, custom.signals, network=network)
+        # A panel that saw more of one model than of another would not be fair.
+        if signals != windows.names:
             blocks = windows.blocks
             if isinstance(simulate, Network):
-                simulate = replace(simulate, signals=tuple(signals))
-            both = RecordedSystem({**system.options, "signals": ",".join(signals)})
-            windows, opened, _ = both.opened(steps, recordings=motion, network=network)
+                simulate = replace(simulate, signals=signals)
+            wider = RecordedSystem({**system.options, "signals": ",".join(signals)})
+            windows, opened, _ = wider.opened(steps, recordings=motion, network=network)
             if not isinstance(simulate, Network):
                 simulate = opened
             remedy = "Run all with the same --signals."
@@ -137,11 +141,11 @@ def run_subjects(results: Mapping[str, Result]) -> dict[str, Subject]:
 
 def _require_alike(windows: Mapping[str, Windows]) -> None:
     """Reject windows of different lengths, or held out from different frames."""
-    first = next(iter(windows))
-    for name, each in windows.items():
-        steps = windows[first].held_out.shape[1]
-        got = each.held_out.shape[1]
-        require(got == steps, "run", f"have windows of {steps} steps, as {first}", got, place=name)
-        same = each.blocks == windows[first].blocks
-        rule = f"hold out what {first} does"
+    leader = next(iter(windows))
+    for name, own_windows in windows.items():
+        steps = windows[leader].held_out.shape[1]
+        got = own_windows.held_out.shape[1]
+        require(got == steps, "run", f"have windows of {steps} steps, as {leader}", got, place=name)
+        same = own_windows.blocks == windows[leader].blocks
+        rule = f"hold out what {leader} does"
         require(same, "run", rule, "other frames or recordings", place=name)

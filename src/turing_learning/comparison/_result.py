@@ -49,8 +49,8 @@ class Compared:
         """The statistics that give it away, the most telling first; none unless it is told."""
         if not self.test.examined.told_apart:
             return ()
-        found = [telling for telling in self.test.telling if telling.kind == "statistic"]
-        return tuple(found[:NAMED])
+        statistics = [telling for telling in self.test.telling if telling.kind == "statistic"]
+        return tuple(statistics[:NAMED])
 
     @property
     def told_by(self) -> str:
@@ -69,9 +69,10 @@ class Comparison(Tabular):
     @property
     def control(self) -> Examined | None:
         """One half of the held-out genuine samples against the other; None if their groups are too few."""
-        controls = [model.test.control for model in self.models]
-        known = [control for control in controls if control is not None]
-        return known[0] if known else None
+        for model in self.models:
+            if model.test.control is not None:
+                return model.test.control
+        return None
 
     def difference(self, model: Compared) -> tuple[float, float, float]:
         """Return by how much a model is told more accurately than the first one, and a 95 % interval of that.
@@ -84,14 +85,14 @@ class Comparison(Tabular):
         G. Y. Zou, A. Donner, Construction of confidence limits about effect measures: a general approach, Statistics in
         Medicine 27 (2008), equation 5.
         """
-        first = self.models[0]
-        if model is first:
+        leader = self.models[0]
+        if model is leader:
             return 0.0, 0.0, 0.0
-        difference = model.accuracy - first.accuracy
+        difference = model.accuracy - leader.accuracy
         low, high = model.interval
-        first_low, first_high = first.interval
-        below = np.hypot(model.accuracy - low, first_high - first.accuracy)
-        above = np.hypot(high - model.accuracy, first.accuracy - first_low)
+        first_low, first_high = leader.interval
+        below = np.hypot(model.accuracy - low, first_high - leader.accuracy)
+        above = np.hypot(high - model.accuracy, leader.accuracy - first_low)
         return difference, difference - float(below), difference + float(above)
 
     @property
@@ -99,7 +100,7 @@ class Comparison(Tabular):
         """What was found, sentence by sentence."""
         if not self.models:
             return ()
-        said = []
+        sentences = []
         for model in self.models:
             low, high = model.interval
             numbers = f"accuracy {model.accuracy:.3f}, {low:.3f} to {high:.3f}"
@@ -107,26 +108,28 @@ class Comparison(Tabular):
                 by = "several statistics together"
                 if model.telling:
                     by = f"{model.telling[0].what} ({model.telling[0].words})"
-                said.append(f"{model.name} is told from the genuine motion ({numbers}), by {by}.")
+                sentences.append(
+                    f"{model.name} is told from the genuine motion ({numbers}), by {by}."
+                )
             elif model.verdict == "cannot tell":
-                said.append(f"The panel cannot tell {model.name} ({numbers}).")
+                sentences.append(f"The panel cannot tell {model.name} ({numbers}).")
             else:
-                said.append(f"The test cannot say whether {model.name} passes ({numbers}).")
-        first = self.models[0]
+                sentences.append(f"The test cannot say whether {model.name} passes ({numbers}).")
+        leader = self.models[0]
         for model in self.models[1:]:
             difference, low, high = self.difference(model)
             numbers = f"difference {difference:.3f}, {low:.3f} to {high:.3f}"
             if low > 0:
-                said.append(f"{first.name} is harder to tell than {model.name} ({numbers}).")
+                sentences.append(f"{leader.name} is harder to tell than {model.name} ({numbers}).")
             else:
-                open_between = f"{first.name} or {model.name}"
-                said.append(f"It is open which is harder to tell, {open_between} ({numbers}).")
+                open_between = f"{leader.name} or {model.name}"
+                sentences.append(f"It is open which is harder to tell, {open_between} ({numbers}).")
         if self.control is not None:
             accuracy, p_value = self.control.accuracy, self.control.p_value
             numbers = f"accuracy {accuracy:.3f}, p = {p_value:.3f}"
-            what = "one half of the genuine groups against the other"
-            said.append(f"Control, {what}: {numbers}.")
-        return tuple(said)
+            halves = "one half of the genuine groups against the other"
+            sentences.append(f"Control, {halves}: {numbers}.")
+        return tuple(sentences)
 
     def to_json(self) -> dict[str, Any]:
         """Return what the command prints with --json."""
@@ -187,7 +190,7 @@ class Comparison(Tabular):
 
     def rows(self) -> Sequence[Sequence[str]]:
         """Return the cells of the table, a row for each model, and one for the control."""
-        found = []
+        rows = []
         for model in self.models:
             low, high = model.interval
             difference, below, above = self.difference(model)
@@ -195,12 +198,12 @@ class Comparison(Tabular):
             if model is not self.models[0]:
                 gap = f"{difference:.3f} ({below:.3f} to {above:.3f})"
             accuracy = f"{model.accuracy:.3f} ({low:.3f} to {high:.3f})"
-            found.append([model.name, accuracy, gap, f"{model.test.p_value:.3f}", model.verdict])
+            rows.append([model.name, accuracy, gap, f"{model.test.p_value:.3f}", model.verdict])
         if self.control is not None:
             low, high = self.control.interval
             accuracy = f"{self.control.accuracy:.3f} ({low:.3f} to {high:.3f})"
-            found.append(["control", accuracy, "-", f"{self.control.p_value:.3f}", "-"])
-        return found
+            rows.append(["control", accuracy, "-", f"{self.control.p_value:.3f}", "-"])
+        return rows
 
     def _shown(self) -> "tuple[str, list[str], list[list[str]], list[str | Text]]":
         headings = ["model", "accuracy (95 %)", "more than the first", "verdict"]

@@ -18,14 +18,14 @@ def samples_of(
     simulate: Simulate, model: np.ndarray, count: int, rng: np.random.Generator
 ) -> np.ndarray:
     """Return samples (count, T, D) of a model (P,), each of an execution of its own."""
-    parts: list[np.ndarray] = []
+    batches: list[np.ndarray] = []
     missing = count
     for _ in range(ATTEMPTS):
         samples = simulate(np.tile(model, (missing, 1)), rng)[:, 0]
-        parts.append(samples)
+        batches.append(samples)
         missing -= len(samples)
         if missing <= 0:
-            return np.concatenate(parts)
+            return np.concatenate(batches)
     return refuse("simulate", "return samples of the estimate", f"failures in {missing} of {count}")
 
 

@@ -33,9 +33,8 @@ class Stimulus(Settings):
     #: Empty if the classifiers choose. "random": anew in every step, uniformly; "constant": once
     #: for a trial, uniformly; "recorded": a row of `recorded`
     passive: Literal["", "random", "constant", "recorded"] = ""
-    recorded: tuple[
-        tuple[tuple[float, ...], ...], ...
-    ] = ()  #: (R, T, S): Series, each as long as a trial
+    #: (R, T, S): Series, each as long as a trial
+    recorded: tuple[tuple[tuple[float, ...], ...], ...] = ()
 
     def __post_init__(self) -> None:
         require(self.ranges, "stimulus", "name one stimulus or more", self.ranges)
@@ -154,7 +153,8 @@ class Dialogue:
             genomes.astype(np.float32), bounds, axis=1
         )
         weights = np.concatenate((inward.reshape(n, h, d), recurrent.reshape(n, h, h)), axis=2)
-        self._inward = np.ascontiguousarray(weights.transpose(0, 2, 1))  # (N, D + H, H)
+        # (N, D + H, H)
+        self._inward = np.ascontiguousarray(weights.transpose(0, 2, 1))
         self._bias = bias[:, None]
         self._judging = judging[:, :, None]
         self._threshold = threshold

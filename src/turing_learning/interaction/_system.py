@@ -491,8 +491,8 @@ def _stimulus_of(settings: Mapping[str, Any]) -> Stimulus:
     ranges = settings["stimulus"]
     if isinstance(ranges, Mapping):
         checked = {}
-        for name, ends in ranges.items():
-            pair = array("stimulus", ends, "2", place=repr(str(name)))
+        for name, bounds in ranges.items():
+            pair = array("stimulus", bounds, "2", place=repr(str(name)))
             checked[str(name)] = tuple(pair.tolist())
         ranges = checked
     passive = settings.get("passive", "")
