@@ -20,14 +20,12 @@ class Standing:
     score: float  #: Mean of `shares`; NaN without windows
     #: Share of normal individuals with so high a score, the individual itself counted; NaN where none are known
     p_value: float
-    abnormal: (
-        bool | None
-    )  #: Whether the p-value is at most the level; None where no level can be promised
+    #: Whether the p-value is at most the level; None where no level can be promised
+    abnormal: bool | None
     windows: int  #: Number of its windows W
     shares: np.ndarray  #: (W,), what each window adds to the score
-    flagged: (
-        np.ndarray
-    )  #: (W,), whether it belongs to the stretch that makes an individual abnormal
+    #: (W,), whether it belongs to the stretch that makes an individual abnormal
+    flagged: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

@@ -167,7 +167,8 @@ def simulated_calibration(
     parameters' units. None if fewer than two samples were held out, or the simulations fail.
     """
     rng = stream(seed, OWN_CALIBRATION)
-    source.generation = None  # the run is over
+    # the run is over
+    source.generation = None
     try:
         data = source.genuine
         assert data is not None

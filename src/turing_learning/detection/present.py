@@ -71,8 +71,12 @@ def standings(
                 _since(timed[k], seconds),
             )
         )
-    columns = [k for k in range(len(headings)) if any(row[k] != "-" for row in rows)]
-    return tuple(headings[k] for k in columns), [tuple(row[k] for k in columns) for row in rows]
+    columns = []
+    for heading, *cells in zip(headings, *rows, strict=True):
+        if set(cells) != {"-"}:
+            columns.append((heading, *cells))
+    filled, *filled_rows = zip(*columns, strict=True)
+    return filled, filled_rows
 
 
 def _by_rank(detection: Detection, individuals: Sequence[int]) -> list[int]:
@@ -99,7 +103,8 @@ def timeline_of(
     judged = [verdict for verdict in verdicts if verdict.windows]
     scores = [verdict.scores for verdict in judged]
     if not votes:
-        largest = max(1e-12, *(float(individual_scores.max()) for individual_scores in scores))
+        # Distances have no limit, and may be negative; votes are shares already.
+        largest = max(1e-12, float(np.concatenate(scores).max()))
         scores = [(individual_scores / largest).clip(0, 1) for individual_scores in scores]
     return timeline_figure(
         [verdict.individual for verdict in judged],
@@ -119,19 +124,11 @@ def window_table(verdicts: Sequence[TimedVerdict]) -> str:
         windows = zip(verdict.times, verdict.scores, verdict.flagged, strict=True)
         for number, ((begin, end), score, flagged) in enumerate(windows, 1):
             times = (f"{begin:.6g}", f"{end:.6g}")
-            rows.append(
-                (verdict.individual, int(verdict.abnormal), number, *times, score, int(flagged))
-            )
-    columns = [
-        "individual",
-        "individual_abnormal",
-        "window",
-        "begin_s",
-        "end_s",
-        "score",
-        "abnormal",
-    ]
-    return str(pd.DataFrame(rows, columns=columns).to_csv(index=False, lineterminator="\n"))
+            abnormal = int(verdict.abnormal)
+            rows.append((verdict.individual, abnormal, number, *times, score, int(flagged)))
+    columns = ("individual", "individual_abnormal", "window", "begin_s", "end_s", "score")
+    table = pd.DataFrame(rows, columns=[*columns, "abnormal"])
+    return str(table.to_csv(index=False, lineterminator="\n"))
 
 
 def detection_page(
@@ -172,17 +169,20 @@ def _paths_picture(
     order = _by_rank(detection, [k for k in range(len(timed)) if timed[k].windows])
     extremes = list(dict.fromkeys(order[:EXTREMES] + order[-EXTREMES:]))
     verdict = timed[extremes[0]]
+    begin = verdict.times[0, 0]
+    stop = verdict.times[-1, 1]
     if verdict.spells:
         begin, stop = verdict.spells[0]
-    else:
-        begin, stop = verdict.times[0, 0], verdict.times[-1, 1]
     last_frame = min(round(stop * recording.fps) + 1, len(recording.positions))
     frames = np.arange(round(begin * recording.fps), last_frame)
     frames = frames[:: max(1, len(frames) // MOST_FRAMES)]
     present = recording.present[frames, :, None]
     positions = np.where(present, recording.positions[frames], np.nan)
-    names, paths, abnormal = [], [], []
+    names = []
+    paths = []
+    abnormal = []
     for k in extremes:
+        # Who was away for all of that time has no path in it.
         if np.isfinite(positions[:, k]).any():
             standing = detection.individuals[k]
             names.append(f"{standing.individual} (rank {standing.rank})")

@@ -25,14 +25,17 @@ BOXES_DRAWN = 40
 def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) -> list[Picture]:
     """Draw the figures of a study, with the medians of each configuration; none if no run is complete."""
     # The typical model of a run by trials is its estimate.
-    model, traced, title = "best_model", "best", "subjectively best model of the last generation"
+    model = "best_model"
+    traced = "best"
+    title = "subjectively best model of the last generation"
     if plan.configuration(1).run.trials > 0:
-        model, traced, title = "estimate", "typical", "estimate"
-    models = np.array(
-        [list(run.result[model].values()) for run in result.runs if run.result is not None]
-    )
-    if not len(models):
+        model = "estimate"
+        traced = "typical"
+        title = "estimate"
+    rows = [list(run.result[model].values()) for run in result.runs if run.result is not None]
+    if not rows:
         return []
+    models = np.array(rows)
     boxes = _boxes(models, plan, title)
     if not result.maes:
         return [boxes]
@@ -97,7 +100,9 @@ def study_report(result: StudyResult, plan: Plan, drawings: Sequence[Picture]) -
     if unfinished := len(result.unfinished):
         verb = "is" if unfinished == 1 else "are"
         missing.append(f"{report.counted(unfinished, 'run')} {verb} not complete")
-    warning = f"{' and '.join(missing)}: the statistics are of the others." if missing else ""
+    warning = ""
+    if missing:
+        warning = f"{' and '.join(missing)}: the statistics are of the others."
     listings = _errors(result) or [_estimates(result)]
     return report_page(
         Report(
@@ -131,11 +136,15 @@ def _errors(result: StudyResult) -> list[Listing]:
     note = "Mean, standard deviation and median over the complete runs. The paper reports the error of the best model."
     listings = []
     for number, group in enumerate(result.groups):
-        name = "errors" if len(result.groups) == 1 else f"errors{number}"
-        heading = f"Absolute errors: {label(group)}" if group else "Absolute errors"
-        rows = [
-            (parameter, *numbers, paper) for parameter, numbers, paper in error_rows(result, group)
-        ]
+        name = "errors"
+        heading = "Absolute errors"
+        if len(result.groups) > 1:
+            name += str(number)
+        if group:
+            heading += f": {label(group)}"
+        rows = []
+        for parameter, numbers, paper in error_rows(result, group):
+            rows.append((parameter, *numbers, paper))
         listings.append(Listing(name, heading, columns, rows, note))
     return listings
 
@@ -157,21 +166,19 @@ def _runs(result: StudyResult) -> Listing:
     keys = list(result.runs[0].settings)
     names = [key.removeprefix("run.") for key in keys]
     columns = ("Run", *names, "Says", "Against the truth", "MAE: estimate", "MAE: best model")
-    rows = [
-        (
-            run.number,
-            *(_shown(run.settings[key]) for key in keys),
-            run.says,
-            f"{run.verdict}: {run.reason}" if run.reason else run.verdict,
-            run.estimate_mae,
-            None if run.result is None else run.result["mae"],
-        )
-        for run in result.runs
-    ]
+    rows = []
+    for run in result.runs:
+        settings = [_shown(run.settings[key]) for key in keys]
+        verdict = f"{run.verdict}: {run.reason}" if run.reason else run.verdict
+        mae = None if run.result is None else run.result["mae"]
+        rows.append((run.number, *settings, run.says, verdict, run.estimate_mae, mae))
     return Listing("runs", "Every run", columns, rows, folded=True)
 
 
 def _shown(value: Any) -> str | int | float:
     if isinstance(value, list):
         return ", ".join(f"{item:.3f}" if isinstance(item, float) else str(item) for item in value)
-    return value if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
+    # True is an integer of Python.
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return value
+    return str(value)

@@ -195,10 +195,11 @@ class StudyResult(Tabular):
     @property
     def groups(self) -> tuple[dict[str, Any], ...]:
         """The configurations that have complete runs."""
-        groups = {
-            json.dumps(summary.group, sort_keys=True): summary.group for summary in self.summaries
-        }
-        return tuple(groups.values())
+        groups = []
+        for summary in self.summaries:
+            if summary.group not in groups:
+                groups.append(summary.group)
+        return tuple(groups)
 
     @property
     def varying(self) -> list[str]:
@@ -211,8 +212,13 @@ class StudyResult(Tabular):
 
     def kinds(self) -> dict[str, int]:
         """Return how good runs are -> number of runs, good ones first; without those that have no truth to be compared with."""
-        failures = {run.number: f"failed ({run.reason.partition(':')[0]})" for run in self.failed}
-        counts = Counter(failures.get(run.number, run.verdict) for run in self.runs)
+        counts: Counter[str] = Counter()
+        for run in self.runs:
+            verdict = run.verdict
+            if run.state == FAILED:
+                # What follows a colon differs from run to run.
+                verdict = f"failed ({run.reason.partition(':')[0]})"
+            counts[verdict] += 1
         del counts[NO_TRUTH]
 
         def order(entry: tuple[str, int]) -> tuple[Any, ...]:
@@ -252,17 +258,19 @@ class StudyResult(Tabular):
             remarks.append(
                 f"and {len(groups) - CONFIGURATIONS_SHOWN} more configurations in summary.csv"
             )
-        for title, counts in (
-            ("verdicts of the runs", self.verdicts()),
-            ("against the truth", self.kinds()),
-        ):
-            if counts:
-                remarks.append(
-                    f"{title}: {', '.join(f'{count} {word}' for word, count in counts.items())}"
-                )
+        remarks += _counted("verdicts of the runs", self.verdicts())
+        remarks += _counted("against the truth", self.kinds())
         for run in self.failed[:FAILURES_SHOWN]:
             remarks.append(f"run {run.number}  seed {run.seed}  failed: {run.reason}")
         return f"{self.title}: {describe(self)}", headings, rows, remarks
+
+
+def _counted(title: str, counts: Mapping[str, int]) -> list[str]:
+    """Return a line that says how often each word is said; none without words."""
+    if not counts:
+        return []
+    words = [f"{count} {word}" for word, count in counts.items()]
+    return [f"{title}: {', '.join(words)}"]
 
 
 def error_rows(
@@ -273,11 +281,14 @@ def error_rows(
     Statistics are mean, standard deviation and median of the errors of the estimate, then of the
     best model.
     """
-    summary_of = {(row.parameter, row.model): row for row in result.summaries if row.group == group}
+    summaries: dict[str, dict[str, ParameterSummary]] = {}
+    for row in result.summaries:
+        if row.group == group:
+            summaries.setdefault(row.parameter, {})[row.model] = row
     rows = []
-    for name in dict.fromkeys(name for name, _ in summary_of):
-        estimate = summary_of[name, "estimate"]
-        best = summary_of[name, "best_model"]
+    for name, summary_of in summaries.items():
+        estimate = summary_of["estimate"]
+        best = summary_of["best_model"]
         statistics = [estimate.mean, estimate.standard_deviation, estimate.median]
         statistics += [best.mean, best.standard_deviation, best.median]
         rows.append((name, statistics, best.paper))
@@ -309,9 +320,9 @@ def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
             result = run.read(run.result_path.name)
             if result["complete"]:
                 configuration = plan.configuration(number)
-                if manifest.get("configuration_sha256") != digest_of(
-                    to_toml(configuration).encode()
-                ):
+                digest = digest_of(to_toml(configuration).encode())
+                if manifest.get("configuration_sha256") != digest:
+                    # A newer version may write the same configuration in other words.
                     rule = "hold the run of its number"
                     same = run.configuration() == configuration
                     check_folder(same, "study", rule, f"{path}, another run", "Restore it.")
@@ -437,19 +448,20 @@ def run_rows(result: StudyResult, names: Sequence[str]) -> list[dict[str, Any]]:
     for run in result.runs:
         content = run.result or {}
         intervals = content.get("interval") or {}
-        row = {"run": run.number, "seed": run.seed} | {
-            key: run.settings[key] for key in result.varying
-        }
+        row: dict[str, Any] = {"run": run.number, "seed": run.seed}
+        for key in result.varying:
+            row[key] = run.settings[key]
         row |= {"state": run.state, "verdict": run.verdict, "reason": run.reason}
-        row |= {name: content.get(name) for name in _COUNTS}
+        for name in _COUNTS:
+            row[name] = content.get(name)
         for column in columns:
             values = content.get(column) or {}
-            row |= {f"{column}_{name}": values.get(name) for name in names}
+            for name in names:
+                row[f"{column}_{name}"] = values.get(name)
         for side, bound in enumerate(("low", "high")):
-            row |= {
-                f"interval_{bound}_{name}": (intervals.get(name) or (None, None))[side]
-                for name in names
-            }
+            for name in names:
+                interval = intervals.get(name) or (None, None)
+                row[f"interval_{bound}_{name}"] = interval[side]
         rows.append(row)
     return rows
 
@@ -466,12 +478,11 @@ def write_tables(
         """Write rows as CSV, whose cells keep their types; lists and tables in them are JSON."""
         cells = []
         for row in rows:
-            cells.append(
-                {
-                    key: json.dumps(cell) if isinstance(cell, list | dict) else cell
-                    for key, cell in row.items()
-                }
-            )
+            texts = dict(row)
+            for key, cell in row.items():
+                if isinstance(cell, list | dict):
+                    texts[key] = json.dumps(cell)
+            cells.append(texts)
         folder.write(name, pd.DataFrame(cells, columns=columns, dtype=object))
 
     keys = result.varying
@@ -480,7 +491,9 @@ def write_tables(
     for summary in result.summaries:
         row = {key: summary.group.get(key) for key in keys} | vars(summary)
         # The paper prints errors of the best model.
-        summaries.append(row if summary.model == "best_model" else row | {"paper": None})
+        if summary.model != "best_model":
+            row["paper"] = None
+        summaries.append(row)
     statistics = [statistic.name for statistic in fields(ParameterSummary)][1:]
     write("summary.csv", summaries, [*keys, *statistics])
     columns = [f"{model}_{quantity}" for quantity in ("model", "error") for model in TRACED_MODELS]
@@ -490,7 +503,10 @@ def write_tables(
         for g in range(len(curves["best_mae"])):
             row = {key: group.get(key) for key in keys} | {"generation": g}
             for column in columns:
-                row |= {f"{column}_{name}": curves[column][g, p] for p, name in enumerate(names)}
-            generations.append(row | {mae: curves[mae][g] for mae in maes})
-    named = [f"{column}_{name}" for column in columns for name in names]
+                for p, name in enumerate(names):
+                    row[f"{column}_{name}"] = curves[column][g, p]
+            for mae in maes:
+                row[mae] = curves[mae][g]
+            generations.append(row)
+    named = [f"{column}_{name}" for column, name in product(columns, names)]
     write("convergence.csv", generations, [*keys, "generation", *named, *maes])
