@@ -320,6 +320,9 @@ def require_scenario(scenario: str | None, config: Path | None, names: Iterable[
     """Reject a command line that says nowhere what is to run."""
     if scenario is not None and scenario.endswith(".toml"):
         refuse("SCENARIO", "be the name of a scenario", scenario, "Give a file with --config.")
+    if scenario is not None and Path(scenario).is_file():
+        remedy = "To infer from a recording, give it with --trajectories."
+        refuse("SCENARIO", "be the name of a scenario", scenario, remedy)
     if scenario is None and config is None:
         remedy = f"Choose from: {', '.join(names)}."
         refuse("SCENARIO", "be given, or a file with --config", "neither", remedy)

@@ -179,7 +179,9 @@ def _of_swarm(
         seed=seed,
         threads=configuration.threads,
     )
-    positions = np.stack([swarm.poses[..., :2] for swarm in replay.swarms])
+    # Items that stay where they are tell nothing.
+    moving = scenario.individuals + scenario.objects.count
+    positions = np.stack([swarm.poses[:, :moving, :2] for swarm in replay.swarms])
     return Game(
         real=positions[:pairs],
         simulated=positions[pairs:],

@@ -688,6 +688,13 @@ def test_centers_of_boxes_are_positions(names, tmp_path):
     np.testing.assert_allclose(load(tmp_path, rows).positions, walk() / 10)
 
 
+def test_sides_of_a_box_are_no_individuals(tmp_path):
+    rows = table(walk(individuals=1)).drop(columns="id")
+    sides = rows.assign(x_min=rows.x - 9, y_min=rows.y - 9, x_max=rows.x + 9, y_max=rows.y + 9)
+    read = load(tmp_path, sides.drop(columns=["x", "y"]))
+    np.testing.assert_allclose(read.positions, walk(individuals=1) / 10)
+
+
 def test_wide_tables_may_name_the_coordinate_first(tmp_path):
     wide = table(walk()).pivot(index="frame", columns="id", values=["x", "y"])
     wide.columns = [f"{axis}_fish{who}" for axis, who in wide.columns]

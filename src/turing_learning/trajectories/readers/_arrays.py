@@ -188,6 +188,11 @@ def read_idtracker_h5(path: Path, options: Options) -> Recording:
 
 MATLAB = b"MATLAB 5.0 MAT-file"
 """Beginning of a file of MATLAB that is not HDF5."""
+_NUMERIC = (
+    "double",
+    "single",
+    *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)),
+)
 _PLACES = ("trajectories", "positions")
 _RATES = ("frames_per_second", "fps", "framerate")
 
@@ -206,9 +211,12 @@ def read_archive(path: Path) -> Recording:
         if _begins(path, MATLAB):
             from scipy.io import loadmat, whosmat
 
-            sizes = [8 * math.prod(shape) for _, shape, _ in whosmat(path)]
-            check_unpacked(sum(sizes), path)
-            contents = {name: np.asarray(item) for name, item in loadmat(path).items()}
+            stated = whosmat(path)
+            numeric = [name for name, _, kind in stated if kind in _NUMERIC]
+            check_unpacked(sum(8 * math.prod(shape) for _, shape, _ in stated), path)
+            # structures and cells may hold anything
+            read = loadmat(path, variable_names=numeric)
+            contents = {name: read[name] for name in numeric}
         else:
             check_unpacked(sum(array_sizes(path).values()), path)
             with np.load(path, allow_pickle=False) as archive:
@@ -216,7 +224,7 @@ def read_archive(path: Path) -> Recording:
     solid = {name: item for name, item in contents.items() if item.ndim == 3}
     chosen = [name for name in _PLACES if name in solid] or list(solid)
     if len(chosen) != 1 and "trajectories" not in solid:
-        shapes = {name: item.shape for name, item in contents.items() if name[:2] != "__"}
+        shapes = {name: item.shape for name, item in contents.items()}
         rule = "hold one array of positions (F, A, 2), or one that is called trajectories"
         raise refusal(rule, brief(shapes), path)
     recording = read_positions(solid[chosen[0]], f"{path}, {chosen[0]}")

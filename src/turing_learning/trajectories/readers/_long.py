@@ -43,7 +43,10 @@ EXTRAS = {"heading": "headings", "confidence": "confidence"}
 def is_wide(names: Collection[str]) -> bool:
     """Return whether all columns but those of frames and times are of x, y and confidence of somebody."""
     return all(
-        re.fullmatch(r"[xy][0-9]+|[xy][ _.:].+|(?!pos_).+[ _.:](x|y|likelihood|confidence)", name)
+        re.fullmatch(
+            r"[xy][0-9]+|[xy][ _.:](?!min$|max$).+|(?!pos_).+[ _.:](x|y|likelihood|confidence)",
+            name,
+        )
         for name in names
     )
 

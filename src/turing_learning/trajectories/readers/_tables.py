@@ -188,7 +188,7 @@ _WIDE = tuple(
         r"(?P<what>x|y|probid)(?P<who>[0-9]+)",
         r"(?P<what>x|y)_(?P<who>arena[0-9]+_.+)",
         r"(?P<who>.+)[ _.:](?P<what>x|y|likelihood|confidence)",
-        r"(?P<what>x|y)[ _.:](?P<who>.+)",
+        r"(?P<what>x|y)[ _.:](?P<who>(?!min$|max$).+)",
     )
 )
 """Names of columns of an individual: x1, X_Arena0_Ind1, fish_x, x_fish."""
