@@ -181,8 +181,8 @@ def test_an_ambiguous_content_is_refused_and_the_candidates_are_named(tmp_path):
         (b"\n\n\n", r"be text, HDF5 or arrays; got no text in its first lines"),
         (b"MATLAB 5.0 MAT-file\n", r"be a whole npz or mat file; got .*cut off or damaged"),
         (
-            b"Fr,cx,cy,z\n1,2,3,4\n",
-            r"got a first line of Fr, .*example columns=\{'x': 'cx', 'y': 'cy'\}",
+            b"Im,cx,cy,z\n1,2,3,4\n",
+            r"got a first line of Im, .*example columns=\{'x': 'cx', 'y': 'cy'\}",
         ),
         (b"frame_nr,bx,by\n1,2,3\n", r"example columns=\{'x': 'x_cm'\}"),
     ],

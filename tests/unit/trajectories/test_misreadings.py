@@ -706,3 +706,21 @@ def test_wide_tables_may_name_the_coordinate_first(tmp_path):
         wide.reset_index().iloc[:, [0, 1, 6]].set_axis(["frame", "x_vel", "y_vel"], axis=1),
         "got x and y of vel",
     )
+
+
+# as PeTrack 0.9 and JuPedSim 0.9 write them
+PETRACK = "# PeTrack project: a.pet\n# framerate: 16 fps\n# id frame x/m y/m z/m\n"
+JUPEDSIM = (
+    "#description: jpscore\n#framerate: 16.00\n#FR: the current frame\n"
+    "#X,Y,Z: the agents coordinates (in metres)\n\n#ID\tFR\tX\tY\tZ\n"
+)
+
+
+@pytest.mark.parametrize(("head", "separator"), [(PETRACK, " "), (JUPEDSIM, "\t")])
+def test_tables_of_pedestrians_state_rate_and_unit_in_comments(head, separator, tmp_path):
+    rows = table(walk(), z=1.75)[["id", "frame", "x", "y", "z"]]
+    text = rows.to_csv(index=False, header=False, sep=separator)
+    (tmp_path / "file.txt").write_text(head + text)
+    read = load_trajectories(tmp_path / "file.txt", y_axis="up")
+    assert read.fps == 16
+    np.testing.assert_allclose(read.positions, walk() * 100)

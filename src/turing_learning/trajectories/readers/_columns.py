@@ -15,7 +15,7 @@ WHO = (
     "id", "individual", "individuals", "animal", "fish", "identity", "track", "track_id", "trackid",
     "tracker_id", "object_id", "animal_id", "particle", "tracking_id", "trajectory", "trajectory_id", "trajectoryid",
     "mouse", "mouse_id", "fish_id", "fly", "fly_id", "ant_id", "bee_id", "bird_id", "agent_id", "agent", "robot",
-    "robot_id", "target_id", "pedestrian", "person_id",
+    "robot_id", "target_id", "pedestrian", "person_id", "persid", "person", "ped_id", "pedestrian_id",
 )  # fmt: skip
 """Names of columns of individuals; without one all rows are of one individual."""
 APART = (

@@ -14,8 +14,8 @@ CM_PER_UNIT = {
 }  # fmt: skip
 """Units of length that names of columns, or header lines, state, in cm."""
 _LENGTHS = "|".join(CM_PER_UNIT)
-_UNIT = re.compile(rf"(.*?)(?:[ _]*[\[(]({_LENGTHS}|px|pixels?)[\])]|[ _](mm|cm|m|um|px))")
-"""A name with a unit at its end: x (cm), x [mm], x_cm."""
+_UNIT = re.compile(rf"(.*?)(?:[ _]*[\[(]({_LENGTHS}|px|pixels?)[\])]|[ _/](mm|cm|m|um|px))")
+"""A name with a unit at its end: x (cm), x [mm], x_cm, x/m."""
 _POSITION = re.compile(
     r"(?:(?:pos(?:ition)?|cent(?:er|re|roid))[. _]*|c)?([xyz])(?:[ _]?(?:cent(?:er|re|roid)|pos(?:ition)?))?"
 )
@@ -148,7 +148,7 @@ LAYOUTS = (TRACKTOR, TRACKMATE, FASTTRACK, TREX, TOXTRAC, ROS, MOVEBANK)
 """Those of programs, which are no tables of one's own."""
 
 
-FRAME = re.compile(r"(video[ _])?frames?[ _]?(id|idx|index|number|num|no\.?|nr\.?|#)?")
+FRAME = re.compile(r"(video[ _])?frames?[ _]?(id|idx|index|number|num|no\.?|nr\.?|#)?|fr")
 """Names of columns of frame numbers, in small letters."""
 
 

@@ -246,7 +246,7 @@ class _LongTable:
                     f"{options.resample:g}",
                     remedy,
                 )
-            fps = None
+            fps = sheet.fps
             if self.clock:
                 clock = self.clock[0]
                 unit = self.units.get(self.called.get(clock, clock), "")

@@ -31,6 +31,7 @@ class Sheet:
     remark: str = ""  #: What was left out
     units: Mapping[str, str] = field(default_factory=dict)
     """Name in small letters -> unit that a further header line states, as "micron" of "(micron)"."""
+    fps: float | None = None  #: Frame rate that a comment above the table states
 
 
 MOST_COMMENTS = 1000
@@ -45,6 +46,8 @@ class Opening:
 
     skipped: int  #: Lines that are none of the table: comments, and what tells Excel the separator
     commented: bool  #: Whether the line after them begins with "#", too, and names the columns
+    fps: float | None = None  #: Frame rate that a comment states
+    unit: str = ""  #: Of positions, as "m", where a comment states it
 
 
 def opening_of(path: Path) -> Opening:
@@ -59,13 +62,33 @@ def opening_of(path: Path) -> Opening:
         if _SEPARATOR_LINE.fullmatch(line.strip()):
             skipped = 1
             line = following()
-        comment = ""
-        while line.startswith("#") and skipped < MOST_COMMENTS:
-            comment = line
-            skipped += 1
+        comments: list[str] = []
+        while skipped + len(comments) < MOST_COMMENTS:
+            # comments of programs have blank lines between them
+            if not line.startswith("#") and not (comments and line.isspace()):
+                break
+            comments.append(line)
             line = following()
-    commented = bool(comment) and _names_columns(comment, line)
-    return Opening(skipped - commented, commented)
+    commented = bool(comments) and _names_columns(comments[-1], line)
+    text = "".join(comments)
+    rate = _RATE_IN_COMMENT.search(text)
+    unit = _UNIT_IN_COMMENT.search(text)
+    return Opening(
+        skipped + len(comments) - commented,
+        commented,
+        None if rate is None else float(rate[1]),
+        "" if unit is None else unit[1],
+    )
+
+
+_RATE_IN_COMMENT = re.compile(
+    r"^# *(?:frame ?rate|fps)\b[^0-9\n]{0,20}([0-9]+(?:\.[0-9]+)?)", re.I | re.M
+)
+"""The frame rate that PeTrack and JuPedSim write above a table: `# framerate: 16 fps`."""
+_UNIT_IN_COMMENT = re.compile(
+    r"^# *X, *Y.*\(in (m|cm)(?:etres|eters|entimetres|entimeters)?\)", re.I | re.M
+)
+"""The unit that JuPedSim writes there: `#X,Y,Z: the agents coordinates (in metres)`."""
 
 
 def _names_columns(comment: str, row: str) -> bool:
@@ -221,9 +244,16 @@ def text_sheet(
             raise refusal("have at least one row", "none", path)
         return np.concatenate(blocks), words
 
-    skipped = opening_of(path).skipped
+    opening = opening_of(path)
+    skipped = opening.skipped
+    units = dict.fromkeys("xy", opening.unit.lower()) if opening.unit else {}
     return Sheet(
-        names, read, f"{path}:{skipped + 1}", lambda row: f"{path}:{skipped + skip + 1 + row}"
+        names,
+        read,
+        f"{path}:{skipped + 1}",
+        lambda row: f"{path}:{skipped + skip + 1 + row}",
+        units=units,
+        fps=opening.fps,
     )
 
 
@@ -296,7 +326,7 @@ def sheet_of(path: Path, separator: str = "", absent: Sequence[str] = ()) -> She
     if extra_lines:
         remark = f"{len(extra_lines)} more header lines are no rows: {extra_lines[-1]}"
         units = _units_in(cells_of(extra_lines[-1], separator, path, 1 + len(extra_lines)), names)
-        sheet = replace(sheet, remark=remark, units=units)
+        sheet = replace(sheet, remark=remark, units={**sheet.units, **units})
     return sheet
 
 
