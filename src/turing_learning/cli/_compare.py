@@ -69,6 +69,7 @@ def compare(
     """
     if not motion:
         refuse("RECORDING", "be one recording or several, or runs", "none", EXAMPLE)
+    # A recording may be a folder, too; only one of a run has a manifest.
     if all(tl.runs.RunFolder(path).is_run() for path in motion):
         rule = "be left out for finished runs"
         options: dict[str, Any] = {"model": model, "generations": generations, "trials": trials}
@@ -107,6 +108,7 @@ def _conduct(
     from ._live import watching
 
     options = tl.families.RecordedSystem.remembered(content).options
+    # With --json, standard output is for the JSON alone.
     console = plain_console(stderr=as_json)
 
     def tell(done: int, steps: int) -> None:
@@ -160,6 +162,7 @@ def _finished(
 
     if out is not None:
         refuse_target(out, name="out", suffixes=(".html",), force=force)
+    # Runs of two studies may have the same name.
     names = [path.absolute().name for path in paths]
     if len(set(names)) < len(names):
         names = [str(path) for path in paths]
@@ -195,6 +198,7 @@ def _command(content: Mapping[str, Any], paths: "list[Path]") -> str:
     for model in content["models"]:
         words += ["--model", model]
     for name, value in content["options"].items():
+        # They stand first, without an option.
         if name == "trajectories":
             continue
         option = f"--{name.replace('_', '-')}"

@@ -70,18 +70,20 @@ def test(
     options: dict[str, Any] = {"control": control, "seed": seed}
     options["examiners"] = QUICK if quick else PANEL
     names = None if signals is None else [name.strip() for name in signals.split(",")]
-    arrays = [
-        path.suffix.lower() in ARRAYS and tl.detection.holds_motion(path)
-        for path in (*real, *others)
-    ]
+    # Trackers write .npy and .npz, too: what is in them decides.
+    arrays = []
+    for path in (*real, *others):
+        arrays.append(path.suffix.lower() in ARRAYS and tl.detection.holds_motion(path))
     if any(arrays):
         got = "samples and recordings"
         require(all(arrays), "REAL", "be recordings where the others are, or samples", got)
         remedy = "Arrays hold samples that are measured already."
         tracks.refuse_beside("be left out for samples", remedy, window=window)
         sides = [_samples(real), _samples(others)]
-        several = len(real) > 1 and len(others) > 1
-        groups = [owners for _, owners in sides] if several else None
+        # One file of a side says nothing of how files differ: then samples are exchanged.
+        groups = None
+        if len(real) > 1 and len(others) > 1:
+            groups = [owners for _, owners in sides]
         outcome = tl.test(sides[0][0], sides[1][0], groups, names, **options)
     else:
         recordings = [tracks.read(path, "REAL") for path in real]
@@ -111,12 +113,11 @@ def _samples(paths: "tuple[Path, ...] | list[Path]") -> "tuple[np.ndarray, np.nd
     for path in paths:
         content = np.load(path, allow_pickle=False)
         samples = content["samples"] if isinstance(content, np.lib.npyio.NpzFile) else content
-        require(
-            samples.ndim == 3, "REAL", "hold samples (K, T, D)", str(samples.shape), place=str(path)
-        )
-        same = samples.shape[1:] == (pieces[0] if pieces else samples).shape[1:]
-        rule = f"hold samples of the same T and D as {paths[0]}"
-        require(same, "REAL", rule, str(samples.shape), place=str(path))
+        shape = str(samples.shape)
+        require(samples.ndim == 3, "REAL", "hold samples (K, T, D)", shape, place=str(path))
         pieces.append(samples)
+        same = samples.shape[1:] == pieces[0].shape[1:]
+        rule = f"hold samples of the same T and D as {paths[0]}"
+        require(same, "REAL", rule, shape, place=str(path))
     owners = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces])
     return np.concatenate(pieces), owners

@@ -45,6 +45,7 @@ def game(
     from turing_learning.targets import refuse_target
 
     page = out or Path(f"{run.absolute().stem}-game.html")
+    # A page that an earlier game has written here may be replaced; a file that somebody names may not.
     refuse_target(
         page, name="out", suffixes=(".html",), force=force, replaceable=lambda path: not out and is_page(path)
     )  # fmt: skip

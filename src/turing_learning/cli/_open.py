@@ -28,6 +28,7 @@ def system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
         rule = "be left out for a run on a program, which needs nothing but its folder"
         recording.refuse_beside(rule)
         return program
+    # A run on a family needs no more than a recording, which options may name.
     needed: set[str] = set()
     if system.name not in tl.families.MODELS:
         needed = {setting.name for setting in system.resuming}

@@ -93,10 +93,12 @@ def infer(
         require(passive is None, "--passive", rule, repr(passive))
         if program.given:
             rule = "be left out for a program and its series"
+            # Ranges are those of the program's parameters.
             replace(recording, range=None).refuse_beside(rule)
             system = program.system(recording.range)
         else:
             system = recording.system()
+        # The seed, which names the folder, may stand in the file.
         stated = {}
         if config is not None:
             _, document = read_toml(config)
@@ -174,6 +176,7 @@ def resume(
         return _robots.resume_run(run, trust=trust, trials=trials, tolerance=tolerance)
     rule = "be left out for a run that takes place in no laboratory"
     require(not trust, "--trust", rule, "it", place=str(run))
+    # A run that is finished is shown again without its recording.
     system: dict[str, Any] = {}
     if recording.given or trials is not None or not _is_finished(run):
         system = system_of(run, recording, "resume({run}, genuine=..., simulate=...)")
@@ -298,6 +301,7 @@ def study(
     if executors.cluster is not None or executors.workers is not None:
         rule = "be given without workers and cluster"
         refuse("write-slurm", rule, f"{write_slurm} beside one", "Slurm is the cluster.")
+    # Before the folder is made, so that nothing is left if the script cannot be written.
     refuse_script(write_slurm.absolute(), force=force)
     with ExitStack() as stack:
         tl.studies.create_study(plan, tl.studies.StudyFolder(path), stack, force=force)
@@ -418,6 +422,7 @@ def _execute(run: "partial[tl.Result]", path: Path) -> None:
 
     console = plain_console()
     ahead = f"resume with: {tl.runs.resume_command(path)}"
+    # Known when it is asked: a signal may come before there is a folder to resume from.
     has_begun = tl.runs.RunFolder(path).is_run
 
     def interrupted() -> str:

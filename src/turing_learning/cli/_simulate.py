@@ -87,6 +87,7 @@ def simulate(
         _write_animals(result, run, individuals, tank, duration, seed, out, force)
         return
     refuse_beside("be left out for robots", individuals=individuals, tank=tank)
+    # Networks, and rules of other robots, have other parameters than the table has speeds.
     reactive = len(result.estimate) == len(simulated.controller)
     rule = "be on controllers that are tables of wheel speeds"
     require(reactive and result.networks is None, "run", rule, "another one", place=scenario)
@@ -161,6 +162,7 @@ def _write_animals(
         path, name="out", suffixes=(*tl.runs.REPLAY_SUFFIXES, *tl.runs.TABLE_SUFFIXES), force=force
     )
     tank_cm = None if tank is None else tank_sides(tank)
+    # No recording may be given: the run's own says how many individuals, and which tank.
     call = "families.virtual_group(simulate, load_run({run}).estimate)"
     system = system_of(run, Recording(), call)
     rule = "be on recorded animals, or on a swarm"

@@ -44,6 +44,7 @@ def recorded_subjects(
     if "signals" not in options:
         lonely = any(len(recording.individuals) == 1 for recording in recordings)
         options = {**options, "signals": ",".join(ALONE if lonely else SIGNALS)}
+    # A range is for those models that have such a parameter.
     texts = [text for text in options.get("range") or () if text]
     stated: set[str] = set()
     subjects = {}
@@ -124,6 +125,7 @@ def run_subjects(results: Mapping[str, Result]) -> dict[str, Subject]:
         windows, simulate, motion = system.opened(steps, custom.signals, network=network)
         # A panel that saw more of one model than of another would not be fair.
         if signals != windows.names:
+            # Signals of neighbors need more frames, which may move a border.
             blocks = windows.blocks
             if isinstance(simulate, Network):
                 simulate = replace(simulate, signals=signals)

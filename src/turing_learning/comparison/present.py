@@ -44,6 +44,7 @@ def comparison_page(comparison: Comparison, title: str, command: str = "") -> st
             accuracy = f"{telling.accuracy:.3f}"
             means = [telling.said(telling.simulated), telling.said(telling.real)]
             rows.append([model.name, telling.what, accuracy, *means])
+    # Nothing gives a model away that is not told.
     if rows:
         columns = ["model", "statistic", "accuracy alone", "simulated", "genuine"]
         note = (
@@ -123,6 +124,7 @@ def _motion(comparison: Comparison) -> "Figure | None":
         color = BLUE if title == "genuine" else ORANGE
         drawn = np.linspace(0, len(side) - 1, min(PATHS, len(side))).round().astype(int)
         reach = max(reach, float(np.abs(side[drawn]).max()))
+        # Spread over all samples, which are in order of time.
         for path in side[drawn]:
             axes.plot(path[:, 0], path[:, 1], color=color, linewidth=0.9)
             axes.plot(*path[-1], color=INK, marker="o", markersize=2.5)

@@ -51,27 +51,22 @@ def test_page(result: TuringTest, title: str, command: str = "") -> str:
     if command:
         facts.append(("Command", command))
     note = "The best examiner counts; the p-value of the panel allows for that."
-    members: list[list[str | float | None]] = [
-        [member.name, member.accuracy, member.p_value] for member in examined.examiners
-    ]
-    listings = [
-        Listing(
-            "examiners", "Who tells", ["examiner", "accuracy", "own p-value"], members, note=note
-        )
-    ]
+    rows: list[list[str | float | None]] = []
+    for member in examined.examiners:
+        rows.append([member.name, member.accuracy, member.p_value])
+    columns = ["examiner", "accuracy", "own p-value"]
+    listings = [Listing("examiners", "Who tells", columns, rows, note=note)]
     statistics = [cue for cue in result.telling if cue.kind == "statistic"]
-    rows: list[list[str | float | None]] = [
-        [cue.what, cue.accuracy, cue.said(cue.simulated), cue.said(cue.real)] for cue in statistics
-    ]
+    rows = []
+    for cue in statistics:
+        rows.append([cue.what, cue.accuracy, cue.said(cue.simulated), cue.said(cue.real)])
     columns = ["statistic", "accuracy alone", "simulated", "real"]
     note = "Means over all samples. Statistics that say the same as a better one are left out."
     listings.append(Listing("statistics", "What gives it away", columns, rows, note=note))
     for kind, heading in KINDS.items():
-        some: list[list[str | float | None]] = [
-            [cue.what, cue.accuracy] for cue in result.telling if cue.kind == kind
-        ]
-        if some:
-            listings.append(Listing(kind, heading, ["what is seen", "accuracy"], some))
+        rows = [[cue.what, cue.accuracy] for cue in result.telling if cue.kind == kind]
+        if rows:
+            listings.append(Listing(kind, heading, ["what is seen", "accuracy"], rows))
     report = Report(
         title=title,
         summary=" ".join(result.sentences[:2]),
@@ -113,8 +108,10 @@ def _distributions(samples: Given, telling: Sequence[Telling]) -> "Figure":
     for cue in telling:
         column = values[:, names.index(cue.what)]
         low, high = np.percentile(column, CENTRAL)
+        # A statistic may be one number in nearly all samples.
         if high <= low:
-            low, high = low - 0.5, high + 0.5
+            low -= 0.5
+            high += 0.5
         edges = np.linspace(low, high, BINS + 1)
         shares = []
         for side in (genuine, ~genuine):
@@ -134,12 +131,15 @@ def _windows(result: TuringTest, pairs: Sequence[tuple[int, int]]) -> "Figure":
     """Draw simulated samples above, real ones below: paths where they are known, else the first signal over time."""
     samples = result.given
     assert samples is not None
-    order = [simulated for simulated, _ in pairs] + [real for _, real in pairs]
+    simulated, real = zip(*pairs, strict=True)
+    order = simulated + real
     titles = ["simulated"] * len(pairs) + ["real"] * len(pairs)
     # panels stand in rows of three; fewer pairs leave some empty
     panels = panel_grid(titles, 2.3)
     stated_paths = [path for path in result.paths if path is not None]
-    paths = np.concatenate(stated_paths) if len(stated_paths) == len(result.paths) > 0 else None
+    paths = None
+    if len(stated_paths) == len(result.paths) > 0:
+        paths = np.concatenate(stated_paths)
     reach = 0.0
     for axes, window, title in zip(panels.axes, order, titles, strict=True):
         color = BLUE if title == "real" else ORANGE
@@ -147,6 +147,7 @@ def _windows(result: TuringTest, pairs: Sequence[tuple[int, int]]) -> "Figure":
         if paths is None:
             axes.plot(samples.windows[window, :, 0], color=color, linewidth=1.0)
             continue
+        # Each around its own middle: where it was in the tank says nothing.
         path = paths[window] - paths[window].mean(axis=0)
         reach = max(reach, float(np.abs(path).max()))
         axes.plot(path[:, 0], path[:, 1], color=color, linewidth=1.0)
@@ -154,12 +155,10 @@ def _windows(result: TuringTest, pairs: Sequence[tuple[int, int]]) -> "Figure":
         axes.grid(visible=False)
         axes.tick_params(colors=MUTED)
     if paths is not None:
+        # On one scale, so that a slow one looks slow.
+        limits = (-1.05 * reach, 1.05 * reach)
         for axes in panels.axes:
-            axes.set(
-                xlim=(-1.05 * reach, 1.05 * reach),
-                ylim=(-1.05 * reach, 1.05 * reach),
-                aspect="equal",
-            )
+            axes.set(xlim=limits, ylim=limits, aspect="equal")
     else:
         panels.label(samples.names[0], "step")
     return panels.figure
