@@ -21,40 +21,41 @@ def read_recording(
     Frame rate, scale and direction of y are the `usual` ones where neither the options nor the file state them. With
     the usual frame rate, `every` is the usual one, too.
     """
-    every, bridge, split = options.get("every"), options.get("bridge"), options.get("split_gaps")
-    heading = options.get("heading")
-    fps, scale, y_axis, keypoint = map(options.get, ("fps", "scale", "y_axis", "keypoint"))
-    otherwise = {
-        "fps": usual.get("fps"),
-        "pixels_per_cm": usual.get("scale"),
-        "y_axis": usual.get("y_axis"),
-    }
-    otherwise |= {"words": usual["words"]} if "words" in usual else {}
+    otherwise = dict(usual)
+    otherwise["pixels_per_cm"] = usual.get("scale")
+    heading = None
+    if options.get("heading") is not None:
+        heading = tuple(listed(options["heading"], "heading", "two points"))
+    every = options.get("every")
+    fps = options.get("fps")
     try:
         with refusing_as(RefusedError):
             how = Options(
-                fps=fps, pixels_per_cm=scale, y_axis=y_axis, keypoint=keypoint,
-                min_confidence=options.get("min_confidence"), columns=_columns(options.get("column", ())),
-                heading=None if heading is None else tuple(listed(heading, "heading", "two points")),  # type: ignore[arg-type]
-                resample=options.get("resample"), project=bool(options.get("project")),
-            )  # fmt: skip
+                fps=fps,
+                pixels_per_cm=options.get("scale"),
+                y_axis=options.get("y_axis"),
+                keypoint=options.get("keypoint"),
+                min_confidence=options.get("min_confidence"),
+                columns=_columns(options.get("column", ())),
+                heading=heading,  # type: ignore[arg-type]
+                resample=options.get("resample"),
+                project=bool(options.get("project")),
+            )
             recording = load_file(path, how, options.get("format"), otherwise)
+            # A file with a frame rate of its own has its own steps.
             if every is None and fps is None and recording.fps == usual.get("fps"):
                 every = usual.get("every")
             if every is not None:
                 rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
-                require(
-                    every < 1 or every % recording.every == 0,
-                    "every",
-                    rule,
-                    str(every),
-                    place=str(path),
-                )
+                # What is below 1 is refused where frames are left out.
+                fits = every < 1 or every % recording.every == 0
+                require(fits, "every", rule, str(every), place=str(path))
                 recording = recording.thinned(every)
-            if split is not None:
-                recording = recording.split(split)
-            if bridge is not None:
-                recording = recording.cleared(longest_rest_s=None).bridged(bridge)
+            if options.get("split_gaps") is not None:
+                recording = recording.split(options["split_gaps"])
+            if options.get("bridge") is not None:
+                # Gaps are filled from positions that can be true; long rests are for those who cut windows.
+                recording = recording.cleared(longest_rest_s=None).bridged(options["bridge"])
             return recording
     except RefusedError as error:
         if error.refusal is None or error.refusal.name != "path":
@@ -79,11 +80,9 @@ def _columns(texts: Sequence[str]) -> dict[str, str]:
 
 def listed(text: str | None, option: str, items: str) -> list[str]:
     """Return the parts of a text between commas."""
-    entries = [] if text is None else [entry.strip() for entry in text.split(",")]
-    require(
-        "" not in entries,
-        option,
-        f"be {items}, separated by commas",
-        f"{text!r}, where one is empty",
-    )
+    if text is None:
+        return []
+    entries = [entry.strip() for entry in text.split(",")]
+    rule = f"be {items}, separated by commas"
+    require("" not in entries, option, rule, f"{text!r}, where one is empty")
     return entries

@@ -223,6 +223,7 @@ class RecordedSystem:
         if recordings is None:
             recordings = [read_recording(path, "trajectories", self.options) for path in paths]
         motion = tuple(recordings)
+        # Models that have no headings are measured by displacements, and so is the recording then.
         if not getattr(chosen, "headings", False):
             motion = tuple(replace(recording, headings=None) for recording in motion)
         length_s = None
@@ -247,6 +248,7 @@ class RecordedSystem:
                 hold_out_recordings=[int(number) - 1 for number in numbers],
             )
             likely = [recording.cleared(longest_rest_s=rest_s) for recording in motion]
+            # A function of the user's says itself what a sample is.
             if not (isinstance(chosen, type) and issubclass(chosen, Family)):
                 return windows, chosen, motion
             if issubclass(chosen, Network):

@@ -69,6 +69,7 @@ class Look:
         facts["missing"] = self.problems.described_gaps
         facts["jumps"] = self.problems.described_jumps
         for name, values in self._signals.items():
+            # Rounded, so that a rest is 0 and not 1e-17.
             low, median, high = np.round(np.percentile(values, [5, 50, 95]), 6)
             facts[name] = (
                 f"median {median:.3g} {self._units[name]}, 90 % from {low:.3g} to {high:.3g}"

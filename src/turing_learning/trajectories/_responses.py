@@ -113,6 +113,7 @@ def response_maps(
     offset, turning, acceleration, distance, direction, wall_turning = joined
     if not len(offset):
         refuse("recordings", "hold two individuals beside each other", "none")
+    # Few moments are far away: they would leave most cells empty.
     if like is None:
         reach = WIDEST * float(np.median(np.hypot(offset[:, 0], offset[:, 1])))
         edges = np.linspace(-reach, reach, cells + 1)
@@ -198,8 +199,10 @@ def _moments(
     after = positions[2 * lag :] - positions[lag:-lag]
     complete = present[2 * lag :] & present[lag:-lag] & present[: -2 * lag]
     length = np.hypot(before[..., 0], before[..., 1])
+    # Three frames, a lag apart, make a course, its turn and its change of speed.
     if not complete.any():
         return tuple(np.empty((0, 2) if k == 0 else 0) for k in range(6))
+    # Of who hardly moves, the tracker's noise would be the course.
     complete &= length > SLOWEST * np.median(length[complete])
     course = np.arctan2(before[..., 1], before[..., 0])
     seconds = lag / recording.fps
@@ -228,6 +231,7 @@ def _moments(
 
 def _correlation(first: np.ndarray, second: np.ndarray, moments: np.ndarray) -> float:
     """Return the weighted correlation over cells that have moments enough."""
+    # Means of few moments are noise; two cells correlate perfectly.
     enough = moments >= FEWEST
     if enough.sum() < 3:
         return float("nan")
