@@ -31,13 +31,9 @@ def checked_motion(
 ) -> np.ndarray:
     """Return motion (individuals, samples, T, D) as floats; reject other shapes and values."""
     remedy = "A classifier is calibrated for samples of one length."
-    about: dict[str, Any] = {
-        "finite": False,
-        "remedy": remedy,
-        "error": ConfigurationError,
-        **sizes,
-    }
-    motion = array(name, motion, "individuals samples T D", **about)
+    options: dict[str, Any] = {"remedy": remedy, "error": ConfigurationError} | sizes
+    motion = array(name, motion, "individuals samples T D", finite=False, **options)
+    # Not by `array`, which cannot name the individual.
     if not np.isfinite(motion).all():
         individual, sample, step, signal = np.argwhere(~np.isfinite(motion))[0]
         label = individual if individuals is None else individuals[individual]
@@ -57,7 +53,8 @@ class Motion:
     samples: np.ndarray
 
     def __post_init__(self) -> None:
-        shape, error = "individuals samples T D", ConfigurationError
+        shape = "individuals samples T D"
+        error = ConfigurationError
         samples = array("samples", self.samples, shape, finite=False, empty=True, error=error)
         object.__setattr__(self, "individuals", tuple(self.individuals))
         object.__setattr__(self, "samples", samples)
@@ -110,14 +107,10 @@ def load_motion(
     suffix = path.suffix.lower()
     rule = f"be a file that ends with one of {', '.join(MOTION_SUFFIXES)}"
     check(suffix in MOTION_SUFFIXES, "motion", rule, str(path))
+    # What is missing, or a folder, is refused in words of its own.
     regular = path.is_file() or not path.exists() or path.is_dir()
-    check(
-        regular,
-        "motion",
-        "be a file",
-        f"{path}, a pipe or device",
-        "Write what comes out of it to a file.",
-    )
+    remedy = "Write what comes out of it to a file."
+    check(regular, "motion", "be a file", f"{path}, a pipe or device", remedy)
     try:
         individuals, values = _read_csv(path, names) if suffix == ".csv" else _read_arrays(path)
     except OSError as error:
@@ -167,9 +160,8 @@ def _read_archive(path: Path) -> tuple[np.ndarray | None, np.ndarray]:
     with path.open("rb") as file, zipfile.ZipFile(file) as members:
         largest = max(ALWAYS_UNPACKED_BYTES, MOST_COMPRESSION * path.stat().st_size)
         size = sum(member.file_size for member in members.infolist())
-        check(
-            size <= largest, "motion", f"unpack to at most {largest} bytes", size, place=str(path)
-        )
+        rule = f"unpack to at most {largest} bytes"
+        check(size <= largest, "motion", rule, size, place=str(path))
         file.seek(0)
         with np.load(file, allow_pickle=False) as archive:
             arrays = sorted(archive.files)
@@ -201,7 +193,10 @@ def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...
         same = sorted(columns) == sorted(signals)
         check(same, "motion", rule, ", ".join(columns), "Name its columns so.", place=f"{path}:1")
         motion = motion[..., [columns.index(name) for name in signals]]
-    return tuple(names), motion if "sample" in keys else motion[:, 0]
+    if "sample" not in keys:
+        # Recordings, which are cut later.
+        motion = motion[:, 0]
+    return tuple(names), motion
 
 
 def _read_cells(path: Path) -> tuple[list[str], list[str], dict[tuple[str, int, int], list[float]]]:
@@ -215,11 +210,11 @@ def _read_cells(path: Path) -> tuple[list[str], list[str], dict[tuple[str, int, 
 
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = [
-                (line, row)
-                for line, row in enumerate(csv.reader(file), start=1)
-                if row or line == 1
-            ]
+            # Blank lines are skipped, but for one in the place of the heading.
+            rows = []
+            for line, row in enumerate(csv.reader(file), start=1):
+                if row or line == 1:
+                    rows.append((line, row))
     except UnicodeDecodeError as error:
         remedy = "It may be in UTF-16, Latin-1 or another encoding: save it as UTF-8."
         require(False, "be text in UTF-8", f"byte {error.object[error.start]:#04x}", remedy=remedy)
@@ -231,12 +226,12 @@ def _read_cells(path: Path) -> tuple[list[str], list[str], dict[tuple[str, int, 
     require(keys and len(heading) > len(keys), rule, repr(",".join(heading)), 1)
     cells: dict[tuple[str, int, int], list[float]] = {}
     for line, row in rows[1:]:
-        require(
-            len(row) == len(heading), f"have {len(heading)} entries in each row", len(row), line
-        )
+        rule = f"have {len(heading)} entries in each row"
+        require(len(row) == len(heading), rule, len(row), line)
         try:
             # A recording is sample 0 of its individual.
-            sample, step = (0, *map(int, row[1 : len(keys)]))[-2:]
+            sample = int(row[1]) if "sample" in keys else 0
+            step = int(row[len(keys) - 1])
             values = [float(value) for value in row[len(keys) :]]
         except ValueError:
             require(False, "hold numbers", repr(",".join(row)), line)
@@ -251,7 +246,9 @@ def _read_cells(path: Path) -> tuple[list[str], list[str], dict[tuple[str, int, 
 def _key_columns(heading: list[str]) -> list[str]:
     """Return the columns before the signals; none if a heading does not begin with them."""
     keys = [name for name in _KEY_COLUMNS if name in heading]
-    return keys if heading[: len(keys)] == keys and {"individual", "step"} <= set(keys) else []
+    if heading[: len(keys)] != keys or not {"individual", "step"} <= set(keys):
+        return []
+    return keys
 
 
 @dataclass(frozen=True, eq=False)
