@@ -273,14 +273,8 @@ def _opened(
     if not rehearsed:
         for name, function in _named_functions(setup).items():
             remedy = f"Read {function.partition(':')[0]}; then add --trust. Packages may register a name instead."
-            require(
-                trust,
-                name,
-                "be trusted before it is executed",
-                repr(function),
-                remedy,
-                place=str(file),
-            )
+            rule = "be trusted before it is executed"
+            require(trust, name, rule, repr(function), remedy, place=str(file))
     tl.robots.require_libraries(setup, emulated=rehearsed)
     if not rehearsed:
         yield laboratory, tl.robots.real_equipment(laboratory)

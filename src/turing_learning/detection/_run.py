@@ -221,13 +221,8 @@ def _check_recording(recording: Trajectories, run: RunClassifiers) -> None:
     headings = run.headings != "with" or recording.headings is not None
     rule = "have headings, as the run has, whose speeds are negative backwards"
     check(headings, "motion", rule, "a recording without", f"Give one with headings, or {files}")
-    check(
-        recording.unit == "cm",
-        "motion",
-        "be in cm",
-        recording.unit,
-        "Say how many pixels are 1 cm.",
-    )
+    remedy = "Say how many pixels are 1 cm."
+    check(recording.unit == "cm", "motion", "be in cm", recording.unit, remedy)
     rule = "know its time step, as runs on windows of recorded motion do"
     check(run.interval_s != 0, "run", rule, "one on samples alone", f"Give {files}")
     remedy = "Speeds and turns of another frame rate have other noise. "

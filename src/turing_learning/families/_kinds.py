@@ -42,13 +42,12 @@ class Vicsek(Particles):
         super().__post_init__()
         if self.period_cm is not None:
             self._check_above_zero("period_cm")
-            where = "in a periodic square"
             remedy = "Set period_cm=None."
-            near = NEIGHBOR & set(self.signals)
-            require(
-                self.tank_cm is None, "tank_cm", f"be None {where}", brief(self.tank_cm), remedy
-            )
-            require(not near, "signals", f"be speed and turn {where}", brief(self.signals), remedy)
+            rule = "be None in a periodic square"
+            require(self.tank_cm is None, "tank_cm", rule, brief(self.tank_cm), remedy)
+            rule = "be speed and turn in a periodic square"
+            social = NEIGHBOR & set(self.signals)
+            require(not social, "signals", rule, brief(self.signals), remedy)
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -367,13 +366,8 @@ class Robots(Family):
         super().__post_init__()
         crowd = self.scenario.start(self.individuals, self._side).crowd
         remedy = "Take fewer, or give them more room: `start_side_cm`, or within the walls of the scenario."
-        require(
-            not crowd,
-            "individuals",
-            "have room where they start",
-            f"{self.individuals}, and {crowd}",
-            remedy,
-        )
+        got = f"{self.individuals}, and {crowd}"
+        require(not crowd, "individuals", "have room where they start", got, remedy)
 
     @property
     def _side(self) -> float | None:

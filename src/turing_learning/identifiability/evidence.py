@@ -56,14 +56,8 @@ class Effort:
         integer("points", self.points, 0, error=ConfigurationError)
         rule = f"be at least {LEAST_POINTS}, or 0 for no profiles"
         remedy = "With fewer, a profile leaves half of the range open."
-        require(
-            not 0 < self.points < LEAST_POINTS,
-            "points",
-            rule,
-            self.points,
-            remedy,
-            error=ConfigurationError,
-        )
+        fits = self.points == 0 or self.points >= LEAST_POINTS
+        require(fits, "points", rule, self.points, remedy, error=ConfigurationError)
 
 
 @dataclass(frozen=True, eq=False)

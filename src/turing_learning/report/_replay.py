@@ -139,12 +139,8 @@ class Replay:
         require(len(set(frames)) == 1, "swarms", "all have the same number of frames", frames)
         if self.walls_cm is not None:
             left, bottom, right, top = array("walls_cm", self.walls_cm, "4")
-            require(
-                left < right and bottom < top,
-                "walls_cm",
-                "be left < right and bottom < top",
-                self.walls_cm,
-            )
+            rule = "be left < right and bottom < top"
+            require(left < right and bottom < top, "walls_cm", rule, self.walls_cm)
         own = sum(item.count for item in self.items)
         fewest = min(swarm.objects for swarm in self.swarms)
         require(fewest >= own, "items", f"be at most the {fewest} bodies after the robots", own)

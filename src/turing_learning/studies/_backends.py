@@ -203,13 +203,8 @@ def dask_cluster(address: str | None) -> Iterator["Client | None"]:
             with suppress(TimeoutError):
                 client.wait_for_workers(1, timeout=WORKER_S)
             remedy = f"Start one: dask worker {address} --nthreads 1"
-            check(
-                client.ncores(),
-                "cluster",
-                "have at least one worker",
-                f"{address!r} with none",
-                remedy,
-            )
+            got = f"{address!r} with none"
+            check(client.ncores(), "cluster", "have at least one worker", got, remedy)
             yield client
         finally:
             client.close(timeout=CONNECT_S)

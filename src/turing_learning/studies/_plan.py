@@ -135,12 +135,8 @@ def plan_study(
         first_seed = variants[0].run.seed
     last_first_seed = LARGEST_SEED - runs + 1
     rule = f"be an integer between 0 and {last_first_seed}, so that {runs} seeds follow"
-    check(
-        is_integer(first_seed) and 0 <= first_seed <= last_first_seed,
-        "first_seed",
-        rule,
-        first_seed,
-    )
+    fits = is_integer(first_seed) and 0 <= first_seed <= last_first_seed
+    check(fits, "first_seed", rule, first_seed)
     # What chance decides is drawn here, so that the plan alone says what will run.
     chance: list[dict[str, Any]] = []
     for seed in range(first_seed, first_seed + runs):
@@ -165,12 +161,8 @@ def _custom_system(
 ) -> tuple[CustomSystem, np.ndarray | None]:
     """Return a custom system and its genuine samples; None where a simulator answers for the true parameters."""
     if "stimulus" in options:
-        require(
-            isinstance(genuine, Mapping),
-            "genuine",
-            "name true parameters in a study",
-            brief(genuine),
-        )
+        rule = "name true parameters in a study"
+        require(isinstance(genuine, Mapping), "genuine", rule, brief(genuine))
         return describe_stimulated(genuine, imported(simulator), parameters, options), None
     system, data = describe(genuine, parameters, options)
     rule = "be samples in a study, whose workers cannot share a live source"

@@ -187,13 +187,8 @@ def study(
         is_option = (
             genuine is not None and name in CustomOptions.__annotations__ and name != "timeout_s"
         )
-        check(
-            is_option,
-            name,
-            "be a known option of a study",
-            value,
-            nearest(name, signature(study).parameters),
-        )
+        remedy = nearest(name, signature(study).parameters)
+        check(is_option, name, "be a known option of a study", value, remedy)
     lengths = {"generations": generations, "trials": trials}
     plan = plan_study(
         scenario,
