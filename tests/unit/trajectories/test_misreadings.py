@@ -701,11 +701,14 @@ def test_wide_tables_may_name_the_coordinate_first(tmp_path):
     read = load(tmp_path, wide.reset_index())
     assert read.individuals == tuple(f"fish{who}" for who in range(5))
     np.testing.assert_allclose(read.positions, walk() / 10)
-    refused(
-        tmp_path,
-        wide.reset_index().iloc[:, [0, 1, 6]].set_axis(["frame", "x_vel", "y_vel"], axis=1),
-        "got x and y of vel",
-    )
+    two = wide.reset_index().iloc[:, [0, 1, 6, 2, 7]]
+    for names, message in (
+        (("mean", "std"), "got x and y of std"),
+        (("vel", "acc"), "got x and y of acc, vel"),
+        (("true", "pred"), "got true, pred, which may be .* one in several ways"),
+    ):
+        columns = ["frame", *(f"{axis}_{name}" for name in names for axis in "xy")]
+        refused(tmp_path, two.set_axis(columns, axis=1), message)
 
 
 # as PeTrack 0.9 and JuPedSim 0.9 write them

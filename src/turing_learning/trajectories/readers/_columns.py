@@ -32,10 +32,14 @@ _SIDES = {
 _BODY = re.compile(
     r"(left|right|front|rear|back|top|bottom|mid|middle|upper|lower|min|max|corner|head|nose|snout|neck|"
     r"body|center|centre|centroid|thorax|abdomen|spine|tail|tailbase|base|tip|ear|eye|paw|leg|hand|foot|"
-    r"wing|raw|smooth(ed)?|filter(ed)?|interp(olated)?|predicted|corrected|[0-9]+|[ _.-])+"
+    r"wing|raw|smooth(ed)?|filter(ed)?|interp(olated)?|pred(icted)?|corrected|true|truth|gt|est(imated)?|mean|median|"
+    r"[0-9]+|[ _.-])+"
 )
 """Names of points of one body, of corners of a box around it, or of one point in several ways."""
-_MOTION = re.compile(r"vel|velocity|speed|acc|accel|acceleration|delta|displacement")
+_MOTION = re.compile(
+    r"vel|velocity|speed|acc|accel|acceleration|delta|displacement|std|sd|sem|var|variance|err|error|rms|"
+    r"prob|conf|confidence|score|likelihood"
+)
 """Names of what is no position."""
 CONTINUOUS = 0.01
 """Share of jumps among steps up to which paths are continuous; twice that of the best column is, too."""
