@@ -705,7 +705,7 @@ def test_wide_tables_may_name_the_coordinate_first(tmp_path):
     for names, message in (
         (("mean", "std"), "got x and y of std"),
         (("vel", "acc"), "got x and y of acc, vel"),
-        (("true", "pred"), "got true, pred, which may be .* one in several ways"),
+        (("true", "pred"), "got pred, true, which may be .* one in several ways"),
     ):
         columns = ["frame", *(f"{axis}_{name}" for name in names for axis in "xy")]
         refused(tmp_path, two.set_axis(columns, axis=1), message)
