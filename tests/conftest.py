@@ -10,14 +10,18 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pytest
+from blank_figures import blanks
 from filelock import FileLock
 from hypothesis import settings
+from matplotlib.figure import Figure
 
 # A machine that is busy is no failure; times are measured in benchmarks/.
 settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
 
 HERE = Path(__file__).parent
+CHILDREN = str(HERE / "children")
+"""Python's path for the processes that tests start."""
 
 FAST_ROOMS = (
     "analysis", "classifiers", "coevolution", "config", "evolution", "families", "few_trials", "models", "trajectories",
@@ -33,6 +37,20 @@ SLOW_FILES = {
     "test_reader_fuzz.py",  # hundreds of random files
     "test_several_recordings.py",  # complete runs
 }
+
+DRAWN = {"browser", "figures", "report", "reproduction"}
+"""Folders of tests that look at pictures, or are there to draw them."""
+
+DRAWN_FILES = {
+    "test_detect_recording_command.py",
+    "test_gallery.py",
+    "test_look_command.py",
+    "test_morphology.py",
+    "test_own_simulator.py",
+    "test_response_maps.py",
+    "test_zebrafish_example.py",
+}
+"""Files in other folders that do."""
 
 
 def pytest_xdist_auto_num_workers(config):
@@ -76,6 +94,19 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if _is_fast(item.path):
             item.add_marker("fast")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    """Let no figure be drawn that nobody looks at: neither by a test, nor by its fixtures and the processes that it starts."""
+    if item.path.parent.name in DRAWN or item.path.name in DRAWN_FILES:
+        return (yield)
+    children = os.pathsep.join(filter(None, (CHILDREN, os.environ.get("PYTHONPATH"))))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", children)
+        for method, blank in blanks(Figure).items():
+            patch.setattr(Figure, method, blank)
+        return (yield)
 
 
 @pytest.fixture(autouse=True)

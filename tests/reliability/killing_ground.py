@@ -6,15 +6,13 @@ its wait status. It makes no threads, so that forking is safe.
 
 import os
 import sys
+from importlib import import_module
 from pathlib import Path
-
-from matplotlib.figure import Figure
 
 import turing_learning.classifiers
 import turing_learning.runs
 import turing_learning.swarm
 from turing_learning.config import load_configuration
-from turing_learning.runs import _report  # noqa: F401 - imported before the fork
 
 CONFIGURATION = load_configuration(
     overrides={
@@ -29,14 +27,20 @@ CONFIGURATION = load_configuration(
 )
 
 
-save = Figure.savefig
-Figure.savefig = lambda _, *given, **options: save(
-    Figure((1, 1)), *given, **options
-)  # nobody looks at the pictures
+IMPORTED = (
+    "matplotlib.backends.backend_agg",
+    "matplotlib.backends.backend_svg",
+    "turing_learning.runs._report",
+    "xarray.backends",
+    "zarr",
+)
+"""What a run needs, imported before the fork: each child would do it anew, which takes longer than its run."""
 
 
 def serve() -> None:
     """Answer requests until the input ends."""
+    for name in IMPORTED:
+        import_module(name)
     turing_learning.infer(config=CONFIGURATION, generations=1)  # compile
     tell("ready")
     for line in sys.stdin:

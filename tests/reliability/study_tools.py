@@ -1,11 +1,16 @@
 """What the tests of whole studies share: a small study, its command line, and how to wait."""
 
+import io
 import json
 import os
 import signal
 import subprocess
 import sys
 import time
+from contextlib import redirect_stderr, redirect_stdout
+from types import SimpleNamespace
+
+from turing_learning.cli import main
 
 COMMAND = [sys.executable, "-m", "turing_learning"]
 SETTINGS = {
@@ -26,12 +31,15 @@ def begin(*arguments):
 
 
 def call(*arguments):
-    """Run the command line to its end."""
-    done = subprocess.run(
-        [*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False
-    )
-    assert "Traceback" not in done.stderr, done.stderr
-    return done
+    """Run the command line to its end in this process, which has imported all that it needs."""
+    out, err = io.StringIO(), io.StringIO()
+    code = None
+    with redirect_stdout(out), redirect_stderr(err):
+        try:
+            main([str(argument) for argument in arguments])
+        except SystemExit as ended:
+            code = ended.code
+    return SimpleNamespace(returncode=code, stdout=out.getvalue(), stderr=err.getvalue())
 
 
 def wait_until(holds, what, process=None, seconds=90):

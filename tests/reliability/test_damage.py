@@ -3,8 +3,7 @@
 import random
 
 import pytest
-from damage import DAMAGES, OF, SILENT, blank_pictures, case, files_of, prepare, stable
-from matplotlib.figure import Figure
+from damage import DAMAGES, OF, SILENT, case, files_of, prepare, stable
 
 SEED, CASES = 5, 60
 FOLDERS = {
@@ -21,9 +20,6 @@ def damaged(tmp_path_factory):
         place = tmp_path_factory.mktemp("damaged")
         patch.chdir(place)
         patch.setenv("COLUMNS", "200")
-        for name in ("savefig", "draw_without_rendering"):
-            patch.setattr(Figure, name, getattr(Figure, name))  # to be put back
-        blank_pictures()
         references = prepare(place, FOLDERS)
         yield place, references
 

@@ -24,8 +24,17 @@ import turing_learning as tl
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 
 
-def study(*arguments):
-    return ["study", "aggregation", *SMALL, *arguments]
+RUNS = ["study", "aggregation", *SMALL, "--runs", 2, "--generations"]
+"""A study of two runs, but for their number of generations."""
+
+STUDY = [*RUNS, 400]
+"""So long that a process can be met in the middle of a run."""
+
+
+def resume_here(folder):
+    """Go on with a study in this process: no other has to import anything."""
+    with ThreadPoolExecutor(1) as executor:
+        return tl.studies.resume_study(folder, executor=executor)
 
 
 def busy(folder):
@@ -43,18 +52,18 @@ def alive(pid):
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
-    """A study of three runs that nobody disturbed, executed in this process."""
+    """A study of two runs that nobody disturbed, executed in this process."""
     folder = tmp_path_factory.mktemp("studies") / "undisturbed"
     with ThreadPoolExecutor(1) as executor:
         tl.study(
-            "aggregation", runs=3, generations=400, settings=SETTINGS, executor=executor, out=folder
+            "aggregation", runs=2, generations=400, settings=SETTINGS, executor=executor, out=folder
         )
     return folder
 
 
 def test_a_killed_worker_loses_nothing_but_its_present_run(undisturbed, tmp_path):
     folder = tmp_path / "study"
-    process = begin(*study("--runs", 3, "--generations", 400, "--workers", 2, "--out", folder))
+    process = begin(*STUDY, "--workers", 2, "--out", folder)
     run, victim = wait_until(
         lambda: kill_in_mid_run(folder, lambda pid: True), "a worker in mid-run", process
     )
@@ -64,42 +73,38 @@ def test_a_killed_worker_loses_nothing_but_its_present_run(undisturbed, tmp_path
     assert tables(folder) == tables(undisturbed)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_stops_all_runs_and_resume_goes_on_to_the_same_table(
-    number, undisturbed, tmp_path
-):
+def test_a_signal_stops_all_runs_and_resume_goes_on_to_the_same_table(undisturbed, tmp_path):
     folder = tmp_path / "study"
-    process = begin(*study("--runs", 3, "--generations", 400, "--workers", 2, "--out", folder))
+    process = begin(*STUDY, "--workers", 2, "--out", folder)
     pids = wait_until(lambda: busy(folder), "a busy worker", process)
-    process.send_signal(number)
+    process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=30)
     assert process.returncode == 130, out + err
-    assert err.endswith(f" of 3 runs; resume with: turing-learning resume {folder}\n")
+    assert err.endswith(f" of 2 runs; resume with: turing-learning resume {folder}\n")
     assert err.startswith("stopped after ")
     assert not any(map(alive, pids))
     assert not list(folder.glob("stop-*"))
     states = [json.loads(path.read_text())["state"] for path in folder.glob("runs/*/manifest.json")]
     assert "stopped" in states
     assert "running" not in states
-    with ThreadPoolExecutor(1) as executor:
-        assert tl.studies.resume_study(folder, executor=executor).complete
+    assert resume_here(folder).complete
     assert tables(folder) == tables(undisturbed)
 
 
 def test_workers_end_with_the_study_that_was_killed_and_it_can_be_resumed(undisturbed, tmp_path):
     folder = tmp_path / "study"
-    process = begin(*study("--runs", 3, "--generations", 400, "--workers", 2, "--out", folder))
+    process = begin(*STUDY, "--workers", 2, "--out", folder)
     pids = wait_until(lambda: busy(folder), "a busy worker", process)
     process.kill()
     process.communicate()
     wait_until(lambda: not any(map(alive, pids)), "the workers' end", seconds=20)
-    assert call("resume", folder, "--workers", 2).returncode == 0
+    assert resume_here(folder).complete
     assert tables(folder) == tables(undisturbed)
 
 
 def test_a_second_process_is_refused(undisturbed, tmp_path):
     folder = tmp_path / "study"
-    process = begin(*study("--runs", 2, "--generations", 100_000, "--workers", 1, "--out", folder))
+    process = begin(*RUNS, 100_000, "--workers", 1, "--out", folder)
     wait_until(lambda: busy(folder), "a busy worker", process)
     done = call("resume", folder)
     process.kill()
@@ -114,7 +119,7 @@ def test_a_second_process_is_refused(undisturbed, tmp_path):
 def test_the_same_study_again_changes_nothing(undisturbed):
     before = tables(undisturbed)
     stamps = {path: path.stat().st_mtime_ns for path in undisturbed.glob("runs/*/result.json")}
-    done = call(*study("--runs", 3, "--generations", 400, "--out", undisturbed))
+    done = call(*STUDY, "--out", undisturbed)
     assert done.returncode == 0, done.stderr
     assert tables(undisturbed) == before
     assert {
@@ -124,7 +129,7 @@ def test_the_same_study_again_changes_nothing(undisturbed):
 
 def test_the_job_script_for_slurm_executes_every_run_and_collects(undisturbed, tmp_path):
     folder, script, fake = tmp_path / "study", tmp_path / "job.sh", tmp_path / "bin"
-    done = call(*study("--runs", 3, "--generations", 400, "--out", folder, "--write-slurm", script))
+    done = call(*STUDY, "--out", folder, "--write-slurm", script)
     assert done.returncode == 0, done.stderr
     assert not (folder / "runs").exists()
     submit = done.stdout.splitlines()[-1].strip()
@@ -134,8 +139,8 @@ def test_the_job_script_for_slurm_executes_every_run_and_collects(undisturbed, t
         "#!/bin/bash\n"
         f'echo "$@" >> {tmp_path}/submitted\n'
         'for a in "$@"; do script=$a; done\n'
-        "if [[ $* == *--array=1-3* ]]; then\n"
-        '  for i in 1 2 3; do SLURM_ARRAY_TASK_ID=$i "$script" >&2 || exit 1; done; echo "17;cluster"\n'
+        "if [[ $* == *--array=1-2* ]]; then\n"
+        '  for i in 1 2; do SLURM_ARRAY_TASK_ID=$i "$script" >&2 || exit 1; done; echo "17;cluster"\n'
         'else "$script"; fi\n'
     )
     (fake / "sbatch").chmod(0o755)
@@ -145,10 +150,10 @@ def test_the_job_script_for_slurm_executes_every_run_and_collects(undisturbed, t
     )
     assert ran.returncode == 0, ran.stderr
     assert (tmp_path / "submitted").read_text().splitlines() == [
-        f"--parsable --array=1-3 {script}",
+        f"--parsable --array=1-2 {script}",
         f"--dependency=afterany:17 {script}",
     ]
-    assert "3 of 3 runs complete" in ran.stdout
+    assert "2 of 2 runs complete" in ran.stdout
     assert tables(folder) == tables(undisturbed)
 
 
@@ -156,18 +161,7 @@ def test_a_job_of_the_array_that_is_told_to_end_saves_and_goes_on_when_it_comes_
     undisturbed, tmp_path
 ):
     folder = tmp_path / "study"
-    call(
-        *study(
-            "--runs",
-            1,
-            "--generations",
-            100_000,
-            "--out",
-            folder,
-            "--write-slurm",
-            tmp_path / "job.sh",
-        )
-    )
+    call(*RUNS, 100_000, "--out", folder, "--write-slurm", tmp_path / "job.sh")
     process = begin("study-run", folder, 1)
     wait_until(lambda: busy(folder), "a checkpoint", process)
     process.send_signal(signal.SIGTERM)
@@ -179,20 +173,16 @@ def test_a_job_of_the_array_that_is_told_to_end_saves_and_goes_on_when_it_comes_
 
 def test_a_run_that_fails_is_named_and_the_study_goes_on(undisturbed, tmp_path):
     folder = tmp_path / "study"
-    call(
-        *study(
-            "--runs", 3, "--generations", 400, "--out", folder, "--write-slurm", tmp_path / "job.sh"
-        )
-    )
-    (folder / "runs" / "0003").mkdir(parents=True)
-    (folder / "runs" / "0003" / "precious.txt").write_text("not a run")
-    done = call("resume", folder, "--workers", 2)
+    call(*STUDY, "--out", folder, "--write-slurm", tmp_path / "job.sh")
+    (folder / "runs" / "0002").mkdir(parents=True)
+    (folder / "runs" / "0002" / "precious.txt").write_text("not a run")
+    done = call("resume", folder, "--workers", 1)
     assert done.returncode == 1
     assert done.stderr == f"1 run failed; try again with: turing-learning resume {folder}\n"
     assert (
-        "run 3  seed 3  failed: RunFolderError: `out` must be a new or empty folder" in done.stdout
+        "run 2  seed 2  failed: RunFolderError: `out` must be a new or empty folder" in done.stdout
     )
-    assert "2 of 3 runs complete, 1 failed" in done.stdout
-    (folder / "runs" / "0003" / "precious.txt").unlink()
-    assert call("resume", folder).returncode == 0
+    assert "1 of 2 runs complete, 1 failed" in done.stdout
+    (folder / "runs" / "0002" / "precious.txt").unlink()
+    assert resume_here(folder).complete
     assert tables(folder) == tables(undisturbed)

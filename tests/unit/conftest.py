@@ -1,30 +1,9 @@
 """What the tests of commands and runs share."""
 
-from pathlib import Path
-
 import pytest
-from matplotlib.figure import Figure
 
 from turing_learning.cli import main
 from turing_learning.config import load_configuration
-
-BLANK = (
-    "cli",
-    "detection",
-    "interaction",
-    "robots",
-    "runs",
-    "studies",
-    "test_check.py",
-    "test_notebooks.py",
-    "test_pool.py",
-    "test_recorded_replay.py",
-)
-"""Rooms and files whose tests end many runs and look at no picture, where drawing would be two thirds of the time."""
-
-LOOKED_AT = ("test_detect_recording_command.py",)
-"""Files in them whose tests look at a picture after all."""
-
 
 SMALL = {
     "models.population": 8,
@@ -35,16 +14,6 @@ SMALL = {
     "run.checkpoint_every": 3,
     "run.threads": 1,
 }
-
-
-@pytest.fixture(autouse=True)
-def _blank_pictures(request, monkeypatch):
-    file = Path(request.fspath)
-    if {file.parent.name, file.name} & {*BLANK} and file.name not in LOOKED_AT:
-        save = Figure.savefig
-        monkeypatch.setattr(
-            Figure, "savefig", lambda _, *given, **options: save(Figure((1, 1)), *given, **options)
-        )
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
+import scipy  # its parts come when they are used
 
 from turing_learning.kernels.imitation import DIRECTIONS, Tanks
 
@@ -31,8 +31,8 @@ def recorded_grid(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]
     # closing with a disk: grow by its radius, then shrink as much; holes that it does not fit into are filled
     radius = WIDEST_HOLE / 2 * float(min(high - low)) / cell
     padding = math.ceil(radius) + 1
-    grown = distance_transform_edt(~np.pad(visited, padding)) <= radius
-    closed = distance_transform_edt(grown) > radius
+    grown = scipy.ndimage.distance_transform_edt(~np.pad(visited, padding)) <= radius
+    closed = scipy.ndimage.distance_transform_edt(grown) > radius
     return corner, closed[padding:-padding, padding:-padding] | visited, cell
 
 
@@ -57,7 +57,7 @@ def wall_distances(inside: np.ndarray, cell: float) -> np.ndarray:
     Rays go on by the distance of the nearest wall, as long as there is some.
     """
     angles = np.arange(DIRECTIONS) * (2 * math.pi / DIRECTIONS)
-    free = distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1]
+    free = scipy.ndimage.distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1]
     columns, rows = np.indices(inside.shape)
     distances = np.zeros((*inside.shape, DIRECTIONS), dtype=np.float32)
     for k, angle in enumerate(angles):

@@ -6,7 +6,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.stats
+import scipy  # its parts come when they are used: scipy.stats alone takes a second
 from scipy.spatial.distance import pdist, squareform
 
 from turing_learning.analysis import predictive_check, resemblance

@@ -8,7 +8,7 @@ from itertools import combinations, islice
 from typing import Any
 
 import numpy as np
-import scipy.stats
+import scipy  # its parts come when they are used: scipy.stats alone takes a second
 
 from turing_learning.models import Parameter
 

@@ -257,6 +257,12 @@ def speeds(out=None, trials=200, **options):
     )
 
 
+@pytest.fixture(scope="module")
+def walked(tmp_path_factory):
+    """A run on recorded speeds, and its system; the folder is not to be changed."""
+    return speeds(tmp_path_factory.mktemp("runs") / "walked")
+
+
 def test_a_run_stops_within_its_tolerance_and_can_be_extended(tmp_path):
     known, result = speeds(tmp_path / "run", tolerance=0.1)
     assert result.complete
@@ -278,21 +284,20 @@ def test_a_run_stops_within_its_tolerance_and_can_be_extended(tmp_path):
     )
 
 
-def test_covariance_and_draws_are_those_of_the_matched_estimate(tmp_path):
-    _, result = speeds(tmp_path / "run", trials=200)
+def test_covariance_and_draws_are_those_of_the_matched_estimate(walked):
+    _, result = walked
+    assert result.estimate["speed"] == pytest.approx(7.0, abs=1)
     draws = result.draws()
     np.testing.assert_allclose(
         np.cov(draws.T), [list(row.values()) for row in result.covariance.values()]
     )
     np.testing.assert_allclose(result.interval["speed"], np.quantile(draws[:, 0], [0.05, 0.95]))
     np.testing.assert_allclose(list(result.estimate.values()), np.median(draws, axis=0))
-    assert (
-        json.loads((tmp_path / "run" / "result.json").read_text())["covariance"]
-        == result.covariance
-    )
+    stored = json.loads((result.path / "result.json").read_text())
+    assert stored["covariance"] == result.covariance
     assert result.draws(5, seed=2).shape == (5, 2)
     np.testing.assert_array_equal(
-        tl.load_run(tmp_path / "run").draws(5, seed=2), result.draws(5, seed=2)
+        tl.load_run(result.path).draws(5, seed=2), result.draws(5, seed=2)
     )
 
 
@@ -323,29 +328,6 @@ def test_a_run_of_generations_has_no_draws():
     result = tl.infer("aggregation", generations=2, settings={**SMALL, "models.population": 6})
     assert isinstance(result, tl.Evolution)
     assert not hasattr(result, "draws")
-
-
-def test_a_custom_system_is_inferred_from_few_trials_of_its_simulator():
-    rng = np.random.default_rng(1)
-    genuine = drift(np.full((60, 2), 7.0), rng)
-    calls = []
-
-    def simulate(parameters, rng):
-        calls.append(len(parameters))
-        return drift(parameters, rng)
-
-    ranges = {"speed": (0.0, 20.0), "inert": (0.0, 20.0)}
-    result = tl.infer(
-        genuine=genuine,
-        simulate=simulate,
-        parameters=ranges,
-        trials=200,
-        seed=1,
-        settings={"run.threads": 1},
-    )
-    assert sum(calls) >= 200
-    assert result.trials == 200
-    assert result.estimate["speed"] == pytest.approx(7.0, abs=1)
 
 
 def test_no_model_of_a_custom_system_is_tried_beyond_a_range_that_ends_at_its_bounds(tmp_path):
