@@ -1,14 +1,14 @@
-"""Learning by imitation: a network that says what an individual does next, from recordings; needs PyTorch."""
+"""Learning by imitation: a network that says what comes of the next step, from recordings; needs PyTorch."""
 
 import copy
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from turing_learning.kernels.imitation import (
-    HISTORY,
     LAGS,
     MEMORIES,
     MEMORY_S,
@@ -16,19 +16,22 @@ from turing_learning.kernels.imitation import (
     OWN,
     RAYS,
     TRAITS,
-    Choices,
     Layers,
-    Tanks,
     Units,
-    perceive,
     remember_path,
-)  # fmt: skip
+)
 from turing_learning.trajectories import nearest_others
 
-BINS = 48
-"""Of lengths, and of turns: each as likely as the others in what was recorded."""
-QUANTILES = 17
-"""Of the values within a bin."""
+from ._pieces import HORIZONS_S, OUTCOMES, Recorded
+
+BINS = 24
+"""Of distances, and of directions, of an outcome: each as likely as the others in what was recorded."""
+CONTEXT = 16
+"""Dimensions in which contexts are compared."""
+SURROUNDINGS = 0.3
+"""Weight of what comes of others and walls in this comparison; that of the own motion is 1."""
+CLOSEST = 0.005
+"""Share of the distances of the nearest other below which nobody comes nearer to another."""
 OTHER_WIDTH = 32
 """Neurons of each layer that looks at another individual."""
 WIDTH = 96
@@ -48,22 +51,8 @@ CHECKED = 10
 """Stretches of which the last is for choosing when to stop."""
 LOOKS = 20
 """Times that the training looks at these stretches."""
-MOST_ROWS = 100_000
-"""Steps that are learned from, drawn by chance where more were recorded."""
-
-
-@dataclass(frozen=True)
-class Recorded:
-    """What individuals perceived and did: N steps of recordings.
-
-    `stretch` (N,) tells where in a recording: steps of one stretch follow each other.
-    """
-
-    own: np.ndarray
-    traits: np.ndarray
-    seen: np.ndarray
-    answers: np.ndarray
-    stretch: np.ndarray
+MOST_ROWS = 60_000
+"""Steps that are learned from; where more were recorded, blocks of them are drawn by chance."""
 
 
 def units_of(paths: Sequence[np.ndarray], interval_s: float) -> Units:
@@ -78,9 +67,9 @@ def units_of(paths: Sequence[np.ndarray], interval_s: float) -> Units:
     # a wall is near where a fast individual gets in half a second
     wall = float(np.quantile(lengths, 0.75)) * 0.5 / interval_s
     rates = 1 - np.exp(-interval_s / MEMORY_S)
-    return Units(
-        step, max(wall, step), max(neighbor, step), rates, 3 * float(np.mean(lengths)) + step
-    )
+    fastest = 3 * float(np.mean(lengths)) + step
+    closest = float(np.quantile(nearest, CLOSEST)) if len(nearest) else 0.0
+    return Units(step, max(wall, step), max(neighbor, step), rates, fastest, closest)
 
 
 def _nearest(path: np.ndarray) -> np.ndarray:
@@ -99,50 +88,18 @@ def memories_of(path: np.ndarray, units: Units) -> np.ndarray:
     return memories
 
 
-def rows_of(path: np.ndarray, learned: np.ndarray) -> np.ndarray:
-    """Return frames and individuals (N, 2) whose past is there and whose next step may be learned, `learned` (F, A)."""
-    usable = np.isfinite(path).all(axis=-1) & learned
-    unusable = np.cumsum(~usable, axis=0)
-    frames = np.arange(HISTORY, len(path) - 1)
-    before = frames - HISTORY
-    at, individual = np.nonzero(usable[before] & (unusable[frames + 1] == unusable[before]))
-    return np.stack([frames[at], individual], axis=1)
-
-
-def recorded(
-    path: np.ndarray, memories: np.ndarray, rows: np.ndarray, tanks: Tanks, tank: int, units: Units
-) -> Recorded:
-    """Return what was perceived and done at these frames and individuals of a recording."""
-    count = len(rows)
-    own_inputs = np.zeros((count, OWN))
-    traits = np.zeros((count, MOST_OTHERS, TRAITS), dtype=np.float32)
-    others_seen = np.zeros(count, dtype=np.int64)
-    answers = np.zeros((count, 2))
-    perceive(path, memories, rows, tanks, tank, units, own_inputs, traits, others_seen, answers)
-    return Recorded(own_inputs.astype(np.float32), traits, others_seen, answers, rows[:, 0])
-
-
-def bins_of(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return inner edges (BINS - 1,) of bins that are equally likely, and quantiles within each (BINS, QUANTILES)."""
-    chances = np.linspace(0, 1, BINS * (QUANTILES - 1) + 1)
-    quantiles = np.quantile(values, chances)
-    edges = np.arange(BINS) * (QUANTILES - 1)
-    inner = quantiles[edges[1:]]
-    return inner, quantiles[edges[:, None] + np.arange(QUANTILES)]
-
-
 def learn(
     examples: Recorded, *, steps: int, seed: int, progress: Callable[[int, int], None] | None = None
-) -> tuple[Layers, Choices, float]:
-    """Learn to say how long the next step is, and which turn it makes, by likelihood.
+) -> tuple[Layers, float]:
+    """Learn to say what comes of the next step, by likelihood, and so which contexts are alike.
 
-    Both are drawn from bins, the turn after the length. Every example is also seen in a mirror. In some of them the
-    velocities of others, the others, or others and walls are hidden, so that the network can be asked what it would do
-    without.
+    Distance and direction of each outcome are sorted into bins. Every example is also seen in a mirror. In some of
+    them the velocities of others, the others, or others and walls are hidden, so that the network can be asked what it
+    would expect without.
 
     Returns
     -------
-    Layers, Choices, float
+    Layers, float
         Those of the moment at which stretches that are not learned from were predicted best, and their
         log-likelihood per step, in nats, in excess of chance.
     """
@@ -150,17 +107,15 @@ def learn(
     from torch import nn
     from torch.nn import functional
 
-    lengths, turns = examples.answers.T
-    length_edges, length_values = bins_of(lengths)
-    turn_edges, turn_values = bins_of(np.concatenate([turns, -turns]))
+    threads = torch.get_num_threads()
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
+        # layers this small are not worth the waiting of threads for each other
+        torch.set_num_threads(1)
         net = trainable_network()
         own_inputs, traits = torch.from_numpy(examples.own), torch.from_numpy(examples.traits)
         visible = torch.arange(MOST_OTHERS) < torch.from_numpy(examples.seen)[:, None]
-        length_bins = torch.from_numpy(np.searchsorted(length_edges, lengths, side="right"))
-        turn_bins = torch.from_numpy(np.searchsorted(turn_edges, turns, side="right"))
-        mirrored_bins = torch.from_numpy(np.searchsorted(turn_edges, -turns, side="right"))
+        bins, mirrored_bins = (torch.from_numpy(bins) for bins in _bins_of(examples.outcomes))
         flip_own, order_own, flip_traits = _mirror()
         checked = _checked(examples.stretch)
         learned_from = torch.from_numpy(np.flatnonzero(~checked))
@@ -170,8 +125,19 @@ def learn(
         averaged = torch.optim.swa_utils.AveragedModel(
             net, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGED)
         )
+
+        def missed(says: Any, happened: Any) -> Any:
+            """Return the mean of -log p per step, of all outcomes that were recorded."""
+            total = functional.cross_entropy(
+                says.reshape(-1, BINS),
+                happened.reshape(-1),
+                ignore_index=NOT_RECORDED,
+                reduction="sum",
+            )
+            return total / len(says)
+
         best: Any = None
-        chance = 2 * np.log(BINS)
+        chance = math.log(BINS) * float((bins[looked_at] != NOT_RECORDED).sum()) / len(looked_at)
         for step in range(steps):
             net.train()
             batch = learned_from[torch.randint(len(learned_from), (BATCH,))]
@@ -182,11 +148,8 @@ def learn(
                 mirrored[:, None, None], some_traits * flip_traits, some_traits
             )
             some_own, some_traits, some_there = _blinded(some_own, some_traits, some_there)
-            turned = torch.where(mirrored, mirrored_bins[batch], turn_bins[batch])
-            says_length, says_turn = net(some_own, some_traits, some_there, length_bins[batch])
-            loss = functional.cross_entropy(
-                says_length, length_bins[batch]
-            ) + functional.cross_entropy(says_turn, turned)
+            happened = torch.where(mirrored[:, None, None], mirrored_bins[batch], bins[batch])
+            loss = missed(net(some_own, some_traits, some_there), happened)
             optimizer.zero_grad()
             loss.backward()
             nn.utils.clip_grad_norm_(net.parameters(), 1.0)
@@ -196,21 +159,70 @@ def learn(
             if (step + 1) % max(steps // LOOKS, 1) == 0 or step == steps - 1:
                 averaged.eval()
                 with torch.no_grad():
-                    says_length, says_turn = averaged(
-                        own_inputs[looked_at],
-                        traits[looked_at],
-                        visible[looked_at],
-                        length_bins[looked_at],
-                    )
-                    missed = functional.cross_entropy(says_length, length_bins[looked_at])
-                    missed = missed + functional.cross_entropy(says_turn, turn_bins[looked_at])
-                gain = float(chance - missed)
+                    says = averaged(own_inputs[looked_at], traits[looked_at], visible[looked_at])
+                    gain = chance - float(missed(says, bins[looked_at]))
                 if best is None or gain > best[0]:
                     best = gain, copy.deepcopy(averaged.module.state_dict())
                 if progress is not None:
                     progress(step + 1, steps)
         net.load_state_dict(best[1])
-        return net.layers(), Choices(length_values, turn_values), best[0]
+        net.eval()
+        with torch.no_grad():
+            hidden = net.trunk(own_inputs, traits, visible)
+            metric = _metric(net.outcomes.weight, net.outcomes(hidden), hidden)
+        torch.set_num_threads(threads)
+        return net.layers(metric), best[0]
+
+
+def in_a_mirror(examples: Recorded) -> Recorded:
+    """Return the same steps with left and right exchanged in what was perceived."""
+    flip_own, order_own, flip_traits = (signs.numpy() for signs in _mirror())
+    own_inputs = examples.own[:, order_own] * flip_own
+    return replace(examples, own=own_inputs, traits=examples.traits * flip_traits)
+
+
+NOT_RECORDED = -1
+"""Bin of an outcome that was not recorded."""
+
+
+def _bins_of(outcomes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return bins (N, Q, 2) of outcomes, and of the same in a mirror."""
+    bins = np.full(outcomes.shape, NOT_RECORDED)
+    mirrored = bins.copy()
+    chances = np.linspace(0, 1, BINS + 1)[1:-1]
+    for q in range(outcomes.shape[1]):
+        happened = np.isfinite(outcomes[:, q]).all(axis=-1)
+        if not happened.any():
+            continue
+        distances, directions = outcomes[happened, q].T
+        edges = np.quantile(distances, chances)
+        bins[happened, q, 0] = np.searchsorted(edges, distances, side="right")
+        mirrored[happened, q, 0] = bins[happened, q, 0]
+        edges = np.quantile(np.concatenate([directions, -directions]), chances)
+        bins[happened, q, 1] = np.searchsorted(edges, directions, side="right")
+        mirrored[happened, q, 1] = np.searchsorted(edges, -directions, side="right")
+    return bins, mirrored
+
+
+def _metric(weight: Any, says: Any, hidden: Any) -> Any:
+    """Return how hidden states (N, H) become contexts, (H, CONTEXT), by what is said of them.
+
+    The squared distance of two contexts is about twice the divergence (nats) of what is expected after them: logits
+    are centered, weighted by the probabilities, and projected to their principal axes.
+    """
+    import torch
+
+    chances = torch.softmax(says.reshape(len(says), -1, BINS), dim=-1).mean(dim=0)
+    logits = weight.detach().reshape(*chances.shape, -1)
+    logits = logits - (chances[..., None] * logits).sum(dim=1, keepdim=True)
+    weights = torch.full((len(chances),), SURROUNDINGS)
+    weights[: 2 * len(HORIZONS_S)] = 1.0
+    logits = logits * (torch.sqrt(chances) * weights[:, None])[..., None]
+    logits = logits.reshape(-1, logits.shape[-1])
+    features = (hidden - hidden.mean(dim=0)) @ logits.T
+    _, axes = torch.linalg.eigh(features.T @ features / len(features))
+    # the axes come with the least variance first
+    return logits.T @ axes[:, -CONTEXT:]
 
 
 def _checked(stretch: np.ndarray) -> np.ndarray:
@@ -261,16 +273,10 @@ def trainable_network() -> Any:
             self.attention = nn.Linear(OTHER_WIDTH, 1)
             self.trunk_first = nn.Linear(OWN + OTHER_WIDTH, WIDTH)
             self.trunk_second = nn.Linear(WIDTH, WIDTH)
-            self.length = nn.Linear(WIDTH, BINS)
-            self.turn_hidden = nn.Linear(WIDTH, WIDTH)
-            self.turn_of_length = nn.Embedding(BINS, WIDTH)
-            self.turn = nn.Linear(WIDTH, BINS)
+            self.outcomes = nn.Linear(WIDTH, OUTCOMES * 2 * BINS)
             self.dropout = nn.Dropout(DROPOUT)
-            nn.init.normal_(self.turn_of_length.weight, std=0.1)
 
-        def forward(
-            self, own_inputs: Any, traits: Any, visible: Any, length_bins: Any
-        ) -> tuple[Any, Any]:
+        def trunk(self, own_inputs: Any, traits: Any, visible: Any) -> Any:
             bend = nn.functional.silu
             encoded = bend(self.other_second(bend(self.other_first(traits))))
             exponent = self.attention(encoded)[..., 0].masked_fill(~visible, -torch.inf)
@@ -279,19 +285,19 @@ def trainable_network() -> Any:
             weights = torch.softmax(torch.cat([exponent, nothing], dim=1), dim=1)[:, :-1]
             attended = (weights[..., None] * encoded).sum(dim=1)
             hidden = self.dropout(bend(self.trunk_first(torch.cat([own_inputs, attended], dim=1))))
-            hidden = self.dropout(bend(self.trunk_second(hidden)))
-            turning = bend(self.turn_hidden(hidden) + self.turn_of_length(length_bins))
-            return self.length(hidden), self.turn(turning)
+            return self.dropout(bend(self.trunk_second(hidden)))
 
-        def layers(self) -> Layers:
+        def forward(self, own_inputs: Any, traits: Any, visible: Any) -> Any:
+            return self.outcomes(self.trunk(own_inputs, traits, visible))
+
+        def layers(self, metric: Any) -> Layers:
             weights: dict[str, np.ndarray] = {}
             for name, layer in self.named_children():
-                if not isinstance(layer, nn.Linear):
+                if not isinstance(layer, nn.Linear) or name == "outcomes":
                     continue
                 weights[name] = np.ascontiguousarray(layer.weight.detach().numpy().T)
                 weights[f"{name}_bias"] = layer.bias.detach().numpy().copy()
-            bias = weights.pop("turn_hidden_bias")
-            weights["turn_of_length"] = self.turn_of_length.weight.detach().numpy() + bias
+            weights["metric"] = np.ascontiguousarray(metric.numpy())
             return Layers(**weights)
 
     return Network()

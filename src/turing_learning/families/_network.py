@@ -16,8 +16,9 @@ from turing_learning.errors import brief, integer, refuse, require
 from turing_learning.kernels.imitation import (
     HISTORY,
     MEMORIES,
-    Choices,
+    PAST,
     Layers,
+    Pieces,
     Tanks,
     Units,
     move_range,
@@ -33,13 +34,13 @@ GAINS = ("speed", "speed_noise", "turn_noise", "walls", "attraction", "alignment
 """Names of the parameters, in the order in which kernels take them; each is 1 as recorded."""
 LEAST_NOISE = 0.01
 """Of the choices: below it they are as good as certain."""
-TRAINING_STEPS = 8000
-"""Batches that a network learns from, one after the other: a minute or two of one processor."""
+TRAINING_STEPS = 3000
+"""Batches that a network learns from, one after the other: half a minute of one processor."""
 MOST_STARTS = 200
 """Moments of the recordings that are kept for groups to start from."""
 LEAST_ROWS = 1000
 """Steps without gaps around them that there have to be to learn from."""
-FORMAT = "turing-learning network 1"
+FORMAT = "turing-learning network 2"
 
 
 class Starts(NamedTuple):
@@ -54,7 +55,7 @@ class Brain(NamedTuple):
     """What was learned, and all that is needed to let it move."""
 
     layers: Layers
-    choices: Choices
+    pieces: Pieces
     units: Units
     tanks: Tanks
     starts: Starts
@@ -64,28 +65,30 @@ class Brain(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Network(Family):
-    """Individuals that do what a network has learned from recordings: `Network.learned` makes one.
+    """Individuals that do again what was recorded, where a network says it fits: `Network.learned` makes one.
 
-    From what an individual perceives, the network says how likely which length and which turn of the next step are,
-    and both are drawn. It perceives its own last displacements, leaky averages of its speed over 1, 5 and 20 s, the
-    distance of the walls in eight directions, and places and velocities of the eight nearest others, among which
-    attention decides. All is relative to its course, and the same in a mirror.
+    From what an individual perceives, the network says what to expect, and so which recorded contexts are most like
+    this one. The step that was done in one of them, drawn by chance, is done again, and then those that came next, as
+    long as their contexts are alike. An individual perceives its own last displacements, leaky averages of its speed
+    over 1, 5 and 20 s, the distance of the walls in eight directions, and places and velocities of the eight nearest
+    others, among which attention decides. All is relative to its course, and the same in a mirror.
 
-    A group starts as one was recorded at some moment of the learning part. An individual that would leave the tank
-    chooses anew.
+    A group starts as one was recorded at some moment of the learning part. What would lead out of the tank, or into
+    another, is not chosen.
 
-    The parameters are gains, 1 as recorded. `speed` multiplies all lengths. `speed_noise` and `turn_noise` divide
-    the logarithms of the probabilities: 0 is always the likeliest, above 1 is more random. `walls`, `attraction` and
-    `alignment` multiply what the walls, the places and the velocities of the others add to these logarithms, where the
-    network is asked with and without: 0 ignores them. `memory` multiplies how far the leaky averages are from the
-    usual speed.
+    The parameters are gains, 1 as recorded. `speed` multiplies all lengths. `speed_noise` and `turn_noise` multiply
+    the variance of where the alike contexts led, how far and in which direction: 0 is always the most usual, above 1
+    is more random. `walls`, `attraction` and `alignment` multiply what the walls, the places and the velocities of the
+    others add to the context, where the network is asked with and without: 0 ignores them. `memory` multiplies how far
+    the leaky averages are from the usual speed.
 
     Source
     ------
-    Learning from demonstrations one step ahead, free-running: V. Papaspyros and others, PLoS Computational Biology 20
-    (2024), arXiv:2302.06839. Attention among neighbors: F. J. H. Heras and others, PLoS Computational Biology 15 (2019)
-    e1007354. Answers with and without a condition, extrapolated: J. Ho, T. Salimans, Classifier-free diffusion guidance
-    (2022), arXiv:2207.12598. Steps drawn from bins: A. Seff and others, MotionLM, ICCV 2023, arXiv:2309.16534.
+    Recorded steps done again: U. Lall, A. Sharma, A nearest neighbor bootstrap for resampling hydrologic time series,
+    Water Resources Research 32 (1996); L. Kovar, M. Gleicher, F. Pighin, Motion graphs, SIGGRAPH 2002. Learning from
+    demonstrations: V. Papaspyros and others, PLoS Computational Biology 20 (2024), arXiv:2302.06839. Attention among
+    neighbors: F. J. H. Heras and others, PLoS Computational Biology 15 (2019) e1007354. Answers with and without a
+    condition, extrapolated: J. Ho, T. Salimans, Classifier-free diffusion guidance (2022), arXiv:2207.12598.
     """
 
     brain: Brain = field(repr=False)  #: What was learned
@@ -147,16 +150,14 @@ class Network(Family):
         ImportError
             If PyTorch is not installed: it comes with the extra `networks`.
         """
-        from ._imitation import MOST_ROWS, Recorded, learn, memories_of, recorded, rows_of, units_of
+        from ._imitation import MOST_ROWS, in_a_mirror, learn, memories_of, units_of
+        from ._pieces import joined, pieces_of, recorded, rows_of, some_blocks
 
         recordings = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
         _check_recordings(recordings, windows)
         grids, walls = _grids(recordings, tanks)
         shapes = tanks_of(grids, walls)
-        paths = [
-            np.where(recording.present[..., None], recording.positions, np.nan)
-            for recording in recordings
-        ]
+        paths = [_without_jumps(recording) for recording in recordings]
         learned = windows.frames("learning")
         learned_paths = [
             np.where(steps_learned[..., None], path, np.nan)
@@ -165,39 +166,33 @@ class Network(Family):
         units = units_of(learned_paths, windows.interval_s)
         memories = [memories_of(path, units) for path in paths]
         rng = np.random.default_rng([seed, 46])
-        batches: list[Recorded] = []
+        batches = []
+        frames = []
         starts: list[tuple[np.ndarray, np.ndarray, int]] = []
         all_rows = [
             rows_of(path, steps_learned) for path, steps_learned in zip(paths, learned, strict=True)
         ]
         count = sum(map(len, all_rows))
-        rule = f"have at least {LEAST_ROWS} steps with {HISTORY} steps before them and no gap"
+        rule = f"have at least {LEAST_ROWS} steps with {PAST} steps before them and no gap"
         require(
             count >= LEAST_ROWS, "recordings", rule, count, "Bridge gaps, or record for longer."
         )
         for k, (path, memory, rows) in enumerate(zip(paths, memories, all_rows, strict=True)):
             if not len(rows):
                 continue
-            share = min(1.0, MOST_ROWS / count)
-            chosen = np.sort(
-                rng.choice(len(rows), size=math.ceil(share * len(rows)), replace=False)
+            some = some_blocks(rows, MOST_ROWS / count, rng)
+            batches.append(
+                recorded(path, learned_paths[k], memory, some, shapes, k, units, windows.interval_s)
             )
-            batch = recorded(path, memory, rows[chosen], shapes, k, units)
-            batches.append(batch)
+            frames.append(len(path))
             starts += _moments(
                 path, memory, rows, k, math.ceil(MOST_STARTS * len(rows) / count), rng
             )
-        offset = np.cumsum([0, *(len(path) for path in paths)])
-        examples = Recorded(
-            np.concatenate([batch.own for batch in batches]),
-            np.concatenate([batch.traits for batch in batches]),
-            np.concatenate([batch.seen for batch in batches]),
-            np.concatenate([batch.answers for batch in batches]),
-            np.concatenate([batch.stretch + offset[k] for k, batch in enumerate(batches)]),
-        )
-        layers, choices, log_likelihood = learn(examples, steps=steps, seed=seed, progress=progress)
+        examples = joined(batches, frames)
+        layers, log_likelihood = learn(examples, steps=steps, seed=seed, progress=progress)
+        pieces = pieces_of(examples, in_a_mirror(examples), layers, seed)
         brain = Brain(
-            layers, choices, units, shapes, _joined(starts), windows.interval_s, log_likelihood
+            layers, pieces, units, shapes, _joined(starts), windows.interval_s, log_likelihood
         )
         length = windows.learning.shape[1]
         timing = {"steps": length, "interval_s": windows.interval_s, "signals": windows.names}
@@ -301,7 +296,7 @@ class Network(Family):
             tanks,
             brain.units,
             brain.layers,
-            brain.choices,
+            brain.pieces,
         )
         return paths[:, HISTORY + self.settling_steps :], None
 
@@ -333,7 +328,16 @@ class Network(Family):
         return path, starts.memories[moments[chosen], individuals[chosen]], tank
 
 
-PARTS: dict[str, Any] = {"layers": Layers, "choices": Choices, "tanks": Tanks, "starts": Starts}
+PARTS: dict[str, Any] = {"layers": Layers, "pieces": Pieces, "tanks": Tanks, "starts": Starts}
+
+
+def _without_jumps(recording: Trajectories) -> np.ndarray:
+    """Return where everybody was (F, A, 2), NaN where they were not seen, or at both ends of a jump of the tracker."""
+    path = np.where(recording.present[..., None], recording.positions, np.nan)
+    for jump in recording.check().jumps:
+        frame = jump.frame - recording.first_frame
+        path[frame : frame + 2, recording.individuals.index(jump.individual)] = np.nan
+    return path
 
 
 def _check_recordings(recordings: Sequence[Trajectories], windows: Windows) -> None:
@@ -412,7 +416,7 @@ def _moments(
     moments = []
     for frame in chosen:
         past = path[frame - HISTORY : frame + 1].copy()
-        past[:, np.isnan(past).any(axis=(0, 2))] = np.nan
+        past[:, np.isnan(past[-1 - PAST :]).any(axis=(0, 2))] = np.nan
         moments.append((past, memory[frame], tank))
     return moments
 

@@ -16,6 +16,8 @@ LAG_EDGES = np.array((0, 1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 22, 28, 36))
 """Steps back between which displacements are seen: the last ones one by one, earlier ones together."""
 LAGS = len(LAG_EDGES) - 1
 HISTORY = int(LAG_EDGES[-1])
+"""Steps back that are seen, where an individual was there."""
+PAST = 4
 """Steps that an individual has to have moved before a network can move it."""
 COURSE_WEIGHTS = np.array((1.0, 0.01))
 """Weights of the last displacements in the course: that before the last decides where the last one is none."""
@@ -38,7 +40,18 @@ OWN_MOTION, WITH_WALLS, WITH_PLACES, WITH_ALL = range(4)
 VIEWS = 4
 
 TRIES = 8
-"""Choices after which an individual that would leave the tank makes a shorter step instead."""
+"""Choices of a step. The first half of them must not lead to a wall or into another; the others must stay in the tank,
+and become shorter."""
+ALIKE = 16
+"""Recorded contexts, the nearest, among which one is chosen."""
+PROBES = 4
+"""Cells, the nearest, in which they are sought."""
+FOLLOWED = 2.0
+"""A recorded piece is followed as long as its context is as near as this many times the `reach` (squared)."""
+AHEAD = 3
+"""Moments in the future for which it is known where a recorded step led."""
+FOLLOWED_AHEAD = 2
+"""Of them, those at which a piece that is followed already must not lead out of the tank."""
 
 
 class Units(NamedTuple):
@@ -49,6 +62,7 @@ class Units(NamedTuple):
     other: float  # median distance (cm) of the nearest other
     memory_rates: np.ndarray  # (3,): share by which each leaky average moves in a step
     fastest: float  # displacement (cm) beyond which a step counts as so long in the memory
+    closest: float  # distance (cm) to which others hardly ever come
 
 
 class Tanks(NamedTuple):
@@ -76,21 +90,27 @@ class Layers(NamedTuple):
     trunk_first_bias: np.ndarray
     trunk_second: np.ndarray
     trunk_second_bias: np.ndarray
-    length: np.ndarray
-    length_bias: np.ndarray
-    turn_hidden: np.ndarray
-    turn_of_length: (
+    metric: np.ndarray  # (hidden, D): from the hidden state to a place among contexts
+
+
+class Pieces(NamedTuple):
+    """Recorded steps that can be done again, each also in a mirror: R of them, sorted by cell.
+
+    A context is a place in D dimensions: those are near each other after which the same is likely to happen.
+    """
+
+    context: np.ndarray  # (D, R) float32: where each was done
+    centers: (
         np.ndarray
-    )  # (bins, hidden): what the length that was chosen adds, the bias among it
-    turn: np.ndarray
-    turn_bias: np.ndarray
-
-
-class Choices(NamedTuple):
-    """What the network chooses from: bins of lengths (cm) and turns (rad) of a step, by quantiles within each."""
-
-    lengths: np.ndarray  # (B, Q)
-    turns: np.ndarray  # (B, Q)
+    )  # (D, C) float32: of cells, into which contexts are sorted to find near ones
+    begin: np.ndarray  # (C + 1,): first step of each cell, and R
+    reach: np.ndarray  # (R,) float32: squared distance of the farthest of the nearest contexts
+    then: np.ndarray  # (R,): which step was done next, -1 if none was recorded
+    length: np.ndarray  # (R,): of the step (cm)
+    turn: np.ndarray  # (R,): from the last displacement to it (rad)
+    ahead: (
+        np.ndarray
+    )  # (R, AHEAD, 2) float32: where it led (cm), forward and left; NaN where that was not recorded
 
 
 @inlined
@@ -169,6 +189,11 @@ def see_own(
         scale = units.step * (newer - older)
         dx = (path[newer, i, 0] - path[older, i, 0]) / scale
         dy = (path[newer, i, 1] - path[older, i, 1]) / scale
+        if math.isnan(dx):
+            # whoever has come later than that: as if it had moved on as in the first steps that are known
+            own_inputs[2 * lag] = own_inputs[2 * lag - 2]
+            own_inputs[2 * lag + 1] = own_inputs[2 * lag - 1]
+            continue
         own_inputs[2 * lag] = compressed(dx * cosine + dy * sine)
         own_inputs[2 * lag + 1] = compressed(dy * cosine - dx * sine)
     half = MEMORIES // 2
@@ -300,29 +325,140 @@ def think(inputs: np.ndarray, layers: Layers, first_layer: np.ndarray, hidden: n
 
 
 @inlined
-def choose(logits: np.ndarray, noise: float, chance: float) -> int:
-    """Return a bin drawn with probabilities that go as exp(logits / noise)."""
-    largest = logits[0]
-    for b in range(1, logits.shape[0]):
-        largest = max(largest, logits[b])
-    total = 0.0
-    for b in range(logits.shape[0]):
-        logits[b] = np.float32(math.exp((logits[b] - largest) / noise))
-        total += logits[b]
-    remaining = chance * total
-    for b in range(logits.shape[0] - 1):
-        remaining -= logits[b]
-        if remaining < 0.0:
-            return b
-    return logits.shape[0] - 1
+def locate(hidden: np.ndarray, metric: np.ndarray, context: np.ndarray) -> None:
+    """Write the place of a hidden state among contexts."""
+    context[:] = np.float32(0.0)
+    for h in range(metric.shape[0]):
+        for d in range(metric.shape[1]):
+            context[d] += hidden[h] * metric[h, d]
 
 
 @inlined
-def within(quantiles: np.ndarray, chance: float) -> float:
-    """Return a value of a bin, between its quantiles."""
-    position = chance * (quantiles.shape[0] - 1)
-    k = min(int(position), quantiles.shape[0] - 2)
-    return quantiles[k] + (position - k) * (quantiles[k + 1] - quantiles[k])
+def keep_nearest(distance: float, which: int, distances: np.ndarray, nearest: np.ndarray) -> None:
+    """Insert something at a distance into a sorted list of the nearest."""
+    at = distances.shape[0] - 1
+    if distance >= distances[at]:
+        return
+    while at > 0 and distance < distances[at - 1]:
+        distances[at] = distances[at - 1]
+        nearest[at] = nearest[at - 1]
+        at -= 1
+    distances[at] = distance
+    nearest[at] = which
+
+
+@inlined
+def square_distances(
+    context: np.ndarray, others: np.ndarray, start: int, stop: int, squares: np.ndarray
+) -> None:
+    """Write how far others (D, N) from `start` to `stop` are, squared; always summed in the same order."""
+    squares[start:stop] = np.float32(0.0)
+    for d in range(context.shape[0]):
+        own = context[d]
+        row = others[d]
+        for n in range(start, stop):
+            difference = row[n] - own
+            squares[n] += difference * difference
+
+
+@inlined
+def find_alike(
+    context: np.ndarray, pieces: Pieces, cells: np.ndarray, cell_distances: np.ndarray,
+    squares: np.ndarray, alike: np.ndarray, distances: np.ndarray,
+) -> None:  # fmt: skip
+    """Write which recorded steps were done in the nearest contexts, and how far these are, squared.
+
+    They are sought in the nearest cells alone. `squares` is room for as many as there are steps.
+    """
+    cell_distances[:] = np.float32(np.inf)
+    square_distances(context, pieces.centers, 0, pieces.centers.shape[1], squares)
+    for c in range(pieces.centers.shape[1]):
+        keep_nearest(squares[c], c, cell_distances, cells)
+    distances[:] = np.float32(np.inf)
+    alike[:] = -1
+    for p in range(min(cells.shape[0], pieces.centers.shape[1])):
+        start = pieces.begin[cells[p]]
+        stop = pieces.begin[cells[p] + 1]
+        square_distances(context, pieces.context, start, stop, squares)
+        for r in range(start, stop):
+            keep_nearest(squares[r], r, distances, alike)
+
+
+@inlined
+def weigh(
+    alike: np.ndarray, count: int, pieces: Pieces, units: Units, noises: np.ndarray, weights: np.ndarray
+) -> float:  # fmt: skip
+    """Write how often each of the first `count` steps is chosen, and return the sum: as often, where noises are 1.
+
+    Noises of length and of turn raise the chance of each, as of a normal distribution with their mean and spread, to
+    the power 1 / noise, which multiplies the variance.
+    """
+    weights[:count] = 1.0
+    for which in range(2):
+        if noises[which] == 1.0:
+            continue
+        mean = 0.0
+        square = 0.0
+        for k in range(count):
+            value = outcome(alike[k], pieces, units, which)
+            mean += value / count
+            square += value * value / count
+        spread = max(square - mean * mean, 1e-12)
+        power = 1.0 / noises[which] - 1.0
+        for k in range(count):
+            off = outcome(alike[k], pieces, units, which) - mean
+            # no step becomes more than e^4 times as likely: those far away are few
+            weights[k] *= math.exp(min(-0.5 * power * off * off / spread, 4.0))
+    return weights[:count].sum()
+
+
+@inlined
+def outcome(r: int, pieces: Pieces, units: Units, which: int) -> float:
+    """Return how far a recorded step led (0) or where (1), soon after if that was recorded."""
+    forward = pieces.ahead[r, 1, 0]
+    left = pieces.ahead[r, 1, 1]
+    if math.isnan(forward):
+        return math.log1p(pieces.length[r] / units.step) if which == 0 else pieces.turn[r]
+    if which == 0:
+        return math.log1p(math.hypot(forward, left) / units.step)
+    return math.atan2(left, forward)
+
+
+@inlined
+def stays_inside(
+    tanks: Tanks, tank: int, x: float, y: float, angle: float, speed: float, ahead: np.ndarray, moments: int
+) -> bool:  # fmt: skip
+    """Whether what was recorded after a step would stay in the tank, as far as it was."""
+    cosine = speed * math.cos(angle)
+    sine = speed * math.sin(angle)
+    for k in range(moments):
+        forward = ahead[k, 0]
+        left = ahead[k, 1]
+        if math.isnan(forward):
+            break
+        if not may_be_at(
+            tanks, tank, x + forward * cosine - left * sine, y + forward * sine + left * cosine
+        ):
+            return False
+    return True
+
+
+@inlined
+def keeps_apart(
+    path: np.ndarray, frame: int, i: int, new_x: float, new_y: float, closest: float
+) -> bool:
+    """Whether a step does not come nearer to another than individuals do."""
+    x = path[frame, i, 0]
+    y = path[frame, i, 1]
+    for j in range(path.shape[1]):
+        other_x = path[frame, j, 0]
+        other_y = path[frame, j, 1]
+        if j == i or math.isnan(other_x):
+            continue
+        square = (other_x - new_x) ** 2 + (other_y - new_y) ** 2
+        if square < closest * closest and square < (other_x - x) ** 2 + (other_y - y) ** 2:
+            return False
+    return True
 
 
 @inlined
@@ -374,18 +510,47 @@ def _perceive(
         answers[n, 1] = turn - 2.0 * math.pi * math.floor((turn + math.pi) / (2.0 * math.pi))
 
 
+def _contexts(
+    own_inputs: np.ndarray, traits: np.ndarray, others_seen: np.ndarray, layers: Layers, contexts: np.ndarray
+) -> None:  # fmt: skip
+    """Fill the places among contexts (N, D) of what individuals perceive."""
+    other_first = np.empty(layers.other_first.shape[1], np.float32)
+    other_second = np.empty(layers.other_second.shape[1], np.float32)
+    inputs = np.empty(layers.trunk_first.shape[0], np.float32)
+    first_layer = np.empty(layers.trunk_first.shape[1], np.float32)
+    hidden = np.empty(layers.trunk_second.shape[1], np.float32)
+    for n in range(own_inputs.shape[0]):
+        inputs[:OWN] = own_inputs[n]
+        look_at_others(traits[n], others_seen[n], layers, other_first, other_second, inputs)
+        think(inputs, layers, first_layer, hidden)
+        locate(hidden, layers.metric, contexts[n])
+
+
+def _measure_reach(pieces: Pieces) -> None:
+    """Fill `pieces.reach`."""
+    squares = np.empty(pieces.length.shape[0], np.float32)
+    cells = np.empty(PROBES, np.int64)
+    cell_distances = np.empty(PROBES, np.float32)
+    alike = np.empty(ALIKE, np.int64)
+    distances = np.empty(ALIKE, np.float32)
+    context = np.empty(pieces.context.shape[0], np.float32)
+    for r in range(pieces.length.shape[0]):
+        context[:] = pieces.context[:, r]
+        find_alike(context, pieces, cells, cell_distances, squares, alike, distances)
+        pieces.reach[r] = distances[ALIKE - 1]
+
+
 def _move_range(
     start: int, stop: int, paths: np.ndarray, memories: np.ndarray, keys: np.ndarray, gains: np.ndarray,
-    which_tank: np.ndarray, tanks: Tanks, units: Units, layers: Layers, choices: Choices,
+    which_tank: np.ndarray, tanks: Tanks, units: Units, layers: Layers, pieces: Pieces,
 ) -> None:  # fmt: skip
     """Move the groups `start` to `stop`: fill `paths` (M, F, A, 2) after its first HISTORY + 1 frames.
 
     `memories` (M, A, MEMORIES) are those at the last frame that is given, and move along. `gains` (M, 7): speed,
     noise of length and of turn, walls, places and velocities of the others, memory. `keys` (M,) name streams of random
-    numbers. Individuals that are NaN at the start are absent. `units.step` and the choices are for a speed of 1.
+    numbers. Individuals that are NaN at the start are absent. Units and pieces are for a speed of 1.
     """
     individuals = paths.shape[2]
-    bins = choices.lengths.shape[0]
     own_inputs = np.empty(OWN)
     traits = np.empty((MOST_OTHERS, TRAITS), np.float32)
     nearest = np.empty((MOST_OTHERS, 2))
@@ -393,17 +558,27 @@ def _move_range(
     other_second = np.empty(layers.other_second.shape[1], np.float32)
     inputs = np.empty(layers.trunk_first.shape[0], np.float32)
     first_layer = np.empty(layers.trunk_first.shape[1], np.float32)
-    hidden = np.empty((VIEWS, layers.trunk_second.shape[1]), np.float32)
-    turn_hidden = np.empty(layers.turn_hidden.shape[1], np.float32)
-    answer = np.empty(bins, np.float32)
-    length_logits = np.empty(bins, np.float32)
-    drawn = np.empty(bins, np.float32)
+    hidden = np.empty(layers.trunk_second.shape[1], np.float32)
+    decided = np.empty(layers.trunk_second.shape[1], np.float32)
+    context = np.empty(layers.metric.shape[1], np.float32)
     weights = np.empty(VIEWS, np.float32)
+    squares = np.empty(pieces.length.shape[0], np.float32)
+    cells = np.empty(PROBES, np.int64)
+    cell_distances = np.empty(PROBES, np.float32)
+    alike = np.empty(ALIKE, np.int64)
+    distances = np.empty(ALIKE, np.float32)
+    chances = np.empty(ALIKE)
+    followed = np.empty(individuals, np.int64)
     for m in range(start, stop):
-        speed, length_noise, turn_noise, walls, places, velocities, recall = gains[m]
+        speed, _, _, walls, places, velocities, recall = gains[m]
         # lengths of a faster group are seen in longer units: it is the same group, faster
         mine = Units(
-            units.step * speed, units.wall, units.other, units.memory_rates, units.fastest * speed
+            units.step * speed,
+            units.wall,
+            units.other,
+            units.memory_rates,
+            units.fastest * speed,
+            units.closest,
         )
         tank = which_tank[m]
         # telescoped: the answer to the own motion, and what walls, places and velocities each add to it
@@ -413,6 +588,7 @@ def _move_range(
         weights[WITH_ALL] = velocities
         counter = np.uint64(0)
         key = keys[m]
+        followed[:] = -1
         for frame in range(HISTORY, paths.shape[1] - 1):
             for i in range(individuals):
                 if math.isnan(paths[m, frame, i, 0]):
@@ -425,7 +601,7 @@ def _move_range(
                     own_inputs[2 * LAGS + k] *= recall
                 see_walls(tanks, tank, x, y, angle, mine, own_inputs)
                 others_seen = see_others(paths[m], frame, i, angle, mine, nearest, traits)
-                length_logits[:] = np.float32(0.0)
+                decided[:] = np.float32(0.0)
                 for view in range(VIEWS):
                     if weights[view] == 0.0:
                         continue
@@ -440,40 +616,60 @@ def _move_range(
                         others_seen = see_others(paths[m], frame, i, angle, mine, nearest, traits)
                     visible = others_seen if view >= WITH_PLACES else 0
                     look_at_others(traits, visible, layers, other_first, other_second, inputs)
-                    think(inputs, layers, first_layer, hidden[view])
-                    apply(hidden[view], layers.length, layers.length_bias, answer)
-                    for b in range(bins):
-                        length_logits[b] += weights[view] * answer[b]
+                    think(inputs, layers, first_layer, hidden)
+                    for h in range(hidden.shape[0]):
+                        decided[h] += weights[view] * hidden[h]
+                locate(decided, layers.metric, context)
+                # what was done next in the piece that is followed, if it was done in a context like this one
+                r = followed[i]
+                if r >= 0:
+                    r = pieces.then[r]
+                if r >= 0:
+                    square = np.float32(0.0)
+                    for d in range(context.shape[0]):
+                        difference = pieces.context[d, r] - context[d]
+                        square += difference * difference
+                    if square > FOLLOWED * pieces.reach[r] or not stays_inside(
+                        tanks, tank, x, y, angle, speed, pieces.ahead[r], FOLLOWED_AHEAD
+                    ):
+                        r = -1
+                follows = r >= 0
+                count = 0
+                total = 0.0
+                new_x = x
+                new_y = y
                 for attempt in range(TRIES):
-                    drawn[:] = length_logits
-                    length_bin = choose(drawn, length_noise, uniform(key, counter))
-                    drawn[:] = np.float32(0.0)
-                    for view in range(VIEWS):
-                        if weights[view] == 0.0:
+                    careful = attempt < TRIES // 2
+                    if not follows or attempt > 0:
+                        if count == 0:
+                            find_alike(
+                                context, pieces, cells, cell_distances, squares, alike, distances
+                            )
+                            while count < ALIKE and alike[count] >= 0:
+                                count += 1
+                            total = weigh(alike, count, pieces, units, gains[m, 1:3], chances)
+                        remaining = uniform(key, counter) * total
+                        counter += np.uint64(1)
+                        k = 0
+                        while k < count - 1 and remaining >= chances[k]:
+                            remaining -= chances[k]
+                            k += 1
+                        r = alike[k]
+                        if careful and not stays_inside(
+                            tanks, tank, x, y, angle, speed, pieces.ahead[r], AHEAD
+                        ):
                             continue
-                        apply(
-                            hidden[view],
-                            layers.turn_hidden,
-                            layers.turn_of_length[length_bin],
-                            turn_hidden,
-                        )
-                        bend(turn_hidden)
-                        apply(turn_hidden, layers.turn, layers.turn_bias, answer)
-                        for b in range(bins):
-                            drawn[b] += weights[view] * answer[b]
-                    turn_bin = choose(drawn, turn_noise, uniform(key, counter + np.uint64(1)))
-                    length = speed * within(
-                        choices.lengths[length_bin], uniform(key, counter + np.uint64(2))
-                    )
-                    turn = within(choices.turns[turn_bin], uniform(key, counter + np.uint64(3)))
-                    counter += np.uint64(4)
-                    if attempt >= TRIES // 2:
+                    length = speed * pieces.length[r]
+                    if not careful:
                         # the wall is everywhere ahead: a shorter step, in the end none
                         length *= 1.0 - (attempt - TRIES // 2 + 1) / (TRIES // 2)
-                    new_x = x + length * math.cos(angle + turn)
-                    new_y = y + length * math.sin(angle + turn)
-                    if may_be_at(tanks, tank, new_x, new_y):
+                    new_x = x + length * math.cos(angle + pieces.turn[r])
+                    new_y = y + length * math.sin(angle + pieces.turn[r])
+                    if may_be_at(tanks, tank, new_x, new_y) and (
+                        not careful or keeps_apart(paths[m], frame, i, new_x, new_y, units.closest)
+                    ):
                         break
+                followed[i] = r
                 paths[m, frame + 1, i, 0] = new_x
                 paths[m, frame + 1, i, 1] = new_y
             for i in range(individuals):
@@ -483,27 +679,8 @@ def _move_range(
                     remember(math.hypot(dx, dy), mine, memories[m, i])
 
 
-def _answer(
-    own_inputs: np.ndarray, traits: np.ndarray, others_seen: int, layers: Layers, length_bin: int,
-    says_length: np.ndarray, says_turn: np.ndarray,
-) -> None:  # fmt: skip
-    """Fill the logits (B,) of the length, and of the turn after a length of this bin, for one perception, float32."""
-    first_layer = np.empty(layers.trunk_first.shape[1], np.float32)
-    hidden = np.empty(layers.trunk_second.shape[1], np.float32)
-    other_first = np.empty(layers.other_first.shape[1], np.float32)
-    other_second = np.empty(layers.other_second.shape[1], np.float32)
-    inputs = np.empty(layers.trunk_first.shape[0], np.float32)
-    inputs[:OWN] = own_inputs
-    look_at_others(traits, others_seen, layers, other_first, other_second, inputs)
-    think(inputs, layers, first_layer, hidden)
-    apply(hidden, layers.length, layers.length_bias, says_length)
-    turn_hidden = np.empty(layers.turn_hidden.shape[1], np.float32)
-    apply(hidden, layers.turn_hidden, layers.turn_of_length[length_bin], turn_hidden)
-    bend(turn_hidden)
-    apply(turn_hidden, layers.turn, layers.turn_bias, says_turn)
-
-
 remember_path = compile_cached(_remember_path)
-answer = compile_cached(_answer)
+contexts = compile_cached(_contexts)
+measure_reach = compile_cached(_measure_reach)
 perceive = compile_cached(_perceive)
 move_range = compile_cached(_move_range, notice="{} model of animals")

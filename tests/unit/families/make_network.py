@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from turing_learning.families import Couzin, Network, _network
+from turing_learning.families import Couzin, Network, _imitation, _network
 from turing_learning.trajectories import Trajectories
 
 TRUTH = (8, 4, 1.5, 4, 6, 0.2)
@@ -13,13 +13,15 @@ TRUTH = (8, 4, 1.5, 4, 6, 0.2)
 
 def main() -> None:
     """Write couzin.safetensors beside this file."""
-    _network.MOST_STARTS = 10  # a small file
+    # a small file
+    _network.MOST_STARTS = 10
+    _imitation.MOST_ROWS = 2500
     fish = Couzin(individuals=5, steps=6000, interval_s=0.1, settling_steps=300)
     positions = fish.simulate(np.array([TRUTH], dtype=float), np.random.default_rng(1))[0]
     present = np.ones(positions.shape[:2], dtype=bool)
     recording = Trajectories(positions, present, fps=10, individuals=tuple("abcde"))
     windows = recording.windows(length_s=3, signals=("speed", "turn", "neighbor_distance"))
-    network = Network.learned(recording, windows, tanks=(None,), steps=3000, seed=1)
+    network = Network.learned(recording, windows, tanks=(None,), steps=2000, seed=1)
     network.save(Path(__file__).with_name("couzin.safetensors"))
 
 

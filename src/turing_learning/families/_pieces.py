@@ -1,0 +1,212 @@
+"""Recorded steps as pieces that can be done again: what they led to, and how those of like contexts are found."""
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from turing_learning.kernels.imitation import (
+    AHEAD,
+    HISTORY,
+    MOST_OTHERS,
+    OWN,
+    PAST,
+    TRAITS,
+    Layers,
+    Pieces,
+    Tanks,
+    Units,
+    contexts,
+    measure_reach,
+    perceive,
+)
+from turing_learning.trajectories import nearest_others
+
+HORIZONS_S = (0.0, 0.2, 0.4, 0.8, 1.6)
+"""Times (s) after which is looked where a step led; at least one step more than the one before."""
+OTHERS_AFTER = (3, 4)
+"""Which of these times are those after which is looked where the nearest other is."""
+WALL_AFTER = 3
+"""And where the nearest wall is."""
+CELL_POINTS = 40
+"""Contexts for each cell, by which its center is found."""
+ROUNDS = 8
+"""Of the search for centers."""
+BLOCK = 200
+"""Steps that are kept together where too many were recorded: pieces are followed from step to step."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What individuals perceived and did: N steps of recordings."""
+
+    own: np.ndarray  #: (N, OWN)
+    traits: np.ndarray  #: (N, MOST_OTHERS, TRAITS)
+    seen: np.ndarray  #: (N,): others that were seen
+    answers: np.ndarray  #: (N, 2): length (cm) and turn (rad) of the step that followed
+    #: (N, Q, 2): distances (cm) and directions (rad, from the course) of outcomes; NaN where they were not recorded
+    outcomes: np.ndarray
+    ahead: np.ndarray  #: (N, AHEAD, 2): where the step led (cm), forward and left
+    then: (
+        np.ndarray
+    )  #: (N,): number of the step of the same individual that came next, -1 if there is none
+    stretch: np.ndarray  #: (N,): where in a recording; steps of one stretch follow each other
+
+
+OUTCOMES = len(HORIZONS_S) + len(OTHERS_AFTER) + 1
+"""Q: own motion, the nearest other, the nearest wall."""
+
+
+def rows_of(path: np.ndarray, learned: np.ndarray) -> np.ndarray:
+    """Return frames and individuals (N, 2) whose past is there and whose next step may be learned, `learned` (F, A).
+
+    The steps of an individual follow each other.
+    """
+    usable = np.isfinite(path).all(axis=-1) & learned
+    unusable = np.cumsum(~usable, axis=0)
+    frames = np.arange(HISTORY, len(path) - 1)
+    before = frames - PAST
+    at, individual = np.nonzero(usable[before] & (unusable[frames + 1] == unusable[before]))
+    rows = np.stack([frames[at], individual], axis=1)
+    return rows[np.lexsort((rows[:, 0], rows[:, 1]))]
+
+
+def some_blocks(rows: np.ndarray, share: float, rng: np.random.Generator) -> np.ndarray:
+    """Return a share of the rows, in blocks that were recorded one after the other."""
+    if share >= 1:
+        return rows
+    blocks = np.arange(len(rows)) // BLOCK
+    count = math.ceil(share * (blocks[-1] + 1))
+    chosen = rng.choice(blocks[-1] + 1, size=count, replace=False)
+    return rows[np.isin(blocks, chosen)]
+
+
+def recorded(
+    path: np.ndarray, learned_path: np.ndarray, memories: np.ndarray, rows: np.ndarray, tanks: Tanks, tank: int,
+    units: Units, interval_s: float,
+) -> Recorded:  # fmt: skip
+    """Return what was perceived and done at these frames and individuals of a recording.
+
+    What came of it is taken from `learned_path`, which is NaN where nothing may be learned.
+    """
+    count = len(rows)
+    own_inputs = np.zeros((count, OWN))
+    traits = np.zeros((count, MOST_OTHERS, TRAITS), dtype=np.float32)
+    others_seen = np.zeros(count, dtype=np.int64)
+    answers = np.zeros((count, 2))
+    perceive(path, memories, rows, tanks, tank, units, own_inputs, traits, others_seen, answers)
+    follows = np.zeros(count, dtype=bool)
+    follows[:-1] = (np.diff(rows, axis=0) == (1, 0)).all(axis=1)
+    then = np.where(follows, np.arange(1, count + 1), -1)
+    outcomes, ahead = _outcomes(learned_path, rows, answers, tanks, tank, interval_s)
+    return Recorded(
+        own_inputs.astype(np.float32),
+        traits,
+        others_seen,
+        answers,
+        outcomes,
+        ahead,
+        then,
+        rows[:, 0],
+    )
+
+
+def joined(batches: Sequence[Recorded], frames: Sequence[int]) -> Recorded:
+    """Return steps of several recordings, of so many frames, as one."""
+    columns = {}
+    for name in ("own", "traits", "seen", "answers", "outcomes", "ahead"):
+        columns[name] = np.concatenate([getattr(batch, name) for batch in batches])
+    first_row = np.cumsum([0, *(len(batch.then) for batch in batches)])
+    first_frame = np.cumsum([0, *frames])
+    then = [
+        np.where(batch.then < 0, -1, batch.then + first_row[k]) for k, batch in enumerate(batches)
+    ]
+    stretch = [batch.stretch + first_frame[k] for k, batch in enumerate(batches)]
+    return Recorded(**columns, then=np.concatenate(then), stretch=np.concatenate(stretch))
+
+
+def _outcomes(
+    path: np.ndarray, rows: np.ndarray, answers: np.ndarray, tanks: Tanks, tank: int, interval_s: float
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Return the outcomes (N, Q, 2) of steps, and where they led (N, AHEAD, 2)."""
+    frame, individual = rows.T
+    here = path[frame, individual]
+    step = path[frame + 1, individual] - here
+    course = np.arctan2(step[:, 1], step[:, 0]) - answers[:, 1]
+    offset, has_neighbor = nearest_others(np.nan_to_num(path), np.isfinite(path).all(axis=-1))
+    offset = np.where(has_neighbor[..., None], offset, np.nan)
+    vectors = []
+    others = []
+    wall = np.full_like(here, np.nan)
+    steps = 0
+    for k, horizon in enumerate(HORIZONS_S):
+        steps = max(steps + 1, round(horizon / interval_s))
+        later = frame + steps
+        there = np.full_like(here, np.nan)
+        inside = later < len(path)
+        there[inside] = path[later[inside], individual[inside]]
+        vectors.append(there - here)
+        if k in OTHERS_AFTER:
+            other = np.full_like(here, np.nan)
+            other[inside] = offset[later[inside], individual[inside]]
+            others.append(other)
+        if k == WALL_AFTER and tanks.walls[tank]:
+            wall = _to_wall(there, tanks, tank)
+    turned = np.stack([*vectors, *others, wall], axis=1)
+    directions = np.arctan2(turned[..., 1], turned[..., 0]) - course[:, None]
+    directions -= 2 * np.pi * np.floor((directions + np.pi) / (2 * np.pi))
+    outcomes = np.stack([np.hypot(turned[..., 0], turned[..., 1]), directions], axis=-1)
+    lengths, angles = outcomes[:, 1 : 1 + AHEAD, 0], outcomes[:, 1 : 1 + AHEAD, 1]
+    ahead = np.stack([lengths * np.cos(angles), lengths * np.sin(angles)], axis=-1)
+    return outcomes, ahead
+
+
+def _to_wall(places: np.ndarray, tanks: Tanks, tank: int) -> np.ndarray:
+    """Return the way to the nearest wall from places (N, 2), NaN where these are."""
+    cells = np.floor((places - tanks.corner[tank]) / tanks.cell[tank])
+    shape = np.array(tanks.inside.shape[1:])
+    columns, rows = np.clip(np.nan_to_num(cells).astype(int), 0, shape - 1).T
+    distances = tanks.distance[tank, columns, rows]
+    nearest = distances.argmin(axis=1)
+    angles = nearest * (2 * np.pi / distances.shape[1])
+    ways = distances.min(axis=1)[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return np.where(np.isnan(places), np.nan, ways)
+
+
+def pieces_of(examples: Recorded, mirrored: Recorded, layers: Layers, seed: int) -> Pieces:
+    """Return recorded steps, and the same in a mirror, sorted so that those of like contexts are found quickly."""
+    from scipy.cluster.vq import kmeans2, vq
+
+    count = len(examples.own)
+    dimensions = layers.metric.shape[1]
+    where = np.empty((2 * count, dimensions), dtype=np.float32)
+    for k, side in enumerate((examples, mirrored)):
+        contexts(side.own, side.traits, side.seen, layers, where[k * count : (k + 1) * count])
+    rng = np.random.default_rng([seed, 47])
+    cells = max(1, math.isqrt(2 * count))
+    sample = where[
+        rng.choice(2 * count, size=min(2 * count, CELL_POINTS * cells), replace=False)
+    ].astype(float)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of empty cells, which harm nobody
+        centers, _ = kmeans2(sample, cells, iter=ROUNDS, minit="points", rng=rng)
+    centers = centers[np.isfinite(centers).all(axis=1)].astype(np.float32)
+    labels = vq(where, centers)[0]
+    order = np.argsort(labels, kind="stable")
+    place = np.argsort(order)
+    then = np.concatenate([examples.then, np.where(examples.then < 0, -1, examples.then + count)])
+    lengths, turns = examples.answers.T
+    pieces = Pieces(
+        context=np.ascontiguousarray(where[order].T),
+        centers=np.ascontiguousarray(centers.T),
+        begin=np.searchsorted(labels[order], np.arange(len(centers) + 1)),
+        reach=np.zeros(2 * count, dtype=np.float32),
+        then=np.where(then < 0, -1, place[then])[order].astype(np.int32),
+        length=np.concatenate([lengths, lengths])[order],
+        turn=np.concatenate([turns, -turns])[order],
+        ahead=np.concatenate([examples.ahead, examples.ahead * (1, -1)])[order].astype(np.float32),
+    )
+    measure_reach(pieces)
+    return pieces
