@@ -2,7 +2,8 @@
 
 import copy
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -107,11 +108,8 @@ def learn(
     from torch import nn
     from torch.nn import functional
 
-    threads = torch.get_num_threads()
-    with torch.random.fork_rng(devices=[]):
+    with torch.random.fork_rng(devices=[]), _one_thread():
         torch.manual_seed(seed)
-        # layers this small are not worth the waiting of threads for each other
-        torch.set_num_threads(1)
         net = trainable_network()
         own_inputs, traits = torch.from_numpy(examples.own), torch.from_numpy(examples.traits)
         visible = torch.arange(MOST_OTHERS) < torch.from_numpy(examples.seen)[:, None]
@@ -169,9 +167,22 @@ def learn(
         net.eval()
         with torch.no_grad():
             hidden = net.trunk(own_inputs, traits, visible)
-            metric = _metric(net.outcomes.weight, net.outcomes(hidden), hidden)
-        torch.set_num_threads(threads)
+            ever = (bins != NOT_RECORDED).any(dim=0).flatten()
+            metric = _metric(net.outcomes.weight, net.outcomes(hidden), hidden, ever)
         return net.layers(metric), best[0]
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Let PyTorch use one thread: in layers this small threads would wait for each other."""
+    import torch
+
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
 
 
 def in_a_mirror(examples: Recorded) -> Recorded:
@@ -204,11 +215,12 @@ def _bins_of(outcomes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return bins, mirrored
 
 
-def _metric(weight: Any, says: Any, hidden: Any) -> Any:
+def _metric(weight: Any, says: Any, hidden: Any, ever: Any) -> Any:
     """Return how hidden states (N, H) become contexts, (H, CONTEXT), by what is said of them.
 
     The squared distance of two contexts is about twice the divergence (nats) of what is expected after them: logits
-    are centered, weighted by the probabilities, and projected to their principal axes.
+    are centered, weighted by the probabilities, and projected to their principal axes. `ever` (2 Q,) tells what was
+    recorded at all, as walls are where there are some.
     """
     import torch
 
@@ -217,6 +229,7 @@ def _metric(weight: Any, says: Any, hidden: Any) -> Any:
     logits = logits - (chances[..., None] * logits).sum(dim=1, keepdim=True)
     weights = torch.full((len(chances),), SURROUNDINGS)
     weights[: 2 * len(HORIZONS_S)] = 1.0
+    weights = weights * ever
     logits = logits * (torch.sqrt(chances) * weights[:, None])[..., None]
     logits = logits.reshape(-1, logits.shape[-1])
     features = (hidden - hidden.mean(dim=0)) @ logits.T

@@ -27,7 +27,7 @@ from turing_learning.kernels.parallel import run_range
 from turing_learning.models import Parameter
 from turing_learning.trajectories import Trajectories, Windows
 
-from ._family import Family
+from ._family import MOST_PLACES, Family
 from ._tank import open_grid, recorded_grid, rectangle_grid, tanks_of
 
 GAINS = ("speed", "speed_noise", "turn_noise", "walls", "attraction", "alignment", "memory")
@@ -38,6 +38,8 @@ TRAINING_STEPS = 3000
 """Batches that a network learns from, one after the other: half a minute of one processor."""
 MOST_STARTS = 200
 """Moments of the recordings that are kept for groups to start from."""
+MOMENTS = 8
+"""Moments that are tried until one has somebody who stays as long as a sample."""
 LEAST_ROWS = 1000
 """Steps without gaps around them that there have to be to learn from."""
 FORMAT = "turing-learning network 2"
@@ -49,6 +51,18 @@ class Starts(NamedTuple):
     paths: np.ndarray  # (K, HISTORY + 1, A, 2): where everybody has just been (cm)
     memories: np.ndarray  # (K, A, MEMORIES)
     tank: np.ndarray  # (K,): in which tank
+    at: np.ndarray  # (K,): the frame, of those of its recording that were learned
+
+
+class Comings(NamedTuple):
+    """Who came into view later: N individuals."""
+
+    paths: np.ndarray  # (N, PAST + 1, 2): their first places (cm)
+    tank: np.ndarray  # (N,): in which tank
+    at: np.ndarray  # (N,): the frame of the first, of those of its recording that were learned
+    frames: (
+        np.ndarray
+    )  # (tanks,): number of the frames that were learned; 0 where nobody comes or goes
 
 
 class Brain(NamedTuple):
@@ -59,6 +73,7 @@ class Brain(NamedTuple):
     units: Units
     tanks: Tanks
     starts: Starts
+    comings: Comings
     interval_s: float
     log_likelihood: float  # of steps that were not learned from, nats per step above chance
 
@@ -74,7 +89,9 @@ class Network(Family):
     others, among which attention decides. All is relative to its course, and the same in a mirror.
 
     A group starts as one was recorded at some moment of the learning part. What would lead out of the tank, or into
-    another, is not chosen.
+    another, is not chosen. Where a recording has many more individuals than are ever there at once, such as pedestrians
+    who pass, they leave as they were recorded to leave, and others come when and where others came after that moment.
+    Nobody comes or leaves in a group of another size, or in another tank.
 
     The parameters are gains, 1 as recorded. `speed` multiplies all lengths. `speed_noise` and `turn_noise` multiply
     the variance of where the alike contexts led, how far and in which direction: 0 is always the most usual, above 1
@@ -151,7 +168,7 @@ class Network(Family):
             If PyTorch is not installed: it comes with the extra `networks`.
         """
         from ._imitation import MOST_ROWS, in_a_mirror, learn, memories_of, units_of
-        from ._pieces import joined, pieces_of, recorded, rows_of, some_blocks
+        from ._pieces import comings_and_goings, joined, pieces_of, recorded, rows_of, some_blocks
 
         recordings = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
         _check_recordings(recordings, windows)
@@ -168,7 +185,8 @@ class Network(Family):
         rng = np.random.default_rng([seed, 46])
         batches = []
         frames = []
-        starts: list[tuple[np.ndarray, np.ndarray, int]] = []
+        starts: list[tuple[np.ndarray, np.ndarray, int, int]] = []
+        comings = []
         all_rows = [
             rows_of(path, steps_learned) for path, steps_learned in zip(paths, learned, strict=True)
         ]
@@ -178,21 +196,41 @@ class Network(Family):
             count >= LEAST_ROWS, "recordings", rule, count, "Bridge gaps, or record for longer."
         )
         for k, (path, memory, rows) in enumerate(zip(paths, memories, all_rows, strict=True)):
+            come, gone = comings_and_goings(recordings[k].present)
+            # a clock that stands still where nothing may be learned
+            clock = np.cumsum(learned[k].any(axis=1)) - 1
+            comings.append(_comings(learned_paths[k], come, clock, k))
             if not len(rows):
                 continue
             some = some_blocks(rows, MOST_ROWS / count, rng)
             batches.append(
-                recorded(path, learned_paths[k], memory, some, shapes, k, units, windows.interval_s)
+                recorded(
+                    path, learned_paths[k], memory, some, shapes, k, units, windows.interval_s, gone
+                )
             )
             frames.append(len(path))
             starts += _moments(
-                path, memory, rows, k, math.ceil(MOST_STARTS * len(rows) / count), rng
+                path,
+                memory,
+                rows,
+                k,
+                math.ceil(MOST_STARTS * len(rows) / count),
+                rng,
+                clock,
+                busy=0.0 if (come >= 0).any() else 0.5,
             )
         examples = joined(batches, frames)
         layers, log_likelihood = learn(examples, steps=steps, seed=seed, progress=progress)
         pieces = pieces_of(examples, in_a_mirror(examples), layers, seed)
         brain = Brain(
-            layers, pieces, units, shapes, _joined(starts), windows.interval_s, log_likelihood
+            layers,
+            pieces,
+            units,
+            shapes,
+            _joined(starts),
+            Comings(*(np.concatenate(parts) for parts in zip(*comings, strict=True))),
+            windows.interval_s,
+            log_likelihood,
         )
         length = windows.learning.shape[1]
         timing = {"steps": length, "interval_s": windows.interval_s, "signals": windows.names}
@@ -205,6 +243,11 @@ class Network(Family):
         """Return the same animals in a group, or a tank (cm), that was never recorded."""
         integer("individuals", individuals, 2)
         return super().in_group(individuals, tank_cm, **settings)
+
+    def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return where everybody was, also those who came later or left; see `Family.simulate`."""
+        gains = self._gains(self._checked(parameters))
+        return self._moved(gains, rng.spawn(len(gains)))
 
     def to_bytes(self) -> bytes:
         """Return what was learned in the format safetensors: numbers alone, no code."""
@@ -266,24 +309,73 @@ class Network(Family):
         return cls.from_bytes(Path(path).read_bytes())
 
     def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, None]:
-        count = len(parameters)
-        gains = np.ones((count, len(GAINS)))
+        gains = self._gains(parameters)
+        rngs = rng.spawn(len(gains))
+        positions = self._moved(gains, rngs)
+        if not self._open:
+            return positions, None
+        # a sample is of one who was there all the time; where there is none, another moment is tried
+        for _ in range(MOMENTS):
+            failed = np.flatnonzero(~_stayed(positions).any(axis=1))
+            if not len(failed):
+                break
+            again = self._moved(gains[failed], [rngs[m] for m in failed])
+            wider = again.shape[2] - positions.shape[2]
+            if wider > 0:
+                room = ((0, 0), (0, 0), (0, wider), (0, 0))
+                positions = np.pad(positions, room, constant_values=np.nan)
+            positions[failed] = np.nan
+            positions[failed, :, : again.shape[2]] = again
+        first_staying = np.argsort(~_stayed(positions), axis=1, kind="stable")
+        return np.take_along_axis(positions, first_staying[:, None, :, None], axis=2), None
+
+    def _gains(self, parameters: np.ndarray) -> np.ndarray:
+        """Return all gains (M, 7) of models (M, P)."""
+        gains = np.ones((len(parameters), len(GAINS)))
         for name, column in zip(self.parameters, parameters.T, strict=True):
             gains[:, GAINS.index(name)] = column
         gains[:, 1:3] = np.maximum(gains[:, 1:3], LEAST_NOISE)
+        return gains
+
+    @property
+    def _open(self) -> bool:
+        """Whether individuals come and go: not in a group that was never recorded."""
+        recorded = self.tank_cm is None and self.individuals == self.brain.starts.paths.shape[2]
+        return recorded and bool(self.brain.comings.frames.any())
+
+    def _moved(self, gains: np.ndarray, rngs: Sequence[np.random.Generator]) -> np.ndarray:
+        """Return where groups with these gains (M, 7) are (M, F, A, 2), each with random numbers of its own."""
         brain = self.brain
+        count = len(gains)
         tanks = brain.tanks if self.tank_cm is None else _rectangular_tank(*self.tank_cm)
-        paths = np.full((count, HISTORY + 1 + self.moves, self.individuals, 2), np.nan)
-        memories = np.empty((count, self.individuals, MEMORIES))
         which = np.zeros(count, dtype=np.int64)
         keys = np.empty(count, dtype=np.uint64)
-        for m, own_rng in enumerate(rng.spawn(count)):
-            start, memory, which[m] = self._start(own_rng)
+        begun = []
+        for m, own_rng in enumerate(rngs):
+            path, memory, which[m], at = self._start(own_rng)
+            keys[m] = own_rng.integers(2**64, dtype=np.uint64)
+            coming = self._coming(int(which[m]), at) if self._open else []
+            begun.append((path, memory, coming))
+        individuals = self.individuals + max((len(coming) for *_, coming in begun), default=0)
+        frames = HISTORY + 1 + self.moves
+        rule = f"make at most {MOST_PLACES} places of {individuals} who come and go"
+        fits = frames * individuals <= MOST_PLACES
+        require(fits, "steps", rule, f"{frames * individuals}", "Take a shorter duration.")
+        paths = np.full((count, frames, individuals, 2), np.nan)
+        memories = np.empty((count, individuals, MEMORIES))
+        for m, (path, memory, coming) in enumerate(begun):
             # lengths before the start are those of a faster group, too
             speed = gains[m, 0]
-            paths[m, : HISTORY + 1] = start[-1] + speed * (start - start[-1])
-            memories[m] = memory * np.repeat((speed, speed**2), MEMORIES // 2)
-            keys[m] = own_rng.integers(2**64, dtype=np.uint64)
+            paths[m, : HISTORY + 1, : self.individuals] = path[-1] + speed * (path - path[-1])
+            memories[m] = np.nanmean(memory, axis=0)
+            memories[m, : self.individuals] = memory
+            memories[m] *= np.repeat((speed, speed**2), MEMORIES // 2)
+            for column, (after, first_places) in enumerate(coming, self.individuals):
+                begin = HISTORY + after
+                end = min(begin + PAST + 1, frames)
+                places = first_places[0] + speed * (first_places - first_places[0])
+                paths[m, begin:end, column] = places[: end - begin]
+        leaving = brain.comings.frames[which] > 0 if self._open else np.zeros(count, dtype=bool)
         run_range(
             move_range,
             count,
@@ -293,15 +385,35 @@ class Network(Family):
             keys,
             gains,
             which,
+            leaving,
             tanks,
             brain.units,
             brain.layers,
             brain.pieces,
         )
-        return paths[:, HISTORY + self.settling_steps :], None
+        return paths[:, HISTORY + self.settling_steps :]
 
-    def _start(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return the last places, memories and tank of a group that starts: absent individuals come last."""
+    def _coming(self, tank: int, at: int) -> list[tuple[int, np.ndarray]]:
+        """Return after how many steps individuals come into a tank after a moment, and their first places.
+
+        After the end of what was learned it begins anew.
+        """
+        comings = self.brain.comings
+        cycle = int(comings.frames[tank])
+        if cycle == 0:
+            return []
+        coming = []
+        # whoever had come just before the moment is not among those who start there
+        earliest = 1 - PAST
+        for n in np.flatnonzero(comings.tank == tank):
+            after = (int(comings.at[n]) - at - earliest) % cycle + earliest
+            while after <= self.moves:
+                coming.append((after, comings.paths[n]))
+                after += cycle
+        return coming
+
+    def _start(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, int, int]:
+        """Return the last places, memories, tank and moment of a group that starts: absent individuals come last."""
         starts = self.brain.starts
         recorded = starts.paths.shape[2]
         moment = int(rng.integers(len(starts.paths)))
@@ -312,6 +424,7 @@ class Network(Family):
                 starts.paths[moment][:, order],
                 starts.memories[moment, order],
                 int(starts.tank[moment]),
+                int(starts.at[moment]),
             )
         # a group that was never recorded: individuals of different moments, in one tank
         tank = 0
@@ -325,10 +438,16 @@ class Network(Family):
         if self.tank_cm is not None:
             places = rng.random((self.individuals, 2)) * np.array(self.tank_cm)
             path = path - path[-1] + places
-        return path, starts.memories[moments[chosen], individuals[chosen]], tank
+        return path, starts.memories[moments[chosen], individuals[chosen]], tank, 0
 
 
-PARTS: dict[str, Any] = {"layers": Layers, "pieces": Pieces, "tanks": Tanks, "starts": Starts}
+PARTS: dict[str, Any] = {
+    "layers": Layers,
+    "pieces": Pieces,
+    "tanks": Tanks,
+    "starts": Starts,
+    "comings": Comings,
+}
 
 
 def _without_jumps(recording: Trajectories) -> np.ndarray:
@@ -408,29 +527,56 @@ def _moments(
     tank: int,
     count: int,
     rng: np.random.Generator,
-) -> list[tuple[np.ndarray, np.ndarray, int]]:
-    """Return moments to start from: those with most individuals whose past is there."""
+    clock: np.ndarray,
+    busy: float,
+) -> list[tuple[np.ndarray, np.ndarray, int, int]]:
+    """Return moments to start from: not the share `busy` with the fewest individuals whose past is there."""
     frames, present = np.unique(rows[:, 0], return_counts=True)
-    usable = frames[present >= np.quantile(present, 0.5)]
+    usable = frames[present >= np.quantile(present, busy)]
     chosen = np.sort(rng.choice(usable, size=min(count, len(usable)), replace=False))
     moments = []
     for frame in chosen:
         past = path[frame - HISTORY : frame + 1].copy()
         past[:, np.isnan(past[-1 - PAST :]).any(axis=(0, 2))] = np.nan
-        moments.append((past, memory[frame], tank))
+        moments.append((past, memory[frame], tank, int(clock[frame])))
     return moments
 
 
-def _joined(moments: Sequence[tuple[np.ndarray, np.ndarray, int]]) -> Starts:
+def _joined(moments: Sequence[tuple[np.ndarray, np.ndarray, int, int]]) -> Starts:
     """Return moments as arrays with room for the most individuals that one of them has.
 
     Those who are there come first, and NaN fills the rest.
     """
-    most_present = max(int(np.isfinite(path[-1, :, 0]).sum()) for path, _, _ in moments)
+    most_present = max(int(np.isfinite(path[-1, :, 0]).sum()) for path, *_ in moments)
     paths = np.full((len(moments), HISTORY + 1, most_present, 2), np.nan)
     memories = np.zeros((len(moments), most_present, MEMORIES))
-    for k, (path, memory, _) in enumerate(moments):
+    for k, (path, memory, _, _) in enumerate(moments):
         present = np.flatnonzero(np.isfinite(path[-1, :, 0]))
         paths[k, :, : len(present)] = path[:, present]
         memories[k, : len(present)] = memory[present]
-    return Starts(paths, memories, np.array([tank for _, _, tank in moments]))
+    tanks = np.array([tank for _, _, tank, _ in moments])
+    return Starts(paths, memories, tanks, np.array([at for *_, at in moments]))
+
+
+def _comings(path: np.ndarray, come: np.ndarray, clock: np.ndarray, tank: int) -> Comings:
+    """Return who came into a recording, by first frames `come` (A,), and when by the clock (F,) of what was learned."""
+    places = []
+    at = []
+    for individual in np.flatnonzero(come >= 0):
+        begin = come[individual]
+        first_places = path[begin : begin + PAST + 1, individual]
+        if len(first_places) == PAST + 1 and np.isfinite(first_places).all():
+            places.append(first_places)
+            at.append(clock[begin])
+    open_frames = int(clock[-1]) + 1 if places else 0
+    return Comings(
+        np.array(places).reshape(-1, PAST + 1, 2),
+        np.full(len(places), tank),
+        np.array(at, dtype=np.int64),
+        np.array([open_frames]),
+    )
+
+
+def _stayed(positions: np.ndarray) -> np.ndarray:
+    """Return who was there in all frames (M, A) of positions (M, F, A, 2)."""
+    return np.isfinite(positions[..., 0]).all(axis=1)

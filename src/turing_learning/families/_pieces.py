@@ -52,9 +52,12 @@ class Recorded:
     then: (
         np.ndarray
     )  #: (N,): number of the step of the same individual that came next, -1 if there is none
+    last: np.ndarray  #: (N,) bool: whether the individual was gone after the step
     stretch: np.ndarray  #: (N,): where in a recording; steps of one stretch follow each other
 
 
+MANY = 2
+"""Individuals for each that is there at once, from which on they come and go."""
 OUTCOMES = len(HORIZONS_S) + len(OTHERS_AFTER) + 1
 """Q: own motion, the nearest other, the nearest wall."""
 
@@ -85,9 +88,11 @@ def some_blocks(rows: np.ndarray, share: float, rng: np.random.Generator) -> np.
 
 def recorded(
     path: np.ndarray, learned_path: np.ndarray, memories: np.ndarray, rows: np.ndarray, tanks: Tanks, tank: int,
-    units: Units, interval_s: float,
+    units: Units, interval_s: float, gone: np.ndarray,
 ) -> Recorded:  # fmt: skip
     """Return what was perceived and done at these frames and individuals of a recording.
+
+    `gone` (A,) are the frames from which on individuals are gone for good.
 
     What came of it is taken from `learned_path`, which is NaN where nothing may be learned.
     """
@@ -109,14 +114,33 @@ def recorded(
         outcomes,
         ahead,
         then,
+        rows[:, 0] + 2 == gone[rows[:, 1]],
         rows[:, 0],
     )
+
+
+def comings_and_goings(present: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first frame of individuals (A,), and the frame from which on they are gone; -1 where one was there always.
+
+    `present` (F, A) tells where they are. None comes or goes unless there are many more individuals than ever at once:
+    else it is the tracker who has lost them.
+    """
+    frames, individuals = present.shape
+    nobody = np.full(individuals, -1)
+    begin = present.argmax(axis=0)
+    end = frames - present[::-1].argmax(axis=0)
+    at = np.arange(frames)[:, None]
+    at_once = ((at >= begin) & (at < end) & present.any(axis=0)).sum(axis=1).max()
+    if individuals < MANY * at_once:
+        return nobody, nobody
+    seen = present.any(axis=0)
+    return np.where(seen & (begin > 0), begin, -1), np.where(seen & (end < frames), end, -1)
 
 
 def joined(batches: Sequence[Recorded], frames: Sequence[int]) -> Recorded:
     """Return steps of several recordings, of so many frames, as one."""
     columns = {}
-    for name in ("own", "traits", "seen", "answers", "outcomes", "ahead"):
+    for name in ("own", "traits", "seen", "answers", "outcomes", "ahead", "last"):
         columns[name] = np.concatenate([getattr(batch, name) for batch in batches])
     first_row = np.cumsum([0, *(len(batch.then) for batch in batches)])
     first_frame = np.cumsum([0, *frames])
@@ -204,6 +228,7 @@ def pieces_of(examples: Recorded, mirrored: Recorded, layers: Layers, seed: int)
         begin=np.searchsorted(labels[order], np.arange(len(centers) + 1)),
         reach=np.zeros(2 * count, dtype=np.float32),
         then=np.where(then < 0, -1, place[then])[order].astype(np.int32),
+        last=np.concatenate([examples.last, examples.last])[order],
         length=np.concatenate([lengths, lengths])[order],
         turn=np.concatenate([turns, -turns])[order],
         ahead=np.concatenate([examples.ahead, examples.ahead * (1, -1)])[order].astype(np.float32),

@@ -70,12 +70,14 @@ def virtual_group(
     values = np.array([[float(parameters[name]) for name in names]])
     positions = longer.simulate(values, np.random.default_rng(seed))[0]
     present = np.isfinite(positions).all(axis=-1)
-    width = len(str(size))
+    # where individuals come and go there are more than at once
+    everybody = positions.shape[1]
+    width = len(str(everybody))
     return Trajectories(
         positions=np.where(present[..., None], positions, 0.0),
         present=present,
         fps=group.fps,
-        individuals=tuple(f"{k + 1:0{width}}" for k in range(size)),
+        individuals=tuple(f"{k + 1:0{width}}" for k in range(everybody)),
         source="simulation",
     )
 

@@ -283,8 +283,11 @@ def _joined(groups: Sequence[Values]) -> Values:
 
 
 def _together(positions: np.ndarray, directions: np.ndarray, fps: float) -> Values:
-    """Return distances of nearest neighbors and polarization, of positions and directions (R, F, A, 2)."""
+    """Return distances of nearest neighbors and polarization, of positions and directions (R, F, A, 2), NaN where absent."""
     if positions.shape[2] < 2:
         return {}
-    neighbor = compute_signals(positions, fps=fps, names=("neighbor_distance",))
-    return {"neighbor_distance": neighbor.values, "polarization": polarization(directions)}
+    present = np.isfinite(positions).all(axis=-1)
+    names = ("neighbor_distance",)
+    neighbor = compute_signals(np.nan_to_num(positions), fps=fps, names=names, present=present)
+    distances = neighbor.values[neighbor.valid]
+    return {"neighbor_distance": distances, "polarization": polarization(directions)}

@@ -106,6 +106,7 @@ class Pieces(NamedTuple):
     begin: np.ndarray  # (C + 1,): first step of each cell, and R
     reach: np.ndarray  # (R,) float32: squared distance of the farthest of the nearest contexts
     then: np.ndarray  # (R,): which step was done next, -1 if none was recorded
+    last: np.ndarray  # (R,) bool: whether the individual was gone after it
     length: np.ndarray  # (R,): of the step (cm)
     turn: np.ndarray  # (R,): from the last displacement to it (rad)
     ahead: (
@@ -542,13 +543,14 @@ def _measure_reach(pieces: Pieces) -> None:
 
 def _move_range(
     start: int, stop: int, paths: np.ndarray, memories: np.ndarray, keys: np.ndarray, gains: np.ndarray,
-    which_tank: np.ndarray, tanks: Tanks, units: Units, layers: Layers, pieces: Pieces,
+    which_tank: np.ndarray, leaving: np.ndarray, tanks: Tanks, units: Units, layers: Layers, pieces: Pieces,
 ) -> None:  # fmt: skip
     """Move the groups `start` to `stop`: fill `paths` (M, F, A, 2) after its first HISTORY + 1 frames.
 
     `memories` (M, A, MEMORIES) are those at the last frame that is given, and move along. `gains` (M, 7): speed,
     noise of length and of turn, walls, places and velocities of the others, memory. `keys` (M,) name streams of random
-    numbers. Individuals that are NaN at the start are absent. Units and pieces are for a speed of 1.
+    numbers. Where a path has places already, as those of whoever comes later, it keeps them; other places are NaN.
+    `leaving` (M,) tells in which groups an individual is gone after a last step. Units and pieces are for a speed of 1.
     """
     individuals = paths.shape[2]
     own_inputs = np.empty(OWN)
@@ -591,8 +593,10 @@ def _move_range(
         followed[:] = -1
         for frame in range(HISTORY, paths.shape[1] - 1):
             for i in range(individuals):
-                if math.isnan(paths[m, frame, i, 0]):
-                    paths[m, frame + 1, i] = np.nan
+                absent = math.isnan(paths[m, frame, i, 0])
+                if absent or not math.isnan(paths[m, frame + 1, i, 0]):
+                    continue
+                if leaving[m] and followed[i] >= 0 and pieces.last[followed[i]]:
                     continue
                 x = paths[m, frame, i, 0]
                 y = paths[m, frame, i, 1]
@@ -662,7 +666,7 @@ def _move_range(
                     length = speed * pieces.length[r]
                     if not careful:
                         # the wall is everywhere ahead: a shorter step, in the end none
-                        length *= 1.0 - (attempt - TRIES // 2 + 1) / (TRIES // 2)
+                        length *= 1.0 - (attempt - TRIES // 2) / (TRIES // 2 - 1)
                     new_x = x + length * math.cos(angle + pieces.turn[r])
                     new_y = y + length * math.sin(angle + pieces.turn[r])
                     if may_be_at(tanks, tank, new_x, new_y) and (
