@@ -4,7 +4,7 @@ import numpy as np
 
 from turing_learning.few_trials import match
 
-REPETITIONS = 24
+REPETITIONS = 12
 LOW, HIGH = np.array([-2.0, -2.0, -2.0]), np.array([2.0, 2.0, 2.0])
 
 
@@ -38,7 +38,7 @@ def test_intervals_hold_the_truth_and_inert_parameters_keep_their_range():
         low, high = np.quantile(solution.draws[:, :2], [0.05, 0.95], axis=0)
         inside += int(((low <= truth[:2]) & (truth[:2] <= high)).sum())
         inert += int(not solution.identified[2])
-    # of 48 intervals that hold 90 %: 43.2 with a standard deviation of 2.1; four of them below, none above: they may be wider
-    assert inside >= 35
-    # 5 % of parameters without effect may be called identified: 1.2 of 24, with a standard deviation of 1.1; four of them
-    assert inert >= REPETITIONS - 5
+    # of 24 intervals that hold 90 %: 21.6 with a standard deviation of 1.5; four of them below, none above: they may be wider
+    assert inside >= 16
+    # 5 % of parameters without effect may be called identified: 0.6 of 12, with a standard deviation of 0.8; four of them
+    assert inert >= REPETITIONS - 3

@@ -22,7 +22,7 @@ def program(call):
     draw = random.Random(1)
     rows = [f"{run},{step},{draw.gauss(5, 1)}" for run in range(30) for step in range(8)]
     Path("data.csv").write_text("\n".join(["run,step,value", *rows]) + "\n")
-    command = f"{sys.executable} {Path('walk.py').absolute()} {{mean}} {{sd}} {{seed}}"
+    command = f"{sys.executable} -I -S {Path('walk.py').absolute()} {{mean}} {{sd}} {{seed}}"
     ranges = ["--range", "mean=0:10", "--range", "sd=0.1:3:log"]
     return [
         "--simulate-command",

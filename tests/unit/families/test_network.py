@@ -262,10 +262,10 @@ def test_a_run_keeps_its_network(network, tmp_path):
         simulate=network,
         parameters=network.parameters,
         signals=network.signals,
-        trials=100,
+        trials=40,
         seed=1,
         out=out,
-        should_stop=stop_after(50),
+        should_stop=lambda: True,
     )
     stored = tl.runs.RunFolder(out).network()
     assert stored is not None
@@ -276,22 +276,11 @@ def test_a_run_keeps_its_network(network, tmp_path):
         simulate=network,
         parameters=network.parameters,
         signals=network.signals,
-        trials=100,
+        trials=40,
         seed=1,
     )
     assert result.estimate == unstopped.estimate
     assert tl.load_run(out).network.to_bytes() == network.to_bytes()
-
-
-def stop_after(trials):
-    """Return a function that is asked after each batch whether to stop."""
-    asked = []
-
-    def stop():
-        asked.append(1)
-        return len(asked) > trials // 50
-
-    return stop
 
 
 def exit_code(command):
@@ -327,7 +316,7 @@ def test_the_command_line_learns_a_network_once(network, tmp_path, monkeypatch, 
         "--y-axis",
         "up",
     ]
-    command += ["--model", "network", "--trials", "100", "--seed", "1", "--out", str(out)]
+    command += ["--model", "network", "--trials", "20", "--seed", "1", "--out", str(out)]
     assert exit_code(command) == 0
     assert len(learned) == 1
     assert (out / "network.safetensors").exists()
@@ -336,6 +325,6 @@ def test_the_command_line_learns_a_network_once(network, tmp_path, monkeypatch, 
     result = tl.load_run(out)
     assert result.network.signals == ("speed", "turn", "neighbor_distance", "neighbor_bearing")
     assert len(result.plot.motion()) > 0
-    brief = ["--samples", "30", "--points", "0", "--recoveries", "0"]
+    brief = ["--samples", "10", "--points", "0", "--recoveries", "0"]
     assert exit_code(["check", str(out), *brief]) == 0
     assert len(learned) == 1  # not learned again: the folder has it
