@@ -180,7 +180,6 @@ class Examiner:
         anywhere, do not rule out, nor samples of the draws on one side beside those of their
         images. All of its symmetries belong to a system, or none.
         """
-        count = min(samples_of(trials), SAMPLES_OF_IMAGE)
         outputs = self._outputs(first_trials)
         for family in self.space.candidates:
             if not any(share_beyond(symmetry, draws) >= MIXED for symmetry in family):
@@ -196,7 +195,7 @@ class Examiner:
             group = self._group(family, folded)
             if len(group.members) == 1:
                 continue
-            if self._holds(group, group.folded(folded), count, rng):
+            if self.holds(group, group.folded(folded), trials, rng):
                 return group
         return None
 
@@ -204,12 +203,7 @@ class Examiner:
         self, group: SymmetryGroup, draws: np.ndarray, trials: int, rng: np.random.Generator
     ) -> bool:
         """Say whether samples of draws (D, P) resemble those of their images by a group."""
-        return self._holds(group, draws, min(samples_of(trials), SAMPLES_OF_IMAGE), rng)
-
-    def _holds(
-        self, group: SymmetryGroup, draws: np.ndarray, count: int, rng: np.random.Generator
-    ) -> bool:
-        """Say the same, by so many pairs of a draw and one of its images."""
+        count = min(samples_of(trials), SAMPLES_OF_IMAGE)
         images = np.stack([member.of(draws) for member in group.members])
         chosen = rng.integers(1, len(images), size=len(draws))
         return self._resemble(draws, images[chosen, np.arange(len(draws))], count, rng)

@@ -77,7 +77,7 @@ def opening_of(path: Path) -> Opening:
         skipped + len(comments) - commented,
         commented,
         None if rate is None else float(rate[1]),
-        "" if unit is None else unit[1],
+        "" if unit is None else UNITS_IN_COMMENTS[unit[1].lower()[0]],
     )
 
 
@@ -86,9 +86,11 @@ _RATE_IN_COMMENT = re.compile(
 )
 """The frame rate that PeTrack and JuPedSim write above a table: `# framerate: 16 fps`."""
 _UNIT_IN_COMMENT = re.compile(
-    r"^# *X, *Y.*\(in (m|cm)(?:etres|eters|entimetres|entimeters)?\)", re.I | re.M
+    r"^# *X, *Y.*\(in (m|metres|meters|cm|centimetres|centimeters)\)", re.I | re.M
 )
 """The unit that JuPedSim writes there: `#X,Y,Z: the agents coordinates (in metres)`."""
+UNITS_IN_COMMENTS = {"m": "m", "c": "cm"}
+"""First letter of its name -> unit."""
 
 
 def _names_columns(comment: str, row: str) -> bool:
@@ -246,7 +248,7 @@ def text_sheet(
 
     opening = opening_of(path)
     skipped = opening.skipped
-    units = dict.fromkeys("xy", opening.unit.lower()) if opening.unit else {}
+    units = dict.fromkeys("xy", opening.unit) if opening.unit else {}
     return Sheet(
         names,
         read,
