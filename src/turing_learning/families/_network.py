@@ -172,9 +172,9 @@ class Network(Family):
 
         recordings = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
         _check_recordings(recordings, windows)
-        grids, walls = _grids(recordings, tanks)
-        shapes = tanks_of(grids, walls)
         paths = [_without_jumps(recording) for recording in recordings]
+        grids, walls = _grids(paths, tanks)
+        shapes = tanks_of(grids, walls)
         learned = windows.frames("learning")
         learned_paths = [
             np.where(steps_learned[..., None], path, np.nan)
@@ -493,15 +493,15 @@ def _check_recordings(recordings: Sequence[Trajectories], windows: Windows) -> N
 
 
 def _grids(
-    recordings: Sequence[Trajectories], tanks: Sequence[tuple[float, float] | str | None]
+    paths: Sequence[np.ndarray], tanks: Sequence[tuple[float, float] | str | None]
 ) -> tuple[list[tuple[np.ndarray, np.ndarray, float]], list[bool]]:
-    """Return the grid of each recording's tank, and whether it has walls."""
-    asked = list(tanks) * (len(recordings) if len(tanks) == 1 else 1)
-    fits = len(asked) == len(recordings)
-    require(fits, "tanks", f"be one, or one for each of {len(recordings)} recordings", len(tanks))
+    """Return the grid of each recording's tank, and whether it has walls, by paths (F, A, 2) with NaN."""
+    asked = list(tanks) * (len(paths) if len(tanks) == 1 else 1)
+    fits = len(asked) == len(paths)
+    require(fits, "tanks", f"be one, or one for each of {len(paths)} recordings", len(tanks))
     grids = []
-    for recording, tank in zip(recordings, asked, strict=True):
-        positions = recording.positions[recording.present]
+    for path, tank in zip(paths, asked, strict=True):
+        positions = path[np.isfinite(path[..., 0])]
         if tank is None:
             grids.append(open_grid())
         elif isinstance(tank, str):

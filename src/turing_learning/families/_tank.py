@@ -16,6 +16,8 @@ WIDEST_HOLE = 0.1
 """Share of the shorter side up to whose diameter unvisited places count as tank, and corners as round."""
 OUTLIERS = 0.0005
 """Share of the positions at either end of x and y that may lie beyond the walls: mistakes of trackers."""
+LEAST_PART = 0.01
+"""Share of the positions that a separate part of a tank has at least; one with fewer is mistakes of trackers."""
 
 
 def recorded_grid(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
@@ -33,7 +35,11 @@ def recorded_grid(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]
     padding = math.ceil(radius) + 1
     grown = scipy.ndimage.distance_transform_edt(~np.pad(visited, padding)) <= radius
     closed = scipy.ndimage.distance_transform_edt(grown) > radius
-    return corner, closed[padding:-padding, padding:-padding] | visited, cell
+    inside = closed[padding:-padding, padding:-padding] | visited
+    # a reflection is seen now and then where no individual can be, as in the hole of a ring
+    parts, count = scipy.ndimage.label(inside)
+    visits = np.bincount(parts[tuple(cells[likely].T)], minlength=count + 1)
+    return corner, inside & (visits >= LEAST_PART * likely.sum())[parts], cell
 
 
 def rectangle_grid(

@@ -60,6 +60,21 @@ def test_nobody_leaves_a_tank(network):
     assert np.abs(positions).max() <= 20.0
 
 
+def test_mistakes_of_a_tracker_are_no_part_of_a_ring():
+    rng = np.random.default_rng(1)
+    angles = rng.uniform(0, 2 * np.pi, 20_000)
+    radii = np.sqrt(rng.uniform(19.0**2, 30.0**2, 20_000))
+    places = np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1)
+    places[:50] *= rng.uniform(0, 10, (50, 1)) / radii[:50, None]
+    corner, inside, cell = _tank.recorded_grid(places)
+    distances = np.linalg.norm(corner + (np.argwhere(inside) + 0.5) * cell, axis=1)
+    assert 18.0 < distances.min() < 19.5
+    assert 29.5 < distances.max() < 31.0
+    # as many cells as the ring has, with those that its walls cut
+    area = inside.sum() * cell**2
+    assert area == pytest.approx(np.pi * (30.0**2 - 19.0**2), rel=0.1)
+
+
 def test_a_group_and_a_tank_that_were_never_recorded(network):
     other = in_a_tank(network).in_group(12, (30.0, 20.0))
     positions = other.simulate(values(other, 4), np.random.default_rng(3))
