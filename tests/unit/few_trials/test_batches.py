@@ -85,6 +85,19 @@ def test_trials_are_those_of_the_source_and_no_more():
     assert spent == sorted(set(spent))
 
 
+@pytest.mark.parametrize("recorded", [True, False])
+def test_observers_are_drawn_anew_for_recorded_samples_only(monkeypatch, recorded):
+    monkeypatch.setattr(_loop, "STILL", 2.0)  # outputs are 0 to 1: all of them vary less
+    source = Walk()
+    genuine = source.collect(np.tile(TRUTH, (30, 1)), np.random.default_rng(2)).genuine
+    run = begun(source=source, genuine=genuine if recorded else None)
+    run.step()
+    drawn = run.state()["drawn"]
+    for _ in range(3):
+        run.step()
+    assert (run.state()["drawn"] == drawn).all() != recorded
+
+
 def test_evolved_classifiers_do_without_observers():
     assert np.abs(finished(begun(150, observers=None)).estimate - TRUTH).max() < 0.3
 

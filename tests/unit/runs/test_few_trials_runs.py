@@ -120,7 +120,7 @@ def test_a_lost_run_settles_on_a_center_and_is_resumed_to_the_same_bits(monkeypa
         return settle(run, draws)
 
     monkeypatch.setattr(_loop.FewTrials, "settle", settle)
-    known = {"trials": 150, "seed": 3, "settings": SMALL}
+    known = {"trials": 150, "seed": 2, "settings": SMALL}
     lost = tl.infer("aggregation", **known)
     chosen = len(settled)
     assert chosen > 1
