@@ -1,6 +1,5 @@
 """The door: any tracker's file, or a table or dataset in memory, to `Trajectories`."""
 
-import codecs
 import math
 import re
 from collections.abc import Callable, Mapping
@@ -34,9 +33,9 @@ from ._recording import (
     share_in_degrees,
 )
 from ._trajectories import Trajectories
-from .readers import _arrays, _exports, _tables
+from .readers import _annotations, _arrays, _exports, _tables
 from .readers._arrays import names_in, read_dataset
-from .readers._sheets import first_lines, refuse_utf16, separator_of
+from .readers._sheets import HEAD_BYTES, HEAD_LINES, TableText, separator_of
 from .readers._tables import read_frame
 
 if TYPE_CHECKING:
@@ -51,7 +50,8 @@ _ALL = (
     _tables.TRACKTOR_FORMAT, _tables.TRACKMATE_FORMAT, _tables.FASTTRACK_FORMAT, _tables.ANIMALTA_FORMAT,
     _arrays.SLEAP_FORMAT, _tables.DEEPLABCUT_FORMAT, _arrays.DEEPLABCUT_H5_FORMAT, _arrays.MOVEMENT_FORMAT,
     _tables.MOT_FORMAT, _tables.SLEAP_CSV_FORMAT, _exports.TRACKMATE_XML_FORMAT, _exports.ETHOVISION_FORMAT,
-    _exports.GPX_FORMAT, _tables.ROS_FORMAT, _tables.MOVEBANK_FORMAT, _tables.TIDY_FORMAT,
+    _exports.GPX_FORMAT, _tables.ROS_FORMAT, _tables.MOVEBANK_FORMAT, _annotations.VIA_FORMAT, _annotations.COCO_FORMAT,
+    _annotations.SLP_FORMAT, _annotations.NWB_FORMAT, _tables.TIDY_FORMAT,
 )  # fmt: skip
 FORMATS = tuple(file_format.name for file_format in _ALL)
 """Names of the formats that can be read."""
@@ -503,7 +503,7 @@ def _look(path: Path) -> Glance:
         names = tuple(frozenset(_arrays.array_sizes(file)) for file in archives)
         return Glance("npz", names=names)
     with path.open("rb") as file:
-        head = file.read(1 << 16)
+        head = file.read(HEAD_BYTES)
     if not head:
         raise refusal("not be empty", "0 bytes", path)
     for begin, detail, remedy in _FOREIGN:
@@ -521,14 +521,11 @@ def _look(path: Path) -> Glance:
         return Glance("mat")
     if head.startswith((b"\x93NUMPY", b"CDF\x01", b"CDF\x02")):
         return Glance("npy" if head.startswith(b"\x93") else "netcdf3")
-    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        opening = head[: 1 << 10].decode("utf-16", "replace").splitlines()[:1]
-        if opening and "header lines" in opening[0]:
-            return Glance("text", lines=tuple(opening))
-    refuse_utf16(head, path)
-    # who reads the lines refuses what is not UTF-8, with its line
+    if re.match(rb"(\xef\xbb\xbf)?\s*[{\[]", head):
+        return Glance("json")
+    # who reads the lines refuses what is no text, with its line
     lines = []
-    for text in first_lines(path, 4):
+    for text in TableText.of(path).first_lines(HEAD_LINES):
         if "\0" in text:
             return Glance("text")
         if text:

@@ -120,7 +120,7 @@ class Format:
 class Glance:
     """A first look at a file, enough to tell the format.
 
-    `kind` is "text", "hdf5", "npz" for archives and folders of them, "npy" or "netcdf3"; `lines` are the first
+    `kind` is "text", "json", "hdf5", "npz" for archives and folders of them, "npy" or "netcdf3"; `lines` are the first
     ones of a text; `names` are those at the top of an HDF5 file, with "pandas_type" if there is a table of
     pandas, or the arrays in each archive.
     """

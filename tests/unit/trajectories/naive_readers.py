@@ -5,14 +5,25 @@ import math
 
 
 def read(name, content):
-    utf16 = name == "ethovision" and content.startswith((b"\xff\xfe", b"\xfe\xff"))
-    lines = content.decode("utf-16" if utf16 else "utf-8-sig").split("\n")
+    lines = decoded(content).split("\n")
+    while lines and not lines[-1].strip(" ,;\r"):
+        lines.pop()
     rows = [
         [cell.strip() for cell in _cells(line, SEPARATORS[name](lines[0]))]
         for line in lines
         if line.strip()
     ]
     return {key: xy for key, xy in READERS[name](rows) if not math.isnan(xy[0])}
+
+
+def decoded(content):
+    """Return a text in UTF-16 with its mark, in UTF-8, or else in Windows-1252."""
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return content.decode("utf-16")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252")
 
 
 def _cells(line, separator):
@@ -36,7 +47,7 @@ def _xy(x, y):
 
 def _plain(cell):
     """Return a cell, "nan" where it says that a number is missing."""
-    absent = ("", "na", "n/a", "none", "null", "-", "--", "missing")
+    absent = ("", "na", "n/a", "none", "null", "-", "--", "\u2013", ".", "missing")
     return "nan" if cell.lower() in absent else cell
 
 

@@ -1,10 +1,12 @@
 """Exports of programs beyond their plain form: folders, points of the body, uneven times, degrees, units in names."""
 
+import json
 import re
 
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.io import savemat
 from test_misreadings import table, walk
 from tracker_files import (
     deeplabcut,
@@ -432,3 +434,79 @@ def test_two_individuals_side_by_side_are_no_box(frame, tmp_path):
     path.write_text("\n".join([f"{frame},x1,y1,x2,y2", *rows]) + "\n")
     recording = tl.load_trajectories(path, fps=10, pixels_per_cm=1, y_axis="up")
     assert recording.positions[2].tolist() == [[2.0, 4.0], [7.0, 7.0]]
+
+
+def test_imaris_positions_below_titles_are_read_in_their_unit(tmp_path):
+    rows = [
+        f"{1000 * who + 2.5 * frame},{50 + frame},0,um,Spot,Position,{frame + 1},10000000{who},{2 * frame + who},"
+        for frame in range(12)
+        for who in range(2)
+    ]
+    columns = "Position X,Position Y,Position Z,Unit,Category,Collection,Time,TrackID,ID,"
+    path = tmp_path / "imaris.csv"
+    path.write_text("\n".join(["", "Position", "=" * 20, " ", columns, *rows, ""]))
+    said = {"fps": 25, "y_axis": "up"}
+    with pytest.raises(ValueError, match=r"If they count frames, give columns=\{'frame': 'time'\}"):
+        load_trajectories(path, **said)
+    read = load_trajectories(path, columns={"frame": "Time"}, **said)
+    assert (read.unit, read.first_frame) == ("cm", 1)
+    np.testing.assert_allclose(read.positions[:, 1, 0], 0.1 + 2.5e-4 * np.arange(12))
+    np.testing.assert_allclose(read.positions[:, 0, 1], 5e-3 + 1e-4 * np.arange(12))
+
+
+def test_centroids_of_bonsai_are_read(tmp_path):
+    rows = [f"{10 + frame} 20.5 0.1 2026-01-01T10:00:{frame / 25:010.7f}Z" for frame in range(12)]
+    path = tmp_path / "bonsai.csv"
+    columns = "Value.Centroid.X Value.Centroid.Y Value.Orientation Timestamp"
+    path.write_text("\n".join([columns, *rows, ""]))
+    read = load_trajectories(path, pixels_per_cm=1, y_axis="up")
+    assert read.fps == 25
+    np.testing.assert_allclose(read.positions[:, 0, 0], 10 + np.arange(12))
+
+
+def test_flies_of_ctrax_are_read_by_frame(tmp_path):
+    arrays = {
+        "x_pos": np.arange(5.0),
+        "y_pos": 2 * np.arange(5.0),
+        "identity": [0, 1, 1, 0, 1],
+        "ntargets": [2, 1, 0, 2],
+        "timestamps": np.arange(4) / 20,
+    }
+    savemat(tmp_path / "flies.mat", arrays)
+    read = load_trajectories(tmp_path / "flies.mat", pixels_per_cm=1, y_axis="up")
+    assert read.fps == 20
+    np.testing.assert_array_equal(read.present, [[1, 1], [0, 1], [0, 0], [1, 1]])
+    np.testing.assert_array_equal(read.positions[3], [[3, 6], [4, 8]])
+
+
+VIA = "#filename,file_size,file_attributes,region_count,region_id,region_shape_attributes,region_attributes"
+
+
+def test_points_of_via_are_read_and_outlines_refused(tmp_path):
+    path = tmp_path / "via.csv"
+    point = '"{{""name"":""point"",""cx"":{},""cy"":20}}"'
+    rows = [f'v_{k:03d}.jpg,12,"{{}}",1,0,{point.format(10 + k)},"{{}}"' for k in range(5)]
+    path.write_text("\n".join([VIA, 'v_000.jpg,12,"{}",0,0,"{}","{}"', *rows, ""]))
+    read = load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up")
+    np.testing.assert_array_equal(read.positions[:, 0], [[10 + k, 20] for k in range(5)])
+    path.write_text(path.read_text().replace("point", "polygon").replace("cx", "all_points_x"))
+    with pytest.raises(ValueError, match=r"have rectangles, points.*via.csv:3\]"):
+        load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up")
+
+
+def test_individuals_of_coco_without_tracks_and_other_json_are_refused(tmp_path):
+    path = tmp_path / "boxes.json"
+    boxes = [{"id": k, "image_id": k // 2, "bbox": [k, 0, 4, 2]} for k in range(4)]
+    images = [{"id": k, "file_name": f"frame_{k:04d}.png"} for k in range(2)]
+    said = {"fps": 25, "pixels_per_cm": 1, "y_axis": "up"}
+    path.write_text(json.dumps({"images": images, "annotations": boxes}))
+    with pytest.raises(ValueError, match="annotations have to name their tracks"):
+        load_trajectories(path, **said)
+    for box in boxes:
+        box["track_id"] = box["id"] % 2
+    path.write_text(json.dumps({"images": images, "annotations": boxes}))
+    read = load_trajectories(path, **said)
+    np.testing.assert_array_equal(read.positions[:, :, 0], [[2, 3], [4, 5]])
+    path.write_text('[{"image_id": "0.jpg", "keypoints": [1, 2, 3]}]')
+    with pytest.raises(ValueError, match="hold images and annotations, as COCO does; got a list"):
+        load_trajectories(path, **said)

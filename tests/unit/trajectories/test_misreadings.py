@@ -727,3 +727,38 @@ def test_tables_of_pedestrians_state_rate_and_unit_in_comments(head, separator, 
     read = load_trajectories(tmp_path / "file.txt", y_axis="up")
     assert read.fps == 16
     np.testing.assert_allclose(read.positions, walk() * 100)
+
+
+@pytest.mark.parametrize(
+    ("names", "absent", "first_frame"),
+    [
+        ("frame,id,x,y", "#N/A", 0),
+        ("Bild,Tier,X-Position,Y-Position", "\u2013", 0),
+        ("Slice n\u00b0,Track n\u00b0,X,Y", "#DIV/0!", 1),
+        ("image,individu,x,y", ".", 1),
+    ],
+)
+def test_a_table_of_a_spreadsheet_is_read_in_other_words(names, absent, first_frame, tmp_path):
+    path = tmp_path / "table.csv"
+    rows = [
+        f"{frame + first_frame},{who},{absent if frame == 3 else 10 * who + frame},"
+        f"{absent if frame == 3 else 5}"
+        for frame in range(6)
+        for who in range(2)
+    ]
+    path.write_text("\n".join([names, *rows, ",,,", ""]))
+    read = load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up")
+    assert (read.first_frame, read.individuals) == (first_frame, ("0", "1"))
+    expected = np.array([[frame, 10 + frame] for frame in range(6)])
+    np.testing.assert_array_equal(read.present[:, 0], [1, 1, 1, 0, 1, 1])
+    np.testing.assert_array_equal(
+        read.positions[read.present][:, 0], np.delete(expected, 3, 0).ravel()
+    )
+
+
+def test_two_individuals_beside_other_columns_are_no_box(tmp_path):
+    path = tmp_path / "mtrack2.csv"
+    rows = [f"{k},{10 + k},{20 + k},*,{80 - k},{60 + k * k},*" for k in range(12)]
+    path.write_text("\n".join(["Frame,X1,Y1,Flag1,X2,Y2,Flag2", *rows, ""]))
+    with pytest.raises(ValueError, match="corners of boxes, or individuals alone"):
+        load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up")

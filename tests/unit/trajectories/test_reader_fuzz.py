@@ -26,7 +26,9 @@ CASES = int(os.environ.get("TURING_LEARNING_FUZZ_CASES", "400"))
 TEXT = tuple(naive_readers.READERS)
 TIMED = ("trackmate-xml", "trex-csv", "toxtrac-csv", "ethovision", "gpx", "ros-csv", "movebank")
 """Formats whose rows have times, or that are no tables: what they say where they are damaged has no plain twin."""
-ARRAYS = ("idtracker.ai-h5", "idtracker.ai-npy", "sleap", "trex", "deeplabcut-h5", "movement")
+ARRAYS = (
+    "idtracker.ai-h5", "idtracker.ai-npy", "sleap", "trex", "deeplabcut-h5", "movement", "via", "coco", "sleap-slp", "nwb",
+)  # fmt: skip
 DATA = Path(__file__).parent / "data"
 REAL = {name: DATA / name for name in ("deeplabcut_table.h5", "deeplabcut_fixed.h5", "movement.nc")}
 """Files that pandas, PyTables and h5netcdf wrote."""
@@ -224,8 +226,7 @@ def test_a_damaged_export_is_refused_or_has_no_position_that_it_does_not_state(
     read = outcome(path, SAID[name])
     if read is None:
         return
-    utf16 = content.startswith((b"\xff\xfe", b"\xfe\xff"))
-    text = content.decode("utf-16" if utf16 else "utf-8-sig", "replace")
+    text = naive_readers.decoded(content)
     numbers = {
         float(word)
         for word in re.findall(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?", text)

@@ -26,15 +26,20 @@ SAID = {
     "scipy.mat": {},
     "numpy.npz": {},
     "positions.npy": {},
+    "movement.via.csv": {},
+    "sleap-io.coco.json": POINT,
+    "sleap-io.slp": POINT,
+    "movement.nwb": POINT,
+    "pynwb.nwb": {"pixels_per_cm": None},
 }
 """File -> what the user has to say beside scale, rate and direction of y."""
 
 
 @pytest.mark.parametrize("name", SAID)
 def test_what_other_programs_write_is_read_exactly(name):
-    read = load_trajectories(WRITTEN / name, fps=25, **PIXELS, **SAID[name])
+    read = load_trajectories(WRITTEN / name, fps=25, **{**PIXELS, **SAID[name]})
     positions = np.load(WRITTEN / "positions.npy")
-    if name == "movement.lp_a.csv":  # a file for each individual
+    if name in ("movement.lp_a.csv", "movement.nwb", "pynwb.nwb"):  # a file for each individual
         positions = positions[:, :1]
     missing = np.isnan(positions[..., 0])
     np.testing.assert_array_equal(read.present, ~missing)

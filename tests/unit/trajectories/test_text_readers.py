@@ -26,7 +26,7 @@ def load(tmp_path, content, **said):
         (TIDY + "0,a,1,2\n1,a,1,2,3\n", r"have 4 cells in each row; got 5 \[.*file.txt:3\]"),
         (
             TIDY + "0,a,1,2\n1,a,1,2",
-            r"end with a line end; got b'1,a,1,2' \[.*file.txt:3\]. The file may be cut off",
+            r"end with a line end; got '1,a,1,2' \[.*file.txt:3\]. The file may be cut off",
         ),
         (TIDY + "0,a,1,two\n", r"have finite numbers or NaN; got 'two' \[.*file.txt:2\]"),
         (TIDY + "0,a,1,inf\n", r"have finite numbers or NaN; got 'inf' \[.*file.txt:2\]"),
@@ -157,7 +157,7 @@ def test_a_byte_that_is_no_text_is_refused_with_its_line(tmp_path):
 def test_a_line_without_end_is_refused_before_it_fills_the_memory(tmp_path, monkeypatch):
     monkeypatch.setattr(_sheets, "LONGEST_LINE", 100)
     with pytest.raises(
-        ValueError, match=r"have lines of at most 100 bytes; got a longer one \[.*file.txt:2\]"
+        ValueError, match=r"have lines of at most 100 characters; got a longer one \[.*file.txt:2\]"
     ):
         load(tmp_path, TIDY + "0" * 101)
 
@@ -376,7 +376,7 @@ def test_large_files_are_read_in_blocks(size, tmp_path, monkeypatch):
         )
         with pytest.raises(ValueError, match=rf"got {got}.* \[.*file.txt:31\]"):
             load(tmp_path, content)
-    with pytest.raises(ValueError, match=r"end with a line end; got b'.*51.25' \[.*file.txt:52\]"):
+    with pytest.raises(ValueError, match=r"end with a line end; got '.*51.25' \[.*file.txt:52\]"):
         load(tmp_path, TIDY + "".join(rows) + "51,a,1,51.25")
 
 

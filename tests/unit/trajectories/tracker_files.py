@@ -356,6 +356,73 @@ def movement(folder: Path, positions: np.ndarray) -> Path:
     return folder / "poses.nc"
 
 
+def via(folder: Path, positions: np.ndarray) -> Path:
+    columns = (
+        "filename,file_size,file_attributes,region_count,region_id,"
+        "region_shape_attributes,region_attributes"
+    )
+    lines = [columns]
+    for frame, who, x, y in _rows(positions):
+        point = f'"{{""name"":""point"",""cx"":{x},""cy"":{y}}}"'
+        lines.append(f'v_{frame:04d}.png,0,"{{}}",1,{who},{point},"{{""track"":{who}}}"')
+    return _text(folder / "via.csv", lines)
+
+
+def coco(folder: Path, positions: np.ndarray) -> Path:
+    annotations = [
+        {
+            "id": k,
+            "image_id": frame + 1,
+            "track_id": who,
+            "bbox": [float(x) - 2, float(y) - 1, 4, 2],
+        }
+        for k, (frame, who, x, y) in enumerate(_rows(positions))
+    ]
+    images = [{"id": k + 1, "file_name": f"v_{k:04d}.png"} for k in range(len(positions))]
+    content = {"images": images, "annotations": annotations, "categories": [{"id": 1}]}
+    (folder / "coco.json").write_text(json.dumps(content))
+    return folder / "coco.json"
+
+
+def slp(folder: Path, positions: np.ndarray) -> Path:
+    count, individuals = positions.shape[:2]
+    frames = np.zeros(count, [("frame_id", "u8"), ("video", "u4"), ("frame_idx", "u8")])
+    frames["frame_id"] = frames["frame_idx"] = np.arange(count)
+    rows = list(_rows(positions))
+    instances = np.zeros(
+        len(rows),
+        [("instance_type", "u1"), ("frame_id", "u8"), ("track", "i4"), ("point_id_start", "u8")],
+    )
+    point = [("x", "f8"), ("y", "f8"), ("visible", "?"), ("score", "f8")]
+    points = np.zeros(2 * len(rows), point)
+    for k, (frame, who, x, y) in enumerate(rows):
+        instances[k] = 1, frame, who, 2 * k
+        points[2 * k + 1] = float(x), float(y), True, 0.9
+    content = {
+        "skeletons": [{"nodes": [{"id": 1}, {"id": 0}]}],
+        "nodes": [{"name": "thorax"}, {"name": "head"}],
+    }
+    with h5py.File(folder / "labels.slp", "w") as file:
+        file["frames"], file["instances"] = frames, instances
+        file["points"], file["pred_points"] = points[:0], points
+        file["tracks_json"] = [json.dumps([0, f"fish{k}"]) for k in range(individuals)]
+        file.create_group("metadata").attrs.update({"json": json.dumps(content), "format_id": 1.2})
+    return folder / "labels.slp"
+
+
+def nwb(folder: Path, positions: np.ndarray) -> Path:
+    with h5py.File(folder / "session.nwb", "w") as file:
+        file["session_start_time"] = "2026-01-01T00:00:00Z"
+        for who in range(positions.shape[1]):
+            series = file.create_group(f"processing/behavior/fish{who}/thorax")
+            series.attrs["neurodata_type"] = "PoseEstimationSeries"
+            series["data"] = positions[:, who]
+            series["data"].attrs.update({"unit": "pixels", "conversion": 1.0})
+            series["starting_time"] = 0.0
+            series["starting_time"].attrs["rate"] = FPS
+    return folder / "session.nwb"
+
+
 def tidy(folder: Path, positions: np.ndarray) -> Path:
     rows = [f"{frame},fish{who + 1},{x},{y}" for frame, who, x, y in _rows(positions)]
     return _text(folder / "fish.csv", ["frame,id,x,y", *rows])
@@ -385,6 +452,10 @@ WRITERS = {
     "deeplabcut": deeplabcut,
     "deeplabcut-h5": deeplabcut_h5,
     "movement": movement,
+    "via": via,
+    "coco": coco,
+    "sleap-slp": slp,
+    "nwb": nwb,
     "tidy": tidy,
 }
 
@@ -412,6 +483,10 @@ SAID = {
     "deeplabcut": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
     "deeplabcut-h5": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
     "movement": {"pixels_per_cm": 10, "keypoint": "thorax", "y_axis": "down"},
+    "via": {"fps": FPS, "pixels_per_cm": 10},
+    "coco": {"fps": FPS, "pixels_per_cm": 10},
+    "sleap-slp": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
+    "nwb": {"pixels_per_cm": 10},
     "tidy": {"fps": FPS, "pixels_per_cm": 10, "y_axis": "down"},
 }
 """What the user has to say for each format, and no more."""

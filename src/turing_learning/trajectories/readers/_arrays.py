@@ -221,6 +221,8 @@ def read_archive(path: Path) -> Recording:
             check_unpacked(sum(array_sizes(path).values()), path)
             with np.load(path, allow_pickle=False) as archive:
                 contents = {name: archive[name] for name in archive.files}
+    if contents.keys() >= set(CTRAX):
+        return _ctrax(contents, path)
     solid = {name: item for name, item in contents.items() if item.ndim == 3}
     chosen = [name for name in _PLACES if name in solid] or list(solid)
     if len(chosen) != 1 and "trajectories" not in solid:
@@ -230,6 +232,31 @@ def read_archive(path: Path) -> Recording:
     recording = read_positions(solid[chosen[0]], f"{path}, {chosen[0]}")
     rates = [name for name in _RATES if name in contents]
     return replace(recording, fps=check_rate(contents[rates[0]], path)) if rates else recording
+
+
+CTRAX = ("x_pos", "y_pos", "identity", "ntargets")
+"""Arrays of a file of Ctrax: those of positions one after the other, and how many are in each frame."""
+
+
+def _ctrax(contents: Mapping[str, np.ndarray], path: Path) -> Recording:
+    """Read positions (pixels) of the flies in each frame, and the frame rate by `timestamps` (s), where Ctrax writes them.
+
+    Source: Branson et al. 2009, High-throughput ethomics in large groups of Drosophila, Nature Methods 6.
+    """
+    x, y, identity, count = (contents[name].ravel() for name in CTRAX)
+    lengths = {len(x), len(y), len(identity), int(count.sum())}
+    if len(lengths) > 1:
+        raise refusal("have as many positions as `ntargets` says", sorted(lengths), path)
+    frames = np.repeat(np.arange(len(count), dtype=float), count.astype(int))
+    times = contents.get("timestamps", np.zeros(0)).ravel().astype(float)
+    rate = stated_rate(times, np.arange(len(count))) if len(times) == len(count) else None
+    return assemble(
+        frames,
+        [f"{who:g}" for who in identity],
+        np.column_stack([x, y]).astype(float),
+        f"{path}, position {{}}".format,
+        fps=rate,
+    )
 
 
 def read_npy(path: Path, options: Options) -> Recording:

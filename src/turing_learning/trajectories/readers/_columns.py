@@ -16,6 +16,7 @@ WHO = (
     "tracker_id", "object_id", "animal_id", "particle", "tracking_id", "trajectory", "trajectory_id", "trajectoryid",
     "mouse", "mouse_id", "fish_id", "fly", "fly_id", "ant_id", "bee_id", "bird_id", "agent_id", "agent", "robot",
     "robot_id", "target_id", "pedestrian", "person_id", "persid", "person", "ped_id", "pedestrian_id",
+    "track_n\N{DEGREE SIGN}", "individu", "individuo", "tier",
 )  # fmt: skip
 """Names of columns of individuals; without one all rows are of one individual."""
 APART = (
@@ -171,6 +172,24 @@ def refuse_points(columns: Mapping[str, Sequence[str]], file: object) -> None:
         ", or rename them.",
     )  # fmt: skip
     raise refusal("name individuals where several columns are of x and y", got, file, remedy)
+
+
+def refuse_pair(sides: Mapping[str, np.ndarray], file: object) -> None:
+    """Refuse columns x1, y1, x2, y2 as corners of boxes (rows,) whose size changes as much as their place does."""
+    low = np.column_stack([sides["left"], sides["top"]])
+    high = np.column_stack([sides["right"], sides["bottom"]])
+    complete = ~np.isnan(low + high).any(axis=1)
+    sizes = (high - low)[complete]
+    middles = (high + low)[complete] / 2
+    if (sizes > 0).all() and not (sizes.std(axis=0) >= 0.5 * middles.std(axis=0)).any():
+        return
+    corners = {"left": "x1", "top": "y1", "right": "x2", "bottom": "y2"}
+    remedy: Text = (
+        "If they are corners, give ", Setting("columns", corners),
+        "; if they are of two individuals, leave other columns out of the table.",
+    )  # fmt: skip
+    got = "x1, y1, x2, y2 that do not go side by side"
+    raise refusal("have corners of boxes, or individuals alone", got, file, remedy)
 
 
 def refuse_corners(positions: np.ndarray, file: object) -> None:

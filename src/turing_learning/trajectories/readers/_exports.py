@@ -16,7 +16,7 @@ from .._recording import Format, Options, Recording, natural, refusal
 from ._arrays import whole
 from ._layouts import CM_PER_UNIT, TREX, Layout
 from ._long import read_long
-from ._sheets import MISSING, number_of, separator_of, sheet_of
+from ._sheets import HEAD_BYTES, MISSING, encoding_of, number_of, separator_of, sheet_of
 from ._tables import frame_sheet, names_of
 from ._times import IN_UNITS, UNITS_OF_TIME, rounded
 
@@ -36,15 +36,11 @@ def _is_ethovision(glance: "Glance") -> bool:
 
 
 def _text_of(path: Path) -> str:
-    """Return a text in UTF-16 with its mark, as EthoVision XT writes it, in UTF-8, or else in Latin-1."""
+    """Return a text as a whole."""
     if path.stat().st_size > MOST_BYTES:
         raise refusal(f"have at most {MOST_BYTES} bytes", path.stat().st_size, path)
     raw = path.read_bytes()
-    utf16 = raw.startswith((b"\xff\xfe", b"\xfe\xff"))
-    try:
-        return raw.decode("utf-16" if utf16 else "utf-8-sig")
-    except UnicodeDecodeError:
-        return raw.decode("latin-1")
+    return raw.decode(encoding_of(raw[:HEAD_BYTES]), errors="replace")
 
 
 def read_ethovision(path: Path, options: Options) -> Recording:

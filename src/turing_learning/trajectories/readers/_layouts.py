@@ -10,16 +10,19 @@ from ._times import TIME
 
 CM_PER_UNIT = {
     "cm": 1.0, "mm": 0.1, "m": 100.0, "um": 1e-4, "\N{MICRO SIGN}m": 1e-4, "\N{GREEK SMALL LETTER MU}m": 1e-4,
-    "micron": 1e-4, "microns": 1e-4, "micrometer": 1e-4,
+    "micron": 1e-4, "microns": 1e-4, "micrometer": 1e-4, "micrometers": 1e-4, "micrometre": 1e-4, "micrometres": 1e-4,
+    "millimeter": 0.1, "millimeters": 0.1, "millimetre": 0.1, "millimetres": 0.1,
+    "centimeter": 1.0, "centimeters": 1.0, "centimetre": 1.0, "centimetres": 1.0,
+    "meter": 100.0, "meters": 100.0, "metre": 100.0, "metres": 100.0,
 }  # fmt: skip
 """Units of length that names of columns, or header lines, state, in cm."""
 _LENGTHS = "|".join(CM_PER_UNIT)
 _UNIT = re.compile(rf"(.*?)(?:[ _]*[\[(]({_LENGTHS}|px|pixels?)[\])]|[ _/](mm|cm|m|um|px))")
 """A name with a unit at its end: x (cm), x [mm], x_cm, x/m."""
 _POSITION = re.compile(
-    r"(?:(?:pos(?:ition)?|cent(?:er|re|roid))[. _]*|c)?([xyz])(?:[ _]?(?:cent(?:er|re|roid)|pos(?:ition)?))?"
+    r"(?:value\.)?(?:(?:pos(?:ition)?|cent(?:er|re|roid))[. _-]*|c)?([xyz])(?:[ _-]?(?:cent(?:er|re|roid)|pos(?:ition)?))?"
 )
-"""A name of a coordinate without its unit: x, pos. x, position_x, centroid_x, cx, x center."""
+"""A name of a coordinate without its unit: x, pos. x, position_x, centroid_x, cx, x center, value.centroid.x of Bonsai."""
 _ANGLES = {
     "x": re.compile(r"lon|lng|long|longitude|location[-_]long"),
     "y": re.compile(r"lat|latitude|location[-_]lat"),
@@ -148,8 +151,11 @@ LAYOUTS = (TRACKTOR, TRACKMATE, FASTTRACK, TREX, TOXTRAC, ROS, MOVEBANK)
 """Those of programs, which are no tables of one's own."""
 
 
-FRAME = re.compile(r"(video[ _])?frames?[ _]?(id|idx|index|number|num|no\.?|nr\.?|#)?|fr")
-"""Names of columns of frame numbers, in small letters."""
+FRAME = re.compile(
+    r"(video[ _])?frames?[ _]?(id|idx|index|number|num|no\.?|nr\.?|#)?|fr|slice( n\N{DEGREE SIGN})?|"
+    r"image|imagen|fotograma|bild"
+)
+"""Names of columns of frame numbers, in small letters, those of ImageJ and in other languages among them."""
 
 
 def frame_column(names: Collection[str]) -> str:

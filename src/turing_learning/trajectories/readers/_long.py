@@ -17,6 +17,7 @@ from ._columns import (
     choose_individuals,
     named,
     refuse_detections,
+    refuse_pair,
     refuse_several,
     refuse_size,
 )
@@ -198,7 +199,8 @@ class _LongTable:
         self.turned = turned if len(turned) == len(QUATERNION) else []
         hidden = [name for name in (MISSING, VISIBLE) if name in names]
         self.wanted = [*self.plain, *self.box.values(), *self.extra, *self.turned]
-        self.texts = [*self.who, *self.apart, *depth, *hidden, *clock]
+        units = [name for name in (UNIT,) if name in names]
+        self.texts = [*self.who, *self.apart, *depth, *hidden, *units, *clock]
         if self.when == "frame":
             self.wanted.append("frame")
         else:
@@ -226,6 +228,9 @@ class _LongTable:
             # a unit that is not known, as inch of what ImageJ took for one, is not stated
             below = self.units.get(name, "")
             units.add(unit_of(name) or (below if below in CM_PER_UNIT else ""))
+        in_cells = {word.lower() for word in self.words.get(UNIT, ())} - {""}
+        if in_cells and in_cells <= CM_PER_UNIT.keys():
+            units = (units | in_cells) - {""}
         if len(units) > 1:
             raise refusal(
                 "have x and y in the same unit", " and ".join(sorted(units)), self.sheet.place
@@ -285,6 +290,10 @@ class _LongTable:
 
     def positions(self) -> tuple[np.ndarray, list[str]]:
         """Return positions (rows, 2), in cm where the unit is known, and in words what was chosen."""
+        if "left" not in self.said and "x2" in self.box.values() and not self.plain:
+            refuse_pair(
+                {side: self.numbers[name] for side, name in self.box.items()}, self.sheet.place
+            )
         positions, choices = _positions(self.numbers, self.plain, self.box, "left" in self.said)
         for name in self.depth:
             if len({*self.words[name]} - {""}) > 1:
@@ -388,7 +397,7 @@ class _LongTable:
 
     def unread(self, who: str) -> list[str]:
         """Return the columns that are not used, as the file spells them."""
-        read = {*self.wanted, self.when, who, *self.clock, *self.apart, *self.hidden}
+        read = {*self.wanted, self.when, who, *self.clock, *self.apart, *self.hidden, UNIT}
         pairs = zip(self.names, self.sheet.names, strict=True)
         return [spelled for name, spelled in pairs if spelled and name not in read]
 
@@ -414,6 +423,8 @@ OFF = 0.1
 """By how much the squares of a unit quaternion may differ from 1 in sum."""
 MISSING, VISIBLE = "missing", "visible"
 """Columns that say which rows hold no position: 1 where it is missing, false where it is not visible."""
+UNIT = "unit"
+"""Column that says in which unit positions are, as Imaris writes it."""
 NO = ("false", "f", "no", "0", "0.0", "")
 
 

@@ -36,49 +36,178 @@ class Sheet:
 
 MOST_COMMENTS = 1000
 """Lines before the names of columns."""
+MOST_TITLES = 10
+"""Lines with a title before the names of columns."""
 _SEPARATOR_LINE = re.compile(r'"?sep=.?"?[,;\t]*', re.IGNORECASE)
 """What tells Excel the separator, and is no row."""
+HEAD_BYTES = 1 << 16
+"""Bytes at the beginning of a file that show its encoding."""
+HEAD_LINES = 4
+"""Lines that show what is in a table: names of columns, and units, which TrackMate writes below them."""
+UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_UNDECODED = re.compile("[\udc80-\udcff]")
+"""What stands for bytes that are none of the encoding."""
+
+
+def encoding_of(head: bytes) -> str:
+    """Return the encoding of a text by its beginning: UTF-16 by its mark, UTF-8, or Windows-1252, which has Latin-1.
+
+    Programs in western languages write degree and micro signs, and names, in Windows-1252. A file in
+    UTF-8 with one damaged line is none: other bytes are in its first lines, or in several.
+    """
+    if head.startswith(UTF16_MARKS):
+        return "utf-16"
+    foreign = []
+    # the last character of the head may be cut off
+    for number, line in enumerate(head.rstrip(bytes(range(128, 256))).splitlines()):
+        if line.isascii():
+            continue
+        if _UNDECODED.search(line.decode("utf-8", "surrogateescape")):
+            foreign.append(number)
+        elif number or not line.removeprefix(codecs.BOM_UTF8).isascii():
+            return "utf-8-sig"
+    if foreign and (foreign[0] < HEAD_LINES or len(foreign) > 1):
+        return "cp1252"
+    return "utf-8-sig"
 
 
 @dataclass(frozen=True)
-class Opening:
-    """What stands before the first line of a table."""
+class TableText:
+    """A text file with a table, and what stands before the names of its columns."""
 
-    skipped: int  #: Lines that are none of the table: comments, and what tells Excel the separator
+    path: Path
+    encoding: str
+    skipped: int  #: Lines that are none of the table: comments, titles, and what tells Excel the separator
     commented: bool  #: Whether the line after them begins with "#", too, and names the columns
+    titles: tuple[str, ...] = ()  #: Titles among these lines
     fps: float | None = None  #: Frame rate that a comment states
     unit: str = ""  #: Of positions, as "m", where a comment states it
 
-
-def opening_of(path: Path) -> Opening:
-    """Return what stands before the first line of a table."""
-    with path.open("rb") as file:
-
-        def following() -> str:
-            return file.readline(LONGEST_LINE).decode("utf-8-sig", errors="replace")
-
-        line = following()
+    @classmethod
+    def of(cls, path: Path) -> "TableText":
+        """Return a file with what stands before its table."""
+        with path.open("rb") as file:
+            encoding = encoding_of(file.read(HEAD_BYTES))
+        lines = _lines(path, encoding)
+        line = next(lines, "")
         skipped = 0
         if _SEPARATOR_LINE.fullmatch(line.strip()):
             skipped = 1
-            line = following()
+            line = next(lines, "")
         comments: list[str] = []
         while skipped + len(comments) < MOST_COMMENTS:
             # comments of programs have blank lines between them
             if not line.startswith("#") and not (comments and line.isspace()):
                 break
             comments.append(line)
-            line = following()
-    commented = bool(comments) and _names_columns(comments[-1], line)
-    text = "".join(comments)
-    rate = _RATE_IN_COMMENT.search(text)
-    unit = _UNIT_IN_COMMENT.search(text)
-    return Opening(
-        skipped + len(comments) - commented,
-        commented,
-        None if rate is None else float(rate[1]),
-        "" if unit is None else UNITS_IN_COMMENTS[unit[1].lower()[0]],
-    )
+            line = next(lines, "")
+        commented = bool(comments) and _names_columns(comments[-1], line)
+        titles: list[str] = []
+        if not commented:
+            titles = _titles([line, *islice(lines, MOST_TITLES)])
+        text = "".join(comments)
+        rate = _RATE_IN_COMMENT.search(text)
+        unit = _UNIT_IN_COMMENT.search(text)
+        return cls(
+            path,
+            encoding,
+            skipped + len(comments) + len(titles) - commented,
+            commented,
+            tuple(title for title in titles if title),
+            None if rate is None else float(rate[1]),
+            "" if unit is None else UNITS_IN_COMMENTS[unit[1].lower()[0]],
+        )
+
+    def first_lines(self, count: int) -> list[str]:
+        """Return the first lines of the table, as far as they are text, without their ends."""
+        lines = []
+        for line in islice(_lines(self.path, self.encoding), self.skipped, self.skipped + count):
+            lines.append(_UNDECODED.sub("\N{REPLACEMENT CHARACTER}", line.rstrip("\r\n")))
+        if self.commented:
+            lines[0] = _uncommented(lines[0])
+        return lines
+
+    @property
+    def separator(self) -> str:
+        """What separates the cells of the first line."""
+        return separator_of(next(iter(self.first_lines(1)), ""))
+
+    def lines(self) -> Iterator[tuple[int, str]]:
+        """Yield number and text of each line of the table; blank lines are accepted at its end only."""
+        blank = 0
+        empty: list[tuple[int, str]] = []
+        for number, line in enumerate(_lines(self.path, self.encoding), start=1):
+            row = self._whole(line, number)
+            if number <= self.skipped:
+                continue
+            if self.commented and number == self.skipped + 1:
+                row = _uncommented(row)
+            if not row or row.isspace():
+                blank = blank or number
+            elif blank:
+                remedy = "Remove it, and what stands below it if that is no row."
+                where = f"{self.path}:{blank}"
+                raise refusal("have no blank line inside", "an empty line", where, remedy)
+            elif not row.strip(" ,;"):
+                # a spreadsheet ends with them; between rows they are rows of missing values
+                empty.append((number, row))
+            else:
+                yield from empty
+                empty = []
+                yield number, row
+
+    def _whole(self, line: str, number: int) -> str:
+        """Return a line without its end; refuse one that is cut off, or is no text."""
+        where = f"{self.path}:{number}"
+        if not line.endswith("\n"):
+            if len(line) > LONGEST_LINE:
+                rule = f"have lines of at most {LONGEST_LINE} characters"
+                raise refusal(rule, "a longer one", where)
+            remedy = "The file may be cut off; if it is whole, add a line end."
+            raise refusal("end with a line end", repr(line[-20:]), where, remedy)
+        line = line.rstrip("\r\n")
+        if "\0" in line:
+            raise refusal("be a text file", "a zero byte", where)
+        if "\r" in line:
+            got = "a carriage return inside a line"
+            raise refusal("have line ends of one kind", got, where)
+        foreign = None if line.isascii() else _UNDECODED.search(line)
+        if foreign:
+            remedy = "It may be damaged, or in another encoding: save it as UTF-8."
+            raise refusal(
+                "be text in UTF-8", f"byte {ord(foreign[0]) - 0xDC00:#04x}", where, remedy
+            )
+        if self.encoding == "utf-16" and "\N{REPLACEMENT CHARACTER}" in line:
+            raise refusal("be whole text in UTF-16", "half a character", where)
+        return line
+
+    def header(self, count: int, separator: str) -> list[list[str]]:
+        """Return the cells of the first lines."""
+        rows = []
+        for number, line in islice(self.lines(), count):
+            cells = cells_of(line, separator, self.path, number)
+            rows.append([cell.strip() for cell in cells])
+        if len(rows) < count:
+            raise refusal(f"have {count} header lines", len(rows), self.path)
+        return rows
+
+
+def _lines(path: Path, encoding: str) -> Iterator[str]:
+    """Yield the lines of a text with their ends; bytes that are none of the encoding are marked, see `_UNDECODED`."""
+    # UTF-16 has no such marks for bytes below 128
+    errors = "replace" if encoding == "utf-16" else "surrogateescape"
+    with path.open(encoding=encoding, errors=errors, newline="\n") as file:
+        yield from iter(lambda: file.readline(LONGEST_LINE + 1), "")
+
+
+def _titles(lines: Sequence[str]) -> list[str]:
+    """Return the lines above the names of columns that have one cell alone, as Imaris writes "Position"."""
+    for count, line in enumerate(lines[:-1]):
+        if re.search("[,;\t]", line):
+            return [
+                title.strip() for title in lines[:count] if _names_columns(line, lines[count + 1])
+            ]
+    return []
 
 
 _RATE_IN_COMMENT = re.compile(
@@ -93,9 +222,9 @@ UNITS_IN_COMMENTS = {"m": "m", "c": "cm"}
 """First letter of its name -> unit."""
 
 
-def _names_columns(comment: str, row: str) -> bool:
-    """Return whether a comment names the columns of the row below it, as `numpy.savetxt` writes it."""
-    text = _uncommented(comment)
+def _names_columns(header: str, row: str) -> bool:
+    """Return whether a line, perhaps a comment as `numpy.savetxt` writes it, names the columns of the row below it."""
+    text = _uncommented(header)
     separator = separator_of(text)
     with suppress(csv.Error):
         names = [cell.strip() for cell in cells_in(text, separator)]
@@ -108,77 +237,6 @@ def _names_columns(comment: str, row: str) -> bool:
 
 def _uncommented(line: str) -> str:
     return line.lstrip("#").strip()
-
-
-def first_lines(path: Path, count: int) -> list[str]:
-    """Return the first lines of a table, as far as they are text, without their ends."""
-    opening = opening_of(path)
-    with path.open("rb") as file:
-        raw = [file.readline(LONGEST_LINE) for _ in range(opening.skipped + count)]
-    lines = []
-    for line in raw[opening.skipped :]:
-        text = line.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace")
-        lines.append(text.rstrip("\r\n"))
-    if opening.commented:
-        lines[0] = _uncommented(lines[0])
-    return lines
-
-
-def read_lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield number and text of each line of a whole text in UTF-8; blank lines are accepted at its end only.
-
-    What stands before the table is left out.
-    """
-    opening = opening_of(path)
-    blank = 0
-    with path.open("rb") as file:
-        for number, raw in enumerate(iter(lambda: file.readline(LONGEST_LINE + 1), b""), start=1):
-            line = _decoded(raw, path, number)
-            if number <= opening.skipped:
-                continue
-            if opening.commented and number == opening.skipped + 1:
-                line = _uncommented(line)
-            if not line or line.isspace():
-                blank = blank or number
-            elif blank:
-                remedy = "Remove it, and what stands below it if that is no row."
-                where = f"{path}:{blank}"
-                raise refusal("have no blank line inside", "an empty line", where, remedy)
-            else:
-                yield number, line
-
-
-def refuse_utf16(raw: bytes, source: object) -> None:
-    """Refuse a file that begins with the mark of UTF-16, in which lines cannot be told from bytes."""
-    if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        raise refusal("be text in UTF-8", "UTF-16", source, "Save it as UTF-8.")
-
-
-def _decoded(raw: bytes, path: Path, number: int) -> str:
-    """Return the text of a line, without its end."""
-    if not raw.endswith(b"\n"):
-        if len(raw) > LONGEST_LINE:
-            raise refusal(
-                f"have lines of at most {LONGEST_LINE} bytes", "a longer one", f"{path}:{number}"
-            )
-        remedy = "The file may be cut off; if it is whole, add a line end."
-        raise refusal("end with a line end", f"{raw[-20:]!r}", f"{path}:{number}", remedy)
-    if number == 1:
-        refuse_utf16(raw, f"{path}:1")
-        raw = raw.removeprefix(codecs.BOM_UTF8)
-    line = raw.rstrip(b"\r\n")
-    if b"\0" in line:
-        raise refusal("be a text file", "a zero byte", f"{path}:{number}")
-    if b"\r" in line:
-        raise refusal(
-            "have line ends of one kind", "a carriage return inside a line", f"{path}:{number}"
-        )
-    try:
-        return line.decode("utf-8")
-    except UnicodeDecodeError as error:
-        remedy = "It may be in Latin-1 or another encoding: save it as UTF-8."
-        got = f"byte {line[error.start]:#04x}"
-        raise refusal("be text in UTF-8", got, f"{path}:{number}", remedy) from None
 
 
 def cells_of(line: str, separator: str, path: Path, number: int, width: int = 0) -> list[str]:
@@ -197,24 +255,19 @@ def cells_of(line: str, separator: str, path: Path, number: int, width: int = 0)
     return row
 
 
-def header(path: Path, lines: int, separator: str) -> list[list[str]]:
-    """Return the cells of the first lines."""
-    head = islice(read_lines(path), lines)
-    rows = [
-        [cell.strip() for cell in cells_of(line, separator, path, number)] for number, line in head
-    ]
-    if len(rows) < lines:
-        raise refusal(f"have {lines} header lines", len(rows), path)
-    return rows
-
-
 def text_sheet(
-    path: Path, separator: str, names: Sequence[str], *, skip: int = 1, absent: Sequence[str] = ()
+    text: TableText,
+    separator: str,
+    names: Sequence[str],
+    *,
+    skip: int = 1,
+    absent: Sequence[str] = (),
 ) -> Sheet:
     """Return a text file with these columns after `skip` header lines; whatever is wrong is refused with its line.
 
     Cells that say one of `absent`, or of `MISSING`, in any case, are not a number.
     """
+    path = text.path
     width = len(names)
     decimal_comma = separator != ","
 
@@ -223,7 +276,7 @@ def text_sheet(
     ) -> tuple[np.ndarray, list[list[str]]]:
         blocks: list[np.ndarray] = []
         words: list[list[str]] = [[] for _ in texts]
-        lines = islice(read_lines(path), skip, None)
+        lines = islice(text.lines(), skip, None)
         while block := list(islice(lines, ROWS)):
             cells = list(
                 chain.from_iterable(
@@ -246,20 +299,24 @@ def text_sheet(
             raise refusal("have at least one row", "none", path)
         return np.concatenate(blocks), words
 
-    opening = opening_of(path)
-    skipped = opening.skipped
-    units = dict.fromkeys("xy", opening.unit) if opening.unit else {}
+    first_row = text.skipped + skip + 1
+    remark = ""
+    if text.titles:
+        remark = f"lines above the names of columns are no rows: {', '.join(text.titles)}"
     return Sheet(
         names,
         read,
-        f"{path}:{skipped + 1}",
-        lambda row: f"{path}:{skipped + skip + 1 + row}",
-        units=units,
-        fps=opening.fps,
+        f"{path}:{text.skipped + 1}",
+        lambda row: f"{path}:{first_row + row}",
+        remark=remark,
+        units=dict.fromkeys("xy", text.unit) if text.unit else {},
+        fps=text.fps,
     )
 
 
-MISSING = ("nan", "na", "n/a", "none", "null", "-", "--", "missing")
+MISSING = (
+    "nan", "na", "n/a", "none", "null", "-", "--", "\N{EN DASH}", ".", "missing", "#n/a", "#value!", "#div/0!",
+)  # fmt: skip
 """What a cell of a row may say where there is no number, and none of a header line."""
 
 
@@ -297,11 +354,6 @@ def separator_of(line: str) -> str:
     return separator
 
 
-def first_separator(path: Path) -> str:
-    """Return what separates the cells of the first line of a file."""
-    return separator_of(first_lines(path, 1)[0])
-
-
 SPACES = " "
 """Separator of tables whose columns stand below each other, with any number of spaces between them."""
 
@@ -319,12 +371,13 @@ def cells_in(line: str, separator: str) -> list[str]:
 
 def sheet_of(path: Path, separator: str = "", absent: Sequence[str] = ()) -> Sheet:
     """Return a text file whose first line names its columns, and shows what separates them unless that is said."""
-    separator = separator or first_separator(path)
-    names = header(path, 1, separator)[0]
-    if _has_row_names(path, separator, len(names)):
+    text = TableText.of(path)
+    separator = separator or text.separator
+    names = text.header(1, separator)[0]
+    if _has_row_names(text, separator, len(names)):
         names = ["", *names]
-    extra_lines = _more_header_lines(path, separator, names)
-    sheet = text_sheet(path, separator, names, skip=1 + len(extra_lines), absent=absent)
+    extra_lines = _more_header_lines(text, separator, names)
+    sheet = text_sheet(text, separator, names, skip=1 + len(extra_lines), absent=absent)
     if extra_lines:
         remark = f"{len(extra_lines)} more header lines are no rows: {extra_lines[-1]}"
         units = _units_in(cells_of(extra_lines[-1], separator, path, 1 + len(extra_lines)), names)
@@ -332,10 +385,12 @@ def sheet_of(path: Path, separator: str = "", absent: Sequence[str] = ()) -> She
     return sheet
 
 
-def _has_row_names(path: Path, separator: str, width: int) -> bool:
+def _has_row_names(text: TableText, separator: str, width: int) -> bool:
     """Return whether rows begin with a quoted name that has no header, as R writes them."""
-    for number, line in islice(read_lines(path), 1, 2):
-        return line.startswith('"') and len(cells_of(line, separator, path, number)) == width + 1
+    for number, line in islice(text.lines(), 1, 2):
+        return (
+            line.startswith('"') and len(cells_of(line, separator, text.path, number)) == width + 1
+        )
     return False
 
 
@@ -353,13 +408,13 @@ MOST_HEADER_LINES = 3
 """Lines below the first one in which TrackMate says what columns are, and their units."""
 
 
-def _more_header_lines(path: Path, separator: str, names: Sequence[str]) -> list[str]:
+def _more_header_lines(text: TableText, separator: str, names: Sequence[str]) -> list[str]:
     """Return the lines below the header that say something, and in no cell a number or a missing one."""
     extra_lines: list[str] = []
     if {"frame", *TIME}.isdisjoint(name.lower() for name in names):
         return extra_lines
-    for number, line in islice(read_lines(path), 1, 1 + MOST_HEADER_LINES):
-        cells = [cell.strip() for cell in cells_of(line, separator, path, number)]
+    for number, line in islice(text.lines(), 1, 1 + MOST_HEADER_LINES):
+        cells = [cell.strip() for cell in cells_of(line, separator, text.path, number)]
         lacking = len(names) - len(cells)
         words = [cell for cell in cells if cell]
         values = [np.isfinite(number_of(cell)) or cell.lower() in MISSING for cell in words]

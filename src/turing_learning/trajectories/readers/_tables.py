@@ -38,7 +38,7 @@ from ._layouts import (
 )
 from ._long import is_long, is_wide, read_long
 from ._places import resampled
-from ._sheets import Sheet, first_separator, header, number_of, separator_of, sheet_of, text_sheet
+from ._sheets import Sheet, TableText, number_of, separator_of, sheet_of, text_sheet
 from ._times import (
     FARTHEST,
     TIME,
@@ -136,13 +136,14 @@ def read_mot(path: Path, options: Options) -> Recording:
 
     Source: Milan et al. 2016, MOT16: a benchmark for multi-object tracking, arXiv:1603.00831.
     """
-    separator = first_separator(path)
-    width = len(header(path, 1, separator)[0])
+    text = TableText.of(path)
+    separator = text.separator
+    width = len(text.header(1, separator)[0])
     if width < 6:
         rule = "have the cells frame, id, left, top, width, height in each row"
         raise refusal(rule, f"{width} cells", f"{path}:1")
     names = [*MOT[:6], *(f"column {k}" for k in range(7, width + 1))]
-    recording = read_long(text_sheet(path, separator, names, skip=0), options)
+    recording = read_long(text_sheet(text, separator, names, skip=0), options)
     return replace(recording, y_axis="down", unread=())
 
 
@@ -419,19 +420,20 @@ def read_toxtrac(path: Path, options: Options) -> Recording:
     Positions are in pixels from the corner of the arena's region in the image, in Tracking_RealSpace.txt in mm.
     Source: Rodriguez et al. 2018, ToxTrac, Methods in Ecology and Evolution 9.
     """
-    sheet = text_sheet(path, "\t", ("frame", "arena", "track", "x", "y", "label"), skip=0)
+    names = ("frame", "arena", "track", "x", "y", "label")
+    sheet = text_sheet(TableText.of(path), "\t", names, skip=0)
     numbers, _ = sheet.read(range(6))
     frames, arena, track, x, y, label = numbers.T
     integers = numbers[:, [1, 2, 5]]
     rule = "have whole numbers for arena, track and label (columns 2, 3, 6)"
     refuse_first((np.floor(integers) != integers).any(axis=1), sheet.at, rule, integers)
     several = len(np.unique(arena)) > 1
-    names = [
+    individuals = [
         f"{int(a)}:{int(t)}" if several else str(int(t)) for a, t in zip(arena, track, strict=True)
     ]
     unlabeled = int((label == 0).sum())
     remarks = (f"{unlabeled} rows have the label 0",) if unlabeled else ()
-    return assemble(frames, names, np.column_stack([x, y]), sheet.at, remarks=remarks)
+    return assemble(frames, individuals, np.column_stack([x, y]), sheet.at, remarks=remarks)
 
 
 TOXTRAC_FORMAT = Format("toxtrac", _is_toxtrac, read_toxtrac)
@@ -457,8 +459,9 @@ def read_deeplabcut(path: Path, options: Options) -> Recording:
 
     Source: Mathis et al. 2018, Lauer et al. 2022, DeepLabCut, Nature Neuroscience 21, Nature Methods 19.
     """
-    separator = first_separator(path)
-    rows = header(path, 4, separator)
+    text = TableText.of(path)
+    separator = text.separator
+    rows = text.header(4, separator)
     several = [row[0] for row in rows] == SEVERAL
     if not several and [row[0] for row in rows[:3]] != SINGLE:
         raise refusal(
@@ -471,7 +474,7 @@ def read_deeplabcut(path: Path, options: Options) -> Recording:
     if len(set(lengths)) > 1:
         raise refusal("have header lines of the same length", lengths, f"{path}:1")
     labels = list(zip(*(row[1:] for row in rows[:skip]), strict=True))
-    sheet = text_sheet(path, separator, rows[0], skip=skip)
+    sheet = text_sheet(text, separator, rows[0], skip=skip)
     return read_points(labels, _numbered_by_images(sheet), options)
 
 
