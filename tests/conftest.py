@@ -118,6 +118,14 @@ def same_random_numbers(request, monkeypatch):
         )
 
 
+@pytest.fixture(scope="module")
+def few_kernels():
+    """Let examiners see a tenth of their random kernels, whose features take most of the time of a short check."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("turing_learning.examination._convolution.FEATURES", 100)
+        yield
+
+
 @pytest.fixture(scope="session")
 def once(tmp_path_factory):
     """Return a function that fills a folder by a name, once for all processes of the suite; it is not to be changed."""

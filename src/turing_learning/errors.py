@@ -281,12 +281,12 @@ def integer(
     error: type[RefusedError] = RefusedError,
 ) -> int:
     """Return an integer of at least `least`, and at most `most` if given; reject anything else."""
+    if is_integer(value) and value >= least and (most is None or value <= most):
+        return int(value)
     rule = f"be an integer of at least {least}"
     if most is not None:
         rule = f"be an integer from {least} to {most}"
-    fits = is_integer(value) and value >= least and (most is None or value <= most)
-    require(fits, name, rule, brief(value), remedy, place=place, error=error)
-    return int(value)
+    refuse(name, rule, brief(value), remedy, place=place, error=error)
 
 
 def number(
@@ -310,20 +310,20 @@ def number(
         # an integer beyond the floats
         with suppress(OverflowError):
             converted = float(value)
-    fits = math.isfinite(converted)
-    rules = []
-    for words, holds, bound in (
+    bounds = (
         ("of at least", ge, least),
         ("above", gt, above),
         ("of at most", le, most),
         ("below", lt, below),
-    ):
-        if bound is not None:
-            rules.append(f"{words} {bound:g}")
-            fits = fits and holds(converted, bound)
+    )
+    fits = math.isfinite(converted)
+    for _, holds, bound in bounds:
+        fits = fits and (bound is None or holds(converted, bound))
+    if fits:
+        return converted
+    rules = [f"{words} {bound:g}" for words, _, bound in bounds if bound is not None]
     rule = f"be a finite number {' and '.join(rules)}".rstrip()
-    require(fits, name, rule, brief(value), remedy, place=place, error=error)
-    return converted
+    refuse(name, rule, brief(value), remedy, place=place, error=error)
 
 
 def choice(

@@ -17,6 +17,8 @@ from turing_learning.runs import Run, RunFolder, RunFolderError, RunStorageError
 from turing_learning.runs._report import check_listing, draw_check
 from turing_learning.systems import CustomSystemError
 
+pytestmark = pytest.mark.usefixtures("few_kernels")
+
 SETTINGS = {
     "models.population": 8,
     "classifiers.population": 8,
