@@ -16,15 +16,16 @@ these are so short that no rounding has yet become a decision.
 
 import argparse
 import hashlib
+import io
 import json
 import math
 import os
 import re
-import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import asdict, is_dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -208,18 +209,21 @@ def infer(
 
 
 def command(*arguments: object) -> str:
-    """Call the command line in another process, and return what it prints."""
-    done = subprocess.run(
-        [sys.executable, "-m", "turing_learning", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode:
-        raise SystemExit(
-            f"turing-learning {' '.join(map(str, arguments))}\n{done.stdout}\n{done.stderr}"
-        )
-    return done.stdout
+    """Call the command line in this process, which has imported it, and return what it prints."""
+    from turing_learning.cli import main
+
+    words = [str(argument) for argument in arguments]
+    code = None
+    out = io.StringIO()
+    err = io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err):
+        try:
+            main(words)
+        except SystemExit as ended:
+            code = ended.code
+    if code:
+        raise SystemExit(f"turing-learning {' '.join(words)}\n{out.getvalue()}\n{err.getvalue()}")
+    return out.getvalue()
 
 
 def toml(settings: dict[str, Any], path: Path) -> Path:
