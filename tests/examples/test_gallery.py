@@ -12,6 +12,8 @@ import pytest
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
 NOTEBOOKS = ("swarm", "fish", "custom")
 FAST = """
+import turing_learning.examination._convolution
+turing_learning.examination._convolution.FEATURES = 100
 from turing_learning.identifiability import Effort
 FEW = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
 LEAST = {"effort": Effort(samples=12, points=0), "recoveries": 0}
@@ -46,6 +48,7 @@ def test_a_notebook_runs(name, tmp_path):
     for cell in (cell for cell in notebook.cells if cell.cell_type == "code"):
         cell.source, runs = re.subn(r"generations=\d+", "generations=2, settings=FEW", cell.source)
         cell.source, budgets = re.subn(r"trials=\d+", "trials=60", cell.source)
+        cell.source = re.sub(r"in \(1, 2(, \d)+\)", "in (1, 2)", cell.source)
         cell.source, checks = re.subn(
             r"(runs\[0\]|result|wrong)\.check\(.*?\)", r"\1.check(**LEAST)", cell.source
         )

@@ -17,7 +17,7 @@ from turing_learning.runs import TIMINGS
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork and SIGKILL")
 
-KILLS, KILLS_PER_RUN = 24, 6
+KILLS, KILLS_PER_RUN = 12, 6
 
 
 class KillingGround:

@@ -24,7 +24,7 @@ from turing_learning.studies import study
 pytest.importorskip("distributed", reason="needs the extra `cluster`")
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 
-STUDY = ["study", "aggregation", *SMALL, "--runs", 3, "--generations", 600]
+STUDY = ["study", "aggregation", *SMALL, "--runs", 2, "--generations", 600]
 
 
 @pytest.fixture
@@ -80,11 +80,11 @@ def test_a_killed_worker_changes_nothing_in_the_table(processes, scheduler, tmp_
     )
     out, err = program.communicate(timeout=120)
     assert program.returncode == 0, err
-    assert "3 of 3 runs complete" in out
+    assert "2 of 2 runs complete" in out
     assert executed_by(folder, run) in theirs - {victim}
     with ThreadPoolExecutor(1) as executor:
         study(
-            "aggregation", runs=3, generations=600, settings=SETTINGS, executor=executor, out=local
+            "aggregation", runs=2, generations=600, settings=SETTINGS, executor=executor, out=local
         )
     assert tables(folder) == tables(local)
 
