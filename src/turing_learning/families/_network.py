@@ -91,7 +91,8 @@ class Network(Family):
     A group starts as one was recorded at some moment of the learning part. What would lead out of the tank, or into
     another, is not chosen. Where a recording has many more individuals than are ever there at once, such as pedestrians
     who pass, they leave as they were recorded to leave, and others come when and where others came after that moment.
-    Nobody comes or leaves in a group of another size, or in another tank.
+    In a group of another size so many more, or fewer, come that its size is that on average. Nobody comes or leaves in
+    another tank.
 
     The parameters are gains, 1 as recorded. `speed` multiplies all lengths. `speed_noise` and `turn_noise` multiply
     the variance of where the alike contexts led, how far and in which direction: 0 is always the most usual, above 1
@@ -339,9 +340,8 @@ class Network(Family):
 
     @property
     def _open(self) -> bool:
-        """Whether individuals come and go: not in a group that was never recorded."""
-        recorded = self.tank_cm is None and self.individuals == self.brain.starts.paths.shape[2]
-        return recorded and bool(self.brain.comings.frames.any())
+        """Whether individuals come and go: not in a tank that was never recorded."""
+        return self.tank_cm is None and bool(self.brain.comings.frames.any())
 
     def _moved(self, gains: np.ndarray, rngs: Sequence[np.random.Generator]) -> np.ndarray:
         """Return where groups with these gains (M, 7) are (M, F, A, 2), each with random numbers of its own."""
@@ -354,7 +354,7 @@ class Network(Family):
         for m, own_rng in enumerate(rngs):
             path, memory, which[m], at = self._start(own_rng)
             keys[m] = own_rng.integers(2**64, dtype=np.uint64)
-            coming = self._coming(int(which[m]), at) if self._open else []
+            coming = self._coming(int(which[m]), at, own_rng) if self._open else []
             begun.append((path, memory, coming))
         individuals = self.individuals + max((len(coming) for *_, coming in begun), default=0)
         frames = HISTORY + 1 + self.moves
@@ -393,23 +393,31 @@ class Network(Family):
         )
         return paths[:, HISTORY + self.settling_steps :]
 
-    def _coming(self, tank: int, at: int) -> list[tuple[int, np.ndarray]]:
+    def _coming(self, tank: int, at: int, rng: np.random.Generator) -> list[tuple[int, np.ndarray]]:
         """Return after how many steps individuals come into a tank after a moment, and their first places.
 
-        After the end of what was learned it begins anew.
+        After the end of what was learned it begins anew. Where the group is larger or smaller than it was, those of
+        several moments come, and of the last of these a share.
         """
-        comings = self.brain.comings
-        cycle = int(comings.frames[tank])
+        brain = self.brain
+        cycle = int(brain.comings.frames[tank])
         if cycle == 0:
             return []
+        ratio = 1.0
+        if self.individuals != brain.starts.paths.shape[2]:
+            there = np.isfinite(brain.starts.paths[brain.starts.tank == tank, -1, :, 0])
+            ratio = self.individuals / float(there.sum(axis=1).mean())
         coming = []
         # whoever had come just before the moment is not among those who start there
         earliest = 1 - PAST
-        for n in np.flatnonzero(comings.tank == tank):
-            after = (int(comings.at[n]) - at - earliest) % cycle + earliest
-            while after <= self.moves:
-                coming.append((after, comings.paths[n]))
-                after += cycle
+        for k in range(math.ceil(ratio)):
+            begin = at if k == 0 else int(rng.integers(cycle))
+            for n in np.flatnonzero(brain.comings.tank == tank):
+                after = (int(brain.comings.at[n]) - begin - earliest) % cycle + earliest
+                while after <= self.moves:
+                    if rng.random() < ratio - k:
+                        coming.append((after, brain.comings.paths[n]))
+                    after += cycle
         return coming
 
     def _start(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, int, int]:
@@ -438,7 +446,8 @@ class Network(Family):
         if self.tank_cm is not None:
             places = rng.random((self.individuals, 2)) * np.array(self.tank_cm)
             path = path - path[-1] + places
-        return path, starts.memories[moments[chosen], individuals[chosen]], tank, 0
+        at = int(starts.at[moment])
+        return path, starts.memories[moments[chosen], individuals[chosen]], tank, at
 
 
 PARTS: dict[str, Any] = {

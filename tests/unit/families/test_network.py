@@ -230,6 +230,11 @@ def test_people_come_and_go_as_they_were_recorded_to():
     assert not present.all(axis=1).any()
     samples = network(values(network, 20), np.random.default_rng(1))
     assert np.isfinite(samples).all()
+    for individuals in (2, 12):
+        crowd = network.in_group(individuals, steps=200, settling_steps=100)
+        positions = crowd.simulate(values(crowd, 8), np.random.default_rng(1))
+        present = np.isfinite(positions[..., 0])
+        assert present.sum(axis=2).mean() == pytest.approx(individuals, rel=0.25)
 
 
 def test_learning_again_gives_the_same_bits():
