@@ -58,11 +58,11 @@ FORMATS = tuple(file_format.name for file_format in _ALL)
 
 
 @overload
-def load_trajectories(path: Source, **said: Any) -> Trajectories: ...
+def load_trajectories(path: Source, **options: Any) -> Trajectories: ...
 
 
 @overload
-def load_trajectories(path: list[Source], **said: Any) -> list[Trajectories]: ...
+def load_trajectories(path: list[Source], **options: Any) -> list[Trajectories]: ...
 
 
 def load_trajectories(  # type: ignore[misc]  # the options of both are those below
@@ -408,7 +408,20 @@ def _number_of(name: str) -> object:
 
 # across which hardly any animals are tracked
 _FARTHEST_CM = 1e4
-_NOBODY = ("-1", "-1.0", "nan", "none", "null", "unknown", "unassigned", "noise")
+_NOBODY = (
+    "-1",
+    "-1.0",
+    "-",
+    "--",
+    "na",
+    "n/a",
+    "nan",
+    "none",
+    "null",
+    "unknown",
+    "unassigned",
+    "noise",
+)
 
 
 _GAP, _NUMBER = r'[,;\t "]', r"[-+]?([0-9.]+(e[-+]?[0-9]+)?|nan)"
@@ -419,7 +432,7 @@ def _find(path: Path, named: bool) -> Format:
     """Return the one format that the content has; a text whose columns are `named` is a table, and may have any names."""
     glance = _look(path)
     fitting = [reader for reader in _ALL if reader.recognizes(glance)]
-    if named and glance.kind == "text":
+    if named and glance.container == "text":
         tables = [reader for reader in fitting if reader.has_columns]
         fitting = [_tables.TIDY_FORMAT]
         if len(tables) == 1:
@@ -464,7 +477,7 @@ def _refuse_encoding(glance: Glance, path: Path) -> None:
     if "\N{REPLACEMENT CHARACTER}" in text:
         remedy = "It may be in Latin-1 or another encoding: save it as UTF-8."
         raise refusal("be text in UTF-8", "other bytes in its first lines", path, remedy)
-    if glance.kind == "text" and not text:
+    if glance.container == "text" and not text:
         remedy = "If it is text in UTF-16, save it as UTF-8."
         raise refusal("be text, HDF5 or arrays", "no text in its first lines", path, remedy)
 
@@ -569,7 +582,7 @@ def _check_order(recording: Recording, source: str) -> None:
 
 def _typical_step(positions: np.ndarray, lag: int) -> float:
     """Return the median distance between positions (F, A, 2) that are `lag` rows apart; NaN if few are there."""
-    ways = positions[lag:] - positions[:-lag]
-    steps = np.hypot(ways[..., 0], ways[..., 1])
+    displacements = positions[lag:] - positions[:-lag]
+    steps = np.hypot(displacements[..., 0], displacements[..., 1])
     finite = steps[~np.isnan(steps)]
     return float(np.median(finite)) if len(finite) >= _FEWEST else math.nan

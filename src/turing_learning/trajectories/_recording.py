@@ -120,12 +120,12 @@ class Format:
 class Glance:
     """A first look at a file, enough to tell the format.
 
-    `kind` is "text", "json", "hdf5", "npz" for archives and folders of them, "npy" or "netcdf3"; `lines` are the first
+    `container` is "text", "json", "hdf5", "npz" for archives and folders of them, "npy" or "netcdf3"; `lines` are the first
     ones of a text; `names` are those at the top of an HDF5 file, with "pandas_type" if there is a table of
     pandas, or the arrays in each archive.
     """
 
-    kind: str
+    container: str
     lines: tuple[str, ...] = ()
     names: tuple[frozenset[str], ...] = ()
 
@@ -139,7 +139,7 @@ class Glance:
 
     def holds(self, *names: str) -> bool:
         """Return whether an HDF5 file has all of these names."""
-        return self.kind == "hdf5" and set(names) <= self.names[0]
+        return self.container == "hdf5" and set(names) <= self.names[0]
 
 
 def refusal(rule: str, received: object, where: object, remedy: Text = "") -> RefusedError:
@@ -151,7 +151,7 @@ MOST_CELLS = 100_000_000
 """Frames times individuals that are opened without asking; two thirds of a day of 10 individuals at 150 fps."""
 SPARSEST = 100
 
-Place = Callable[[int], str]
+Locator = Callable[[int], str]
 
 
 def natural(name: str) -> tuple[list[tuple[int, str]], str]:
@@ -164,7 +164,7 @@ def natural(name: str) -> tuple[list[tuple[int, str]], str]:
     return key, name
 
 
-def check_positions(positions: np.ndarray, where: Place, source: object) -> None:
+def check_positions(positions: np.ndarray, where: Locator, source: object) -> None:
     """Refuse positions (rows, 2) of which half is missing, absurd ones, and none at all; `source` is the name of all."""
     missing = np.isnan(positions)
     refuse_first(missing[:, 0] != missing[:, 1], where, "have both x and y or neither", positions)
@@ -176,7 +176,7 @@ def check_positions(positions: np.ndarray, where: Place, source: object) -> None
 
 
 def refuse_first(
-    bad: np.ndarray, where: Place, rule: str, values: np.ndarray | str, remedy: Text = ""
+    bad: np.ndarray, where: Locator, rule: str, values: np.ndarray | str, remedy: Text = ""
 ) -> None:
     """Refuse the first row that is bad, with its value."""
     for row in np.flatnonzero(bad)[:1].tolist():
@@ -185,7 +185,7 @@ def refuse_first(
 
 
 def assemble(
-    frames: np.ndarray, names: Sequence[str], positions: np.ndarray, where: Place, *, twice: Text = "", sparse: Text = "",
+    frames: np.ndarray, names: Sequence[str], positions: np.ndarray, where: Locator, *, twice: Text = "", sparse: Text = "",
     extras: Mapping[str, np.ndarray] = MappingProxyType({}), remarks: tuple[str, ...] = (), **stated: Any,
 ) -> Recording:  # fmt: skip
     """Sort rows, which may be in any order, into arrays by frame and individual.
@@ -250,7 +250,7 @@ def directed(recording: Recording, front: Recording, back: Recording) -> Recordi
 
 
 def from_array(
-    positions: np.ndarray, names: tuple[str, ...], where: str | Place, **stated: Any
+    positions: np.ndarray, names: tuple[str, ...], where: str | Locator, **stated: Any
 ) -> Recording:
     """Return the recording of positions (F, A, 2), NaN where missing; `where` is that of all, or says where a frame is."""
     count = positions.shape[1]

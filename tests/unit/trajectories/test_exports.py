@@ -489,6 +489,10 @@ def test_points_of_via_are_read_and_outlines_refused(tmp_path):
     path.write_text("\n".join([VIA, 'v_000.jpg,12,"{}",0,0,"{}","{}"', *rows, ""]))
     read = load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up")
     np.testing.assert_array_equal(read.positions[:, 0], [[10 + k, 20] for k in range(5)])
+    path.write_text(path.read_text().replace("v_003", "w_003"))
+    with pytest.raises(ValueError, match="hold one recording; got images of 2 videos, such as v_"):
+        load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up")
+    path.write_text(path.read_text().replace("w_003", "v_003"))
     path.write_text(path.read_text().replace("point", "polygon").replace("cx", "all_points_x"))
     with pytest.raises(ValueError, match=r"have rectangles, points.*via.csv:3\]"):
         load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up")

@@ -762,3 +762,15 @@ def test_two_individuals_beside_other_columns_are_no_box(tmp_path):
     path.write_text("\n".join(["Frame,X1,Y1,Flag1,X2,Y2,Flag2", *rows, ""]))
     with pytest.raises(ValueError, match="corners of boxes, or individuals alone"):
         load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up")
+
+
+def test_decimal_commas_in_times_and_units_below_a_wide_header_are_read(tmp_path):
+    long = tmp_path / "long.csv"
+    rows = [f"{frame * 0.04:.2f};{frame};{2 * frame}".replace(".", ",") for frame in range(12)]
+    long.write_text("\n".join(["Time [s];X [cm];Y [cm]", *rows, ""]))
+    wide = tmp_path / "wide.csv"
+    wide.write_text("\n".join(["Time;X1;Y1", "s;cm;cm", *rows, ""]))
+    for path in (long, wide):
+        read = load_trajectories(path, y_axis="up")
+        assert (read.fps, read.unit) == (25, "cm")
+        np.testing.assert_allclose(read.positions[:, 0, 1], 2 * np.arange(12))

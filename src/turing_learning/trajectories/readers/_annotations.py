@@ -42,6 +42,14 @@ def _frame_of(attributes: Mapping[str, Any], file_name: str, where: str) -> floa
     return float(numbers[-1] if stated is None else stated)
 
 
+def _refuse_videos(file_names: Sequence[str], path: Path) -> None:
+    """Refuse images of several videos, whose names differ in more than the last number."""
+    videos = sorted({re.sub("[0-9]+(?=[^0-9]*$)", "", name) for name in file_names})
+    if len(videos) > 1:
+        got = f"images of {len(videos)} videos, such as {videos[0]} and {videos[1]}"
+        raise refusal("hold one recording", got[:80], path, "Write a file for each of them.")
+
+
 VIA = ("filename", "file_attributes", "region_shape_attributes", "region_attributes")
 
 
@@ -59,8 +67,9 @@ def read_via(path: Path, options: Options) -> Recording:
     sheet = sheet_of(path, ",")
     names = [name.lstrip("#").lower() for name in sheet.names]
     if not set(VIA) <= set(names):
-        raise refusal(f"have the columns {', '.join(VIA)}", ", ".join(sheet.names), sheet.place)
+        raise refusal(f"have the columns {', '.join(VIA)}", ", ".join(sheet.names), sheet.origin)
     _, columns = sheet.read([], [names.index(name) for name in VIA])
+    _refuse_videos(columns[0], path)
     frames = []
     points = []
     individuals = []
@@ -107,7 +116,7 @@ def _center(shape: Mapping[str, Any], where: str) -> tuple[float, float]:
 
 
 def _is_json(glance: "Glance") -> bool:
-    return glance.kind == "json"
+    return glance.container == "json"
 
 
 def read_coco(path: Path, options: Options) -> Recording:
@@ -134,11 +143,14 @@ def _coco(content: Mapping[str, Any], options: Options, path: Path) -> Recording
     if len(videos) > 1:
         got = f"{len(videos)} by video_id"
         raise refusal("hold one recording", got, path, "Write a file for each of them.")
+    _refuse_videos([str(image.get("file_name", "")) for image in images.values()], path)
     frame_of = {
         key: _frame_of(image, image.get("file_name", ""), f"{path}, image {key}")
         for key, image in images.items()
     }
-    names = [name for kind in content.get("categories", ()) for name in kind.get("keypoints", ())]
+    names = [
+        name for category in content.get("categories", ()) for name in category.get("keypoints", ())
+    ]
     names = list(dict.fromkeys(names))
     node = names.index(choose(options.keypoint, names, path)) if names else None
     annotations = content["annotations"]
@@ -253,13 +265,13 @@ def read_nwb(path: Path, options: Options) -> Recording:
     import pandas as pd
 
     with open_hdf5(path) as file:
-        series: dict[str, dict[str, Any]] = {kind: {} for kind in SERIES}
+        series: dict[str, dict[str, Any]] = {neurodata_type: {} for neurodata_type in SERIES}
 
         def collect(name: str, item: Any) -> None:
-            kind = text(item.attrs.get("neurodata_type", ""))
-            data = item.get("data") if kind in SERIES else None
+            neurodata_type = text(item.attrs.get("neurodata_type", ""))
+            data = item.get("data") if neurodata_type in SERIES else None
             if data is not None and len(data.shape) == 2:
-                series[kind][name] = item
+                series[neurodata_type][name] = item
 
         file.visititems(collect)
         poses = series[SERIES[0]] or series[SERIES[1]]

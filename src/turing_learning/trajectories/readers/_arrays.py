@@ -212,7 +212,7 @@ def read_archive(path: Path) -> Recording:
             from scipy.io import loadmat, whosmat
 
             stated = whosmat(path)
-            numeric = [name for name, _, kind in stated if kind in _NUMERIC]
+            numeric = [name for name, _, dtype in stated if dtype in _NUMERIC]
             check_unpacked(sum(8 * math.prod(shape) for _, shape, _ in stated), path)
             # structures and cells may hold anything
             read = loadmat(path, variable_names=numeric)
@@ -351,8 +351,8 @@ IDTRACKER_H5_FORMAT = Format(
 IDTRACKER_NPY_FORMAT = Format(
     "idtracker.ai-npy",
     lambda glance: (
-        glance.kind in ("npy", "mat")
-        or (glance.kind == "npz" and len(glance.names) == 1 and not _is_track(glance.names[0]))
+        glance.container in ("npy", "mat")
+        or (glance.container == "npz" and len(glance.names) == 1 and not _is_track(glance.names[0]))
     ),
     read_npy,
 )
@@ -485,7 +485,7 @@ def _track(
 
 TREX_FORMAT = Format(
     "trex",
-    lambda glance: glance.kind == "npz" and any(map(_is_track, glance.names)),
+    lambda glance: glance.container == "npz" and any(map(_is_track, glance.names)),
     read_trex,
     has_keypoints=True,
 )
@@ -741,7 +741,7 @@ def _timing(dataset: "xr.Dataset", fps: float | None, source: str) -> tuple[floa
 
 MOVEMENT_FORMAT = Format(
     "movement",
-    lambda glance: glance.kind == "netcdf3" or glance.holds("position", "space"),
+    lambda glance: glance.container == "netcdf3" or glance.holds("position", "space"),
     read_movement,
     has_keypoints=True,
 )

@@ -95,10 +95,10 @@ def of_key_point(sheet: Sheet, keypoint: str | None) -> Sheet:
     columns = [k for k, name in enumerate(sheet.names) if name.lower() in POINTS]
     if not columns:
         rule = "be left out for a table without a column of key points"
-        require(keypoint is None, "keypoint", rule, brief(keypoint), place=sheet.place)
+        require(keypoint is None, "keypoint", rule, brief(keypoint), place=sheet.origin)
         return sheet
     _, (points,) = sheet.read([], columns[:1])
-    point = choose(keypoint, list(dict.fromkeys(points)), sheet.place)
+    point = choose(keypoint, list(dict.fromkeys(points)), sheet.origin)
     rows = np.flatnonzero([name == point for name in points])
 
     def read(

@@ -192,11 +192,11 @@ def _rate_of(root: ElementTree.Element, path: Path) -> float | None:
     return rounded(IN_UNITS[name] / interval)
 
 
-def xml_root(path: Path, kind: str) -> ElementTree.Element:
+def xml_root(path: Path, format_name: str) -> ElementTree.Element:
     """Return the root of an XML file that is whole."""
     if path.stat().st_size > MOST_BYTES:
         raise refusal(f"have at most {MOST_BYTES} bytes", path.stat().st_size, path)
-    with whole(kind, path):
+    with whole(format_name, path):
         return ElementTree.parse(path).getroot()
 
 

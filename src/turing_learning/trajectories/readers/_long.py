@@ -65,9 +65,12 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
     positions, choices = table.positions()
     who, why = table.individuals(frames, positions)
     choices += why
-    individuals = table.words[who] if who else [table.alone] * len(frames)
+    individuals = table.words[who] if who else [table.single_name] * len(frames)
     refuse_several(
-        {name: table.words[name] for name in table.apart}, frames, individuals, sheet.place
+        {name: table.words[name] for name in table.recording_columns},
+        frames,
+        individuals,
+        sheet.origin,
     )
     extras = table.extras(positions)
     choices += table.doubts
@@ -85,11 +88,11 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
             return sheet.at(int(visible[row]))
 
     if options.resample is not None:
-        rows = resampled(seconds, individuals, positions, extras, options.resample, sheet.place)
+        rows = resampled(seconds, individuals, positions, extras, options.resample, sheet.origin)
         frames, individuals, positions, extras = rows
         fps = options.resample
         remarks.append(f"times were made even by resampling at {fps:g} per second")
-        at = f"{sheet.place}, resampled row {{}}".format
+        at = f"{sheet.origin}, resampled row {{}}".format
     unread = table.unread(who)
     twice: Text = ""
     if unread and not who and not layout.columns:
@@ -117,8 +120,8 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
         columns=table.read_from(who),
         unread=tuple(unread),
     )
-    if who and "id" not in table.said:
-        refuse_detections(recording, who, sheet.place)
+    if who and "id" not in table.stated_columns:
+        refuse_detections(recording, who, sheet.origin)
     return recording
 
 
@@ -129,9 +132,9 @@ class _LongTable:
         self.sheet = sheet
         self.options = options
         self.layout = layout
-        self.said = options.columns or {}
+        self.stated_columns = options.columns or {}
         #: Names by roles where that is said, else in small letters
-        names = [name.lower() for name in named(sheet.names, self.said, sheet.place)]
+        names = [name.lower() for name in named(sheet.names, self.stated_columns, sheet.origin)]
         self.units = {
             role: sheet.units.get(name.lower(), "")
             for role, name in zip(names, sheet.names, strict=True)
@@ -143,19 +146,21 @@ class _LongTable:
             needed = ", ".join(
                 name for role, name in roles.items() if role in ("frame", "time", "x", "y")
             )
-            raise refusal(f"have the columns {needed}", sheet.names, sheet.place)
+            raise refusal(f"have the columns {needed}", sheet.names, sheet.origin)
         roles = layout.roles(names) or plain_roles(names, project=options.project)
         if layout.single:
             _refuse_bodies(names, roles, layout, sheet)
-        roles = {role: name for role, name in roles.items() if role not in self.said}
-        self.called = roles | {role: name.lower() for role, name in self.said.items()}
-        back = {name: role for role, name in roles.items()}
+        roles = {role: name for role, name in roles.items() if role not in self.stated_columns}
+        self.names_by_role = roles | {
+            role: name.lower() for role, name in self.stated_columns.items()
+        }
+        role_of = {name: role for role, name in roles.items()}
         # another column that is called as a role is not meant
-        self.names = [back.get(name, "" if name in roles else name) for name in names]
+        self.names = [role_of.get(name, "" if name in roles else name) for name in names]
         self._choose_columns()
         for name in {*self.wanted, *self.texts}:
             if self.names.count(name) > 1:
-                raise refusal("name each column once", f"{name!r} twice", sheet.place)
+                raise refusal("name each column once", f"{name!r} twice", sheet.origin)
         values, words = sheet.read(
             [*map(self.names.index, self.wanted)], [*map(self.names.index, self.texts)]
         )
@@ -169,7 +174,12 @@ class _LongTable:
 
     def _choose_columns(self) -> None:
         """Find which columns are needed, as numbers and as texts; refuse a table that lacks some."""
-        names, named, layout, where = self.names, self.said, self.layout, self.sheet.place
+        names, named, layout, where = (
+            self.names,
+            self.stated_columns,
+            self.layout,
+            self.sheet.origin,
+        )
         times = [name for name in TIME if name in names]
         self.when = "frame" if "frame" in names or not times else times[0]
         if self.options.resample is not None and times:
@@ -184,14 +194,14 @@ class _LongTable:
             if angles(names):
                 remedy = ("To bring degrees into a plane, add ", Setting("project", True), ".")
             raise refusal(f"have the columns frame, {x}, {y}", self.sheet.names, where, remedy)
-        central = re.match("c|.*cent", self.called.get("x", ""))
+        central = re.match("c|.*cent", self.names_by_role.get("x", ""))
         if not (self.box or stated or central):
             refuse_size(names, where)
         who = ("id",) if "id" in named else layout.who
         # "Object ID" is object_id
         alike = {name.replace(" ", "_"): name for name in reversed(names)}
         self.who = [alike[name] for name in who if name in alike]
-        self.apart = [name for name in APART if name in names and name not in self.who]
+        self.recording_columns = [name for name in APART if name in names and name not in self.who]
         clock = times[:1] if self.when == "frame" else []
         depth = [name for name in ("z",) if name in names]
         self.extra = [name for name in EXTRAS if name in names and layout.extras]
@@ -200,7 +210,7 @@ class _LongTable:
         hidden = [name for name in (MISSING, VISIBLE) if name in names]
         self.wanted = [*self.plain, *self.box.values(), *self.extra, *self.turned]
         units = [name for name in (UNIT,) if name in names]
-        self.texts = [*self.who, *self.apart, *depth, *hidden, *units, *clock]
+        self.texts = [*self.who, *self.recording_columns, *depth, *hidden, *units, *clock]
         if self.when == "frame":
             self.wanted.append("frame")
         else:
@@ -209,7 +219,7 @@ class _LongTable:
         self.depth = depth
         self.hidden = hidden
         #: The name of everybody where no column says one: that of the file where programs write one for each
-        self.alone = _alone(where) if layout.name == "trex-csv" else "1"
+        self.single_name = _name_by_file(where) if layout.name == "trex-csv" else "1"
 
     @property
     def y_axis(self) -> YAxis | None:
@@ -224,7 +234,7 @@ class _LongTable:
     def _stated_unit(self) -> str:
         units = set()
         for axis in self.plain:
-            name = self.called.get(axis, axis)
+            name = self.names_by_role.get(axis, axis)
             # a unit that is not known, as inch of what ImageJ took for one, is not stated
             below = self.units.get(name, "")
             units.add(unit_of(name) or (below if below in CM_PER_UNIT else ""))
@@ -233,7 +243,7 @@ class _LongTable:
             units = (units | in_cells) - {""}
         if len(units) > 1:
             raise refusal(
-                "have x and y in the same unit", " and ".join(sorted(units)), self.sheet.place
+                "have x and y in the same unit", " and ".join(sorted(units)), self.sheet.origin
             )
         return next(iter(units), "") or self.layout.unit
 
@@ -254,14 +264,18 @@ class _LongTable:
             fps = sheet.fps
             if self.clock:
                 clock = self.clock[0]
-                unit = self.units.get(self.called.get(clock, clock), "")
+                unit = self.units.get(self.names_by_role.get(clock, clock), "")
                 name = UNITS_OF_TIME.get(unit, clock)
                 if name:
                     beside = self.words[clock]
-                    fps = _rate_beside(beside, frames, options.fps, sheet.place, name)
+                    if sheet.decimal_comma:
+                        beside = [time.replace(",", ".") for time in beside]
+                    fps = _rate_beside(beside, frames, options.fps, sheet.origin, name)
             return frames, fps, remarks
-        times, in_seconds = seconds_of(self.words[self.when], sheet.at)
-        name = "seconds" if in_seconds else self.called.get("time", self.when)
+        times, in_seconds = seconds_of(
+            self.words[self.when], sheet.at, decimal_comma=sheet.decimal_comma
+        )
+        name = "seconds" if in_seconds else self.names_by_role.get("time", self.when)
         times, notes = since_start(times, IN_UNITS.get(name, 1.0))
         remarks += notes
         # in the order of the file, in which times of an individual often stand together
@@ -278,26 +292,28 @@ class _LongTable:
             stated = name in IN_UNITS and options.fps is not None
             with suppress(RefusedError):
                 if stated:
-                    return *frames_at(times, None, name, sheet.place, sheet.at), remarks
-            return *frames_at(times, options.fps, name, sheet.place, sheet.at), remarks
+                    return *frames_at(times, None, name, sheet.origin, sheet.at), remarks
+            return *frames_at(times, options.fps, name, sheet.origin, sheet.at), remarks
         check_times(times, sheet.at, FARTHEST)
         moments, order = np.unique(times, return_inverse=True)
         if len(moments) < 2:
-            raise refusal("have two times or more", len(moments), sheet.place)
+            raise refusal("have two times or more", len(moments), sheet.origin)
         rate = 1 / float(np.median(np.diff(moments)))
-        self.seconds = times / per_second(rate, options.fps, sheet.place, name)
+        self.seconds = times / per_second(rate, options.fps, sheet.origin, name)
         return order.astype(float), None, remarks
 
     def positions(self) -> tuple[np.ndarray, list[str]]:
         """Return positions (rows, 2), in cm where the unit is known, and in words what was chosen."""
-        if "left" not in self.said and "x2" in self.box.values() and not self.plain:
-            refuse_pair(
-                {side: self.numbers[name] for side, name in self.box.items()}, self.sheet.place
-            )
-        positions, choices = _positions(self.numbers, self.plain, self.box, "left" in self.said)
+        unnamed = not self.who and "left" not in self.stated_columns and not self.plain
+        if unnamed and "x2" in self.box.values():
+            sides = {side: self.numbers[name] for side, name in self.box.items()}
+            refuse_pair(sides, self.sheet.origin)
+        positions, choices = _positions(
+            self.numbers, self.plain, self.box, "left" in self.stated_columns
+        )
         for name in self.depth:
             if len({*self.words[name]} - {""}) > 1:
-                x, y, z = (self.called.get(axis, axis) for axis in ("x", "y", name))
+                x, y, z = (self.names_by_role.get(axis, axis) for axis in ("x", "y", name))
                 choices.append(
                     f"positions are those in {x} and {y} alone, as if all {z} were the same"
                 )
@@ -308,19 +324,19 @@ class _LongTable:
         invisible[self.visible()] = False
         positions = np.where(invisible[:, None], np.nan, positions)
         if self.options.project:
-            if not angles([self.called.get(axis, axis) for axis in self.plain]):
-                got = f"{self.called.get('x', 'x')} and {self.called.get('y', 'y')}"
+            if not angles([self.names_by_role.get(axis, axis) for axis in self.plain]):
+                got = f"{self.names_by_role.get('x', 'x')} and {self.names_by_role.get('y', 'y')}"
                 refuse(
-                    "project", "be given for longitude and latitude", got, place=self.sheet.place
+                    "project", "be given for longitude and latitude", got, place=self.sheet.origin
                 )
-            positions, doubts = projected(positions, self.sheet.place)
+            positions, doubts = projected(positions, self.sheet.origin)
             return positions, choices + doubts
-        if angles([self.called.get(axis, axis) for axis in self.plain]):
+        if angles([self.names_by_role.get(axis, axis) for axis in self.plain]):
             remedy: Text = ("To bring degrees into a plane, add ", Setting("project", True), ".")
             raise refusal(
                 "have positions in a plane",
                 "degrees of longitude and latitude",
-                self.sheet.place,
+                self.sheet.origin,
                 remedy,
             )
         return positions * CM_PER_UNIT.get(self._stated_unit(), 1.0), choices
@@ -335,8 +351,8 @@ class _LongTable:
         if self.layout.untracked and who:
             named_rows = [row for row in rows if self.words[who][row].lower() not in UNTRACKED]
             if not named_rows:
-                rule = f"name the track of a row in the column {self.called.get(who, who)}"
-                raise refusal(rule, "none", self.sheet.place, "Link what was detected to tracks.")
+                rule = f"name the track of a row in the column {self.names_by_role.get(who, who)}"
+                raise refusal(rule, "none", self.sheet.origin, "Link what was detected to tracks.")
             if len(named_rows) < len(rows):
                 words.append(
                     f"{len(rows) - len(named_rows)} rows are left out: they are of no track"
@@ -358,7 +374,7 @@ class _LongTable:
         if len(self.who) < 2:
             return "".join(self.who), []
         columns = {name: self.words[name] for name in self.who}
-        name, why = choose_individuals(columns, frames, positions, self.sheet.place)
+        name, why = choose_individuals(columns, frames, positions, self.sheet.origin)
         return name, [why] if why else []
 
     def extras(self, positions: np.ndarray) -> dict[str, np.ndarray]:
@@ -397,7 +413,15 @@ class _LongTable:
 
     def unread(self, who: str) -> list[str]:
         """Return the columns that are not used, as the file spells them."""
-        read = {*self.wanted, self.when, who, *self.clock, *self.apart, *self.hidden, UNIT}
+        read = {
+            *self.wanted,
+            self.when,
+            who,
+            *self.clock,
+            *self.recording_columns,
+            *self.hidden,
+            UNIT,
+        }
         pairs = zip(self.names, self.sheet.names, strict=True)
         return [spelled for name, spelled in pairs if spelled and name not in read]
 
@@ -415,7 +439,7 @@ def _refuse_bodies(
         if roles["x"] in fitting and len(fitting) > 1:
             x, y = (roles[axis] for axis in ("x", "y"))
             remedy: Text = ("Say which, for example ", Setting("columns", {"x": x, "y": y}), ".")
-            raise refusal("have one position in a row", ", ".join(fitting), sheet.place, remedy)
+            raise refusal("have one position in a row", ", ".join(fitting), sheet.origin, remedy)
 
 
 QUATERNION = ("qx", "qy", "qz", "qw")
@@ -428,7 +452,7 @@ UNIT = "unit"
 NO = ("false", "f", "no", "0", "0.0", "")
 
 
-def _alone(source: object) -> str:
+def _name_by_file(source: object) -> str:
     """Return the name of the individual of a file, which programs number at its end, as fish3 of video_fish3.csv."""
     stem = Path(str(source).rpartition(":")[0]).stem
     return stem.rpartition("_")[2] or stem

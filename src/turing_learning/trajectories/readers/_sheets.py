@@ -26,12 +26,13 @@ class Sheet:
     names: Sequence[str]
     #: Columns of `numbers` and of `texts` to (rows, numbers), NaN where a cell is empty or says so, and lists of texts
     read: Callable[..., tuple[np.ndarray, list[list[str]]]]
-    place: str  #: Where the names are
+    origin: str  #: Where the names of columns are
     at: Callable[[int], str]  #: Where a row is
     remark: str = ""  #: What was left out
     units: Mapping[str, str] = field(default_factory=dict)
     """Name in small letters -> unit that a further header line states, as "micron" of "(micron)"."""
     fps: float | None = None  #: Frame rate that a comment above the table states
+    decimal_comma: bool = False  #: Whether decimals may follow a comma
 
 
 MOST_COMMENTS = 1000
@@ -300,17 +301,20 @@ def text_sheet(
         return np.concatenate(blocks), words
 
     first_row = text.skipped + skip + 1
-    remark = ""
+    remarks = []
     if text.titles:
-        remark = f"lines above the names of columns are no rows: {', '.join(text.titles)}"
+        remarks.append(f"lines above the names of columns are no rows: {', '.join(text.titles)}")
+    if text.encoding == "cp1252":
+        remarks.append("the text is no UTF-8 and was read as Windows-1252")
     return Sheet(
         names,
         read,
         f"{path}:{text.skipped + 1}",
         lambda row: f"{path}:{first_row + row}",
-        remark=remark,
+        remark="; ".join(remarks),
         units=dict.fromkeys("xy", text.unit) if text.unit else {},
         fps=text.fps,
+        decimal_comma=decimal_comma,
     )
 
 
@@ -379,7 +383,8 @@ def sheet_of(path: Path, separator: str = "", absent: Sequence[str] = ()) -> She
     extra_lines = _more_header_lines(text, separator, names)
     sheet = text_sheet(text, separator, names, skip=1 + len(extra_lines), absent=absent)
     if extra_lines:
-        remark = f"{len(extra_lines)} more header lines are no rows: {extra_lines[-1]}"
+        below = f"{len(extra_lines)} more header lines are no rows: {extra_lines[-1]}"
+        remark = "; ".join(filter(None, [sheet.remark, below]))
         units = _units_in(cells_of(extra_lines[-1], separator, path, 1 + len(extra_lines)), names)
         sheet = replace(sheet, remark=remark, units={**sheet.units, **units})
     return sheet
@@ -395,12 +400,12 @@ def _has_row_names(text: TableText, separator: str, width: int) -> bool:
 
 
 def _units_in(cells: Sequence[str], names: Sequence[str]) -> dict[str, str]:
-    """Return name in small letters -> unit of the cells that are one in brackets, as "(micron)"."""
+    """Return name in small letters -> unit of the cells below it, perhaps in brackets, as "(micron)"."""
     units = {}
     for name, cell in zip(names, cells, strict=False):
-        match = re.fullmatch(r"[(\[](.+)[)\]]", cell.strip())
-        if match:
-            units[name.lower()] = match[1].strip().lower()
+        unit = re.sub(r"^[(\[](.+)[)\]]$", r"\1", cell.strip()).strip()
+        if unit:
+            units[name.lower()] = unit.lower()
     return units
 
 

@@ -24,6 +24,7 @@ from .._recording import (
 )
 from ._columns import choose, named, of_key_point, refuse_corners, refuse_points
 from ._layouts import (
+    CM_PER_UNIT,
     FASTTRACK,
     LAYOUTS,
     MOVEBANK,
@@ -95,7 +96,7 @@ def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
     long = is_long(names) or plain_roles(names, project=False) or angles(names)
     if beyond_time or long:
         return read_long(sheet, options)
-    sheet = replace(sheet, names=named(sheet.names, options.columns, sheet.place))
+    sheet = replace(sheet, names=named(sheet.names, options.columns, sheet.origin))
     rule = (
         "frame or time, and x and y of each individual, as x1, y1, x2, ... or fish_x, fish_y, ..."
     )
@@ -210,7 +211,7 @@ def read_wide(
     spelled = {
         who: [sheet.names[columns[who][0]], sheet.names[columns[who][1]]] for who in individuals
     }
-    refuse_points(spelled, sheet.place)
+    refuse_points(spelled, sheet.origin)
     wanted = [columns[who][coordinate] for who in individuals for coordinate in range(width)]
     when = clocks.get("frame", clocks.get("time"))
     if options.resample is not None:
@@ -221,26 +222,32 @@ def read_wide(
         [*numbered, *wanted], [clocks[name] for name in clocks if name == "time"]
     )
     values = numbers[:, len(numbered) :].reshape(len(numbers), len(individuals), width)
+    units = {sheet.units.get(name.lower(), "") for pair in spelled.values() for name in pair}
+    unit = None
+    if len(units) == 1 and units <= CM_PER_UNIT.keys():
+        values[..., :2] *= CM_PER_UNIT[units.pop()]
+        unit = "cm"
     if individuals == ["1", "2"] and width == 2:
-        refuse_corners(values, sheet.place)
+        refuse_corners(values, sheet.origin)
     names = {role: sheet.names[column] for role, column in clocks.items()}
     names |= {"x": _first_and_last(spelled, 0), "y": _first_and_last(spelled, 1)}
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = (sheet.remark,) if sheet.remark else ()
     first_frame, rate = 0, fps
     if timed:
-        times, in_seconds = seconds_of(words[0], sheet.at)
+        times, in_seconds = seconds_of(words[0], sheet.at, decimal_comma=sheet.decimal_comma)
         name = "seconds" if in_seconds else sheet.names[when].lower()  # type: ignore[index]
         if options.resample is not None:
-            return _resampled_wide(times, name, individuals, values, sheet, options, names)
+            even = _resampled_wide(times, name, individuals, values, sheet, options, names)
+            return replace(even, unit=unit)
         first_frame, rate = _timed(times, name, sheet, fps, options.fps)
     elif when is not None:
         first_frame, rate = _timed(numbers[:, 0], "frame", sheet, fps, options.fps)
         if words and rate is None:
-            times, _ = seconds_of(words[0], sheet.at)
+            times, _ = seconds_of(words[0], sheet.at, decimal_comma=sheet.decimal_comma)
             stated = stated_rate(times, np.arange(len(times)))
             if stated is not None and not math.isclose(stated, 1):
                 name = sheet.names[clocks["time"]].lower()
-                rate = rounded(stated * per_second(stated, options.fps, sheet.place, name))
+                rate = rounded(stated * per_second(stated, options.fps, sheet.origin, name))
     if options.resample is not None:
         got = f"{options.resample:g}"
         refuse(
@@ -248,13 +255,13 @@ def read_wide(
             "be left out for a table without times",
             got,
             "Its frames are even.",
-            place=sheet.place,
+            place=sheet.origin,
         )
     sure = values[..., 2] if width > 2 else np.zeros(())
     estimated = int((sure < 0).sum())
     complete = width > 2 and bool((sure >= 0).all(where=~np.isnan(values[..., 0])))
     if estimated:
-        remarks = (f"{estimated} positions were estimated by idTracker (negative ProbId)",)
+        remarks += (f"{estimated} positions were estimated by idTracker (negative ProbId)",)
     return from_array(
         values[..., :2],
         tuple(individuals),
@@ -263,6 +270,7 @@ def read_wide(
         fps=rate,
         first_frame=first_frame,
         numbered=when is not None,
+        unit=unit,
         remarks=remarks,
         columns=names,
     )
@@ -277,7 +285,7 @@ def _wide_columns(
 
     def refuse_column(name: str) -> NoReturn:
         raise refusal(
-            f"have the columns {rule}", f"{len(sheet.names)} columns, {name!r}", sheet.place
+            f"have the columns {rule}", f"{len(sheet.names)} columns, {name!r}", sheet.origin
         )
 
     for column, name in enumerate(sheet.names):
@@ -317,18 +325,18 @@ def _resampled_wide(
     check_times(times, sheet.at, FARTHEST)
     moments = np.unique(times)
     if len(moments) < 2:
-        raise refusal("have two times or more", len(moments), sheet.place)
+        raise refusal("have two times or more", len(moments), sheet.origin)
     rate = 1 / float(np.median(np.diff(moments)))
-    seconds = times / per_second(rate, options.fps, sheet.place, name)
+    seconds = times / per_second(rate, options.fps, sheet.origin, name)
     count = len(individuals)
     fps = float(options.resample or 0)
     rows = values.reshape(len(times) * count, -1)
     who = list(individuals) * len(times)
     frames, who, points, _ = resampled(
-        np.repeat(seconds, count), who, rows[:, :2], {}, fps, sheet.place
+        np.repeat(seconds, count), who, rows[:, :2], {}, fps, sheet.origin
     )
     remark = f"times were made even by resampling at {fps:g} per second"
-    at = f"{sheet.place}, resampled row {{}}".format
+    at = f"{sheet.origin}, resampled row {{}}".format
     return assemble(frames, who, points, at, fps=fps, remarks=(remark,), columns=names)
 
 
@@ -360,7 +368,7 @@ def _timed(
     if stated or rate is None:
         return 0, stated
     counts = typical == 1 and bool((times == np.floor(times)).all())
-    return 0, rounded(rate * per_second(rate, fps, sheet.place, name, counts=counts))
+    return 0, rounded(rate * per_second(rate, fps, sheet.origin, name, counts=counts))
 
 
 # In pixels. ProbId is the confidence where it is a probability; idTracker writes NaN where it did not compute one, and
@@ -389,7 +397,7 @@ def read_animalta(path: Path, options: Options) -> Recording:
     columns = [name for name in sheet.names if name.lower() not in ("frame", *TIME)]
     rule = "Frame, Time, X_Arena0_Ind0, Y_Arena0_Ind0, ..."
     if not all(_ANIMALTA.fullmatch(name.lower()) for name in columns):
-        raise refusal(f"have the columns {rule}", sheet.names, sheet.place)
+        raise refusal(f"have the columns {rule}", sheet.names, sheet.origin)
     return read_wide(sheet, rule, options)
 
 
@@ -504,14 +512,14 @@ def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
     """Read one key point of each animal from columns with labels, after one that numbers the frames."""
     labels = [label if len(label) > 3 else (label[0], "1", *label[1:]) for label in labels]
     points = list(dict.fromkeys(label[2] for label in labels))
-    point = choose(options.keypoint, points, sheet.place.rpartition(":")[0] or sheet.place)
+    point = choose(options.keypoint, points, sheet.origin.rpartition(":")[0] or sheet.origin)
     animals = list(dict.fromkeys(label[1] for label in labels if label[2] == point))
     columns = []
     for wanted in ((animal, point, coordinate) for animal in animals for coordinate in COORDS):
         matching = [k for k, label in enumerate(labels, start=1) if label[1:] == wanted]
         if len(matching) != 1:
             got = f"{len(matching)} columns {wanted}"
-            raise refusal("have x, y and likelihood once for each body part", got, sheet.place)
+            raise refusal("have x, y and likelihood once for each body part", got, sheet.origin)
         columns += matching
     numbers, _ = sheet.read(numbers=[0, *columns])
     count, frames = len(animals), numbers[:, 0]

@@ -173,13 +173,18 @@ def frames_at(
     return np.round(since * rate) + max(0, round(float(moments[0]) * rate)), stated
 
 
-def seconds_of(texts: Sequence[str], at: Callable[[int], str]) -> tuple[np.ndarray, bool]:
+def seconds_of(
+    texts: Sequence[str], at: Callable[[int], str], *, decimal_comma: bool = False
+) -> tuple[np.ndarray, bool]:
     """Return times (rows,) as numbers, and whether they are in s since the first because they were dates or clocks.
 
-    They may be numbers, dates with times in ISO 8601 or as 31.12.2024, or times of day as 12:30:01.5.
+    They may be numbers, with a `decimal_comma` where no time has a point,
+    dates with times in ISO 8601 or as 31.12.2024, or times of day as 12:30:01.5.
     """
     import pandas as pd
 
+    if decimal_comma and not any("." in text for text in texts):
+        texts = [text.replace(",", ".") for text in texts]
     numbers = pd.to_numeric(pd.Series(texts, dtype=object), errors="coerce").to_numpy(dtype=float)
     if not np.isnan(numbers).any():
         return numbers, False
