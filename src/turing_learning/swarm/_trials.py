@@ -203,8 +203,9 @@ def simulate(
         integer("threads", threads, 1, remedy="None takes every processor.")
     if fields_of_view is not None:
         _check_fields_of_view(fields_of_view, trials, robots)
+    world = _world_of(scenario, robots, poses, wheel_noise, fields_of_view)
     if scenario.arena.bounded:
-        _check_inside(scenario, robots, poses)
+        _check_inside(scenario, world, poses)
     keys = np.random.SeedSequence(seed).generate_state(trials, np.uint64)
     result = Simulation(
         poses=np.empty((trials, control_steps + 1, bodies, 3)),
@@ -216,11 +217,10 @@ def simulate(
     _run(
         record_trials,
         scenario,
+        world,
         controllers,
         poses,
         keys,
-        wheel_noise,
-        fields_of_view,
         drivers,
         threads,
         result.speeds,
@@ -242,11 +242,11 @@ def _check_fields_of_view(fields_of_view: np.typing.ArrayLike, trials: int, robo
     require(not wrong.size, "fields_of_view", rule, wrong[:1].tolist())
 
 
-def _check_inside(scenario: Scenario, robots: int, poses: np.ndarray) -> None:
+def _check_inside(scenario: Scenario, world: World, poses: np.ndarray) -> None:
     """Reject bodies that touch or cross a wall of the arena."""
     size = (scenario.arena.width_cm, scenario.arena.height_cm)
     # What nothing touches has no radius (NaN), and may be behind a wall.
-    margin = build_world(scenario, robots, _objects(scenario, robots, poses), 0.0).radius[:, None]
+    margin = world.radius[:, None]
     outside = (poses[..., :2] < margin) | (poses[..., :2] > np.array(size) - margin)
     for trial, body in np.argwhere(outside.any(axis=-1))[:1].tolist():
         rule = f"lie inside the arena of {size[0]} x {size[1]} cm"
@@ -254,9 +254,23 @@ def _check_inside(scenario: Scenario, robots: int, poses: np.ndarray) -> None:
         refuse("initial_poses", rule, got, place=f"body {body} of trial {trial}")
 
 
-def _objects(scenario: Scenario, robots: int, poses: np.ndarray) -> int:
-    """Return the number of objects among the bodies of poses (R, B, 3)."""
-    return poses.shape[1] - robots - scenario.own_bodies
+def _world_of(
+    scenario: Scenario,
+    robots: int,
+    poses: np.ndarray,
+    wheel_noise: float,
+    fields_of_view: np.typing.ArrayLike | None,
+) -> World:
+    """Return the constants of trials whose poses are (R, B, 3)."""
+    trials, bodies = poses.shape[:2]
+    if fields_of_view is None:
+        fields_of_view = scenario.sensor.field_of_view
+    views = None
+    fields = np.asarray(fields_of_view, dtype=np.float64)
+    if fields.any():  # else all have a line of sight
+        views = np.broadcast_to(fields, (trials, robots))
+    objects = bodies - robots - scenario.own_bodies
+    return build_world(scenario, robots, objects, wheel_noise, views)
 
 
 def tracked_speeds(scenario: Scenario, poses: np.ndarray, keys: np.ndarray) -> np.ndarray:
@@ -307,11 +321,9 @@ def observe(
     """
     trials, robots = controllers.shape[:2]
     steps = scenario.control_steps
-    wheel_noise = scenario.robot.wheel_noise
+    world = _world_of(scenario, robots, poses, scenario.robot.wheel_noise, fields_of_view)
     speeds = _new_speeds(trials, robots, steps)
-    arguments = (
-        scenario, controllers, poses, keys, wheel_noise, fields_of_view, drivers, threads, speeds,
-    )  # fmt: skip
+    arguments = scenario, world, controllers, poses, keys, drivers, threads, speeds
     if scenario.tracker.perfect:
         _run(observe_trials, *arguments)
         return speeds
@@ -330,11 +342,10 @@ def _new_speeds(trials: int, robots: int, steps: int) -> np.ndarray:
 def _run(
     kernel: Callable[..., None],
     scenario: Scenario,
+    world: World,
     controllers: np.ndarray,
     poses: np.ndarray,
     keys: np.ndarray,
-    wheel_noise: float,
-    fields_of_view: np.typing.ArrayLike | None,
     drivers: Drivers | None,
     threads: int | None,
     *outputs: np.ndarray,
@@ -344,13 +355,6 @@ def _run(
     Their controllers are (R, A, 2 n), poses (R, A + O, 3) and keys (R,).
     """
     trials, robots = controllers.shape[:2]
-    if fields_of_view is None:
-        fields_of_view = scenario.sensor.field_of_view
-    views = None
-    fields = np.asarray(fields_of_view, dtype=np.float64)
-    if fields.any():  # else all have a line of sight
-        views = np.broadcast_to(fields, (trials, robots))
-    world = build_world(scenario, robots, _objects(scenario, robots, poses), wheel_noise, views)
     networks = None
     if drivers is not None:
         networks = drivers.networks(trials, robots)
