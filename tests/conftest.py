@@ -126,6 +126,16 @@ def few_kernels():
         yield
 
 
+@pytest.fixture(scope="module")
+def few_moves():
+    """Let draws of the right model move seldom: half of the time of a run of few trials, where nobody looks at the draws."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("turing_learning.few_trials._loop.REPEATS", 1)
+        patch.setattr("turing_learning.few_trials._draws.MOVES", 2)
+        patch.setattr("turing_learning.few_trials._draws.LAST_MOVES", 10)
+        yield
+
+
 @pytest.fixture(scope="session")
 def once(tmp_path_factory):
     """Return a function that fills a folder by a name, once for all processes of the suite; it is not to be changed."""

@@ -10,10 +10,12 @@ import turing_learning as tl
 from turing_learning.cli import main
 from turing_learning.identifiability import Effort
 
+pytestmark = pytest.mark.usefixtures("few_kernels", "few_moves")
+
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "first-swarm.md").read_text(encoding="utf-8")
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-FEW = {"trials": 30, "threads": 1}
+FEW = {"trials": 20, "threads": 1}
 FAST = {
     "infer": [f"--{name}={value}" for name, value in FEW.items()],
     "check": ["--samples=12", "--points=0", "--recoveries=0"],

@@ -12,6 +12,7 @@ from turing_learning.families import Couzin, Network, _tank
 from turing_learning.trajectories import Trajectories
 
 pytest.importorskip("safetensors")
+pytestmark = pytest.mark.usefixtures("few_kernels", "few_moves")
 FILE = Path(__file__).parent / "couzin.safetensors"
 
 
@@ -282,7 +283,7 @@ def test_a_run_keeps_its_network(network, tmp_path):
         simulate=network,
         parameters=network.parameters,
         signals=network.signals,
-        trials=40,
+        trials=20,
         seed=1,
         out=out,
         should_stop=lambda: True,
@@ -296,7 +297,7 @@ def test_a_run_keeps_its_network(network, tmp_path):
         simulate=network,
         parameters=network.parameters,
         signals=network.signals,
-        trials=40,
+        trials=20,
         seed=1,
     )
     assert result.estimate == unstopped.estimate

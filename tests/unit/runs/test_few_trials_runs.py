@@ -18,6 +18,8 @@ from turing_learning.identifiability import Effort
 from turing_learning.store import RunFolderError
 from turing_learning.systems import CustomSystemError
 
+pytestmark = pytest.mark.usefixtures("few_kernels")
+
 SMALL = {
     "scenario.agents": 2,
     "scenario.trial.duration_s": 1.0,
@@ -26,8 +28,12 @@ SMALL = {
 }
 
 
+TRIALS = 60
+"""Of most runs here: of 50 on, intervals can be stated."""
+
+
 def inferred(out=None, **options):
-    return tl.infer("aggregation", trials=90, seed=3, settings=SMALL, out=out, **options)
+    return tl.infer("aggregation", trials=TRIALS, seed=3, settings=SMALL, out=out, **options)
 
 
 def drift(parameters, rng):
@@ -43,9 +49,9 @@ def whole(tmp_path_factory):
 
 def test_a_run_spends_its_trials_and_states_them(whole):
     assert whole.complete
-    assert whole.trials == 90
+    assert whole.trials == TRIALS
     content = json.loads((whole.path / "result.json").read_text())
-    assert content["trials"] == 90
+    assert content["trials"] == TRIALS
     assert set(content["interval"]) == set(whole.estimate)
     assert all(math.isfinite(value) for value in whole.estimate.values())
     assert (whole.path / "report.html").exists()
@@ -73,23 +79,23 @@ def test_where_classifiers_tell_the_models_at_the_end_no_interval_is_stated(monk
 
 def test_the_history_has_a_row_for_each_batch(whole):
     history = whole.history
-    assert history["trials"].to_numpy()[-1] == 90
+    assert history["trials"].to_numpy()[-1] == TRIALS
     assert history["typical_model"].shape == (whole.generations, 4)
 
 
 def test_it_is_described_in_trials(whole):
-    assert repr(whole).startswith("<Posterior: aggregation, seed 3, 90 trials, ")
+    assert repr(whole).startswith("<Posterior: aggregation, seed 3, 60 trials, ")
     page = (whole.path / "report.html").read_text()
     assert f"turing-learning check {whole.path}<" in page
-    assert "After 90 trials the estimate differs" in page
+    assert "After 60 trials the estimate differs" in page
     assert "Parameters over trials" in page
     assert "generations.csv" not in page
     for axes in (
         whole.plot.fitness(Figure().subplots()),
         *whole.plot.parameters(Figure().subplots(1, 4)),
     ):
-        assert (axes.get_xlabel(), axes.get_xlim()) == ("Trials", (0, 90))
-        assert [line.get_xdata()[-1] for line in axes.lines[:2]] == [90, 90]
+        assert (axes.get_xlabel(), axes.get_xlim()) == ("Trials", (0, TRIALS))
+        assert [line.get_xdata()[-1] for line in axes.lines[:2]] == [TRIALS, TRIALS]
 
 
 def test_a_stopped_run_is_resumed_to_the_same_bits(whole, tmp_path):
@@ -113,6 +119,9 @@ def test_a_lost_run_settles_on_a_center_and_is_resumed_to_the_same_bits(monkeypa
     monkeypatch.setattr(_search, "LOST", 0.0)
     monkeypatch.setattr(_loop, "FEWEST", 10)
     monkeypatch.setattr(_readout, "AT_LEAST", 60)
+    # Each match takes a second or two; where the run goes on is decided by two.
+    monkeypatch.setattr(_readout, "CENTERS", 1)
+    monkeypatch.setattr(_readout, "SHARES_AT_END", _readout.SHARES_AT_END[:1])
     settled = []
 
     def settle(run, draws, settle=_loop.FewTrials.settle):
@@ -186,43 +195,43 @@ def test_a_stored_run_is_opened_as_it_ended(whole):
 def extended(whole, tmp_path_factory):
     path = tmp_path_factory.mktemp("runs") / "extended"
     shutil.copytree(whole.path, path)
-    return tl.resume(path, trials=100)
+    return tl.resume(path, trials=66)
 
 
 def test_a_finished_run_is_extended_to_the_bits_of_its_definition(whole, extended, tmp_path):
-    assert (extended.trials, extended.complete) == (100, True)
+    assert (extended.trials, extended.complete) == (66, True)
     assert extended.generations > whole.generations
     assert tl.load_run(extended.path) == extended
     defined = tl.infer(
-        "aggregation", trials=100, seed=3, settings={**SMALL, "run.extended": [[90, 90]]}
+        "aggregation", trials=66, seed=3, settings={**SMALL, "run.extended": [[60, 60]]}
     )
     assert defined.estimate == extended.estimate
     assert repr(defined.interval) == repr(extended.interval)
 
     shutil.copytree(whole.path, tmp_path / "run")
-    result = tl.resume(tmp_path / "run", trials=100, should_stop=lambda: True)
+    result = tl.resume(tmp_path / "run", trials=66, should_stop=lambda: True)
     while not result.complete:  # stopped after each batch, and resumed by the same call
-        result = tl.resume(tmp_path / "run", trials=100, should_stop=lambda: True)
+        result = tl.resume(tmp_path / "run", trials=66, should_stop=lambda: True)
     assert (result.estimate, result.covariance) == (extended.estimate, extended.covariance)
-    assert result.trials == 100
+    assert result.trials == 66
 
 
 def test_another_tolerance_is_not_taken_for_that_of_the_call_before(whole, tmp_path):
     shutil.copytree(whole.path, tmp_path / "run")
-    tl.resume(tmp_path / "run", trials=100, tolerance=0.001, should_stop=lambda: True)
+    tl.resume(tmp_path / "run", trials=66, tolerance=0.001, should_stop=lambda: True)
     with pytest.raises(RunFolderError, match="`run` must be finished, to get more trials; got"):
-        tl.resume(tmp_path / "run", trials=100, tolerance=0.0)
+        tl.resume(tmp_path / "run", trials=66, tolerance=0.0)
 
 
 def test_a_run_is_extended_more_than_once(extended):
-    again = tl.resume(extended.path, trials=110)
-    assert again.configuration.run.extended == ((90, 90), (100, 100))
-    assert again.trials == 110
+    again = tl.resume(extended.path, trials=70)
+    assert again.configuration.run.extended == ((60, 60), (66, 66))
+    assert again.trials == 70
 
 
 def test_what_cannot_be_extended_is_rejected(whole, tmp_path):
     for options, message in (
-        ({"trials": 90}, r"`trials` must be more than the 90 that the run has spent; got 90"),
+        ({"trials": 60}, r"`trials` must be more than the 60 that the run has spent; got 60"),
         ({"tolerance": 0.1}, r"`tolerance` must be given beside `trials`; got 0\.1 alone"),
     ):
         with pytest.raises(RunFolderError, match=message):
@@ -260,7 +269,7 @@ def speeds(out=None, trials=200, **options):
 @pytest.fixture(scope="module")
 def walked(tmp_path_factory):
     """A run on recorded speeds, and its system; the folder is not to be changed."""
-    return speeds(tmp_path_factory.mktemp("runs") / "walked")
+    return speeds(tmp_path_factory.mktemp("runs") / "walked", trials=60)
 
 
 def test_a_run_stops_within_its_tolerance_and_can_be_extended(tmp_path):
@@ -386,7 +395,7 @@ def test_a_history_that_is_shorter_than_the_result_is_not_shown(whole, tmp_path)
 
 
 def test_a_pool_mixes_the_draws_of_the_runs_that_have_settled():
-    runs = [speeds(seed=seed, trials=100)[1] for seed in (4, 5, 6)]
+    runs = [speeds(seed=seed, trials=60)[1] for seed in (4, 5, 6)]
     assert all(run.covariance is not None for run in runs)
     pooled = tl.pool(
         [*runs[:2], replace(runs[2], covariance=None)]
@@ -396,7 +405,7 @@ def test_a_pool_mixes_the_draws_of_the_runs_that_have_settled():
     assert pooled.interval["inert"] == [0, 20]
     assert pooled.estimate["speed"] == np.mean(pooled.estimates["speed"][:2])
     assert set(pooled.runs_agree.values()) == {"agree"}
-    assert "3 runs, seeds 4, 5, 6, 100 trials" in str(pooled)
+    assert "3 runs, seeds 4, 5, 6, 60 trials" in str(pooled)
 
 
 def test_a_pool_spans_the_draws_of_runs_that_disagree():
