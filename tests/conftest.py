@@ -38,7 +38,7 @@ SLOW_FILES = {
     "test_several_recordings.py",  # complete runs
 }
 
-DRAWN = {"browser", "figures", "report", "reproduction"}
+DRAWN = {"browser", "figures", "report"}
 """Folders of tests that look at pictures, or are there to draw them."""
 
 DRAWN_FILES = {
