@@ -231,6 +231,11 @@ class _LongTable:
         """Unit of the positions, "cm" where it is known."""
         return "cm" if self.options.project or self._stated_unit() in CM_PER_UNIT else None
 
+    def _units_in_cells(self) -> set[str]:
+        """Return units of length in the column that says one in each row; empty where it says something else."""
+        units = {word.lower() for word in self.words.get(UNIT, ())} - {""}
+        return units if units <= CM_PER_UNIT.keys() else set()
+
     def _stated_unit(self) -> str:
         units = set()
         for axis in self.plain:
@@ -238,9 +243,8 @@ class _LongTable:
             # a unit that is not known, as inch of what ImageJ took for one, is not stated
             below = self.units.get(name, "")
             units.add(unit_of(name) or (below if below in CM_PER_UNIT else ""))
-        in_cells = {word.lower() for word in self.words.get(UNIT, ())} - {""}
-        if in_cells and in_cells <= CM_PER_UNIT.keys():
-            units = (units | in_cells) - {""}
+        if self._units_in_cells():
+            units = (units | self._units_in_cells()) - {""}
         if len(units) > 1:
             raise refusal(
                 "have x and y in the same unit", " and ".join(sorted(units)), self.sheet.origin
@@ -413,15 +417,9 @@ class _LongTable:
 
     def unread(self, who: str) -> list[str]:
         """Return the columns that are not used, as the file spells them."""
-        read = {
-            *self.wanted,
-            self.when,
-            who,
-            *self.clock,
-            *self.recording_columns,
-            *self.hidden,
-            UNIT,
-        }
+        read = {*self.wanted, self.when, who, *self.clock, *self.recording_columns, *self.hidden}
+        if self._units_in_cells():
+            read.add(UNIT)
         pairs = zip(self.names, self.sheet.names, strict=True)
         return [spelled for name, spelled in pairs if spelled and name not in read]
 
