@@ -49,7 +49,7 @@ class Program(Given):
         columns = tuple(self.simulate_columns or ())
         command = tl.systems.Command(str(self.simulate_command), tuple(parameters), columns)
         paths = self.series or []
-        genuine, names = _series(paths, columns)
+        genuine = _series(paths, columns)
         entry = {
             "simulate_command": self.simulate_command,
             "series": [str(path.absolute()) for path in paths],
@@ -60,7 +60,6 @@ class Program(Given):
             "genuine": genuine,
             "simulate": command,
             "parameters": parameters,
-            "signals": names,
             "name": "program",
             "title": str(self.simulate_command),
             "provenance": {MANIFEST: entry},
@@ -81,13 +80,11 @@ def remembered_program(run: Path) -> dict[str, Any]:
     return {"genuine": system["genuine"], "simulate": system["simulate"]}
 
 
-def _series(
-    paths: Sequence[Path], columns: tuple[str, ...]
-) -> "tuple[list[np.ndarray], tuple[str, ...]]":
-    """Return the series (K arrays (T, D)) in files, and the names of their D columns."""
+def _series(paths: Sequence[Path], columns: tuple[str, ...]) -> "list[dict[str, np.ndarray]]":
+    """Return the series in files, K tables of D columns (T,) by name."""
     import numpy as np
 
-    series: list[np.ndarray] = []
+    series: list[dict[str, np.ndarray]] = []
     names: tuple[str, ...] = columns
     for path in paths:
         try:
@@ -99,8 +96,9 @@ def _series(
             runs = np.array(table.pop(RUN, [0.0] * len(next(iter(table.values())))))
             names = names or tuple(table)
             values = tl.systems.table_values(table, names)
-            series += [values[runs == run] for run in dict.fromkeys(runs.tolist())]
-    return series, names
+        for run in dict.fromkeys(runs.tolist()):
+            series.append(dict(zip(names, values[runs == run].T, strict=True)))
+    return series
 
 
 @Parameter(name="*", group=CALLERS)

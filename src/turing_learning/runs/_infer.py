@@ -200,12 +200,13 @@ def infer(
         given = replace(given, executor=options.get("executor"))
         if not getattr(simulate, "vectorized", True):  # one model at a time, as it says itself
             options.setdefault("vectorized", False)
-        if getattr(simulate, "columns", ()):
-            options.setdefault("signals", simulate.columns)  # type: ignore[union-attr]
+        columns = getattr(simulate, "columns", ())
+        if columns:
+            options.setdefault("signals", columns)
         if "stimulus" in options:
             system: CustomSystem = describe_stimulated(genuine, simulate, parameters or {}, options)
         else:
-            system, data = describe(genuine, parameters or {}, options)
+            system, data = describe(genuine, parameters or {}, options, columns)
     configuration = resolve(system)
     with refusing_as(ConfigurationError):
         opened = configuration.system.open(replace(given, genuine=data))

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import RefusedError, brief, require
 from ._genuine import with_gaps
+from ._per_model import SIMULATED, ColumnsError, column_names, table_values
 
 _RULE = 'be "module:function", or a function of a module, which another process can import'
 _REMEDY = "Define it at the top level of a module, and have the module's folder in PYTHONPATH."
@@ -71,6 +72,7 @@ class Failed:
 
     reason: str
     misshapen: bool = False
+    complete: bool = False  #: Whether the reason is a whole message
 
 
 Answer = np.ndarray | Failed
@@ -82,18 +84,24 @@ def answer(
     shape: tuple[int, int],
     parameters: np.ndarray,
     rng: np.random.Generator,
+    names: tuple[str, ...] = (),
 ) -> Answer:
     """Call a simulator for models (m, P).
 
-    Return its samples (m, C, T, D), (T, D) being the shape, or why there are none.
+    Return its samples (m, C, T, D), (T, D) being the shape, or why there are none. A table
+    with names of columns is read by the names of the signals, if these have any.
     """
     # A copy, which the simulator may change.
     models = parameters.copy()
     try:
         returned = with_gaps(simulate(models if vectorized else models[0], rng))
+        if names and column_names(returned):
+            returned = table_values(returned, names, only=True, place=SIMULATED)
         if np.iscomplexobj(returned):
             return Failed("it returned complex numbers")
         samples = np.asarray(returned, dtype=np.float64)
+    except ColumnsError as error:
+        return Failed(str(error), complete=True)
     except Exception as error:
         return Failed(f"it raised {type(error).__name__}: {error}{_place(error)}")
     if returned is None:

@@ -21,7 +21,8 @@ from ..trajectories import SIGNALS
 from ..workers import NotImportable, WorkerDied, Workers, packed
 from ._calls import Answer, Failed, Simulator, answer
 from ._executor import answers_by
-from ._genuine import Genuine, cut_samples, observed, value_text
+from ._genuine import Genuine, cut_samples, names_of, observed, value_text
+from ._per_model import with_columns
 from ._system import CustomSystemError, FallibleSource, Given, Source, System
 
 LARGEST_NUMBER = 10**9
@@ -203,7 +204,7 @@ class CustomSystem(System, Settings):
         return CustomSource(
             self,
             given.genuine,
-            given.simulate,
+            with_columns(given.simulate, given.genuine.names),
             workers=given.workers,
             timeout_s=given.timeout_s,
             executor=given.executor,
@@ -231,7 +232,13 @@ class CustomSystem(System, Settings):
             rule = f"be windows of {self.steps} steps, as when the run began"
             require(steps[0] == self.steps, "genuine", rule, steps[0], "Cut them as then.")
         excerpt = getattr(genuine, "excerpt", None)
-        data = Genuine(cut_samples(genuine, self.steps), held_out, excerpt=excerpt)
+        columns = getattr(given.simulate, "columns", ())
+        names = names_of(genuine, columns)
+        # The run has fixed the order, unless its signals were given other names.
+        if not columns and {*self.signals} <= {*names}:
+            names = self.signals
+        samples = cut_samples(genuine, self.steps, names)
+        data = Genuine(samples, held_out, excerpt=excerpt, names=names)
         rule = f"be the samples that the run began with, of SHA-256 {self.digest[:12]}..."
         got = f"others, {data.digest[:12]}..."
         remedy = "Give the same, or start a new run."
@@ -358,7 +365,7 @@ class CustomSource(FallibleSource):
         require(callable(simulate), "simulate", rule, type(simulate).__name__)
         self._simulate = simulate
         shape = (system.steps, len(system.signals))
-        self._answer = partial(answer, simulate, system.vectorized, shape)
+        self._answer = partial(answer, simulate, system.vectorized, shape, names=genuine.names)
         self._worker_count = workers
         self._timeout_s = timeout_s
         self._workers = None
@@ -493,7 +500,8 @@ class CustomSource(FallibleSource):
             return self.genuine.learning
         observations: list[np.ndarray] = []
         while sum(map(len, observations)) < count:
-            observations.append(cut_samples(live(rng), self.system.steps))
+            samples = cut_samples(live(rng), self.system.steps, self.genuine.names)
+            observations.append(samples)
         return np.concatenate(observations)
 
     def _observed(self, models: int, rng: np.random.Generator) -> np.ndarray:
@@ -506,7 +514,7 @@ class CustomSource(FallibleSource):
             return self._learning[rng.choice(len(self._learning), count, replace=False)]
         where = f"[live source, generation {self.generation}]"
         try:
-            samples = cut_samples(live(rng), self.system.steps)
+            samples = cut_samples(live(rng), self.system.steps, self.genuine.names)
         except Exception as error:
             raise CustomSystemError(f"{error} {where}") from error
         signals = len(self.system.signals)
@@ -579,6 +587,8 @@ class CustomSource(FallibleSource):
                 raise CustomSystemError(f"{rule}; got {error}. {_REMEDY}") from None
 
     def _refuse(self, failed: Failed, models: str) -> NoReturn:
+        if failed.complete:
+            raise CustomSystemError(failed.reason)
         rule = "`simulate` must return samples of every model"
         remedy = "Repair it, or narrow the bounds of the parameters"
         if self.system.vectorized:

@@ -1,7 +1,7 @@
 """From what a caller hands over to a custom system as frozen data, and its samples."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict
 
 import numpy as np
@@ -67,7 +67,10 @@ class CustomOptions(TypedDict, total=False):
 
 
 def describe(
-    genuine: Any, parameters: Mapping[str, Range], options: CustomOptions
+    genuine: Any,
+    parameters: Mapping[str, Range],
+    options: CustomOptions,
+    columns: Sequence[str] = (),
 ) -> tuple[CustomSystem, Genuine]:
     """Return a custom system as frozen data, and its samples.
 
@@ -75,15 +78,19 @@ def describe(
     ----------
     genuine, parameters, options
         As for `turing_learning.infer`.
+    columns
+        Of samples that are tables: which ones are signals, all by default.
     """
     genuine = observed(genuine)
     data = read_genuine(
         genuine,
         length=options.get("length"),
         held_out=options.get("held_out"),
+        columns=columns,
         rng=np.random.default_rng(GENUINE),
     )
-    signals = _signals(options.get("signals") or getattr(genuine, "names", None), data)
+    names = options.get("signals") or getattr(genuine, "names", None) or data.names
+    signals = _signals(names, data)
     center, scale = data.scales()
     name = options.get("name", "own-system")
     headings: Literal["", "with", "without"] = ""

@@ -8,9 +8,10 @@ from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from ..errors import brief, is_integer, nearest, refuse, require
+from ..errors import RefusedError, brief, is_integer, nearest, refuse, refusing_as, require
 from ..swarm import SCENARIOS, Scenario
 from ..trajectories import Signals, Trajectories, Windows, join_windows
+from ._per_model import column_names, table_values
 
 LARGEST = 1e9
 """Largest magnitude of a genuine value."""
@@ -43,6 +44,7 @@ class Genuine:
     live: LiveSource | None = None  #: Where further samples come from, None for data
     #: (F, A, 2): Positions in a recording's beginning, see `Windows.excerpt`
     excerpt: np.ndarray | None = None
+    names: tuple[str, ...] = ()  #: Of the columns that they were read from; empty of arrays
 
     @property
     def learning(self) -> np.ndarray:
@@ -94,19 +96,23 @@ def read_genuine(
     *,
     length: int | Literal["shortest"] | None = None,
     held_out: float | Sequence[int] | None = None,
+    columns: Sequence[str] = (),
     rng: np.random.Generator,
 ) -> Genuine:
     """Check the samples of a system, cut them to one length, and choose those that are held out for testing.
 
-    They are (K, T, D), or K arrays (T, D), or `SplitSamples`, or a live source, a function rng ->
-    (K, T, D). For `length` and `held_out` see `CustomOptions`; `rng` draws the samples that are
-    held out, and feeds a live source.
+    They are (K, T, D), or K arrays (T, D) or tables, or `SplitSamples`, or a live source, a function
+    rng -> (K, T, D). `columns` are those of tables, all of the first one by default. For `length` and
+    `held_out` see `CustomOptions`; `rng` draws the samples that are held out, and feeds a live source.
     """
     if callable(genuine):
         rule = "be left out for a live source, which is observed anew each time"
         require(held_out is None, "held_out", rule, brief(held_out))
-        return Genuine(cut_samples(genuine(rng), length), np.empty(0, dtype=np.int64), genuine)
-    samples = cut_samples(genuine, length)
+        names = tuple(columns)
+        observation = cut_samples(genuine(rng), length, names)
+        return Genuine(observation, np.empty(0, dtype=np.int64), genuine, names=names)
+    names = names_of(genuine, columns)
+    samples = cut_samples(genuine, length, names)
     if isinstance(genuine, SplitSamples):
         rule = "be left out for samples that are split already"
         require(held_out is None, "held_out", rule, brief(held_out))
@@ -114,13 +120,24 @@ def read_genuine(
         return Genuine(samples, np.arange(len(genuine.learning), len(samples)), excerpt=excerpt)
     if held_out is None:
         held_out = HELD_OUT
-    return Genuine(samples, _held_out(held_out, len(samples), rng))
+    return Genuine(samples, _held_out(held_out, len(samples), rng), names=names)
 
 
-def cut_samples(samples: Any, length: int | Literal["shortest"] | None) -> np.ndarray:
+def names_of(samples: Any, columns: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the columns of samples that are tables: those asked for, or all of the first; none of arrays."""
+    if isinstance(samples, list | tuple) and len(samples) > 0:
+        names = column_names(samples[0])
+        if names:
+            return tuple(columns) or names
+    return ()
+
+
+def cut_samples(
+    samples: Any, length: int | Literal["shortest"] | None, names: tuple[str, ...] = ()
+) -> np.ndarray:
     """Return samples (K, T, D) as a new array of floats, checked and cut to one length.
 
-    See `read_genuine`.
+    See `read_genuine`; tables are read by the names of their columns.
     """
     fits = length is None or length == "shortest" or (type(length) is int and length >= 1)
     require(fits, "length", 'be an integer of at least 1, "shortest", or None', brief(length))
@@ -131,7 +148,7 @@ def cut_samples(samples: Any, length: int | Literal["shortest"] | None) -> np.nd
     rule = "be samples (K, T, D), or a list of K tables (T, D)"
     remedy = "Give [table] if it is one sample of several signals, table[..., None] if its rows are samples of one signal."
     require(not is_table, "genuine", rule, f"one table of shape {shape}", remedy)
-    series = [_as_series(sample, k) for k, sample in enumerate(samples)]
+    series = [_as_series(sample, k, names) for k, sample in enumerate(samples)]
     require(series, "genuine", "hold at least one sample", "none")
     steps = _common_length([len(values) for values in series], length)
     widths = {values.shape[1] for values in series}
@@ -165,8 +182,11 @@ def _common_length(lengths: Sequence[int], length: int | Literal["shortest"] | N
     return steps
 
 
-def _as_series(sample: Any, number: int) -> np.ndarray:
+def _as_series(sample: Any, number: int, names: tuple[str, ...]) -> np.ndarray:
     """Return a sample as an array (T, D) of floats."""
+    if column_names(sample):
+        with refusing_as(RefusedError, name="genuine", place=f"sample {number}"):
+            sample = table_values(sample, names)
     try:
         values = np.asarray(with_gaps(sample))
     except ValueError:  # rows of different lengths

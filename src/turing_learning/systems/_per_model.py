@@ -6,21 +6,42 @@ import re
 import shlex
 import subprocess
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from ..errors import brief, refuse, require
+from ..errors import RefusedError, brief, refuse, require
 
 LARGEST_SEED = 2**31 - 1
 """Seeds are from 0 to it, which all programs take."""
 SEED = "seed"
+SIMULATED = "what the simulator returns or prints"
+"""Where a table is that is refused."""
 MOST_SHOWN = 200
 """Characters of what a program writes that stand in a message."""
 
 
-def table_values(table: Any, columns: Sequence[str] = ()) -> np.ndarray:
+class ColumnsError(RefusedError):
+    """A table lacks a column, or has one that its counterpart lacks."""
+
+
+def column_names(table: Any) -> tuple[str, ...]:
+    """Return the names of the columns of a DataFrame or a dict of series; none of an array."""
+    names: tuple[Any, ...] = ()
+    if isinstance(table, Mapping):
+        names = tuple(table)
+    elif hasattr(table, "columns"):
+        names = tuple(table.columns)
+    # pandas numbers columns that have no names.
+    if all(isinstance(name, str) for name in names):
+        return names
+    return ()
+
+
+def table_values(
+    table: Any, columns: Sequence[str] = (), *, only: bool = False, place: str = ""
+) -> np.ndarray:
     """Return a table of one run as numbers (T, D).
 
     Parameters
@@ -28,19 +49,23 @@ def table_values(table: Any, columns: Sequence[str] = ()) -> np.ndarray:
     table
         A pandas.DataFrame, such as that of a DataCollector, a dict of D series (T,), or an array (T, D) or (T,).
     columns
-        Which columns of a DataFrame or dict, in this order; all by default.
+        Which columns of a DataFrame or dict, in this order; all by default. An array has no names, and
+        is taken as it is.
+    only
+        Whether a column besides them is refused.
+    place
+        Which table it is, for messages.
 
     Raises
     ------
     ValueError
         If a column is missing, or its values are no numbers.
     """
+    names = tuple(columns) or column_names(table)
+    if column_names(table):
+        _require_columns(column_names(table), names, only, place)
     if isinstance(table, Mapping) or hasattr(table, "columns"):
-        names = list(columns) or list(table.keys())
-        missing = [name for name in names if name not in table]
-        if missing:
-            rule = f"have the columns {', '.join(map(str, names))}"
-            refuse("table", rule, ", ".join(map(str, table.keys())) or "none")
+        names = names or tuple(table.keys())
         table = np.column_stack([np.asarray(table[name], dtype=np.float64) for name in names])
     try:
         values = np.asarray(table, dtype=np.float64)
@@ -51,6 +76,20 @@ def table_values(table: Any, columns: Sequence[str] = ()) -> np.ndarray:
     return values[:, None] if values.ndim == 1 else values
 
 
+def _require_columns(
+    present: tuple[str, ...], names: tuple[str, ...], only: bool, place: str
+) -> None:
+    """Refuse a table with these columns present if it lacks one of the names; with `only` if it has another one."""
+    missing = [name for name in names if name not in present]
+    spare = [name for name in present if only and name not in names]
+    if missing or spare:
+        rule = f"have the columns {', '.join(names)}"
+        remedy = f"Rename {', '.join(missing + spare)}, or choose columns that both the system's "
+        remedy += "tables and the simulator's have, with columns= or --simulate-columns."
+        got = ", ".join(present)
+        refuse("table", rule, got, remedy, place=place, error=ColumnsError)
+
+
 @dataclass(frozen=True)
 class PerModel:
     """A simulator that calls a function once for each model; see `per_model`."""
@@ -59,6 +98,7 @@ class PerModel:
     names: tuple[str, ...]  #: Of the parameters
     columns: tuple[str, ...] = ()  #: Of the table, which are the signals; all by default
     seeded: bool = True  #: Whether the function takes `seed`
+    only: bool = False  #: Whether a table with further columns is refused
 
     vectorized = False
 
@@ -77,7 +117,8 @@ class PerModel:
         named = dict(zip(self.names, parameters.tolist(), strict=True))
         if self.seeded:
             named[SEED] = int(rng.integers(LARGEST_SEED))
-        return table_values(self.function(**named), self.columns)
+        table = self.function(**named)
+        return table_values(table, self.columns, only=self.only, place=SIMULATED)
 
 
 def per_model(
@@ -125,6 +166,7 @@ class Command:
     names: tuple[str, ...]  #: Of the parameters
     columns: tuple[str, ...] = ()  #: Of the CSV, which are the signals; all by default
     timeout_s: float | None = None  #: Longest duration of a call (s)
+    only: bool = False  #: Whether a table with further columns is refused
 
     vectorized = False
 
@@ -165,7 +207,18 @@ class Command:
         if done.returncode:
             output = " ".join((done.stderr or done.stdout).split())[-MOST_SHOWN:]
             raise RuntimeError(f"the program ended with exit status {done.returncode}: {output}")
-        return table_values(read_table(done.stdout), self.columns)
+        table = read_table(done.stdout)
+        return table_values(table, self.columns, only=self.only, place=SIMULATED)
+
+
+def with_columns(simulate: Any, names: tuple[str, ...]) -> Any:
+    """Return a simulator whose tables are read by these names, those of the system's tables.
+
+    One that has columns, or that returns arrays, stays as it is.
+    """
+    if names and isinstance(simulate, PerModel | Command) and not simulate.columns:
+        return replace(simulate, columns=names, only=True)
+    return simulate
 
 
 def read_table(text: str) -> dict[str, list[float]]:

@@ -15,6 +15,8 @@ from turing_learning.systems import (
     Command,
     CustomSource,
     CustomSystemError,
+    Given,
+    describe,
     per_model,
     read_table,
     table_values,
@@ -210,7 +212,7 @@ def test_a_function_of_named_parameters_is_a_simulator():
     sample = simulate(np.array([5.0, 1.0]), np.random.default_rng(3))
     seed = int(np.random.default_rng(3).integers(2**31 - 1))
     np.testing.assert_array_equal(sample[:, 0], run_model(5.0, 1.0, seed).value)
-    genuine = [run_model(5.0, 1.0, seed)[["value"]] for seed in range(20)]
+    genuine = [run_model(5.0, 1.0, seed) for seed in range(20)]
     result = tl.infer(
         genuine=genuine,
         simulate=simulate,
@@ -248,6 +250,53 @@ def test_tables_of_all_kinds_are_numbers():
         table_values(object())
     with pytest.raises(ValueError, match="`table` must have the columns a, c; got a, b"):
         table_values({"a": [1], "b": [2]}, ["a", "c"])
+
+
+def flows(mean, sd, seed):
+    draws = np.random.default_rng(seed).standard_normal(6)
+    return {"in": mean + draws, "out": -mean * sd * np.ones(6)}
+
+
+def flows_by_position(mean, sd, seed):
+    return np.column_stack(list(flows(mean, sd, seed).values()))
+
+
+@pytest.mark.parametrize(
+    ("columns", "function"),
+    [((), flows), (("in", "out"), flows), ((), flows_by_position)],
+    ids=["all", "chosen", "array"],
+)
+def test_columns_are_those_of_the_same_name_from_the_begin_of_a_run(columns, function):
+    """Tables of the system have another order, and a further column where columns are chosen."""
+    frames = []
+    for seed in range(12):
+        frame = pd.DataFrame(flows(5.0, 1.0, seed))
+        names = ["in", "out"] if function is flows_by_position else ["out", "in"]
+        frame = frame[names]
+        frames.append(frame.assign(run=seed) if columns else frame)
+    simulate = per_model(function, PARAMETERS, columns=columns)
+    system, data = describe(frames, PARAMETERS, {"vectorized": False}, columns)
+    # A run that is resumed has the tables in another order.
+    tables = [dict(reversed(list(frame.items()))) for frame in frames]
+    for given in (Given(data, simulate), Given(tables, simulate)):
+        with system.open(given) as source:
+            sample = source.simulated(np.array([[5.0, 1.0]]), np.random.default_rng(1))[0, 0]
+        np.testing.assert_array_equal(sample[:, system.signals.index("out")], -5.0)
+
+
+def test_a_column_that_the_other_side_lacks_is_refused_at_the_first_call():
+    genuine = [{"in": np.ones(6), "inflow": np.ones(6)} for _ in range(3)]
+    simulate = per_model(flows, PARAMETERS)
+    message = (
+        r"must have the columns in, inflow; got in, out \[what the simulator returns or prints\]"
+        r"\. Rename inflow, out, or choose columns .* with columns= or --simulate-columns"
+    )
+    with pytest.raises(CustomSystemError, match=message):
+        tl.infer(genuine=genuine, simulate=simulate, parameters=PARAMETERS, trials=60)
+    simulate = per_model(flows, PARAMETERS, columns=["out"])
+    message = r"`genuine` must have the columns out; got in, inflow \[sample 0\]"
+    with pytest.raises(ValueError, match=message):
+        tl.infer(genuine=genuine, simulate=simulate, parameters=PARAMETERS, trials=60)
 
 
 PROGRAM = """
