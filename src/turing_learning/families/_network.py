@@ -91,8 +91,7 @@ class Network(Family):
     A group starts as one was recorded at some moment of the learning part. What would lead out of the tank, or into
     another, is not chosen. Where a recording has many more individuals than are ever there at once, such as pedestrians
     who pass, they leave as they were recorded to leave, and others come when and where others came after that moment.
-    In a group of another size so many more, or fewer, come that its size is that on average. Nobody comes or leaves in
-    another tank.
+    In a group of another size more come, or fewer, in proportion. Nobody comes or leaves in another tank.
 
     The parameters are gains, 1 as recorded. `speed` multiplies all lengths. `speed_noise` and `turn_noise` multiply
     the variance of where the alike contexts led, how far and in which direction: 0 is always the most usual, above 1
