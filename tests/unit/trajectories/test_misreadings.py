@@ -774,3 +774,12 @@ def test_decimal_commas_in_times_and_units_below_a_wide_header_are_read(tmp_path
         read = load_trajectories(path, y_axis="up")
         assert (read.fps, read.unit) == (25, "cm")
         np.testing.assert_allclose(read.positions[:, 0, 1], 2 * np.arange(12))
+
+
+def test_turns_that_the_tracker_makes_are_told_with_how_many_frames_to_leave_out(tmp_path):
+    noise = np.random.default_rng(3).normal(0, 0.5, (400, 5, 2))
+    (doubt,) = load(tmp_path, table(walk() + noise)).problems.doubts
+    # noise of 0.05 cm makes turns of 0.05 * sqrt(6) / 0.3 rad, of which a fourth is below 0.12
+    assert doubt.startswith("the tracker's noise, about 0.053 cm, makes turns of 0.43 rad")
+    assert "`--every 4`" in doubt
+    assert load(tmp_path, table(walk())).problems.doubts == ()
