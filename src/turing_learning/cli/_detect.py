@@ -219,7 +219,19 @@ def _read(
     recording = tracks.read(path, option, usual)
     recording.announce()
     with refusing_as(RefusedError, place=str(path)):
-        return tl.detection.recorded_motion(recording, learned, smooth_frames=tracks.smooth)
+        motion = tl.detection.recorded_motion(recording, learned, smooth_frames=tracks.smooth)
+    _tell_left_out(motion, learned.steps, path)
+    return motion
+
+
+def _tell_left_out(motion: "tl.detection.RecordedMotion", steps: int, path: Path) -> None:
+    """Say on stderr which individuals are never there for a whole window."""
+    individuals = zip(motion.individuals, motion.samples, strict=True)
+    left_out = [name for name, samples in individuals if not len(samples)]
+    if left_out:
+        who = f"{len(left_out)} of {len(motion.individuals)} individuals"
+        why = f"without a window of {steps} steps and are left out"
+        print(f"{path}: {who} are {why}: {', '.join(left_out)}", file=sys.stderr)
 
 
 def _samples(
@@ -282,7 +294,8 @@ def _ranked(detection: "tl.detection.Detection", motion: "Motion", steps: int) -
         "rankings": rankings,
     }
     abnormal = sum(bool(individual.abnormal) for individual in detection.individuals)
-    line = f"{abnormal} of {len(timed)} abnormal, by windows of {steps} steps; "
+    judged = sum(bool(individual.windows) for individual in detection.individuals)
+    line = f"{abnormal} of {judged} abnormal, by windows of {steps} steps; "
     line += f"ranked by {detection.rankings[0].name}"
     if firsts:
         line += f"; the other ways put first: {', '.join(firsts)}"

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from turing_learning.errors import check, reject
+from turing_learning.errors import RefusedError, check, reject
 from turing_learning.report import counted
 from turing_learning.swarm import Scenario, Trials, alone
 
@@ -190,12 +190,16 @@ def _planted_into_recording(
     with_company: bool,
     rng: np.random.Generator,
 ) -> list[Case]:
-    """Plant each kind in the stead of the k-th individual, from its first window on."""
+    """Plant each kind in the stead of the k-th individual, while it is there.
+
+    A kind that leaves it no window is left out: some move as others do, who may be away then.
+    """
     recording = motion.recording
     assert recording is not None
     fps = recording.fps
     begin = max(0, round(motion.times[k][0, 0] * fps) - 1)
-    frames = slice(begin, begin + int(PLANTED_S * fps))
+    last_frame = int(np.flatnonzero(recording.present[:, k])[-1])
+    frames = slice(begin, min(begin + int(PLANTED_S * fps), last_frame + 1))
     recording = replace(recording, **recording._arrays(frames))
     usual = None
     if with_company:
@@ -205,7 +209,10 @@ def _planted_into_recording(
         if len(motion.individuals) == 1 and planted_kind in SOCIAL_KINDS:
             continue
         changed = plant(recording, k, planted_kind, rng)
-        planted = motion_of(changed, run, run.smooth_frames, [k], usual, jump_factor=None)
+        try:
+            planted = motion_of(changed, run, run.smooth_frames, [k], usual, jump_factor=None)
+        except RefusedError:
+            continue
         cases.append(Case(_windows(planted, with_company)[0], r, k, planted_kind))
     return cases
 

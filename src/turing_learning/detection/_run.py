@@ -9,7 +9,7 @@ import numpy as np
 
 from turing_learning.coevolution import Classifier
 from turing_learning.config import ConfigurationError, classifier_of, load_configuration
-from turing_learning.errors import check, reject
+from turing_learning.errors import Setting, check, reject
 from turing_learning.swarm import Scenario
 from turing_learning.systems import System, same_time_step
 from turing_learning.trajectories import SIGNALS, Trajectories
@@ -209,7 +209,8 @@ def recorded_motion(
             raise ConfigurationError(str(error)) from error
         rule = f"hold a window of {run.steps} steps ({run.steps / recording.fps:.4g} s) without gaps and jumps"
         got = f"{len(recording.positions)} frames, of which none does"
-        reject("motion", rule, got, "Record for longer, or bridge gaps.")
+        remedy = ("Record for longer, or fill longer gaps: ", Setting("bridge"), ".")
+        reject("motion", rule, got, remedy)
 
 
 def _check_recording(recording: Trajectories, run: RunClassifiers) -> None:

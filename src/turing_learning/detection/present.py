@@ -54,11 +54,15 @@ def timed_verdicts(detection: Detection, motion: Motion | RecordedMotion) -> lis
 def standings(
     detection: Detection, timed: Sequence[TimedVerdict], *, seconds: bool
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return headings and rows of a table, the most unlike individual first; empty columns are left out."""
+    """Return headings and rows of a table, the most unlike individual first.
+
+    Individuals without windows are left out, and so are empty columns.
+    """
     when = "when (s)" if seconds else "since sample"
     headings = ("individual", "rank", "windows", "score", "p-value", "verdict", when)
     rows: list[tuple[str, ...]] = []
-    for k in _by_rank(detection, range(len(timed))):
+    judged = [k for k in range(len(timed)) if timed[k].windows]
+    for k in _by_rank(detection, judged):
         standing = detection.individuals[k]
         rows.append(
             (
@@ -84,8 +88,6 @@ def _by_rank(detection: Detection, individuals: Sequence[int]) -> list[int]:
 
 
 def _verdict(standing: Standing) -> str:
-    if not standing.windows:
-        return "no window"
     return {None: "-", True: "abnormal", False: "normal"}[standing.abnormal]
 
 
@@ -146,8 +148,9 @@ def detection_page(
         note = f"{by} {remarks}"
     else:
         abnormal = sum(bool(standing.abnormal) for standing in detection.individuals)
+        judged = sum(bool(standing.windows) for standing in detection.individuals)
         verb = "is" if abnormal == 1 else "are"
-        summary = f"{abnormal} of {len(timed)} individuals {verb} abnormal."
+        summary = f"{abnormal} of {judged} individuals {verb} abnormal."
         note = f"{by} Abnormal: a p-value of at most {detection.level:.2g}. {remarks}"
     table = Listing("ranking", "Ranking", *standings(detection, timed, seconds=True), note=note)
     caption = "Higher bars: a window that is more unlike normal ones. "

@@ -1,10 +1,11 @@
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.detection import Detector, recorded_motion, run_classifiers
+from turing_learning.detection import Detector, detect, recorded_motion, run_classifiers
 from turing_learning.runs import infer, load_run
 from turing_learning.trajectories import Trajectories
 
@@ -91,6 +92,17 @@ def test_who_is_never_there_for_long_has_no_window_and_no_verdict(fish):
     assert len(motion.samples[2]) == 0
     verdict = Detector.from_run(fish).timeline(motion)[2]
     assert (verdict.windows, verdict.abnormal, verdict.spells) == (0, False, ())
+
+
+def test_broken_tracks_are_normal_recordings_too(fish):
+    run = replace(run_classifiers(fish), names=("speed", "neighbor_bearing"))
+    present = np.ones((400, 3), dtype=bool)
+    present[:100, 1] = False
+    present[30:, 2] = False
+    broken = recorded_motion(recording(400, present=present), run)
+    detection = detect(run, recorded_motion(recording(60), run), genuine=[broken])
+    # "c" leaves before "b" comes: who does then as "b" does rests, and has no bearing.
+    assert re.search(r"On 3[123] planted individuals \(11 kinds\)", detection.remarks[-1])
 
 
 def test_a_run_keeps_what_calibrates_a_detector(fish):
