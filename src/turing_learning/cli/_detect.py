@@ -27,6 +27,8 @@ SAMPLES = 10
 """Of each simulated individual."""
 ALIKE = "judged-alike"
 """The rule that ranks individuals; all others vote."""
+USUAL_OPTIONS = ("fps", "every", "bridge", "scale", "y_axis")
+"""What files and options do not state is as for the recording of the run."""
 # What is written beside each other: a table, a picture twice, a page.
 _WRITTEN = (".csv", ".png", ".svg", ".html")
 
@@ -83,7 +85,7 @@ def detect(
         learned_recording = {}
     # What files do not state is as it was when the run read its recording.
     options = learned_recording.get("options", {})
-    usual = {name: options[name] for name in ("fps", "every", "scale", "y_axis") if name in options}
+    usual = {name: options[name] for name in USUAL_OPTIONS if name in options}
     if motion is None:
         tracks.refuse_beside("be left out where there is no recording", out=out)
     elif not _is_recording(motion, tracks, usual):

@@ -19,7 +19,7 @@ def read_recording(
     """Open a tracker's file by those options of commands that are given; `name` is that of the argument for the file.
 
     Frame rate, scale and direction of y are the `usual` ones where neither the options nor the file state them. With
-    the usual frame rate, `every` is the usual one, too.
+    the usual frame rate, `every` is the usual one, too. Gaps are filled as usual unless the options say otherwise.
     """
     otherwise = dict(usual)
     otherwise["pixels_per_cm"] = usual.get("scale")
@@ -53,9 +53,10 @@ def read_recording(
                 recording = recording.thinned(every)
             if options.get("split_gaps") is not None:
                 recording = recording.split(options["split_gaps"])
-            if options.get("bridge") is not None:
+            bridge = options.get("bridge", usual.get("bridge"))
+            if bridge is not None:
                 # Gaps are filled from positions that can be true; long rests are for those who cut windows.
-                recording = recording.cleared(longest_rest_s=None).bridged(options["bridge"])
+                recording = recording.cleared(longest_rest_s=None).bridged(bridge)
             return recording
     except RefusedError as error:
         if error.refusal is None or error.refusal.name != "path":

@@ -284,7 +284,9 @@ def test_without_normal_recordings_individuals_are_ranked_beside_those_that_the_
         Path(fish).unlink(missing_ok=True)
 
 
-@pytest.mark.parametrize("rate", [("--fps", "10.0"), ("--fps", "20.0", "--every", "2")])
+@pytest.mark.parametrize(
+    "rate", [("--fps", "10.0"), ("--fps", "20.0", "--every", "2", "--bridge", "3")]
+)
 def test_recordings_are_read_as_that_of_the_run_unless_they_or_options_say_otherwise(
     rate, trial, call
 ):
