@@ -218,7 +218,8 @@ def require_extras(*libraries: tuple[str, str, str]) -> None:
 
     One command installs them all.
     """
-    names, extras = [], []
+    names = []
+    extras = []
     for module, name, extra in libraries:
         try:
             import_module(module)

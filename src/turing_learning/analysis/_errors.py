@@ -72,7 +72,8 @@ def name_failure(estimate: np.ndarray, truth: np.ndarray) -> str:
     if float(mean_absolute_error(estimate, truth)) < LIMIT:
         return GOOD
     wheels = estimate.size - estimate.size % 2
-    speeds, true = estimate[:wheels], truth[:wheels]
+    speeds = estimate[:wheels]
+    true = truth[:wheels]
     if wheels < estimate.size and float(mean_absolute_error(speeds, true)) < LIMIT:
         return "field of view"
     if np.abs(speeds).max() > _RUNAWAY:

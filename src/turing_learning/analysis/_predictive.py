@@ -107,7 +107,8 @@ def predictive_check(
     """
     center = np.median(draws, axis=0)
     scale = draws.std(axis=0) + 1e-12
-    samples, models = simulated, parameters
+    samples = simulated
+    models = parameters
     if others is not None and len(others[0]):
         remoteness = (((others[1] - center) / scale) ** 2).sum(axis=1)
         nearest = np.argsort(remoteness, kind="stable")[:NEIGHBORS]

@@ -136,7 +136,8 @@ def resume_run(
     stored = tl.runs.stored_laboratory(path)
     real = not stored.setup.emulated
     if emulated and real:
-        rule, remedy = "be left out for a run with real robots", "Rehearse in another folder."
+        rule = "be left out for a run with real robots"
+        remedy = "Rehearse in another folder."
         refuse("--emulated", rule, "it", remedy, place=str(path))
     file = tl.runs.RunFolder(path).laboratory_path
     with _opened(stored, emulated, trust, file) as (laboratory, equipment):
@@ -299,14 +300,16 @@ class _Pace:
     """How long the present batch or generation still takes: by its own trials so far, before by the loop of the robots."""
 
     def __init__(self, laboratory: "tl.robots.Laboratory") -> None:
-        self._setup, self._configuration = laboratory.setup, laboratory.configuration
+        self._setup = laboratory.setup
+        self._configuration = laboratory.configuration
         self._stage = ""
         self._done = 0
         self._began_s = time.monotonic()
 
     def note(self, event: "tl.robots.Event") -> None:
         if event.stage != self._stage:
-            self._stage, self._done = event.stage, 0
+            self._stage = event.stage
+            self._done = 0
             self._began_s = time.monotonic()
         if event.trial is not None and not event.trial.faults:
             self._done += 1
@@ -371,7 +374,8 @@ def _execute(
     trusted = " --trust" if _named_functions(laboratory.setup) else ""
     ahead = f"resume with: {tl.runs.resume_command(path)}{trusted}"
     of_trials = laboratory.configuration.run.trials > 0
-    repeats, console = 0 if of_trials else laboratory.setup.evaluation.repeats, plain_console()
+    repeats = 0 if of_trials else laboratory.setup.evaluation.repeats
+    console = plain_console()
     line = partial(console.print, soft_wrap=True)
 
     def progressed(progress: "tl.runs.Progress") -> None:

@@ -49,8 +49,10 @@ class ClassifierArchive:
             self.genomes = np.vstack([*self.genomes, genome])
             self.specificity = np.append(self.specificity, specificity)
         elif slot < self.capacity:
-            self.genomes, self.specificity = self.genomes.copy(), self.specificity.copy()
-            self.genomes[slot], self.specificity[slot] = genome, specificity
+            self.genomes = self.genomes.copy()
+            self.specificity = self.specificity.copy()
+            self.genomes[slot] = genome
+            self.specificity[slot] = specificity
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the classifiers, their specificity, and the number offered so far."""
@@ -73,4 +75,6 @@ class ClassifierArchive:
             "be shares from 0 to 1",
             shares.tolist(),
         )
-        self.genomes, self.specificity, self._seen = genomes, shares, int(admitted)
+        self.genomes = genomes
+        self.specificity = shares
+        self._seen = int(admitted)

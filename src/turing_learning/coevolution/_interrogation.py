@@ -44,7 +44,8 @@ class PassiveInterrogation:
         jury = classifiers if referees is None else np.concatenate((classifiers, referees))
         flat = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
         counterfeit = self._outputs(jury, flat).reshape(len(jury), *samples.counterfeit.shape[:2])
-        own_outputs, theirs = counterfeit[: len(classifiers)], counterfeit[len(classifiers) :]
+        own_outputs = counterfeit[: len(classifiers)]
+        theirs = counterfeit[len(classifiers) :]
         return Judgments(genuine, own_outputs, theirs if len(theirs) else None)
 
     def _outputs(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
@@ -75,7 +76,8 @@ class InteractiveInterrogation:
     """
 
     def __init__(self, source: InteractiveSource, opponents: int) -> None:
-        self.source, self.opponents = source, integer("opponents", opponents, 1)
+        self.source = source
+        self.opponents = integer("opponents", opponents, 1)
 
     def __call__(
         self, models: np.ndarray, classifiers: np.ndarray, rng: np.random.Generator,
@@ -125,7 +127,8 @@ def _spread(
     outputs: np.ndarray, met: np.ndarray, models: int
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Return outputs (N, k) for the models that were met as (N, M, 1), 0 elsewhere, and which were; None for all."""
-    spread, filled = np.zeros((len(met), models), outputs.dtype), np.zeros((len(met), models), bool)
+    spread = np.zeros((len(met), models), outputs.dtype)
+    filled = np.zeros((len(met), models), bool)
     np.put_along_axis(spread, met, outputs, axis=1)
     np.put_along_axis(filled, met, True, axis=1)
     return spread[:, :, None], None if filled.all() else filled

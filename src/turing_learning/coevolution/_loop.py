@@ -90,9 +90,13 @@ class Coevolution:
         archive: ClassifierArchive | None = None,
     ) -> None:  # fmt: skip
         self.generation = 0
-        self._interrogation, self._models, self._classifiers = interrogation, models, classifiers
-        self._reward_models, self._reward_classifiers = reward_models, reward_classifiers
-        self._seed, self._archive = check_seed(seed), archive
+        self._interrogation = interrogation
+        self._models = models
+        self._classifiers = classifiers
+        self._reward_models = reward_models
+        self._reward_classifiers = reward_classifiers
+        self._seed = check_seed(seed)
+        self._archive = archive
 
     def step(self) -> Generation:
         """Run one generation: let the classifiers judge, reward and improve both populations; return them as they were judged.
@@ -104,15 +108,18 @@ class Coevolution:
         ValueError
             If the interrogation or a reward returns something of the wrong shape, or a reward is not finite.
         """
-        models, classifiers = self._models.ask(), self._classifiers.ask()
-        rng, referees = generation_rng(self._seed, self.generation), classifiers[:0]
+        models = self._models.ask()
+        classifiers = self._classifiers.ask()
+        rng = generation_rng(self._seed, self.generation)
+        referees = classifiers[:0]
         if self._archive is None or not len(self._archive.genomes):
             judgments = self._interrogation(models, classifiers, rng)
         else:
             referees = self._archive.genomes
             judgments = self._interrogation(models, classifiers, rng, referees=referees)
             judgments = replace(judgments, referee_specificity=self._archive.specificity)
-        received, wanted = judgments.counterfeit_outputs.shape[:2], (len(classifiers), len(models))
+        received = judgments.counterfeit_outputs.shape[:2]
+        wanted = (len(classifiers), len(models))
         rule = f"return judgments of N = {wanted[0]} classifiers on M = {wanted[1]} models"
         require(received == wanted, "interrogation", rule, f"{received[0]} and {received[1]}")
         model_rewards = _reward("reward_models", self._reward_models, judgments, len(models))

@@ -125,7 +125,8 @@ class Comparison(Tabular):
                 open_between = f"{leader.name} or {model.name}"
                 sentences.append(f"It is open which is harder to tell, {open_between} ({numbers}).")
         if self.control is not None:
-            accuracy, p_value = self.control.accuracy, self.control.p_value
+            accuracy = self.control.accuracy
+            p_value = self.control.p_value
             numbers = f"accuracy {accuracy:.3f}, p = {p_value:.3f}"
             halves = "one half of the genuine groups against the other"
             sentences.append(f"Control, {halves}: {numbers}.")

@@ -98,7 +98,8 @@ class CMAEvolutionStrategy(Turns):
         A state that lacks an array, or does not fit the settings, is rejected; the strategy is then what it was
         before.
         """
-        generation, distribution = check_generation(state), self._new_distribution()
+        generation = check_generation(state)
+        distribution = self._new_distribution()
         shapes = {name: " ".join(map(str, old.shape)) for name, old in distribution.state.items()}
         distribution.restore(state_arrays(state, shapes), generation)
         self._distribution = distribution
@@ -173,7 +174,8 @@ class _Distribution:
         ):  # of a record that cma keeps of all past changes of the step size
             self._strategy.tell(self.solutions, (-fitness).tolist())  # cma minimizes
         deviations = self.standard_deviations
-        widen, narrow = (self._minimum / deviations).min(), SPREAD_LIMIT / deviations.max()
+        widen = (self._minimum / deviations).min()
+        narrow = SPREAD_LIMIT / deviations.max()
         # The shape stays what `cma` made it
         self._strategy.sigma *= float(min(max(1.0, widen), narrow))
         self.generation += 1

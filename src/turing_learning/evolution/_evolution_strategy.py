@@ -88,7 +88,9 @@ class EvolutionStrategy(Turns):
         self._population = generation_rng(self._seed, 0).uniform(low, high, (self.size, dimension))
         self._steps = np.tile(steps, (self.size, 1))
         self._asked_steps = self._steps
-        self._mating, self._jumper, self._memory = mating or PhasedMating(), jumper, memory
+        self._mating = mating or PhasedMating()
+        self._jumper = jumper
+        self._memory = memory
         self._generation = 0
 
     def ask(self) -> np.ndarray:
@@ -103,7 +105,8 @@ class EvolutionStrategy(Turns):
         Returns what the population was ranked by (size,): the fitness, or the scores of the `memory`.
         """
         self._turn("tell")
-        generation, fitness = self._generation, array("fitness", fitness, "size", size=self.size)
+        generation = self._generation
+        fitness = array("fitness", fitness, "size", size=self.size)
         scores = fitness.copy() if self._memory is None else self._memory.score(generation, fitness)
         # The fittest first; of equals the older
         best = np.argsort(-scores, kind="stable")[: self.parents]
@@ -146,7 +149,8 @@ class EvolutionStrategy(Turns):
         generation = check_generation(state)
         arrays = state_arrays(state, shapes, N=self.size, P=self.dimension)
         if self._memory is not None:
-            self._memory.totals, self._memory.weights = arrays["totals"], arrays["weights"]
+            self._memory.totals = arrays["totals"]
+            self._memory.weights = arrays["weights"]
         self._generation = generation
         self._population = arrays["population"]
         self._steps = arrays["step_sizes"]

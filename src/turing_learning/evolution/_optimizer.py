@@ -110,7 +110,8 @@ class RenewedOptimizer:
         self._last = last
         self._generation = 0
         self._optimizer = make(0)
-        self.size, self.dimension = self._optimizer.size, self._optimizer.dimension
+        self.size = self._optimizer.size
+        self.dimension = self._optimizer.dimension
 
     @property
     def step_sizes(self) -> np.ndarray:
@@ -142,7 +143,8 @@ class RenewedOptimizer:
         generation = check_generation(state, "renewal")
         optimizer = self._make(self._number(generation))
         optimizer.restore({name: array for name, array in state.items() if name != "renewal"})
-        self._generation, self._optimizer = generation, optimizer
+        self._generation = generation
+        self._optimizer = optimizer
 
     def _number(self, generation: int) -> int:
         """Return which optimizer a generation belongs to."""

@@ -99,7 +99,8 @@ class Jumper:
         wider = check_vector("reach", reach, self._dimension)
         require((wider > 0).all(), "reach", "be above 0", wider.min())
         added = 0.5 * (wider - 1) * (high - low)  # 0 to the last bit where the reach is 1
-        self._low, self._high = low - added, high + added
+        self._low = low - added
+        self._high = high + added
         self._redraw = number("redraw", redraw, least=0, most=1)
         self._exchange = number("exchange", exchange, least=0, most=1)
         self._refinement = integer("refinement", refinement)
@@ -193,6 +194,9 @@ class FitnessMemory:
 
     def keep(self, survivors: np.ndarray) -> None:
         """Move the survivors (indices) to the front; behind them come individuals of which nothing is known."""
-        totals, weights = self.totals[survivors], self.weights[survivors]
-        self.totals, self.weights = np.zeros_like(self.totals), np.zeros_like(self.weights)
-        self.totals[: len(survivors)], self.weights[: len(survivors)] = totals, weights
+        totals = self.totals[survivors]
+        weights = self.weights[survivors]
+        self.totals = np.zeros_like(self.totals)
+        self.weights = np.zeros_like(self.weights)
+        self.totals[: len(survivors)] = totals
+        self.weights[: len(survivors)] = weights

@@ -328,7 +328,9 @@ def _interval(values: np.ndarray, genuine: np.ndarray, groups: np.ndarray) -> tu
     It is that of Student's t with the degrees of freedom of Welch, and no narrower than Wilson's for independent
     samples, which still has a width if all answers are right.
     """
-    middle, variance, freedom = 0.0, 0.0, 0.0
+    middle = 0.0
+    variance = 0.0
+    freedom = 0.0
     for side in (genuine, ~genuine):
         mean = values[side].mean()
         _, members = np.unique(groups[side], return_inverse=True)
@@ -340,7 +342,8 @@ def _interval(values: np.ndarray, genuine: np.ndarray, groups: np.ndarray) -> tu
         freedom += own_variance**2 / max(count - 1, 1)
     freedom = variance**2 / freedom if freedom > 0 else np.inf
     half = stdtrit(max(freedom, 1.0), 0.975) * np.sqrt(variance) if variance > 0 else 0.0
-    z, count = ndtri(0.975), len(values)
+    z = ndtri(0.975)
+    count = len(values)
     center = (middle + z**2 / (2 * count)) / (1 + z**2 / count)
     reach = (
         z

@@ -140,7 +140,8 @@ def pair_of_arrays(
 ) -> tuple[Pair, tuple[np.ndarray, np.ndarray]]:
     """Return samples (K, T, D) and (L, T, D) as a pair, and the labels of their groups."""
     rng = np.random.default_rng((seed, 2))
-    sides, owners = [], []
+    sides = []
+    owners = []
     for k, samples in enumerate((real, simulated)):
         if groups is None:
             labels = np.arange(len(samples))

@@ -339,7 +339,8 @@ def _control(
     """Examine one half of the real groups against the other; None if they are too few."""
     labels = np.unique(owners)
     if len(labels) < FEWEST_HALVED and pair.real.paths is not None:
-        owners, grouping = pair.real.owners("blocks of time"), "blocks of time"
+        owners = pair.real.owners("blocks of time")
+        grouping = "blocks of time"
         labels = np.unique(owners)
     if len(labels) < 4:
         return None

@@ -111,7 +111,8 @@ def learn(
     with torch.random.fork_rng(devices=[]), _one_thread():
         torch.manual_seed(seed)
         net = trainable_network()
-        own_inputs, traits = torch.from_numpy(examples.own), torch.from_numpy(examples.traits)
+        own_inputs = torch.from_numpy(examples.own)
+        traits = torch.from_numpy(examples.traits)
         visible = torch.arange(MOST_OTHERS) < torch.from_numpy(examples.seen)[:, None]
         bins, mirrored_bins = (torch.from_numpy(bins) for bins in _bins_of(examples.outcomes))
         flip_own, order_own, flip_traits = _mirror()
@@ -140,7 +141,9 @@ def learn(
             net.train()
             batch = learned_from[torch.randint(len(learned_from), (BATCH,))]
             mirrored = torch.rand(BATCH) < 0.5
-            some_own, some_traits, some_there = own_inputs[batch], traits[batch], visible[batch]
+            some_own = own_inputs[batch]
+            some_traits = traits[batch]
+            some_there = visible[batch]
             some_own = torch.where(mirrored[:, None], some_own[:, order_own] * flip_own, some_own)
             some_traits = torch.where(
                 mirrored[:, None, None], some_traits * flip_traits, some_traits
@@ -265,7 +268,8 @@ def _blinded(own_inputs: Any, traits: Any, visible: Any) -> tuple[Any, Any, Any]
     import torch
 
     chance = torch.rand(len(own_inputs))
-    own_inputs, traits = own_inputs.clone(), traits.clone()
+    own_inputs = own_inputs.clone()
+    traits = traits.clone()
     traits[chance < BLINDED, :, 5:] = 0.0
     visible = visible & (chance > 3 * BLINDED)[:, None] | visible & (chance < BLINDED)[:, None]
     without_walls = (chance >= BLINDED) & (chance < 2 * BLINDED)

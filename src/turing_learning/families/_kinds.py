@@ -244,7 +244,8 @@ class Boids(Particles):
 
 def allocated(requests: Sequence[np.ndarray], budget: np.ndarray) -> np.ndarray:
     """Return the sum of requests granted in order until their lengths sum up to `budget`, the last one trimmed."""
-    granted, remaining = np.zeros_like(requests[0]), budget
+    granted = np.zeros_like(requests[0])
+    remaining = budget
     for request in requests:
         length = np.abs(request)
         granted_length = np.minimum(length, remaining)
@@ -376,7 +377,8 @@ class Robots(Family):
     @property
     def parameters(self) -> dict[str, Parameter]:
         """Left and right wheel speed for each sensor state; field of view, where it is a parameter."""
-        speed, angle = Parameter(-2, 2, initial=(-1, 1)), Parameter(0, FULL_VIEW, unit="rad")
+        speed = Parameter(-2, 2, initial=(-1, 1))
+        angle = Parameter(0, FULL_VIEW, unit="rad")
         pairs = zip(self.scenario.parameter_names, self.scenario.model.parameter_units, strict=True)
         return {name: angle if unit else speed for name, unit in pairs}
 

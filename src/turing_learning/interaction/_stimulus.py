@@ -147,7 +147,10 @@ class Dialogue:
         network = interrogator.network
         self._stimulus = interrogator.stimulus
         # N networks with D inputs, H hidden neurons and O outputs that choose.
-        n, d, h, o = len(genomes), network.inputs, network.hidden, self._stimulus.outputs
+        n = len(genomes)
+        d = network.inputs
+        h = network.hidden
+        o = self._stimulus.outputs
         bounds = np.cumsum([h * d, h * h, h, h, 1, o * h])
         inward, recurrent, bias, judging, threshold, choosing, thresholds = np.split(
             genomes.astype(np.float32), bounds, axis=1

@@ -304,7 +304,8 @@ def write_page(experiments: str | Path, path: str | Path, *, force: bool = False
     force
         Whether any other file is replaced, too; otherwise `ConfigurationError` is raised.
     """
-    target, experiments = Path(path), in_home(experiments)
+    target = Path(path)
+    experiments = in_home(experiments)
     refuse_page_path(target, force=force)
     for experiment in EXPERIMENTS.values():
         write_readme(experiment, ExperimentFolder(experiments / experiment.id))

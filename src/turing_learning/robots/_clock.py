@@ -39,7 +39,9 @@ class VirtualClock:
     """
 
     def __init__(self) -> None:
-        self._now, self._number, self._busy = 0.0, count(), False
+        self._now = 0.0
+        self._number = count()
+        self._busy = False
         self._due: list[tuple[float, int, Callable[[], None]]] = []
 
     def now(self) -> float:

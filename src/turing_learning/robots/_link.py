@@ -142,9 +142,11 @@ class Link(AbstractContextManager["Link"]):
         self, port: str, *, baud: int = 115200, clock: Clock | None = None,
         connect: Callable[[], Device] | None = None, alive_s: float = 0.0,
     ) -> None:  # fmt: skip
-        self.port, self.clock = port, clock or RealClock()
+        self.port = port
+        self.clock = clock or RealClock()
         self._alive_s = alive_s
-        self._writing, self._closed = threading.Lock(), threading.Event()
+        self._writing = threading.Lock()
+        self._closed = threading.Event()
         timeouts = {"timeout": _POLL_S, "write_timeout": 1.0}
         self._connect = connect or (
             lambda: optional("serial", "pyserial", "robot").serial_for_url(port, baud, **timeouts)
@@ -179,7 +181,8 @@ class Link(AbstractContextManager["Link"]):
 
     def close(self) -> None:
         """Close the line and drop unread bytes."""
-        device, self._device = self._device, None
+        device = self._device
+        self._device = None
         self._closed.set()
         self._buffer.clear()
         if device is not None:
@@ -286,7 +289,8 @@ class EPuck(Replica):
     """
 
     def __init__(self, link: Link, *, timeout_s: float = 0.5, retries: int = 3) -> None:
-        self._link, self._timeout_s = link, number("timeout_s", timeout_s, above=0)
+        self._link = link
+        self._timeout_s = number("timeout_s", timeout_s, above=0)
         self._retries = integer("retries", retries)
         self._signals: deque[Signal] = deque(maxlen=_MOST_SIGNALS)
         self.garbled = self.reconnections = 0
@@ -404,7 +408,8 @@ class EPuck(Replica):
         return self._try(repr(sent), exchange)
 
     def _try(self, request: str, exchange: Callable[[], Answer | None]) -> Answer:
-        trouble, self._refused = "no answer that makes sense", 0
+        trouble = "no answer that makes sense"
+        self._refused = 0
         for attempt in range(self._retries + 1):
             try:
                 if not self._link.is_open:
@@ -418,7 +423,8 @@ class EPuck(Replica):
                     self._drain(0.0)
                 answer = exchange()
             except LinkError as error:
-                trouble, answer = str(error), None
+                trouble = str(error)
+                answer = None
                 self._link.clock.sleep(
                     min(self._timeout_s, 0.2)
                 )  # a port that has just gone may come back

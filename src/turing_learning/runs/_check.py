@@ -101,7 +101,8 @@ class _Checker:
 
     def run(self, *, force: bool) -> Check:
         """Go through the stages; what a folder holds already is not done again."""
-        content, model = self._begun(force), self.result.simulated_model
+        content = self._begun(force)
+        model = self.result.simulated_model
         began = perf_counter()
         test = None
         if "test" not in content:
@@ -476,7 +477,8 @@ def check(
     check_setting(
         not result.in_laboratory, "run", rule, "one in a laboratory", remedy, place=str(result.path)
     )
-    folder, system = None if result.path is None else RunFolder(result.path), configuration.system
+    folder = None if result.path is None else RunFolder(result.path)
+    system = configuration.system
     functions = record.samples_and_simulator(genuine, simulate)
     given = Given(functions.genuine, functions.simulate, workers, timeout_s, groups, executor)
     say = stage or (lambda text: None)
@@ -487,7 +489,8 @@ def check(
                 stack.enter_context(folder.locked())
         with refusing_as(ConfigurationError):
             source = stack.enter_context(system.open(given))
-        labels, grouping = None, ""
+        labels = None
+        grouping = ""
         if source.genuine is not None:
             labels, grouping = evidences.held_out_groups(
                 systems.observed(given.genuine), source.genuine, groups

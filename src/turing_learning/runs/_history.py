@@ -270,7 +270,8 @@ def require_sound(
     got = "files that cannot be read, or of another run"
     if damaged:
         got = f"damage in generations {which}"
-    rule, remedy = "have its history as it was written", "Restore the files, or run again."
+    rule = "have its history as it was written"
+    remedy = "Restore the files, or run again."
     require(damaged == [], "run", rule, got, remedy, place=str(path), error=DamagedError)
 
 

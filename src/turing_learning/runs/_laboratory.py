@@ -83,8 +83,11 @@ def start_laboratory(
         name: part_named(component) for name, component in replaced.items() if component is not None
     }
     laboratory = replace(laboratory, setup=laboratory.setup.model_copy(update=named))
-    folder, setup = RunFolder(out), laboratory.setup
-    files, stored, calibration = {}, setup, setup.camera.calibration
+    folder = RunFolder(out)
+    setup = laboratory.setup
+    files = {}
+    stored = setup
+    calibration = setup.camera.calibration
     with _source(laboratory, folder, equipment, on_event) as source:
         if calibration:
             laboratory_calibration(setup)
@@ -120,10 +123,12 @@ def resume_laboratory(
     given again.
     """
     folder = RunFolder(path)
-    setup, configuration = stored_setup(folder), folder.configuration()
+    setup = stored_setup(folder)
+    configuration = folder.configuration()
     refuse_without_history(setup, configuration, str(folder.laboratory_path))
     if setup.emulated and equipment is None:
-        rule, where = "be given for a rehearsal, which must not meet real robots", str(folder.path)
+        rule = "be given for a rehearsal, which must not meet real robots"
+        where = str(folder.path)
         reject(
             "equipment",
             rule,

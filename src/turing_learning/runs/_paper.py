@@ -25,11 +25,13 @@ def paper_absolute_errors(scenario: Scenario) -> dict[str, float] | None:
     """
     if scenario.name not in ABSOLUTE_ERRORS:
         return None
-    papers, errors = SCENARIOS[scenario.name], ABSOLUTE_ERRORS[scenario.name]
+    papers = SCENARIOS[scenario.name]
+    errors = ABSOLUTE_ERRORS[scenario.name]
     if scenario.name == "aggregation" and scenario.arena.bounded:
         from turing_learning.robots import LABORATORY
 
-        papers, errors = replace(LABORATORY, name=scenario.name), LABORATORY_ERRORS
+        papers = replace(LABORATORY, name=scenario.name)
+        errors = LABORATORY_ERRORS
     if replace(scenario, title=papers.title, description=papers.description) != papers:
         return None
     return dict(zip(scenario.parameter_names, errors, strict=True))

@@ -74,7 +74,8 @@ class Plots:
         else:
             moved = replay(record.configuration, model)
         if moved is None:
-            rule, got = "be of a system whose simulator says where everybody is", "samples alone"
+            rule = "be of a system whose simulator says where everybody is"
+            got = "samples alone"
             remedy = "Its signals are in `plot.distributions()`. Positions are known of windows of a recording with a family "
             remedy += "of models, or another simulator with a method `simulate`."
             reject("run", rule, got, remedy)
@@ -225,7 +226,8 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
     """
     if "replicas" not in motion:
         return None
-    interval, swarms = float(motion["interval_s"]), []
+    interval = float(motion["interval_s"])
+    swarms = []
     stride = max(1, round(1 / (2 * FRAMES_PER_S * interval)))
     for name, name_shown in (
         ("recorded", "Recorded individuals"),

@@ -144,7 +144,8 @@ class Pooled(Judged):
             "Resume them with more trials.",
         )
         values = np.stack(list(self.chains.values()))
-        dims, seeds = ("chain", "draw"), {"chain": list(self.chains)}
+        dims = ("chain", "draw")
+        seeds = {"chain": list(self.chains)}
         long = list(self.labels.values())
         variables = {
             name: (dims, values[..., k], {"long_name": long[k]})
@@ -221,9 +222,11 @@ class Pooled(Judged):
 
     def _shown(self) -> "tuple[str, Sequence[str], Sequence[Sequence[str]], Sequence[str | Text]]":
         seeds = ", ".join(map(str, self.seeds))
-        length, word = counted(self.generations, "generation"), "R-hat"
+        length = counted(self.generations, "generation")
+        word = "R-hat"
         if self.trials is not None:
-            length, word = counted(self.trials, "trial"), "Birge"
+            length = counted(self.trials, "trial")
+            word = "Birge"
         headings, rows = parameter_rows(
             self.labels,
             {

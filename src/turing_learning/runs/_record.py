@@ -204,7 +204,9 @@ def layout_of(configuration: Configuration, weights: int | None = None) -> histo
 
     `weights` of a classifier are those of its network by default.
     """
-    run, models, classifiers = configuration.run, configuration.models, configuration.classifiers
+    run = configuration.run
+    models = configuration.models
+    classifiers = configuration.classifiers
     return histories.Layout(
         generations=configuration.length,
         models=models.parents + models.offspring,

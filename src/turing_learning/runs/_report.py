@@ -166,14 +166,16 @@ def draw(
     history: "xarray.Dataset", configuration: Configuration, dialogues: Mapping[str, np.ndarray]
 ) -> list[Picture]:
     """Draw the figures of a run, of its history, and of what its classifiers did to the system."""
-    scenario, system = configuration.scenario, configuration.system
+    scenario = configuration.scenario
+    system = configuration.system
     trials = configuration.spent(history.sizes["generation"])
     over = "generations"
     middle = "the typical one"
     models = "Subjectively best and typical model of each generation"
     fitness = "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded."
     if trials is not None:
-        over, middle = "trials", "the estimate so far"
+        over = "trials"
+        middle = "the estimate so far"
         models = "Best model of each batch of trials, and the estimate after it"
         fitness = "Fitness of the models tried in each batch, and of the classifiers: median and quartiles."
     models += ", steady outputs of the networks" if configuration.models.hidden else ""
@@ -181,7 +183,8 @@ def draw(
     drawn = draw_parameters(history, configuration)
     pictures = [Picture("parameters", f"Parameters over {over}", models, drawn, wide=True)]
     if scenario.truth is not None:
-        truth, readouts = np.asarray(scenario.truth, dtype=float), ("best_model", "typical_model")
+        truth = np.asarray(scenario.truth, dtype=float)
+        readouts = ("best_model", "typical_model")
         errors = [
             mean_absolute_error(configuration.described(history[name].to_numpy()), truth)
             for name in readouts
@@ -197,7 +200,8 @@ def draw(
                 "models in which this parameter is drawn anew: the stimulus that it chose, and the answer, in a trial with "
                 "the system and in one with the estimate. An output of 0.5 or more says genuine."
             )
-        rows, interval_s = tuple(system.parameters), system.interval_s
+        rows = tuple(system.parameters)
+        interval_s = system.interval_s
         drawn = one_run.dialogues_figure(
             dialogues, names=system.signals, rows=rows, interval_s=interval_s
         )
@@ -209,7 +213,8 @@ def draw(
         caption = f"Median mutation strength of each parameter{system.step_unit}"
         sizes, weights = (history[f"{of}_step_size"].to_numpy() for of in ("model", "classifier"))
         if configuration.models.hidden:
-            names, caption = ("models",), "Median mutation strength of the models' weights"
+            names = ("models",)
+            caption = "Median mutation strength of the models' weights"
             sizes = sizes.reshape(len(sizes), -1, 1)
         middle_weight = np.median(weights.reshape(len(weights), -1), axis=1).astype(float)
         drawn = one_run.step_sizes_figure(np.median(sizes, axis=1), middle_weight, names=names)
@@ -238,9 +243,13 @@ def tables(
 
     readouts = ("typical_model", "best_model")
     rows = np.hstack([configuration.described(history[name].to_numpy()) for name in readouts])
-    spent, word, name = configuration.spent(len(rows)), "trials", "trials.csv"
+    spent = configuration.spent(len(rows))
+    word = "trials"
+    name = "trials.csv"
     if spent is None:
-        spent, word, name = np.arange(len(rows)), "generation", "generations.csv"
+        spent = np.arange(len(rows))
+        word = "generation"
+        name = "generations.csv"
     columns = [
         f"{of}_{parameter}"
         for of in readouts
@@ -299,7 +308,9 @@ def run_table(result: Result) -> Listing:
 
 def draw_check(check: Check, result: Result) -> list[Picture]:
     """Draw the figures of a check of a run."""
-    pictures, parameters, labels = [], result.configuration.system.parameters, result.labels
+    pictures = []
+    parameters = result.configuration.system.parameters
+    labels = result.labels
     if check.profiles:
         caption = "Accuracy on held-out samples of fresh classifiers, trained against models in which one parameter "
         caption += f"is moved across its initial range; below the dashed line they may be guessing. {result.unknown}"
@@ -318,7 +329,8 @@ def draw_check(check: Check, result: Result) -> list[Picture]:
             )
             for profiled in check.profiles
         ]
-        heading, drawn = "What each parameter leaves open", one_run.profiles_figure(panels)
+        heading = "What each parameter leaves open"
+        drawn = one_run.profiles_figure(panels)
         pictures.append(Picture("check-profiles", heading, caption.strip(), drawn, wide=True))
     if check.quantities:
         heading = "Genuine motion and motion simulated at the estimate"
@@ -336,7 +348,8 @@ def check_listing(check: Check) -> Listing:
         shares = [(getattr(entry, name), form) for name, form in forms.items()]
         cells = (None if value is None else form.format(value) for value, form in shares)
         rows.append((entry.parameter, *cells, entry.verdict))
-    test, columns = check.test, ("parameter", "interval", "left open", "missed by", "")
+    test = check.test
+    columns = ("parameter", "interval", "left open", "missed by", "")
     note = f"{check.text} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
     note += f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width "
     note += "of the interval of the estimate, what fresh classifiers leave open where this parameter alone is moved, "

@@ -75,13 +75,17 @@ class Run:
         self.configuration = configuration
         self.folder = folder
         self._given = given or Given()
-        self._source, self._loop, self._opened, self._closed = source, loop, ExitStack(), False
+        self._source = source
+        self._loop = loop
+        self._opened = ExitStack()
+        self._closed = False
         self._result: Result | None = None
         self._layout = layout_of(configuration)
         self._traces = histories.Traces(configuration.length, len(self._layout.parameters))
         self._seconds = self._seconds_before = 0.0
         self._saved = self._blocks = 0  # generations, and blocks of traces, that are stored
-        self._readout, self._dialogues = dict[str, np.ndarray](), dict[str, np.ndarray]()
+        self._readout = dict[str, np.ndarray]()
+        self._dialogues = dict[str, np.ndarray]()
         self._begun = time.perf_counter()
         if folder is None:
             self._manifest = folders.new_manifest(to_toml(configuration), configuration.run.seed)
@@ -250,7 +254,8 @@ class Run:
         if self._closed:
             remedy = "Open it again: turing_learning.runs.Run.open(path)."
             raise RuntimeError(f"`run` must be open; got one that was closed. {remedy}")
-        configuration, spent = self.configuration, self.configuration.trials_after
+        configuration = self.configuration
+        spent = self.configuration.trials_after
         try:
             while not self.complete:
                 step = self._step()
@@ -329,9 +334,11 @@ class Run:
 
     def _step(self) -> Generation | TrialBatch:
         """Run a generation; where its system fails, save those before, and say where they are."""
-        folder, before = self.folder, {}
+        folder = self.folder
+        before = {}
         if self._source.fallible:
-            before, self._source.generation = self._loop.state(), self._loop.completed
+            before = self._loop.state()
+            self._source.generation = self._loop.completed
         begun = time.perf_counter()
         try:
             step = self._loop.step()
@@ -392,7 +399,8 @@ class Run:
             for prefix, group in groups.items()
             for name, array in group.items()
         }
-        arrays[COMPLETE], arrays["seconds"] = np.array(self.complete), np.array(self._seconds)
+        arrays[COMPLETE] = np.array(self.complete)
+        arrays["seconds"] = np.array(self._seconds)
         arrays[folders.CONFIGURATION] = np.array(str(folder.manifest().get("configuration_sha256")))
         folders.save_checkpoint(
             folder.checkpoints_path, Checkpoint(self.completed, arrays), not with_state

@@ -59,7 +59,8 @@ def trial_replay(
         speeds = np.asarray(scenario.controller if controller is None else controller, dtype=float)
     except (TypeError, ValueError, OverflowError):
         speeds = np.empty(0)
-    fits, got = speeds.shape == (len(names),) and np.isfinite(speeds).all(), brief(controller)
+    fits = speeds.shape == (len(names),) and np.isfinite(speeds).all()
+    got = brief(controller)
     check(fits, "controller", f"be {len(names)} finite numbers ({', '.join(names)})", got)
     rule = f"be at most {LARGEST_SPEED:g} in size"
     fits = controller is None or np.abs(speeds).max() <= LARGEST_SPEED

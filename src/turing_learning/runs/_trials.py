@@ -44,7 +44,8 @@ def _keep_trial(folder: RunFolder, stage: str, attempt: int, trial: "ObservedTri
     With faults as rejected-NN-K.npz, the K-th time.
     """
     attempt_folder = f"{folder.trials_path.name}/{stage}/attempt-{attempt}"
-    name, rejected = f"trial-{trial.number:02d}.npz", f"rejected-{trial.number:02d}"
+    name = f"trial-{trial.number:02d}.npz"
+    rejected = f"rejected-{trial.number:02d}"
     with folder.storage():
         if trial.faults:
             name = f"{rejected}-{len(list((folder.path / attempt_folder).glob(f'{rejected}-*.npz'))) + 1}.npz"
@@ -134,12 +135,14 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     _, names = _last_attempt(folder, stage)
     stored = any((folder.path / name).exists() for name in names.values())
     where = str(folder.trials_path)
-    rule, remedy = "be one of which the run has trials", "Name a folder in it."
+    rule = "be one of which the run has trials"
+    remedy = "Name a folder in it."
     check_folder(stored, "stage", rule, repr(stage), remedy, place=where)
     trials = [folder.read(names[number]) for number in sorted(names)]
     alike = len({(trial["poses"].shape, trial["models"].shape) for trial in trials}) == 1
     where = f"{where}/{stage}"
-    rule, remedy = "have trials of one shape", "Restore the files."
+    rule = "have trials of one shape"
+    remedy = "Restore the files."
     check_folder(alike, "stage", rule, "others", remedy, place=where)
     return ObservedTrials(
         poses=np.array([trial["poses"] for trial in trials]),
@@ -184,7 +187,8 @@ def read_events(path: str | Path) -> list[dict[str, object]]:
 
     Each has "time", and what `robots.Event` has.
     """
-    file, events = RunFolder(path).events_path, []
+    file = RunFolder(path).events_path
+    events = []
     for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else ():
         with suppress(ValueError):
             events.append(json.loads(line))
@@ -259,14 +263,17 @@ def post_evaluate(
     if isinstance(result, Posterior) or not (result.complete and repeats):
         return
     with folder.locked():
-        final, stored = result.history.isel(generation=-1), read_post_evaluation(folder.path)
-        models, classifiers = final["model"].to_numpy(), final["classifier"].to_numpy()
+        final = result.history.isel(generation=-1)
+        stored = read_post_evaluation(folder.path)
+        models = final["model"].to_numpy()
+        classifiers = final["classifier"].to_numpy()
         fitness = [] if stored is None else stored.fitness[:repeats].tolist()
 
         def write() -> None:
             best = error = None
             if len(fitness) == repeats:
-                names, truth = tuple(result.best_model), result.truth
+                names = tuple(result.best_model)
+                truth = result.truth
                 chosen = models[int(np.argmax(np.mean(fitness, axis=0)))]
                 best = named(names, chosen)
                 error = truth and named(
@@ -297,7 +304,8 @@ def judged_again(
     configuration: Configuration, classifiers: np.ndarray, samples: Samples
 ) -> np.ndarray:
     """Return the fitness (M,) as in equation 1 that classifiers (N, Q) give the models of samples, one of each model."""
-    classifier, genomes = classifier_of(configuration), np.asarray(classifiers, dtype=np.float64)
+    classifier = classifier_of(configuration)
+    genomes = np.asarray(classifiers, dtype=np.float64)
     judged = classifier.judge(genomes, samples.counterfeit[:, 0])[..., None]
     return model_reward(Judgments(classifier.judge(genomes, samples.genuine), judged))
 

@@ -78,7 +78,8 @@ class CustomSystem(System, Settings):
     smooth_frames: int = 1
 
     noun = "one on a custom system"
-    jumps, saturation = Jumps(), ()
+    jumps = Jumps()
+    saturation = ()
     step_unit = ", in halves of its initial range"
 
     def __post_init__(self) -> None:

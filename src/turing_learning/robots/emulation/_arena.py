@@ -33,7 +33,8 @@ def read_infrared(
     A surface at a distance d whose nearest point lies at an angle a from the sensor's axis gives b cos(a)^2 /
     (1 + (d / h)^2).
     """
-    angles, everybody = poses[:, 2, None] + SENSOR_ANGLES, np.arange(len(poses))
+    angles = poses[:, 2, None] + SENSOR_ANGLES
+    everybody = np.arange(len(poses))
     axes = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     sensors = poses[:, None, :2] + radius_cm * axes
     walls = np.maximum(
@@ -67,10 +68,12 @@ class Drives:
     """
 
     def __init__(self, scenario: Scenario, robots: int, seed: int, parts: int = 1) -> None:
-        robot, trial = scenario.robot, scenario.trial
+        robot = scenario.robot
+        trial = scenario.trial
         scales = 1 - robot.wheel_scale_spread, 1 + robot.wheel_scale_spread
         self._scales = np.random.default_rng([WHEELS, seed]).uniform(*scales, (robots, 2))
-        self._robot, self._factors = robot, np.ones((robots, 2, 2))
+        self._robot = robot
+        self._factors = np.ones((robots, 2, 2))
         self._waiting = deque([np.zeros((robots, 2))] * robot.actuation_lag_cycles * parts)
         self._at_once = replace(
             scenario,
@@ -122,7 +125,8 @@ def move_alone(
     arena = sides_cm(scenario)
     rng = np.random.default_rng(seed)
     table = np.reshape(controller, (-1, 2))
-    poses, sight = start, np.zeros(len(start), int)
+    poses = start
+    sight = np.zeros(len(start), int)
     drives = Drives(scenario, len(start), seed)
     yield poses
     for _ in range(cycles):
@@ -201,9 +205,12 @@ class EmulatedCamera:
     ) -> None:  # fmt: skip
         for label in labels:
             markers.check_label(label)
-        self._calibration, self._optics = calibration, optics or Optics()
-        self._rng, self._margin = np.random.default_rng(seed), math.ceil(3 * self._optics.blur_px)
-        self._height, self._body = markers.height_cm, _CIRCLE * body_radius_cm
+        self._calibration = calibration
+        self._optics = optics or Optics()
+        self._rng = np.random.default_rng(seed)
+        self._margin = math.ceil(3 * self._optics.blur_px)
+        self._height = markers.height_cm
+        self._body = _CIRCLE * body_radius_cm
         disk: Shapes = [(_CIRCLE * markers.disk_radius_cm, _DISK)]
         self._tops = [disk + markers.shapes(label) for label in labels]
         self._covered: Shapes = [(_CIRCLE * body_radius_cm, _COVER)]
@@ -230,7 +237,8 @@ class EmulatedCamera:
         The marker of a `covered` robot is hidden by something, a hand or a cable.
         """
         poses = array("poses", poses, "A 3", A=len(self._tops))
-        canvas, image = self._ground.copy(), self._empty.copy()
+        canvas = self._ground.copy()
+        image = self._empty.copy()
         away = np.hypot(*(poses[:, :2] - self._calibration.position_cm[:2]).T)
         tops = [self._covered if k in covered else top for k, top in enumerate(self._tops)]
         for rows, columns in [self._draw(canvas, poses[k], tops[k]) for k in np.argsort(-away)]:
@@ -256,7 +264,8 @@ class EmulatedCamera:
         pixels = self._project(
             flat, np.where(np.arange(len(flat)) < len(self._body), 0.0, self._height)
         )
-        body, outlines = pixels[: 2 * len(self._body)], pixels[2 * len(self._body) :]
+        body = pixels[: 2 * len(self._body)]
+        outlines = pixels[2 * len(self._body) :]
         rows, columns = self._region(body, 1)
         if rows.start >= rows.stop or columns.start >= columns.stop:
             return rows, columns
@@ -265,7 +274,8 @@ class EmulatedCamera:
         hull = cv2.convexHull(body.astype(np.float32)).reshape(-1, 2)
         cv2.fillConvexPoly(patch, _enlarged(hull - origin, _FINE), _SKIRT, shift=_BITS)
         for outline, color in top:
-            corners, outlines = outlines[: len(outline)], outlines[len(outline) :]
+            corners = outlines[: len(outline)]
+            outlines = outlines[len(outline) :]
             cv2.fillConvexPoly(patch, _enlarged(corners - origin, _FINE), color, shift=_BITS)
         size = (columns.stop - columns.start, rows.stop - rows.start)
         canvas[rows, columns] = cv2.resize(patch, size, interpolation=cv2.INTER_AREA)
@@ -284,7 +294,9 @@ class EmulatedCamera:
         (top, bottom, _), (left, right, _) = rows.indices(height), columns.indices(width)
         if bottom <= top or right <= left:
             return canvas[rows, columns]
-        above, before, side = max(top - margin, 0), max(left - margin, 0), 2 * margin + 1
+        above = max(top - margin, 0)
+        before = max(left - margin, 0)
+        side = 2 * margin + 1
         wide = canvas[above : bottom + margin, before : right + margin]
         blurred = cv2.GaussianBlur(wide, (side, side), self._optics.blur_px)
         inner = blurred[top - above : bottom - above, left - before : right - before]
@@ -372,7 +384,10 @@ class ArenaCamera:
         interval_s: float,
         lag_s: float,
     ) -> None:
-        self._clock, self._render, self._interval_s, self._lag_s = clock, render, interval_s, lag_s
+        self._clock = clock
+        self._render = render
+        self._interval_s = interval_s
+        self._lag_s = lag_s
         self._last: np.ndarray | None = None
         self._number, self.taken_s = -1, 0.0
         self.frozen = self.unplugged = False

@@ -137,11 +137,16 @@ class EmulatedRobot:
         self._selector = selector
         self._second = kind == "e-puck2"
         self._kind = choice("kind", kind, _VERSIONS)
-        self._controller, self._tell, self._rng = controller, tell, rng or np.random.default_rng()
-        self._until, self._turn_until, self._side = 0.0, 0.0, 1.0
+        self._controller = controller
+        self._tell = tell
+        self._rng = rng or np.random.default_rng()
+        self._until = 0.0
+        self._turn_until = 0.0
+        self._side = 1.0
         self._pauses = False  # before the next control cycle, for a random part of one
         self._stood = False  # in this trial, for want of the PC
-        self._answer, self.understood = bytearray(), 0
+        self._answer = bytearray()
+        self.understood = 0
         self._lock = threading.RLock()
         self.restart()
 
@@ -167,7 +172,10 @@ class EmulatedRobot:
             self._heard_at = self._clock()
             self.executing: Model | None = None
             self._waiting: Model | None = None
-            self.state, self._entered, self._trial, self.called = "R0", self._clock(), 0, False
+            self.state = "R0"
+            self._entered = self._clock()
+            self._trial = 0
+            self.called = False
             self._alive_at = math.inf  # when the PC was heard on which the loop depends
             self._asked_at = math.inf  # when it asked anything
 
@@ -183,9 +191,11 @@ class EmulatedRobot:
     def enter(self, state: str) -> None:
         """Enter a state of the replica's program; R3 takes the model from the buffer."""
         with self._lock:
-            self.state, self._entered = state, self._clock()
+            self.state = state
+            self._entered = self._clock()
             if state == "R3" and self._waiting is not None:
-                self.executing, self._waiting = self._waiting, None
+                self.executing = self._waiting
+                self._waiting = None
 
     def start(self, time_s: float) -> None:
         """Begin the loop, anew if it runs: the remote control was pressed."""
@@ -265,7 +275,8 @@ class EmulatedRobot:
         """Read bytes for ever; answers are appended to `_answer`, those to binary requests when a zero ends the chain."""
         counts = _BINARY_ARGUMENTS | (_SECOND_ARGUMENTS if self._second else {})
         while True:
-            byte_read, answer = (yield), bytearray()
+            byte_read = yield
+            answer = bytearray()
             if 0 < byte_read < 128:
                 while byte_read in b"\r\n":
                     byte_read = yield
@@ -277,7 +288,8 @@ class EmulatedRobot:
                 answer += self._executed(self._obey, text)
             else:
                 while byte_read:
-                    letter, arguments = chr(256 - byte_read), bytearray()
+                    letter = chr(256 - byte_read)
+                    arguments = bytearray()
                     for _ in range(counts.get(letter, 0)):
                         arguments.append((yield))
                     reply = self._executed(self._obey_binary, letter, bytes(arguments))
@@ -445,7 +457,8 @@ class EmulatedRobot:
 
     def _converse(self, line: str) -> str:
         """Return what a replica answers to a message, without head and checksum; nothing to a PC that is only there."""
-        text, now = opened(line), self._clock()
+        text = opened(line)
+        now = self._clock()
         if text is None:
             return "E,checksum"
         self._hear()
@@ -461,10 +474,12 @@ class EmulatedRobot:
                 self.halt()
                 return "H"
             case "G", []:
-                self.called, self._alive_at = True, now
+                self.called = True
+                self._alive_at = now
                 return "G"
             case "Q", []:
-                elapsed, battery = round(1000 * (now - self._entered)), int(self._body.battery_ok())
+                elapsed = round(1000 * (now - self._entered))
+                battery = int(self._body.battery_ok())
                 return f"Q,{self.state},{elapsed},{_sequence(self._waiting)},{_sequence(self.executing)},{battery}"
             case "M", [sequence, *parameters]:
                 with suppress(ValueError):

@@ -76,7 +76,9 @@ class ArenaRobot:
         self.emulated = EmulatedRobot(
             self, clock=self._own_time, controller=controller, tell=self._tell, rng=rng
         )
-        self.line, self.silent, self.charge = make_line(self.emulated, name), False, 1.0
+        self.line = make_line(self.emulated, name)
+        self.silent = False
+        self.charge = 1.0
         self._readings: Sequence[int] = (0,) * 8
 
     def proximity(self) -> Sequence[int]:
@@ -269,10 +271,15 @@ class EmulatedLaboratory:
             rule,
             scenario.replicas,
         )
-        self.scenario, self.conditions, self._seed = scenario, conditions or Conditions(), seed
-        self.arena_cm, self.interval_s = sides_cm(scenario), scenario.trial.control_interval_s
-        self.clock, self.lock = VirtualClock(), threading.RLock()
-        agents, replicas = scenario.agents, scenario.replicas
+        self.scenario = scenario
+        self.conditions = conditions or Conditions()
+        self._seed = seed
+        self.arena_cm = sides_cm(scenario)
+        self.interval_s = scenario.trial.control_interval_s
+        self.clock = VirtualClock()
+        self.lock = threading.RLock()
+        agents = scenario.agents
+        replicas = scenario.replicas
         roles = (("agent", agents), ("replica", replicas))
         self.names = tuple(f"{role}-{k + 1}" for role, number in roles for k in range(number))
         self.labels = tuple(labels) or ("blue",) * agents + _REPLICA_COLORS[:replicas]
@@ -302,7 +309,8 @@ class EmulatedLaboratory:
             for k, name in enumerate(self.names)
         ]
         clocks = np.random.default_rng([CLOCKS, seed])
-        own_phases, robots = self.conditions.own_phases, scenario.individuals
+        own_phases = self.conditions.own_phases
+        robots = scenario.individuals
         phases = _PARTS if own_phases else 1
         self._part_s = self.interval_s / phases
         errors = clocks.uniform(-1, 1, robots) * self.conditions.period_spread * own_phases
@@ -317,11 +325,13 @@ class EmulatedLaboratory:
         )
         self._drives = Drives(scenario, scenario.individuals, seed, phases)
         self._jitter = np.random.default_rng([TRACKING, seed])
-        self._sight, self._part = np.zeros(scenario.individuals, int), 0
+        self._sight = np.zeros(scenario.individuals, int)
+        self._part = 0
         self.camera = ArenaCamera(
             self.clock, self._render, self.interval_s, self.conditions.camera_lag_s
         )
-        self.faults, self.operator = Faults(self), EmulatedOperator(self)
+        self.faults = Faults(self)
+        self.operator = EmulatedOperator(self)
         self.clock.call_at(0.0, self._advance)
 
     @property
@@ -344,7 +354,8 @@ class EmulatedLaboratory:
         return EmulatedCamera(self.calibration, self.markers, self.labels, **equipment)
 
     def _render(self, at_s: float | None) -> np.ndarray:
-        tracker, now = self.scenario.tracker, self.clock.now() if at_s is None else at_s
+        tracker = self.scenario.tracker
+        now = self.clock.now() if at_s is None else at_s
         deviations = [
             tracker.position_noise_cm,
             tracker.position_noise_cm,
@@ -393,7 +404,8 @@ class EmulatedLaboratory:
 
     def _advance(self) -> None:
         """Let those whose cycle begins sense and decide, and everybody move for a part of a cycle; schedule the next one."""
-        before, now_s = self._places[-1], self._part * self._part_s
+        before = self._places[-1]
+        now_s = self._part * self._part_s
         acting = np.flatnonzero(self._due_s <= now_s + _EARLY_S).tolist()
         if acting:
             proximity = self._infrared(before)
@@ -404,7 +416,8 @@ class EmulatedLaboratory:
             )
             pause_s = robot.emulated.take_pause(self.interval_s)
             self._due_s[who] += self._periods_s[who] + pause_s * self.conditions.own_phases
-        wheels, stuck = self._wheels.copy(), list(self.stuck)
+        wheels = self._wheels.copy()
+        stuck = list(self.stuck)
         wheels[stuck] = 0.0
         after, self._sight = self._move(before, wheels, acting)
         after[stuck] = before[stuck]
@@ -458,7 +471,8 @@ def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
     are. If the file of the calibration does not exist yet, it has that of a camera above the arena's middle, in
     a file that is removed at the end.
     """
-    setup, scenario = laboratory.setup, laboratory.configuration.swarm
+    setup = laboratory.setup
+    scenario = laboratory.configuration.swarm
     changes: dict[str, object] = {"landmarks": {}}
     with TemporaryDirectory() as folder:
         calibrated = (
@@ -510,10 +524,12 @@ class _KnownPoses(PoseSource):
     """The poses that a simulator says, at the moments at which a camera would take images."""
 
     def __init__(self, laboratory: EmulatedLaboratory, labels: Sequence[str]) -> None:
-        self._laboratory, self._labels = laboratory, tuple(labels)
+        self._laboratory = laboratory
+        self._labels = tuple(labels)
 
     def track(self, begin_s: float, images: int) -> Track:
-        clock, interval_s = self._laboratory.clock, self._laboratory.interval_s
+        clock = self._laboratory.clock
+        interval_s = self._laboratory.interval_s
         first_s = max(begin_s, clock.now())
         poses = []
         for image in range(images):
@@ -533,7 +549,8 @@ def supervise(laboratory: Laboratory, simulator: Simulator, seed: int | None = N
     fast as the simulator steps. All robots need addresses, which may be any. The seed of phases and of the robots'
     own choices is that of the run if None. See docs/robots/any-robot.md.
     """
-    setup, configuration = laboratory.setup, laboratory.configuration
+    setup = laboratory.setup
+    configuration = laboratory.configuration
     seed = configuration.run.seed if seed is None else seed
     emulated = _SupervisedLaboratory(simulator, configuration.swarm, seed)
     poses = _KnownPoses(emulated, setup.labels)
@@ -563,10 +580,12 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     a resumed run should not meet the same noise again. Raise ConfigurationError for a calibration that cannot
     be read, or an unknown marker.
     """
-    setup, configuration = laboratory.setup, laboratory.configuration
+    setup = laboratory.setup
+    configuration = laboratory.configuration
     tracker = laboratory_tracker(setup, configuration.swarm.robot)
     with refusing_as(ConfigurationError):
-        scenario, seed = configuration.swarm, configuration.run.seed if seed is None else seed
+        scenario = configuration.swarm
+        seed = configuration.run.seed if seed is None else seed
         equipment: dict[str, Any] = {
             "calibration": tracker.calibration,
             "markers": tracker.markers,
@@ -587,8 +606,10 @@ class SimulatedLaboratory(Source):
     whole_batches = True
 
     def __init__(self, scenario: Scenario, seed: int = 0, *, of_trials: bool = False) -> None:
-        self._scenario, self._seed = scenario, seed
-        self.together, self.ends = scenario.replicas, LARGEST if of_trials else None
+        self._scenario = scenario
+        self._seed = seed
+        self.together = scenario.replicas
+        self.ends = LARGEST if of_trials else None
 
     def to_units(self, models: np.ndarray) -> np.ndarray:
         return models if self.ends else np.tanh(models)

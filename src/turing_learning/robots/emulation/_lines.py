@@ -48,7 +48,8 @@ class Line(AbstractContextManager["Line"]):
     spoil: Spoil
 
     def __init__(self, robot: EmulatedRobot) -> None:
-        self.robot, self.spoil = robot, whole
+        self.robot = robot
+        self.spoil = whole
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -85,9 +86,12 @@ class VirtualLine(Line):
         rng: np.random.Generator,
     ) -> None:  # fmt: skip
         super().__init__(robot)
-        self.port, self.clock = name, clock
-        self._latency_s, self._rng = latency_s, rng
-        self._there, self._near = True, _NearEnd(self, connected=False)
+        self.port = name
+        self.clock = clock
+        self._latency_s = latency_s
+        self._rng = rng
+        self._there = True
+        self._near = _NearEnd(self, connected=False)
         self._last = {"in": 0.0, "out": 0.0}
 
     def link(self, alive_s: float = ALIVE_S) -> Link:
@@ -136,7 +140,9 @@ class _NearEnd:
     """The PC's end of a virtual line, a `Device`."""
 
     def __init__(self, line: VirtualLine, connected: bool = True) -> None:
-        self._line, self.there, self.closed = line, connected, False
+        self._line = line
+        self.there = connected
+        self.closed = False
         self.arrived = bytearray()
 
     @property
@@ -172,7 +178,8 @@ class _Server(Line):
 
     def __init__(self, robot: EmulatedRobot) -> None:
         super().__init__(robot)
-        self._lock, self._done = threading.Lock(), threading.Event()
+        self._lock = threading.Lock()
+        self._done = threading.Event()
         self._thread: threading.Thread | None = None
         self.restore()
 
@@ -180,7 +187,8 @@ class _Server(Line):
         return open_link(self.port)
 
     def drop(self) -> None:
-        thread, self._thread = self._thread, None
+        thread = self._thread
+        self._thread = None
         if thread is not None:
             self._done.set()
             thread.join()
@@ -222,7 +230,8 @@ class TcpServer(_Server):
         port: int = 0,
         peers: Sequence[str] = (),
     ) -> None:
-        self._address, self._heard_s = (host, port), 0.0
+        self._address = (host, port)
+        self._heard_s = 0.0
         self._peers = [ip_network(peer) for peer in peers]
         self._understood = 0
         self._client: socket.socket | None = None
@@ -239,14 +248,17 @@ class TcpServer(_Server):
         self._listening.close()
 
     def _hang_up(self) -> None:
-        client, self._client = self._client, None
+        client = self._client
+        self._client = None
         if client is not None:
             client.close()
 
     def _read(self) -> bytes:
-        client, understood = self._client, self.robot.understood
+        client = self._client
+        understood = self.robot.understood
         if understood != self._understood:
-            self._understood, self._heard_s = understood, time.monotonic()
+            self._understood = understood
+            self._heard_s = time.monotonic()
         idle = client is None or time.monotonic() - self._heard_s > IDLE_S
         try:
             sockets = [self._listening] if idle else []
@@ -269,7 +281,8 @@ class TcpServer(_Server):
             return
         self._hang_up()
         client.settimeout(_WRITING_S)
-        self._client, self._heard_s = client, time.monotonic()
+        self._client = client
+        self._heard_s = time.monotonic()
 
     def _write(self, data: bytes) -> None:
         try:
@@ -337,7 +350,8 @@ class _SteadyBody(RobotBody):
     """
 
     def __init__(self, body: RobotBody, clock: Clock) -> None:
-        self._body, self._clock = body, clock
+        self._body = body
+        self._clock = clock
         self._last: dict[str, Any] = {"sight": 0, "proximity": (0,) * 8, "battery_ok": True}
         self._read_s = dict.fromkeys(("sight", "proximity"), clock.now())
         self._commanding = threading.Lock()
@@ -417,7 +431,8 @@ def live(
     robot = EmulatedRobot(
         steady, clock=clock.now, controller=controller, tell=lambda signal: line.signal(signal)
     )
-    stepped_s, over = clock.now(), threading.Event()
+    stepped_s = clock.now()
+    over = threading.Event()
 
     def watch() -> None:
         """Let the robot stand where its control cycle hangs, in a camera that gives no image for example."""
@@ -431,7 +446,8 @@ def live(
             watchdog.start()
             due = clock.now()
             while not ended():
-                sight, proximity = steady.sight(), steady.proximity()
+                sight = steady.sight()
+                proximity = steady.proximity()
                 left, right = robot.step(clock.now(), sight, proximity)
                 if steady.stopped:
                     left, right = STILL

@@ -45,7 +45,8 @@ class ArenaService(AbstractContextManager["ArenaService"]):
         lines: str = "terminal", speed: float = 1.0,
     ) -> None:  # fmt: skip
         serve = _SERVERS[choice("lines", lines, _SERVERS)]
-        self._speed, self._done = number("speed", speed, above=0), threading.Event()
+        self._speed = number("speed", speed, above=0)
+        self._done = threading.Event()
         self.laboratory = EmulatedLaboratory(
             scenario, conditions=conditions, seed=seed, make_line=lambda robot, _: serve(robot)
         )
@@ -72,7 +73,9 @@ class ArenaService(AbstractContextManager["ArenaService"]):
 
     def describe(self) -> str:
         """Return the laboratory's file for the PC program; one that is faster than real time has faster robots, as is seen."""
-        laboratory, speed, scenario = self.laboratory, self._speed, self.laboratory.scenario
+        laboratory = self.laboratory
+        speed = self._speed
+        scenario = self.laboratory.scenario
         camera = {
             "source": self.camera_url,
             "fps": speed / laboratory.interval_s,
@@ -106,7 +109,8 @@ class ArenaService(AbstractContextManager["ArenaService"]):
         """Write the laboratory's file and its camera's calibration into a folder; return the file's path, or
         raise FileExistsError if one exists already, unless `force` is given.
         """
-        path, calibration = folder / LABORATORY_FILE, folder / CALIBRATION_FILE
+        path = folder / LABORATORY_FILE
+        calibration = folder / CALIBRATION_FILE
         for file in (path, calibration):
             refuse_taken(file, name="out", force=force)
         folder.mkdir(parents=True, exist_ok=True)
@@ -146,7 +150,8 @@ class CameraStream(ThreadingHTTPServer):
 
     def __init__(self, frames: Callable[[int], tuple[int, np.ndarray | None]]) -> None:
         super().__init__((HOST, 0), _Handler)
-        self.frames, self.closed = frames, threading.Event()
+        self.frames = frames
+        self.closed = threading.Event()
         self.url = f"http://{HOST}:{self.server_port}{STREAM}"
         threading.Thread(
             target=self.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True

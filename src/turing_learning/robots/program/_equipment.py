@@ -65,12 +65,16 @@ class PunctualImages:
     fault: str = ""
 
     def __iter__(self) -> Iterator[np.ndarray | None]:
-        camera, clock, count, interval_s = self.camera, self.clock, self.count, self.interval_s
+        camera = self.camera
+        clock = self.clock
+        count = self.count
+        interval_s = self.interval_s
         clock.sleep(self.begin_s - interval_s - clock.now())
         begun = drop_old_images(camera, clock, interval_s)
         delays: list[float] = []  # of each image after the time at which a regular camera takes it
         ahead: deque[tuple[np.ndarray, float]] = deque()
-        frame, lost = 0, 0
+        frame = 0
+        lost = 0
 
         def late(stamp_s: float) -> float:
             return stamp_s - begun - frame * interval_s
@@ -86,7 +90,8 @@ class PunctualImages:
                 ahead.append(take_stamped(camera, clock))
                 if late(ahead[0][1]) - delays[-1] > 1.75 * interval_s:
                     yield None
-                    frame, lost = frame + 1, lost + 1
+                    frame = frame + 1
+                    lost = lost + 1
             delays.append(late(stamp_s))
             frame += 1
             if frame <= count:
@@ -94,7 +99,8 @@ class PunctualImages:
         while delays[-1] - min(delays) > interval_s / 2 and len(delays) < count + _MOST_MORE:
             delays.append(late(take_stamped(camera, clock)[1]))
             frame += 1
-        late_s, third = np.array(delays), max(len(delays) // 3, 1)
+        late_s = np.array(delays)
+        third = max(len(delays) // 3, 1)
         trouble = ""
         before, after = np.minimum.accumulate(late_s), np.minimum.accumulate(late_s[::-1])[::-1]
         sooner = np.median(late_s[-third:]) - np.median(late_s[:third]) < -interval_s / 2
@@ -121,7 +127,8 @@ def take_stamped(camera: Camera, clock: Clock) -> tuple[np.ndarray, float]:
 
 def drop_old_images(camera: Camera, clock: Clock, interval_s: float) -> float:
     """Take the images that a camera has buffered, and the first new one; return its time stamp, or raise CameraError."""
-    begun, stamped = clock.now(), hasattr(camera, "taken_s")
+    begun = clock.now()
+    stamped = hasattr(camera, "taken_s")
     for _ in range(_MOST_OLD):
         asked = clock.now()
         _, taken_s = take_stamped(camera, clock)
@@ -212,7 +219,8 @@ def _complete(argument: str, device: Any, protocol: type) -> Any:
     needed = sorted(name for name in members if not name.startswith("_"))
     missing = [name for name in needed if not hasattr(device, name)]
     got = f"{type(device).__name__} without {', '.join(missing)}"
-    rule, remedy = f"give a `{protocol.__name__}`", "See docs/robots/any-robot.md."
+    rule = f"give a `{protocol.__name__}`"
+    remedy = "See docs/robots/any-robot.md."
     require(not missing, argument, rule, got, remedy, error=ConfigurationError)
     return device
 
@@ -231,7 +239,9 @@ class CameraPoses(PoseSource):
     """A tracker with its camera: a `PoseSource` that rejects images that come late, or not at all."""
 
     def __init__(self, camera: Camera, tracker: Tracker, clock: Clock) -> None:
-        self.camera, self.tracker, self.clock = camera, tracker, clock
+        self.camera = camera
+        self.tracker = tracker
+        self.clock = clock
 
     def track(self, begin_s: float, images: int) -> Track:
         punctual = PunctualImages(self.camera, self.clock, begin_s, images, self.tracker.interval_s)
@@ -248,7 +258,8 @@ def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> 
 
     Raise ConfigurationError if an `open_replica` or a `tracker` of the file cannot be imported.
     """
-    setup, clock = laboratory.setup, RealClock()
+    setup = laboratory.setup
+    clock = RealClock()
     alive_s = setup.timing.loop_s / 36  # a replica stands after a ninth of a loop, 2 s of 18 s
 
     def part(
@@ -355,7 +366,8 @@ def inspect(
 
     def look_at(robot: RobotSection) -> str:
         with closing(equipment.replica(str(robot.address))) as opened:
-            version, status = opened.version(), opened.status()
+            version = opened.version()
+            status = opened.status()
         if not status.battery_ok:
             raise ValueError(
                 f"the battery of {robot.name} must be charged; got a low one. Change it."
@@ -432,7 +444,8 @@ def _calibration(
     tracker: Tracker,
 ) -> str:
     """Reject a calibration that sees landmarks elsewhere than they are, or robots outside the arena."""
-    name, remedy = "camera.calibration", "Place the camera again."
+    name = "camera.calibration"
+    remedy = "Place the camera again."
     width = float(scenario.arena.width_cm or np.inf)
     height = float(scenario.arena.height_cm or np.inf)
     for x, y in detections.positions:
@@ -487,7 +500,8 @@ def _disks(detections: Detections, tracker: Tracker) -> list[list[float]]:
 
 def _picture(image: np.ndarray, detections: Detections, tracker: Tracker, path: Path) -> str:
     """Write an image with a circle around each marker, and its label."""
-    drawn, black = image.copy(), (0, 0, 0)
+    drawn = image.copy()
+    black = (0, 0, 0)
     for label, (x, y, width) in zip(detections.labels, _disks(detections, tracker), strict=True):
         cv2.circle(drawn, (round(x), round(y)), round(0.7 * width), black, 2)
         at = (round(x) + round(width), round(y))

@@ -91,7 +91,8 @@ class TrackCheck:
     """
 
     def __init__(self, robot: Robot, replicas: Sequence[str]) -> None:
-        self._robot, self._replicas = robot, tuple(replicas)
+        self._robot = robot
+        self._replicas = tuple(replicas)
         self._trials: deque[_Seen] = deque(maxlen=WINDOW)
 
     def fault(self, track: Track, models: np.ndarray) -> str:

@@ -181,7 +181,8 @@ class LaboratorySetup(Section):
                 "none",
                 f"Add one with role = {role!r}.",
             )
-        unique, camera = [("name", "robots"), ("address", "robots")], self.camera
+        unique = [("name", "robots"), ("address", "robots")]
+        camera = self.camera
         if camera.markers == "aruco":
             unique.append(("marker", "robots with ArUco markers"))
             if camera.dictionary == "4X4_50":
@@ -203,7 +204,8 @@ class LaboratorySetup(Section):
                     f"be different for all {whose}",
                     f"{value!r} twice",
                 )
-        calibrated, remedy = camera.calibration or self.tracker, "Calibrate the camera first."
+        calibrated = camera.calibration or self.tracker
+        remedy = "Calibrate the camera first."
         require(calibrated, "camera.calibration", "be given", "nothing", remedy)
         for replica in self.replicas:
             twins = [
@@ -231,7 +233,8 @@ class _File(Origins):
     document: Mapping[str, Any] = field(default_factory=dict)
 
     def where(self, key: str) -> str:
-        path, robots = key.split("."), self.document.get("robots")
+        path = key.split(".")
+        robots = self.document.get("robots")
         if path[0] == "robots" and len(path) > 1:
             robot = robots[int(path[1])] if isinstance(robots, list) else {}
             if isinstance(robot, Mapping):
@@ -289,7 +292,8 @@ def read_setup(
         return LaboratorySetup.model_validate_json(text, strict=strict)
     except ValidationError as error:
         detail = error.errors(include_url=False)[0]
-        key, got = ".".join(map(str, detail["loc"])), brief(detail["input"])
+        key = ".".join(map(str, detail["loc"]))
+        got = brief(detail["input"])
         why = Refusal(key, f"be {detail['msg'].removeprefix('Input should be ')}", got)
         if detail["type"] == "value_error":
             why = detail["ctx"]["error"].refusal
@@ -335,7 +339,8 @@ def _configuration(
     derived = dict(
         zip(_DERIVED, (len(setup.agents), len(setup.replicas), 1 / setup.camera.fps), strict=True)
     )
-    key, fps = "scenario.trial.duration_s", setup.camera.fps
+    key = "scenario.trial.duration_s"
+    fps = setup.camera.fps
     duration_s = settings.get(key, _BASE[key])
     if (
         isinstance(duration_s, int | float)
@@ -347,7 +352,8 @@ def _configuration(
             round(duration_s * fps) >= 1 and abs(duration_s * fps - round(duration_s * fps)) < 1e-6
         )
         rule = f"be a whole number of images at camera.fps, {fps:g} per second [{file.where('camera.fps')}]"
-        got, remedy = f"{duration_s} s", f"Set {key} = {images / fps:.10g}."
+        got = f"{duration_s} s"
+        remedy = f"Set {key} = {images / fps:.10g}."
         if key not in settings:
             require(fits, key, rule, f"{got} by default", remedy, error=ConfigurationError)
         file.require(fits, key, rule, got, remedy)
@@ -362,7 +368,8 @@ def _configuration(
     models = configuration.models
     of_trials = configuration.run.trials
     refuse_without_history(setup, configuration, file.where("run.history"))
-    number, replicas = models.parents + models.offspring, len(setup.replicas)
+    number = models.parents + models.offspring
+    replicas = len(setup.replicas)
     multiple = f"be a multiple of the {replicas} replicas, which execute them at the same time"
     file.require(of_trials or number % replicas == 0, "models", multiple, number)
     limits = (models.initial_low, models.initial_high)
@@ -401,5 +408,6 @@ def refuse_without_history(
     """Raise ConfigurationError if the last models are to be observed again in a run that does not keep them."""
     run = configuration.run
     fits = not setup.evaluation.repeats or run.history != "thin" or run.trials
-    rule, remedy = 'be "full" for a post-evaluation', "Or set evaluation.repeats = 0."
+    rule = 'be "full" for a post-evaluation'
+    remedy = "Or set evaluation.repeats = 0."
     require(fits, "run.history", rule, '"thin"', remedy, place=place, error=ConfigurationError)

@@ -120,14 +120,20 @@ class PcProgram:
         self, setup: LaboratorySetup, scenario: Scenario, equipment: Equipment,
         watch: Callable[[str | ObservedTrial], None] = lambda event: None,
     ) -> None:  # fmt: skip
-        self._setup, self._timing, self._scenario = setup, setup.timing, scenario
+        self._setup = setup
+        self._timing = setup.timing
+        self._scenario = scenario
         self._check = TrackCheck(scenario.robot, [replica.name for replica in setup.replicas])
-        self._equipment, self._clock, self._watch = equipment, equipment.clock, watch
+        self._equipment = equipment
+        self._clock = equipment.clock
+        self._watch = watch
         self._robots: dict[str, Replica] = {}
         self._poses: PoseSource | None = None
         # So that nobody has to press a remote control
         self._starts_all = all(robot.address for robot in setup.robots)
-        self._in_step, self._sequence, self.state = True, 0, BEGIN
+        self._in_step = True
+        self._sequence = 0
+        self.state = BEGIN
         self.moving: set[str] = set()
         self.disconnect()
 
@@ -137,7 +143,8 @@ class PcProgram:
             robot.close()
         if self._poses is not None:
             self._poses.close()
-        self._robots, self._poses = {}, None
+        self._robots = {}
+        self._poses = None
         self._queue: deque[np.ndarray] = deque()
         self._sent: dict[str, Model] = {}
         self._starts: dict[str, Signal] = {}
@@ -251,7 +258,8 @@ class PcProgram:
             self._watch(self._observed)
             self._observed = None
         if stops:
-            self._starts, self._counts = {}, {name: stop.trial for name, stop in stops.items()}
+            self._starts = {}
+            self._counts = {name: stop.trial for name, stop in stops.items()}
             first_stop_s = min(stop.received_s for stop in stops.values())
             self._send_until = first_stop_s + timing.wait_s + timing.disperse_s - timing.tolerance_s
         return self._send_models if self._queue else None
@@ -291,7 +299,8 @@ class PcProgram:
         """P4: follow everybody in the middle of the trial."""
         self._enter("P4")
         assert self._poses is not None
-        timing, length_s = self._timing, self._scenario.trial.duration_s
+        timing = self._timing
+        length_s = self._scenario.trial.duration_s
         started_s = max(start.received_s for start in self._starts.values())
         spare_s = timing.execute_s - length_s
         # Each trial is observed up to half a control cycle earlier or later. Otherwise a robot would be
@@ -376,7 +385,8 @@ class PcProgram:
                 raise self._missed(f"{awaited} has not come from {', '.join(silent)}")
         times = [signal.received_s for signal in signals.values()]
         if (apart := max(times) - min(times)) > self._timing.tolerance_s:
-            self._in_step, tries = not self._starts_all, ALONE if self._starts_all else 0
+            self._in_step = not self._starts_all
+            tries = ALONE if self._starts_all else 0
             fault = f"the replicas are {apart:.1f} s out of step"
             raise Disturbance(self.state, fault, REMOTE.capitalize(), tries=tries)
         for name, count in (counts or {}).items():
@@ -514,11 +524,16 @@ class LaboratorySource(Source):
         stored: Callable[[str], tuple[int, Sequence[ObservedTrial]]] = lambda stage: (0, ()),
         spent: Callable[[int], int] | None = None,
     ) -> None:  # fmt: skip
-        self._setup, self._equipment, self._watch, self._stored = setup, equipment, watch, stored
-        self._stage, self._attempt = "", 0
+        self._setup = setup
+        self._equipment = equipment
+        self._watch = watch
+        self._stored = stored
+        self._stage = ""
+        self._attempt = 0
         self._fresh_at = 0  # the generation at whose beginning batteries were fresh
         self._spent = spent
-        self.together, self.ends = len(setup.replicas), LARGEST if spent else None
+        self.together = len(setup.replicas)
+        self.ends = LARGEST if spent else None
         self._program = PcProgram(setup, scenario, equipment, self._follow)
 
     def close(self) -> None:
@@ -565,7 +580,9 @@ class LaboratorySource(Source):
         )
         every *= 1 if spent is None else TRIALS_OF_A_GENERATION
         if every and number != self._fresh_at and begun // every != before // every:
-            self._stage, self._attempt, self._fresh_at = name, 0, number
+            self._stage = name
+            self._attempt = 0
+            self._fresh_at = number
             self._program.disconnect()
             todo = f"Replace the batteries of all robots; then {REMOTE}."
             self._tell("batteries", BEGIN, asked=todo)
@@ -580,7 +597,8 @@ class LaboratorySource(Source):
             np.array_equal(trial.models, models)
             for trial, models in zip(stored, rounds, strict=False)
         ]
-        trials, wanted = list(stored[: [*same, False].index(False)]), len(rounds)
+        trials = list(stored[: [*same, False].index(False)])
+        wanted = len(rounds)
         tries, since_s, before = 0, 0.0, 0  # at the same trial: how often disturbed, and since when
         while len(trials) < wanted:
             self._attempt += not trials
@@ -591,10 +609,13 @@ class LaboratorySource(Source):
             except Disturbance as disturbance:
                 now_s = self._equipment.clock.now()
                 if not tries or len(trials) > before:
-                    tries, since_s, before = 0, now_s, len(trials)
+                    tries = 0
+                    since_s = now_s
+                    before = len(trials)
                 tries += 1
                 ask = tries > disturbance.tries and now_s - since_s >= disturbance.patience_s
-                remedy, state = f"{disturbance.remedy.rstrip('.')}.", disturbance.state
+                remedy = f"{disturbance.remedy.rstrip('.')}."
+                state = disturbance.state
                 self._tell("disturbed", state, disturbance.fault, remedy if ask else "")
                 if disturbance.connected and not ask:
                     continue

@@ -80,7 +80,8 @@ class Capture(AbstractContextManager["Capture"]):
         self._name = f"camera {source}"
         self._remedy = "Check its cable, and that no other program uses it."
         if not isinstance(source, int):
-            self._name, source = repr(str(source)), str(source)
+            self._name = repr(str(source))
+            source = str(source)
             self._remedy = (
                 "Check that it is served." if served else "Check that it plays elsewhere."
             )
@@ -162,7 +163,8 @@ class LiveCapture(Capture):
         self._clock = clock or RealClock()
         self.taken_s = self._wanted_until = self._clock.now()
         self._images: deque[tuple[float, np.ndarray]] = deque(maxlen=_MOST_KEPT)
-        self._news, self._done = threading.Condition(), False
+        self._news = threading.Condition()
+        self._done = False
         self._thread = threading.Thread(target=self._follow, daemon=True)
         self._thread.start()
 
@@ -455,7 +457,8 @@ def aruco_centers(image: np.ndarray) -> dict[int, np.ndarray]:
     """Return the centre (2,), in pixels, of each landmark in sight: where the diagonals of its corners meet."""
     centers = {}
     for identity, corners in zip(*find_squares(aruco_detector("4X4_50"), image), strict=True):
-        diagonal, second = corners[2] - corners[0], corners[3] - corners[1]
+        diagonal = corners[2] - corners[0]
+        second = corners[3] - corners[1]
         share, _ = np.linalg.solve(np.column_stack([diagonal, -second]), corners[1] - corners[0])
         centers[identity] = corners[0] + share * diagonal
     return centers
@@ -463,7 +466,8 @@ def aruco_centers(image: np.ndarray) -> dict[int, np.ndarray]:
 
 def aruco_detector(dictionary: str, **settings: float) -> Any:
     """Return OpenCV's detector of square markers, with its settings over the usual ones."""
-    parameters, words = cv2.aruco.DetectorParameters(), getattr(cv2.aruco, f"DICT_{dictionary}")
+    parameters = cv2.aruco.DetectorParameters()
+    words = getattr(cv2.aruco, f"DICT_{dictionary}")
     for name, value in (
         {"cornerRefinementMethod": cv2.aruco.CORNER_REFINE_SUBPIX} | settings
     ).items():

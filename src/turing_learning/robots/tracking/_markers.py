@@ -119,7 +119,8 @@ def _measure(
     nearest = min(distances, key=lambda name: distances[name])
     label = nearest if distances[nearest] <= HUE_TOLERANCE else UNKNOWN
     weights, positions = weights[weights > 0], positions[weights > 0].astype(np.float64)
-    center, shares = weights @ positions / weights.sum(), weights / weights.sum()
+    center = weights @ positions / weights.sum()
+    shares = weights / weights.sum()
     (xx, xy), (_, yy) = ((positions - center) * shares[:, None]).T @ (positions - center)
     angle = 0.5 * math.atan2(2 * xy, xx - yy)
     along = (positions - center) @ np.array([math.cos(angle), math.sin(angle)])
@@ -150,7 +151,8 @@ class TriangleMarkers(_ColoredMarkers):
     has_heading = True
 
     def __post_init__(self) -> None:
-        length, width = self.tip_cm + self.base_cm, 2 * self.half_width_cm
+        length = self.tip_cm + self.base_cm
+        width = 2 * self.half_width_cm
         rule = "be triangles at least 1.1 times as long as wide"
         require(0 < 1.1 * width <= length, "markers", rule, f"{length} cm by {width} cm")
 
@@ -163,7 +165,8 @@ class TriangleMarkers(_ColoredMarkers):
         return [(np.array(corners), _PAINTS[label])]
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
-        length, width = self.tip_cm + self.base_cm, 2 * self.half_width_cm
+        length = self.tip_cm + self.base_cm
+        width = 2 * self.half_width_cm
         # variance along over that across of a triangle, whose skewness is 0.57; blur and noise reduce both. What a cable or a hand
         # leaves of one, and other colored things, have others
         expected = length**2 / 18 / (width**2 / 24)

@@ -119,11 +119,9 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
     wheels cannot: these turn only so fast, and it moves sideways only by turns between two images. Without an
     arena all may push each other always.
     """
-    positions, everybody, names = (
-        track.poses[..., :2],
-        range(len(track.labels)),
-        _named(track.labels),
-    )
+    positions = track.poses[..., :2]
+    everybody = range(len(track.labels))
+    names = _named(track.labels)
     gaps = ~track.present & ~track.lost[:, None]
     faults = [
         Fault(
@@ -150,7 +148,8 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
     who, before, after = np.array(sights).T
     steps = track.poses[after, who] - track.poses[before, who]
     times = (after - before) * track.interval_s
-    turned, from_middle = wrap(steps[:, 2]), robot.wheel_distance_cm / 2
+    turned = wrap(steps[:, 2])
+    from_middle = robot.wheel_distance_cm / 2
     reach = robot.maximum_speed_cm_s * (times + LATE * track.interval_s)
     middle = track.poses[before, who, 2] + turned / 2
     if not track.has_headings:
@@ -205,7 +204,8 @@ def write_table(track: Track, path: Path, *, force: bool = False) -> None:
 
 def compare_labels(labels: Sequence[str], seen: Iterable[str]) -> list[str]:
     """Return what is wrong with the markers in sight: fewer or more of a label than expected, or unexpected ones."""
-    expected, counts = Counter(labels), Counter(seen)
+    expected = Counter(labels)
+    counts = Counter(seen)
     return [
         f"{counts[label]} {label} markers in sight, {expected[label]} expected"
         for label in sorted(expected | counts)
@@ -238,7 +238,9 @@ class Tracker:
     ) -> None:  # fmt: skip
         for label in labels:
             markers.check_label(label)
-        self.markers, self.calibration, self.labels = markers, calibration, tuple(labels)
+        self.markers = markers
+        self.calibration = calibration
+        self.labels = tuple(labels)
         self.interval_s = number("interval_s", interval_s, above=0)
         speed = number("maximum_speed_cm_s", maximum_speed_cm_s, above=0)
         turn = number("maximum_turn_rad_s", maximum_turn_rad_s, above=0)
@@ -271,7 +273,8 @@ class Tracker:
     def follow(self, image: np.ndarray | None) -> Sighting:
         """Find everybody in the next image (H, W, 3); in one that was lost, None, is nobody."""
         self._frame += 1
-        faults, present = [], np.zeros(len(self.labels), bool)
+        faults = []
+        present = np.zeros(len(self.labels), bool)
         same = (
             image is not None
             and self._last_image is not None
@@ -282,7 +285,8 @@ class Tracker:
             faults.append(Fault(self._frame, FROZEN, text))
         self._frozen = same or (self._frozen and image is None)
         if image is not None and not same:
-            detections, self._last_image = self.detect(image), image
+            detections = self.detect(image)
+            self._last_image = image
             present, free = self._assign(detections)
             faults += self._report(detections, present, free)
             self._was_present = present
@@ -313,8 +317,10 @@ class Tracker:
 
     def _assign(self, detections: Detections) -> tuple[np.ndarray, np.ndarray]:
         """Assign detections to individuals; return who is present (A,) and which detections (n,) are free."""
-        present, free = np.zeros(len(self.labels), bool), np.ones(len(detections.labels), bool)
-        worn, detected = np.array(self.labels), np.array(detections.labels)
+        present = np.zeros(len(self.labels), bool)
+        free = np.ones(len(detections.labels), bool)
+        worn = np.array(self.labels)
+        detected = np.array(detections.labels)
         for label in dict.fromkeys(self.labels):
             (candidates,) = np.nonzero(detected == label)
             (tracked,) = np.nonzero(
@@ -345,14 +351,17 @@ class Tracker:
                 self._poses[who, :2] = detections.positions[which]
                 if detections.headings is not None:
                     self._poses[who, 2] = detections.headings[which]
-                self._gap[who], present[who], free[which] = 0, True, False
+                self._gap[who] = 0
+                present[who] = True
+                free[which] = False
         return present, free
 
     def _report(
         self, detections: Detections, present: np.ndarray, free: np.ndarray
     ) -> Iterator[Fault]:
         """Yield the faults that begin in this image; `free` are the detections (n,) that belong to nobody."""
-        names, surplus = _named(self.labels), np.flatnonzero(free).tolist()
+        names = _named(self.labels)
+        surplus = np.flatnonzero(free).tolist()
         for who in np.flatnonzero(~present & self._was_present).tolist():
             label, (x, y, _) = self.labels[who], self._poses[who]
             away = [
