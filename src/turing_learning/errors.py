@@ -124,7 +124,9 @@ class RefusedError(ValueError):
 
     def text(self, words: Words = PYTHON) -> str:
         """Return the message in the words of a door."""
-        return self.refusal.text(words) if self.refusal else str(self)
+        if self.refusal:
+            return self.refusal.text(words)
+        return str(self)
 
 
 def refuse(

@@ -418,7 +418,9 @@ class Store:
             return f"{SEALS} is damaged, or that of another {self.kind.noun}"
         if name not in seals:
             return f"{SEALS} does not know it"
-        return "" if seals.fits(name, digest) else "it has been changed"
+        if seals.fits(name, digest):
+            return ""
+        return "it has been changed"
 
 
 def encoded(name: str, content: Any) -> bytes:

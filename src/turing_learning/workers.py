@@ -260,7 +260,9 @@ class _Slot:
                 return _result(answer)
             if late:
                 raise TimeoutError(f"it took longer than {self._timeout_s:g} s")
-            status = "killed on demand" if self._killed else f"exit status {process.returncode}"
+            status = "killed on demand"
+            if not self._killed:
+                status = f"exit status {process.returncode}"
             if sent:
                 break
         raise _DiedError(status)

@@ -166,7 +166,9 @@ class Judgment:
         Right are models that the run calls plausible, and those that searches found that succeed.
         Of single ones 95 % are told no better. None if it is not known how well they are told.
         """
-        usual = () if self.examination is None else tuple(self.examination.plausible)
+        usual: tuple[float, ...] = ()
+        if self.examination is not None:
+            usual = tuple(self.examination.plausible)
         if self._calibrated:
             usual += self.attainable
             if self.search_succeeds:
@@ -249,7 +251,9 @@ class Judgment:
         """How the verdict is shown: "good", "bad", or as a "warning"."""
         if self.verdict is Verdict.CONVERGED:
             return "good"
-        return "bad" if self.verdict in (Verdict.REJECTED, Verdict.FAILED) else "warning"
+        if self.verdict in (Verdict.REJECTED, Verdict.FAILED):
+            return "bad"
+        return "warning"
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -321,7 +325,9 @@ class Judgment:
             if self.fault is Verdict.REJECTED:
                 sentences.append("The estimate is told far better: the search does not explain it.")
         elif self.search_succeeds:
-            outcome = "end with models that pass for it" if self._calibrated else "come near it"
+            outcome = "come near it"
+            if self._calibrated:
+                outcome = "end with models that pass for it"
             sentences.append(f"Searches for a known truth {outcome}.")
         if self.fault is Verdict.TOLD:
             sentences.append("Whether the model or the search is at fault is not known.")

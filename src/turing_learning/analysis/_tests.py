@@ -153,7 +153,10 @@ def area_under_curve(
         Of the others; None for equal ones.
     """
     high, low = array("high", high, "K"), array("low", low, "n")
-    weights = np.ones(len(low)) if weights is None else array("weights", weights, "n", n=len(low))
+    if weights is None:
+        weights = np.ones(len(low))
+    else:
+        weights = array("weights", weights, "n", n=len(low))
     order = np.argsort(low)
     sums = np.append(0.0, np.cumsum(weights[order]))
     below, also = (sums[np.searchsorted(low[order], high, side)] for side in ("left", "right"))

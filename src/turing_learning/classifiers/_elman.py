@@ -118,7 +118,9 @@ class ElmanClassifier:
                 weights[chosen],
                 outputs,
             )
-        return outputs if len(chosen) == len(weights) else outputs[np.searchsorted(chosen, same)]
+        if len(chosen) == len(weights):
+            return outputs
+        return outputs[np.searchsorted(chosen, same)]
 
     def _pack(self, kernels: ModuleType, samples: np.ndarray) -> np.ndarray:
         count, steps, signals = samples.shape
@@ -170,7 +172,9 @@ def _aligned(shape: tuple[int, ...]) -> np.ndarray:
 
 def _as_float64(name: str, values: np.ndarray, shape: str, last_size: int) -> np.ndarray:
     """Return contiguous numbers of a shape whose last axis is of the length `last_size`; whether they are finite is seen later."""
-    remedy = "Set `inputs` to the number of signals per time step." if name == "samples" else ""
+    remedy = ""
+    if name == "samples":
+        remedy = "Set `inputs` to the number of signals per time step."
     with np.errstate(over="ignore"):  # extended precision beyond float64 becomes infinite
         sizes: dict[str, Any] = {shape[-1]: last_size}
         checked = array(name, values, shape, finite=False, empty=True, remedy=remedy, **sizes)

@@ -189,7 +189,9 @@ def _print(comparison: "tl.comparison.Comparison", as_json: bool) -> None:
 
 
 def _panel(*, quick: bool) -> "tuple[tl.examination.Examiner, ...]":
-    return tl.examination.QUICK if quick else tl.examination.PANEL
+    if quick:
+        return tl.examination.QUICK
+    return tl.examination.PANEL
 
 
 def _command(content: Mapping[str, Any], paths: "list[Path]") -> str:

@@ -248,7 +248,9 @@ def _samples(
         )
     except RefusedError as error:
         tracked = path.is_file() and not holds_motion(path)
-        remedy = " If a tracker wrote it, give --fps and --pixels-per-cm." if tracked else ""
+        remedy = ""
+        if tracked:
+            remedy = " If a tracker wrote it, give --fps and --pixels-per-cm."
         raise RefusedError(f"{error}{remedy}".replace("`motion`", f"`{option}`")) from error
 
 
@@ -400,7 +402,9 @@ def _write(
     from turing_learning.detection.present import detection_page, timeline_of, window_table
     from turing_learning.store import os_errors_as
 
-    name = titled(Path(motion.recording.source)) if motion.recording else out.stem
+    name = out.stem
+    if motion.recording:
+        name = titled(Path(motion.recording.source))
     figure = timeline_of(motion, verdicts, votes=detection is None)
     paths = [out.with_suffix(suffix) for suffix in (_WRITTEN if detection else _WRITTEN[:-1])]
     new_paths = [path for path in paths if not path.exists()]

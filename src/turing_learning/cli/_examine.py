@@ -69,7 +69,9 @@ def test(
         refuse_target(out, name="out", suffixes=(".html",), force=force)
     options: dict[str, Any] = {"control": control, "seed": seed}
     options["examiners"] = QUICK if quick else PANEL
-    names = None if signals is None else [name.strip() for name in signals.split(",")]
+    names = None
+    if signals is not None:
+        names = [name.strip() for name in signals.split(",")]
     # Trackers write .npy and .npz, too: what is in them decides.
     arrays = []
     for path in (*real, *others):
@@ -112,7 +114,9 @@ def _samples(paths: "tuple[Path, ...] | list[Path]") -> "tuple[np.ndarray, np.nd
     pieces: list[np.ndarray] = []
     for path in paths:
         content = np.load(path, allow_pickle=False)
-        samples = content["samples"] if isinstance(content, np.lib.npyio.NpzFile) else content
+        samples = content
+        if isinstance(content, np.lib.npyio.NpzFile):
+            samples = content["samples"]
         shape = str(samples.shape)
         require(samples.ndim == 3, "REAL", "hold samples (K, T, D)", shape, place=str(path))
         pieces.append(samples)

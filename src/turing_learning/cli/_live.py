@@ -118,7 +118,9 @@ def _outlook(progress: "tl.runs.Progress") -> str:
     """Return what is said of the models so far, if anything."""
     if not progress.outlook:
         return ""
-    outlook = "away from the truth" if progress.outlook == "other" else progress.outlook
+    outlook = progress.outlook
+    if progress.outlook == "other":
+        outlook = "away from the truth"
     return f"models so far: {outlook}"
 
 
@@ -216,16 +218,22 @@ def study_picture(
     pieces: list[Table | Text] = [_row(done, bar, running, failed, Text(_left(progress)))]
     pieces.append(Text(summary, style="dim"))
     pieces += [Text(_ended(run)) for run in latest]
-    alarm = "stopping after the present generation of each run" if stopping else ""
+    alarm = ""
+    if stopping:
+        alarm = "stopping after the present generation of each run"
     return _alarmed(pieces, alarm)
 
 
 def _ended(run: "tl.studies.StudyRun") -> str:
     if run.reason:
         return f"run {run.number}  seed {run.seed}  failed: {run.reason}"
-    mae = "" if run.estimate_mae is None else f"MAE {short_number(run.estimate_mae)}  "
+    mae = ""
+    if run.estimate_mae is not None:
+        mae = f"MAE {short_number(run.estimate_mae)}  "
     return f"run {run.number}  seed {run.seed}  {mae}{run.verdict}"
 
 
 def _left(progress: "tl.studies.StudyProgress") -> str:
-    return "" if progress.seconds_left is None else f"{_clock(progress.seconds_left)} left"
+    if progress.seconds_left is None:
+        return ""
+    return f"{_clock(progress.seconds_left)} left"

@@ -38,7 +38,9 @@ Settings = Annotated[list[str] | None, Parameter("--set", negative="")]
 
 def option_of(name: str) -> str:
     """Return the option that a run has stored under a name."""
-    return "--pixels-per-cm" if name == "scale" else f"--{name.replace('_', '-')}"
+    if name == "scale":
+        return "--pixels-per-cm"
+    return f"--{name.replace('_', '-')}"
 
 
 def refuse_beside(rule: str, remedy: str = "", **options: Any) -> None:

@@ -55,7 +55,9 @@ def check(
         laboratory,
         equipment,
     ):
-        return None if _inspected(laboratory, equipment, picture) else REFUSED
+        if _inspected(laboratory, equipment, picture):
+            return None
+        return REFUSED
 
 
 @robots.command(sort_key=1)
@@ -318,7 +320,9 @@ class _Pace:
         """Return what the first Ctrl-C is answered."""
         name = "batch" if self._configuration.run.trials else "generation"
         minutes = max(self._remaining_s() / 60, 0.0)
-        length = "less than a minute" if minutes < 1 else f"about {minutes:.0f} min"
+        length = "less than a minute"
+        if minutes >= 1:
+            length = f"about {minutes:.0f} min"
         return f"stopping after this {name} ({length}); Ctrl-C again halts the robots now"
 
     def _remaining_s(self) -> float:

@@ -426,7 +426,9 @@ def _execute(run: "partial[tl.Result]", path: Path) -> None:
     has_begun = tl.runs.RunFolder(path).is_run
 
     def interrupted() -> str:
-        return f"interrupted; {ahead}" if has_begun() else "interrupted before the run began"
+        if has_begun():
+            return f"interrupted; {ahead}"
+        return "interrupted before the run began"
 
     with stopping(interrupted) as should_stop, watching(console) as view:
         result = run(observer=view, should_stop=should_stop)

@@ -122,7 +122,9 @@ class OptionWords(Words):
 
     def name(self, name: str) -> str:
         """Return the option of an argument; a name that is no argument of a function stays as it is."""
-        return name if name.startswith("--") else self._options.get(name, name)
+        if name.startswith("--"):
+            return name
+        return self._options.get(name, name)
 
     def setting(self, setting: Setting) -> str:
         """Return ``--name value``; ``--set key=value`` for a key of the configuration; only ``--name`` for a switch."""

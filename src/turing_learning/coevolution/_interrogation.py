@@ -41,7 +41,9 @@ class PassiveInterrogation:
             f"samples of {len(samples.counterfeit)}",
         )
         genuine = self._outputs(classifiers, samples.genuine)
-        jury = classifiers if referees is None else np.concatenate((classifiers, referees))
+        jury = classifiers
+        if referees is not None:
+            jury = np.concatenate((classifiers, referees))
         flat = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
         counterfeit = self._outputs(jury, flat).reshape(len(jury), *samples.counterfeit.shape[:2])
         own_outputs = counterfeit[: len(classifiers)]

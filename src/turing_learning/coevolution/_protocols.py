@@ -29,9 +29,7 @@ class Samples:
         for name, shape in (("genuine", "K T D"), ("counterfeit", "M C T D")):
             samples = getattr(self, name)
             if not isinstance(samples, np.ndarray) or not np.issubdtype(samples.dtype, np.floating):
-                received = (
-                    samples.dtype if isinstance(samples, np.ndarray) else type(samples).__name__
-                )
+                received = getattr(samples, "dtype", type(samples).__name__)
                 raise TypeError(f"`{name}` must be an array of floats; got {received}.")
             array(name, samples, shape, dtype=samples.dtype, **sizes)
             sizes = {"T": samples.shape[-2], "D": samples.shape[-1]}

@@ -67,7 +67,9 @@ class Judgments:
     @cached_property
     def refereed(self) -> np.ndarray | None:
         """Whether each archived classifier judges a model's sample genuine; (B, M, C) bool, None without referees."""
-        return None if self.referee_outputs is None else self.referee_outputs >= THRESHOLD
+        if self.referee_outputs is None:
+            return None
+        return self.referee_outputs >= THRESHOLD
 
     @property
     def selection(self) -> str:
@@ -78,7 +80,9 @@ class Judgments:
         """
         if (self.counterfeit if self.met is None else self.counterfeit[self.met]).all():
             return "all accepted"
-        return "active" if self.counterfeit.any() else "all rejected"
+        if self.counterfeit.any():
+            return "active"
+        return "all rejected"
 
 
 Reward = Callable[[Judgments], np.ndarray]
@@ -92,7 +96,10 @@ def model_reward(judgments: Judgments) -> np.ndarray:
     are "genuine". Source: paper, equation 1; with several samples of each model, each has equal weight.
     """
     misled = judgments.counterfeit
-    asked = misled.shape[0] if judgments.met is None else np.count_nonzero(judgments.met, axis=0)
+    if judgments.met is None:
+        asked = misled.shape[0]
+    else:
+        asked = np.count_nonzero(judgments.met, axis=0)
     return np.count_nonzero(misled, axis=(0, 2)) / (asked * misled.shape[2])
 
 
@@ -117,7 +124,9 @@ def jury_reward(judgments: Judgments) -> np.ndarray:
             met = np.concatenate((met, judgments.referees_met))
     weights = np.maximum(competence, 0)
     if met is None:
-        return weights @ accepted / weights.sum() if weights.any() else model_reward(judgments)
+        if weights.any():
+            return weights @ accepted / weights.sum()
+        return model_reward(judgments)
     votes = weights @ met
     return np.where(
         votes > 0, weights @ accepted / np.where(votes > 0, votes, 1), model_reward(judgments)
@@ -126,7 +135,9 @@ def jury_reward(judgments: Judgments) -> np.ndarray:
 
 def _means(accepted: np.ndarray, met: np.ndarray | None) -> np.ndarray:
     """Return the mean (N,) of shares (N, M) over the models that were met."""
-    return accepted.mean(axis=1) if met is None else accepted.sum(axis=1) / met.sum(axis=1)
+    if met is None:
+        return accepted.mean(axis=1)
+    return accepted.sum(axis=1) / met.sum(axis=1)
 
 
 def _shares(misled: np.ndarray) -> np.ndarray:
@@ -158,6 +169,9 @@ def sensitivity(judgments: Judgments) -> np.ndarray:
     Source: paper, equation 4; with several samples of each model, each has equal weight.
     """
     misled = judgments.counterfeit
-    models = misled.shape[1] if judgments.met is None else np.count_nonzero(judgments.met, axis=1)
+    if judgments.met is None:
+        models = misled.shape[1]
+    else:
+        models = np.count_nonzero(judgments.met, axis=1)
     total = models * misled.shape[2]
     return (total - np.count_nonzero(misled, axis=(1, 2))) / total

@@ -140,7 +140,9 @@ class Configuration(Section):
     @property
     def length(self) -> int:
         """Number of steps of the run: generations, or batches of trials."""
-        return len(self._schedule) if self.run.trials else self.run.generations
+        if self.run.trials:
+            return len(self._schedule)
+        return self.run.generations
 
     @property
     def _schedule(self) -> list[int]:
@@ -148,14 +150,18 @@ class Configuration(Section):
 
     def trials_after(self, steps: int) -> int:
         """Return the number of trials that so many steps of the run spend, at least one."""
-        return self._schedule[steps - 1] if self.run.trials else self.trials_per_generation * steps
+        if self.run.trials:
+            return self._schedule[steps - 1]
+        return self.trials_per_generation * steps
 
     def spent(self, steps: int) -> np.ndarray | None:
         """Return the trials that a run of trials has spent after each of so many batches.
 
         None for one of generations.
         """
-        return np.array(self._schedule[:steps]) if self.run.trials else None
+        if self.run.trials:
+            return np.array(self._schedule[:steps])
+        return None
 
     @property
     def trials_per_generation(self) -> int:
@@ -213,12 +219,16 @@ class Configuration(Section):
     def input_scale(self) -> tuple[float, ...]:
         """What the classifiers' inputs are divided by, one number for each signal (cm/s, rad/s)."""
         scale = self.classifiers.input_scale
-        return self.scenario.input_scale if scale == "robot" else scale
+        if scale == "robot":
+            return self.scenario.input_scale
+        return scale
 
     @property
     def threads(self) -> int | None:
         """Number of threads, None for all processors."""
-        return None if self.run.threads == "all" else self.run.threads
+        if self.run.threads == "all":
+            return None
+        return self.run.threads
 
 
 def check_limits(configuration: Configuration) -> None:

@@ -361,8 +361,12 @@ def _scenario_fields(
             reject("scenario", "be the same everywhere", got, "Leave one of them out.")
         return asdict(SCENARIOS[argument])
     if in_file is not None:
-        return asdict(SCENARIOS[in_file]) if in_file in SCENARIOS else {}
-    return asdict(SCENARIOS[DEFAULT_SCENARIO]) if name is None else {}
+        if in_file in SCENARIOS:
+            return asdict(SCENARIOS[in_file])
+        return {}
+    if name is None:
+        return asdict(SCENARIOS[DEFAULT_SCENARIO])
+    return {}
 
 
 def _require_known_scenario(name: Any, key: str, origins: Origins) -> None:
@@ -468,12 +472,16 @@ def _advice(name: str, section: Any, prefix: str) -> str:
 
 
 def _shown(value: Any) -> str:
-    return "a table" if isinstance(value, Mapping) else brief(value)
+    if isinstance(value, Mapping):
+        return "a table"
+    return brief(value)
 
 
 def _plain(value: Any) -> Any:
     """Return what JSON can carry: numbers for those of NumPy, else a text."""
-    return value.tolist() if isinstance(value, np.generic | np.ndarray) else str(value)
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    return str(value)
 
 
 def _unwritable(value: Any) -> bool:

@@ -184,7 +184,9 @@ class TrainedMethod:
         # One recording does not say how other recordings differ from the planted ones.
         if method.learns_from_planted and not normal.one_recording:
             # Features of the same cases are not computed twice.
-            examples = placed if planted is cases else normal.place_cases(planted, method, features)
+            examples = placed
+            if planted is not cases:
+                examples = normal.place_cases(planted, method, features)
             changes = _changes(examples)
         learn = _learner(method, normal)
         individuals = [pieces[piece][index] for piece, index in normal.members]

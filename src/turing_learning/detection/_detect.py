@@ -157,11 +157,9 @@ def _planted(
         else:
             cases += _planted_into_samples(motion.samples[k], r, k)
     planted_kinds = {case.kind for case in cases}
-    in_words = (
-        "signals halved or doubled"
-        if "mean" in planted_kinds
-        else counted(len(planted_kinds), "kind")
-    )
+    in_words = "signals halved or doubled"
+    if "mean" not in planted_kinds:
+        in_words = counted(len(planted_kinds), "kind")
     return cases, f"{len(cases)} planted individuals ({in_words})"
 
 

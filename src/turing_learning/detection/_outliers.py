@@ -93,7 +93,9 @@ class MotionOutlierDetector(OutlierMixin, BaseEstimator):  # type: ignore[misc] 
             raise ValueError(
                 f"Found array with dim {checked.ndim}, while dim 3 or 2 is required: (n, T, D) or (n, T)"
             )
-        return checked[..., None] if checked.ndim == 2 else checked
+        if checked.ndim == 2:
+            return checked[..., None]
+        return checked
 
 
 def _learned(features: np.ndarray) -> Scorer:

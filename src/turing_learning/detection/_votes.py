@@ -164,8 +164,10 @@ class Detector:
         run = run_classifiers(result)
         if genuine is None or abnormal is None:
             stored = run.calibration or motion_to_calibrate(run, behaviors, trials, seed, threads)
-            genuine = stored[0] if genuine is None else genuine
-            abnormal = stored[1] if abnormal is None else abnormal
+            if genuine is None:
+                genuine = stored[0]
+            if abnormal is None:
+                abnormal = stored[1]
         return cls.calibrate(
             run.classifier,
             run.voters(rule),

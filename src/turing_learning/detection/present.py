@@ -95,7 +95,9 @@ def _since(verdict: TimedVerdict, seconds: bool) -> str:
     if not verdict.spells:
         return "-"
     begin, stop = verdict.spells[0]
-    return f"{begin:.1f} to {stop:.1f}" if seconds else f"{begin:g}"
+    if seconds:
+        return f"{begin:.1f} to {stop:.1f}"
+    return f"{begin:g}"
 
 
 def timeline_of(

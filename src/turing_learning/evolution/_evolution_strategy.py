@@ -107,7 +107,10 @@ class EvolutionStrategy(Turns):
         self._turn("tell")
         generation = self._generation
         fitness = array("fitness", fitness, "size", size=self.size)
-        scores = fitness.copy() if self._memory is None else self._memory.score(generation, fitness)
+        if self._memory is None:
+            scores = fitness.copy()
+        else:
+            scores = self._memory.score(generation, fitness)
         # The fittest first; of equals the older
         best = np.argsort(-scores, kind="stable")[: self.parents]
         if self._memory is not None:

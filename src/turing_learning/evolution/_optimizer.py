@@ -148,5 +148,7 @@ class RenewedOptimizer:
 
     def _number(self, generation: int) -> int:
         """Return which optimizer a generation belongs to."""
-        until = generation if self._last is None else min(generation, self._last)
+        until = generation
+        if self._last is not None:
+            until = min(generation, self._last)
         return until // self._interval

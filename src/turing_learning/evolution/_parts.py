@@ -137,11 +137,9 @@ class Jumper:
         low, high, dependent, rate = self._low, self._high, self._dependent, 1.0
         if generation >= self._refinement:
             generations_left = self._settled - generation
-            rate = (
-                generations_left / (self._settled - self._refinement)
-                if generations_left > 0
-                else 0.0
-            )
+            rate = 0.0
+            if generations_left > 0:
+                rate = generations_left / (self._settled - self._refinement)
         if self._redraw * rate > 0:
             chosen = np.flatnonzero(rng.random(len(children)) < self._redraw * rate)
             parameter = rng.integers(self._dimension, size=len(chosen))

@@ -174,9 +174,9 @@ class Smoother:
         separation = np.full(labels.shape[1], -np.inf)
         chosen = np.zeros(labels.shape[1], dtype=int)
         single = len(np.unique(groups)) == count
-        members = (
-            [] if single else [np.flatnonzero(groups == group) for group in range(groups.max() + 1)]
-        )
+        members = []
+        if not single:
+            members = [np.flatnonzero(groups == group) for group in range(groups.max() + 1)]
         for column, penalty in enumerate(PENALTIES):
             roots = self.vectors * np.sqrt(self.values / (self.values + penalty))
             residuals = labels - roots @ (roots.T @ labels) - total / count

@@ -341,7 +341,9 @@ def _interval(values: np.ndarray, genuine: np.ndarray, groups: np.ndarray) -> tu
         variance += own_variance
         freedom += own_variance**2 / max(count - 1, 1)
     freedom = variance**2 / freedom if freedom > 0 else np.inf
-    half = stdtrit(max(freedom, 1.0), 0.975) * np.sqrt(variance) if variance > 0 else 0.0
+    half = 0.0
+    if variance > 0:
+        half = stdtrit(max(freedom, 1.0), 0.975) * np.sqrt(variance)
     z = ndtri(0.975)
     count = len(values)
     center = (middle + z**2 / (2 * count)) / (1 + z**2 / count)

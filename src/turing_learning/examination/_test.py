@@ -62,7 +62,9 @@ class TuringTest(Tabular):
         if self.examined.told_apart:
             return "told apart"
         power = self.examined.power_accuracy
-        return "cannot tell" if power is not None and power <= NOTICED else "cannot say"
+        if power is not None and power <= NOTICED:
+            return "cannot tell"
+        return "cannot say"
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -291,7 +293,10 @@ def _arrays(
         len(names),
     )
     if groups is not None:
-        sides = list(groups.values()) if isinstance(groups, Mapping) else list(groups)
+        if isinstance(groups, Mapping):
+            sides = list(groups.values())
+        else:
+            sides = list(groups)
         if len(sides) == len(real) + len(simulated) and np.ndim(sides[0]) == 0:
             sides = [sides[: len(real)], sides[len(real) :]]
         rule = "be two sequences of labels, for real and simulated samples"

@@ -372,7 +372,9 @@ class Robots(Family):
 
     @property
     def _side(self) -> float | None:
-        return None if self.scenario.arena.bounded else self.start_side_cm
+        if self.scenario.arena.bounded:
+            return None
+        return self.start_side_cm
 
     @property
     def parameters(self) -> dict[str, Parameter]:

@@ -46,7 +46,10 @@ def recorded_ranges(
     dict
         Name -> `Parameter`, ready for `turing_learning.infer`.
     """
-    motion = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
+    if isinstance(recordings, Trajectories):
+        motion = [recordings]
+    else:
+        motion = list(recordings)
     suggested: Mapping[str, Parameter] = family.parameters
     speed = ABOVE_FASTEST * max(map(_fastest, motion))
     length = ABOVE_FARTHEST * max(map(_farthest, motion))
@@ -94,7 +97,9 @@ def _fastest(recording: Trajectories) -> float:
     """Return the speed (cm/s) that 99 of 100 steps do not exceed, so that a few jumps change little; 0 without steps."""
     signals = recording.signals(("speed",))
     speeds = np.abs(signals.values[..., 0][signals.valid])
-    return float(np.percentile(speeds, FASTEST_PERCENTILE)) if len(speeds) else 0.0
+    if len(speeds):
+        return float(np.percentile(speeds, FASTEST_PERCENTILE))
+    return 0.0
 
 
 def _farthest(recording: Trajectories) -> float:
@@ -106,7 +111,9 @@ def _farthest(recording: Trajectories) -> float:
     present = recording.present[frames]
     offset, has_neighbor = nearest_others(recording.positions[frames], present)
     distances = np.hypot(*np.moveaxis(offset, -1, 0))[has_neighbor & present]
-    return float(np.percentile(distances, FARTHEST_PERCENTILE)) if len(distances) else 0.0
+    if len(distances):
+        return float(np.percentile(distances, FARTHEST_PERCENTILE))
+    return 0.0
 
 
 def said_ranges(

@@ -65,7 +65,9 @@ def virtual_group(
     longest = LONGEST - group.settling_steps
     rule = f"be at least {2 * group.interval_s:g} s, and at most {longest * group.interval_s:g} s"
     require(1 <= steps <= longest, "duration_s", rule, f"{duration_s:g} s")
-    size = group.individuals if individuals is None else integer("individuals", individuals, 1)
+    size = group.individuals
+    if individuals is not None:
+        size = integer("individuals", individuals, 1)
     longer = group.in_group(size, tank_cm, steps=steps)
     values = np.array([[float(parameters[name]) for name in names]])
     positions = longer.simulate(values, np.random.default_rng(seed))[0]
@@ -101,7 +103,10 @@ def beyond_recorded(
     recorded_sides = np.array([np.ptp(recording.reach, axis=0) for recording in recordings])
     areas = recorded_sides.prod(axis=1)
     densities = np.array([recording.at_once for recording in recordings]) / areas
-    sides = np.ptp(simulated.reach, axis=0) if tank_cm is None else np.array(tank_cm)
+    if tank_cm is None:
+        sides = np.ptp(simulated.reach, axis=0)
+    else:
+        sides = np.array(tank_cm)
     density = simulated.at_once / sides.prod()
     warnings = []
     if not densities.min() / DENSER <= density <= densities.max() * DENSER:
@@ -121,4 +126,6 @@ def beyond_recorded(
 def _range(values: np.ndarray) -> str:
     low = float(values.min())
     high = float(values.max())
-    return f"{low:.3g}" if math.isclose(low, high, rel_tol=0.005) else f"{low:.3g} to {high:.3g}"
+    if math.isclose(low, high, rel_tol=0.005):
+        return f"{low:.3g}"
+    return f"{low:.3g} to {high:.3g}"

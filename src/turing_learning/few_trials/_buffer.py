@@ -86,7 +86,9 @@ class SampleBuffer:
         genuine = array(
             "genuine", genuine, "K T D", empty=True, T=samples.shape[2], D=samples.shape[3]
         )
-        most_added = max(1, round(self._share * self.pool)) if len(self) else self.pool
+        most_added = self.pool
+        if len(self):
+            most_added = max(1, round(self._share * self.pool))
         if len(genuine) > most_added:
             genuine = genuine[np.sort(rng.permutation(len(genuine))[:most_added])]
         self._add("parameters", parameters)

@@ -106,7 +106,10 @@ class _Ensemble:
         values = self.values[half]
         chance = np.log(self.rng.random(len(proposal))) - bonus
         # from which likelihood on a point is taken
-        threshold = values + chance / power if power > 0 else np.where(chance < 0, -np.inf, np.inf)
+        if power > 0:
+            threshold = values + chance / power
+        else:
+            threshold = np.where(chance < 0, -np.inf, np.inf)
         proposed = self.log_likelihood(proposal, least=threshold)
         accepted = proposed > threshold
         self.points[half] = np.where(accepted[:, None], proposal, self.points[half])

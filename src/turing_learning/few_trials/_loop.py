@@ -282,7 +282,9 @@ class FewTrials:
 
     def _in_region(self, models: np.ndarray) -> np.ndarray:
         """Return models (N, P); in one region where several are images of each other."""
-        return models if self._group is None else self._group.folded(models)
+        if self._group is None:
+            return models
+        return self._group.folded(models)
 
     def _parameters_of(self, trials: np.ndarray) -> np.ndarray:
         """Return the parameters (N, P) of some trials, in that region."""
@@ -303,7 +305,9 @@ class FewTrials:
         At the end of a run jurors are trained, and walkers moved, several times, to average over
         which trials fell into which fold.
         """
-        return self._pooled if len(self._pooled) else self._design.walkers
+        if len(self._pooled):
+            return self._pooled
+        return self._design.walkers
 
     @property
     def estimate(self) -> np.ndarray:
@@ -512,7 +516,10 @@ class FewTrials:
         self, trials: np.ndarray, rng: np.random.Generator, points: int = INDUCING
     ) -> tuple[MomentField, np.ndarray]:
         """Return a map of the moments of some trials, and how much a trial tells (P,)."""
-        records = [self._jury] if self._observed is None else [self._observed, self._jury]
+        if self._observed is None:
+            records = [self._jury]
+        else:
+            records = [self._observed, self._jury]
         outputs = np.concatenate([record.counterfeit[trials] for record in records], axis=1)
         system = np.concatenate([record.genuine for record in records], axis=1)
         parameters = self._parameters_of(trials)

@@ -159,7 +159,9 @@ class PooledClassifier:
 
     def _inputs(self, samples: np.ndarray) -> np.ndarray:
         samples = array("samples", samples, "S T D", empty=True, D=self.inputs)
-        scaled = samples if self.scale is None else samples / np.asarray(self.scale)
+        scaled = samples
+        if self.scale is not None:
+            scaled = samples / np.asarray(self.scale)
         return np.ascontiguousarray(
             np.clip(scaled, -LARGEST_INPUT, LARGEST_INPUT), dtype=np.float32
         )

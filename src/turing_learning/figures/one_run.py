@@ -86,7 +86,9 @@ def parameters_figure(
 
 def _typical(trials: np.ndarray | None) -> str:
     """Return what the typical model is called."""
-    return "median of the better half" if trials is None else "estimate so far"
+    if trials is None:
+        return "median of the better half"
+    return "estimate so far"
 
 
 def error_figure(

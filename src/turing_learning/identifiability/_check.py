@@ -275,7 +275,9 @@ class PinnedDown:
         """What to say of it in a table."""
         if self.bound:
             return f"at the bound {self.bound}"
-        return "pinned down" if self.pinned_down else "not pinned down"
+        if self.pinned_down:
+            return "pinned down"
+        return "not pinned down"
 
 
 @dataclass(frozen=True, repr=False)

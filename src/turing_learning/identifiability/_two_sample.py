@@ -93,7 +93,9 @@ class TwoSampleTest(Stored):
         value. A panel that says the same of all samples shows nothing.
         """
         error = (self.critical - 0.5) / ndtri(1 - LEVEL)
-        return float(ndtr((CLEARLY - self.critical) / error)) if error > 0 else 0.0
+        if error > 0:
+            return float(ndtr((CLEARLY - self.critical) / error))
+        return 0.0
 
     @property
     def told_apart(self) -> bool:

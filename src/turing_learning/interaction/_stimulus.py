@@ -85,7 +85,9 @@ class Stimulus(Settings):
     @property
     def outputs(self) -> int:
         """Number of outputs of a network that chooses; none where it only watches."""
-        return 0 if self.passive else len(self.ranges) * (self.levels or 1)
+        if self.passive:
+            return 0
+        return len(self.ranges) * (self.levels or 1)
 
     def of(self, outputs: np.ndarray) -> np.ndarray:
         """Return the stimuli (..., S) that outputs (..., O) from 0 to 1 choose."""

@@ -178,7 +178,9 @@ class StimulatedSystem(CustomSystem):
         """Return its trials."""
         given = self.accept(given)
         self.require_all(given)
-        step = BEHAVIORS[self.behavior_name] if self.behavior_name else given.simulate
+        step = given.simulate
+        if self.behavior_name:
+            step = BEHAVIORS[self.behavior_name]
         return StimulatedSource(self, step, None if self.true else given.genuine)
 
 

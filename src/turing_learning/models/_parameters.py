@@ -110,7 +110,10 @@ class Parameter(Settings):
     def _check_initial(self, initial: tuple[float, float]) -> None:
         lowest = self.low
         if lowest is None:
-            lowest = self._value(-LARGEST_DECADE) if self.scale == "log" else -INITIAL_LARGEST
+            if self.scale == "log":
+                lowest = self._value(-LARGEST_DECADE)
+            else:
+                lowest = -INITIAL_LARGEST
         highest = INITIAL_LARGEST if self.high is None else self.high
         fits = len(initial) == 2 and all(map(_is_number, initial))
         fits = fits and lowest <= initial[0] < initial[1] <= highest
@@ -157,10 +160,14 @@ class Parameter(Settings):
 
     def _axis(self, value: float) -> float:
         """Return the position of a value on the scale of the parameter: itself, or its decade."""
-        return math.log10(value) if self.scale == "log" else value
+        if self.scale == "log":
+            return math.log10(value)
+        return value
 
     def _value(self, position: float) -> float:
-        return 10.0**position if self.scale == "log" else position
+        if self.scale == "log":
+            return 10.0**position
+        return position
 
     def _folded(self, positions: np.ndarray) -> np.ndarray:
         """Return positions of which those beyond a bound are mirrored at it, as often as it takes."""

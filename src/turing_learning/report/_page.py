@@ -277,7 +277,9 @@ def _listing(listing: Listing) -> str:
             foot = f"\n<tfoot>{_row(cells, listing, scopes, strong=False)}</tfoot>"
     body = "\n".join(lines)
     table = f'<table class="numbers"><thead>{head}</thead>\n<tbody>{body}</tbody>{foot}</table>'
-    note = f'<p class="note">{escape(listing.note)}</p>' if listing.note else ""
+    note = ""
+    if listing.note:
+        note = f'<p class="note">{escape(listing.note)}</p>'
     heading = escape(listing.heading)
     put = _folded if listing.folded else _section
     return put(escape(listing.name), heading, _scroll(heading, table) + note)
@@ -288,7 +290,9 @@ def _row(cells: Iterable[str], listing: Listing, scopes: Sequence[str], *, stron
     markup = ""
     for heading, cell, scope in zip(listing.columns, cells, scopes, strict=True):
         look = listing.looks.get(heading, "")
-        style = f' class="{look}"' if look == "apart" or (look and strong) else ""
+        style = ""
+        if look == "apart" or (look and strong):
+            style = f' class="{look}"'
         markup += f'<th scope="{scope}"{style}>{cell}</th>' if scope else f"<td{style}>{cell}</td>"
     return f"<tr>{markup}</tr>"
 

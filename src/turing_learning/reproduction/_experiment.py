@@ -165,9 +165,10 @@ class Work:
         if result is None or not result.complete:
             arguments |= {"observer": observe, "should_stop": self.should_stop, "out": path}
             with ThreadPoolExecutor(1) as executor:
-                hands: dict[str, Any] = (
-                    {"executor": executor} if self._fast else {"workers": self._workers}
-                )
+                if self._fast:
+                    hands: dict[str, Any] = {"executor": executor}
+                else:
+                    hands = {"workers": self._workers}
                 result = studies.study(scenario, **arguments, **hands)
         if result.unfinished:
             raise Stopped(name)
@@ -277,7 +278,9 @@ class Experiment:
 
 def variant_of(preset: str) -> str:
     """Return what a verdict with a preset is about; nothing for the one that counts."""
-    return "" if preset == PRESETS[0] else f"preset {preset}"
+    if preset == PRESETS[0]:
+        return ""
+    return f"preset {preset}"
 
 
 @dataclass(frozen=True, eq=False)

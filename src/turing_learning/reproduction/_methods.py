@@ -213,7 +213,8 @@ class Inferred:
     @classmethod
     def of_posterior(cls, draws: np.ndarray, weights: np.ndarray | None = None) -> "Inferred":
         """Return median and central 90 % of draws (N, P) from a posterior, with weights (N,)."""
-        weights = np.ones(len(draws)) if weights is None else weights
+        if weights is None:
+            weights = np.ones(len(draws))
         low, middle, high = np.quantile(
             draws, (0.05, 0.5, 0.95), axis=0, weights=weights, method="inverted_cdf"
         )

@@ -203,9 +203,10 @@ def _what_came_out(experiment: Experiment, folder: ExperimentFolder, results: Re
         for verdict in sorted(
             results.verdicts, key=lambda verdict: experiment.claims.index(verdict.claim)
         ):
-            name = (
-                f"{verdict.claim}, {verdict.variant}" if verdict.variant else f"**{verdict.claim}**"
-            )
+            if verdict.variant:
+                name = f"{verdict.claim}, {verdict.variant}"
+            else:
+                name = f"**{verdict.claim}**"
             rows.append((name, verdict.word, verdict.printed, verdict.outcome))
         rules = dict.fromkeys(verdict.rule for verdict in results.verdicts)
         blocks += [
@@ -406,7 +407,9 @@ def _pictures(pictures: Iterable[Shown], folder: str) -> list[str]:
 
 def _short(cell: str) -> str:
     """Return a fraction with three digits, anything else as it is."""
+    if "." not in cell and "e" not in cell:
+        return cell
     try:
-        return f"{float(cell):.3g}" if "." in cell or "e" in cell else cell
+        return f"{float(cell):.3g}"
     except ValueError:
         return cell

@@ -33,8 +33,12 @@ class Standing:
     def state(self) -> str:
         """Say it in few words."""
         if self.results is None:
-            return f"begun, {self.pieces} pieces of work" if self.pieces else "not run yet"
-        form = "" if self.results.form == "full" else f", {self.results.form} form"
+            if self.pieces:
+                return f"begun, {self.pieces} pieces of work"
+            return "not run yet"
+        form = ""
+        if self.results.form != "full":
+            form = f", {self.results.form} form"
         if not self.experiment.claims:
             return f"finished{form}"
         verdicts = [self.results.verdict(claim) for claim in self.experiment.claims]
@@ -124,7 +128,10 @@ def possible_experiments(name: str, say: Say | None = None) -> list[Experiment]:
     names = [*EXPERIMENTS, ALL]
     rule = f"be one of {', '.join(names)}"
     require(name in names, "experiment", rule, repr(name), error=ConfigurationError)
-    chosen = list(EXPERIMENTS.values()) if name == ALL else [EXPERIMENTS[name]]
+    if name == ALL:
+        chosen = list(EXPERIMENTS.values())
+    else:
+        chosen = [EXPERIMENTS[name]]
     possible = []
     for experiment in chosen:
         if not experiment.missing:

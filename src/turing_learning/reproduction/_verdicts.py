@@ -82,7 +82,9 @@ class ClaimVerdict:
     @property
     def outcome(self) -> str:
         """Return what came out, and why it differs, where that is known."""
-        return f"{self.observed} (why: {self.reason})" if self.reason else self.observed
+        if self.reason:
+            return f"{self.observed} (why: {self.reason})"
+        return self.observed
 
 
 def verdict_on(

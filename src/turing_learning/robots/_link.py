@@ -104,7 +104,9 @@ def sealed(text: str) -> str:
 def opened(line: str) -> str | None:
     """Return a line without its checksum, None if the checksum is wrong or missing."""
     text, star, seal = line.rpartition("*")
-    return text if star and text.isascii() and line == sealed(text) and len(seal) == 4 else None
+    if star and text.isascii() and line == sealed(text) and len(seal) == 4:
+        return text
+    return None
 
 
 ALIVE = sealed("X,A").encode("ascii") + b"\r"  #: What a PC sends to say that it is there
@@ -321,7 +323,9 @@ class EPuck(Replica):
         """Return whether the battery is above its limit; of a robot that states its charge, whether that is above 15 %."""
         # An e-puck answers with one number, an e-puck2 with a voltage and a charge
         numbers = self._ask("b", r"b,(\d{1,9})(?: \((\d{1,9})%\))?")
-        return int(numbers[2]) > LEAST_CHARGE if numbers[2] else int(numbers[1]) > 0
+        if numbers[2]:
+            return int(numbers[2]) > LEAST_CHARGE
+        return int(numbers[1]) > 0
 
     def stop(self) -> None:
         """Stop the wheels and switch the lights off."""
@@ -351,7 +355,9 @@ class EPuck(Replica):
         def exchange() -> tuple[int, ...] | None:
             self._link.send(request)
             answer = self._link.read_bytes(2 * SENSORS, self._deadline())
-            return None if answer is None else struct.unpack(f"<{SENSORS}h", answer)
+            if answer is None:
+                return None
+            return struct.unpack(f"<{SENSORS}h", answer)
 
         return self._try(f"a binary request {request.hex(' ')}", exchange)
 

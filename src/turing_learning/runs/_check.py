@@ -165,14 +165,20 @@ class _Checker:
         if "test" not in content:
             items.append("fresh classifiers against the estimate")
             tests += self.effort.references
-        profiles = len(self.result.estimate) - len(content["profiles"]) if self.profiled else 0
+        profiles = 0
+        if self.profiled:
+            profiles = len(self.result.estimate) - len(content["profiles"])
         tests += profiles * (self.effort.points + 1)
         if profiles:
             items.append(f"{counted(profiles, 'profile')} of {self.effort.points} values")
         runs = self.settings["recoveries"] - len(content["recoveries"])
         if runs:
-            seconds = self.folder.manifest().get("seconds") if self.folder is not None else None
-            took = f", {seconds:.0f} s" if isinstance(seconds, int | float) and seconds > 0 else ""
+            seconds = None
+            if self.folder is not None:
+                seconds = self.folder.manifest().get("seconds")
+            took = ""
+            if isinstance(seconds, int | float) and seconds > 0:
+                took = f", {seconds:.0f} s"
             items.append(
                 f"{counted(runs, 'run')} whose truth is the estimate, each about as long as this one{took}"
             )
@@ -255,7 +261,9 @@ class _Checker:
         overrides: dict[str, Any] = {"run.seed": seed, "run.history": "thin"}
         if not self.by_trials:
             overrides["run.generations"] = self.settings["recovery_generations"]
-        path = None if self.folder is None else self.folder.path / FOLDER / f"recovery-{k + 1}"
+        path = None
+        if self.folder is not None:
+            path = self.folder.path / FOLDER / f"recovery-{k + 1}"
         if self.source.genuine is not None:
             system = cast(CustomSystem, self.configuration.scenario)
             rng = stream(self.seed, RECOVERING, k)
@@ -385,7 +393,9 @@ def stored_check(path: Path) -> dict[str, Any] | None:
         content = RunFolder(path).read(CHECK)
     except RunFolderError:
         return None
-    return content if isinstance(content, dict) and "settings" in content else None
+    if isinstance(content, dict) and "settings" in content:
+        return content
+    return None
 
 
 def check(
@@ -466,8 +476,11 @@ def check(
         "be left out for a run of trials",
         got,
     )
-    length = result.generations if recovery_generations is None else recovery_generations
-    recoveries = (RECOVERIES if by_trials else 1) if recoveries is None else recoveries
+    length = recovery_generations
+    if recovery_generations is None:
+        length = result.generations
+    if recoveries is None:
+        recoveries = RECOVERIES if by_trials else 1
     limits = {"recoveries": (recoveries, 0), "recovery_generations": (length, 1), "seed": (seed, 0)}
     for name, (value, lowest) in limits.items():
         integer(name, value, lowest, error=ConfigurationError)
@@ -482,7 +495,9 @@ def check(
     functions = record.samples_and_simulator(genuine, simulate)
     given = Given(functions.genuine, functions.simulate, workers, timeout_s, groups, executor)
     say = stage or (lambda text: None)
-    recordings = (recording,) if isinstance(recording, Trajectories) else tuple(recording or ())
+    if isinstance(recording, Trajectories):
+        recording = (recording,)
+    recordings = tuple(recording or ())
     with ExitStack() as stack:
         if folder is not None:
             with writable("run", folder.path):

@@ -80,7 +80,9 @@ def how_to_resume(path: Path, configuration: Configuration) -> Call | str:
     settings = (*configuration.system.resuming, *configuration.given)
     remembered = RunFolder(path).known_parts()
     needed = tuple(setting for setting in settings if setting.name not in remembered)
-    return Call("resume", str(path), needed) if needed else f"`{resume_command(path)}`"
+    if needed:
+        return Call("resume", str(path), needed)
+    return f"`{resume_command(path)}`"
 
 
 @dataclass(frozen=True)
@@ -197,7 +199,8 @@ class RunFolder(Store):
         manifest = self.manifest()
         configuration = self.configuration()
         run = configuration.run
-        tolerance = run.tolerance if tolerance is None else tolerance
+        if tolerance is None:
+            tolerance = run.tolerance
         if manifest["state"] != FINISHED and (trials, tolerance) == (run.trials, run.tolerance):
             return
         check_folder(
@@ -259,7 +262,9 @@ class RunFolder(Store):
         """Return which of "genuine" and "simulate" can be found by what the manifest says."""
         manifest = self._unverified_head() or {}
         functions = {"genuine", "simulate"}
-        return functions if RECORDING in manifest else functions & manifest.keys()
+        if RECORDING in manifest:
+            return functions
+        return functions & manifest.keys()
 
     def remembered(self, given: Given) -> Given:
         """Return what is given of a custom system.
@@ -343,9 +348,12 @@ class RunFolder(Store):
             "seals.txt",
             self.lock_path.name,
         }
-        begun = begun if self.lock_path.exists() else set()
-        names = (path.name for path in self.path.iterdir()) if self.path.exists() else ()
-        return sorted(name for name in names if name not in begun and not name.endswith(PARTIAL))
+        if not self.lock_path.exists():
+            begun = set()
+        if not self.path.exists():
+            return []
+        names = {path.name for path in self.path.iterdir()}
+        return sorted(name for name in names - begun if not name.endswith(PARTIAL))
 
     def storage(self) -> AbstractContextManager[None]:
         """Say of a folder that cannot be written any further how to resume its run, which needs nothing else."""

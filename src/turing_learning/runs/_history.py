@@ -122,7 +122,9 @@ class HistoryRecorder:
         if not self._count:
             return
         begins = self._start % self._chunk == 0
-        size = min(self._chunk, self._generations - self._start) if begins else self._count
+        size = self._count
+        if begins:
+            size = min(self._chunk, self._generations - self._start)
         for name, buffer in self._buffers.items():
             unrun = NOT_RUN if buffer.dtype.kind == "i" else np.nan
             buffer[self._count : size] = unrun
@@ -322,16 +324,14 @@ def with_units(history: "xarray.Dataset", units: Sequence[str]) -> "xarray.Datas
         name: description for name, (_, _, description) in (FULL | THIN).items()
     }
     for name in map(str, history.variables):
-        unit = (
-            units[0]
-            if name in IN_UNITS and len({*units}) == 1
-            else "1"
-            if "fitness" in name
-            else ""
-        )
-        history[name].attrs |= {"long_name": names.get(name, name)} | (
-            {"units": unit} if unit else {}
-        )
+        history[name].attrs["long_name"] = names.get(name, name)
+        unit = ""
+        if "fitness" in name:
+            unit = "1"
+        if name in IN_UNITS and len(set(units)) == 1:
+            unit = units[0]
+        if unit:
+            history[name].attrs["units"] = unit
     history["parameter"].attrs["units"] = list(units)
     return history
 

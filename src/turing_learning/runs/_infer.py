@@ -182,19 +182,18 @@ def infer(
             return conduct(Run.begin(configuration, out, force=force), observer, should_stop)
     provenance = options.pop("provenance", None) or {}
     entries: dict[str, Any] = dict(provenance)
-    for name, value in (
-        ("genuine", genuine),
-        ("simulate", simulate),
-    ):  # imported again, where the run is resumed
-        described = (
-            value if isinstance(value, str) else importable_name(value) if callable(value) else None
-        )
-        entries |= {name: described} if described else {}
+    # What has a name is imported again where the run is resumed.
+    for name, value in (("genuine", genuine), ("simulate", simulate)):
+        described = value
+        if callable(value):
+            described = importable_name(value)
+        if isinstance(described, str):
+            entries[name] = described
     with refusing_as(ConfigurationError):
-        simulate = imported(simulate) if isinstance(simulate, str) else simulate
-        genuine = (
-            imported(genuine, "genuine") if isinstance(genuine, str) and ":" in genuine else genuine
-        )
+        if isinstance(simulate, str):
+            simulate = imported(simulate)
+        if isinstance(genuine, str) and ":" in genuine:
+            genuine = imported(genuine, "genuine")
         given = Given(genuine, simulate, options.get("workers"), options.get("timeout_s"))
         data = genuine
         given = replace(given, executor=options.get("executor"))
@@ -211,7 +210,9 @@ def infer(
     with refusing_as(ConfigurationError):
         opened = configuration.system.open(replace(given, genuine=data))
     with opened as source, watched(observer, should_stop, progress) as observer:
-        files = {NETWORK: simulate.to_bytes()} if isinstance(simulate, Network) else None
+        files = None
+        if isinstance(simulate, Network):
+            files = {NETWORK: simulate.to_bytes()}
         run = Run.begin(
             configuration,
             out,

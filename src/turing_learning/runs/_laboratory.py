@@ -252,7 +252,9 @@ def stored_setup(folder: RunFolder) -> robots.LaboratorySetup:
     except (UnicodeDecodeError, ConfigurationError) as error:
         raise RunFolderError(f"{error} [{folder.laboratory_path}]") from error
     calibration = setup.camera.calibration
-    return _calibrated(setup, str(folder.path / calibration)) if calibration else setup
+    if calibration:
+        return _calibrated(setup, str(folder.path / calibration))
+    return setup
 
 
 def _require_laboratory(folder: RunFolder) -> None:
@@ -303,7 +305,9 @@ def _source(
 ) -> robots.LaboratorySource:
     def spent(batches: int) -> int:
         # The run may have got more of them
-        return folder.configuration().trials_after(batches) if batches > 0 else 0
+        if batches > 0:
+            return folder.configuration().trials_after(batches)
+        return 0
 
     def watch(event: robots.Event) -> None:
         note_event(folder, event)

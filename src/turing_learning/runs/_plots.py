@@ -248,7 +248,10 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
                 )
             )
     tank = motion.get("tank")
-    sides = np.ptp(swarms[0].poses[..., :2], axis=(0, 1)) if tank is None else tank
+    if tank is None:
+        sides = np.ptp(swarms[0].poses[..., :2], axis=(0, 1))
+    else:
+        sides = tank
     radius = max(0.012 * float(np.max(sides)), 1e-6)
     return report.Replay(
         title="Recorded individuals beside replicas"

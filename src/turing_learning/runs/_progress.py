@@ -74,7 +74,9 @@ class Progress:
         The typical model of the generation, or the estimate after the batch.
         """
         scored = self.scored
-        return scored.typical_model if isinstance(scored, Generation) else scored.estimate
+        if isinstance(scored, Generation):
+            return scored.typical_model
+        return scored.estimate
 
     @property
     def selection(self) -> str:
@@ -82,7 +84,9 @@ class Progress:
 
         Nothing is selected in batches.
         """
-        return "active" if self.generation is None else self.generation.selection
+        if self.generation is None:
+            return "active"
+        return self.generation.selection
 
     @property
     def place(self) -> str:
@@ -92,7 +96,9 @@ class Progress:
 
     def shown(self, models: np.ndarray) -> np.ndarray:
         """Return models (..., P) in the parameters of `parameter_names`."""
-        return models if self.described is None else self.described(models)
+        if self.described is None:
+            return models
+        return self.described(models)
 
     @property
     def outlook(self) -> str | None:
@@ -119,7 +125,9 @@ def watched(
     If `progress` is None, a bar is shown where somebody looks and has given neither an observer nor
     `should_stop`.
     """
-    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    shell = None
+    if "IPython" in sys.modules:
+        shell = sys.modules["IPython"].get_ipython()
     notebook = getattr(shell, "kernel", None) is not None
     visible = notebook or (sys.stderr is not None and sys.stderr.isatty())
     if not (

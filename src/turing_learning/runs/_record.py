@@ -93,7 +93,9 @@ class Record:
     @property
     def folder(self) -> RunFolder | None:
         """Its folder, as it is now."""
-        return None if self.path is None else RunFolder(self.path)
+        if self.path is None:
+            return None
+        return RunFolder(self.path)
 
     def require_there(self) -> None:
         """Reject a folder that holds this run no more."""
@@ -123,7 +125,9 @@ class Record:
         units = units_of(configuration.system, configuration.parameter_names)
         history = histories.with_units(history, list(units.values()))
         spent = configuration.spent(self.completed)
-        return history if spent is None else history.assign_coords(trials=("generation", spent))
+        if spent is None:
+            return history
+        return history.assign_coords(trials=("generation", spent))
 
     def _stored_traces(self, folder: RunFolder) -> histories.Traces:
         traces = traces_of(

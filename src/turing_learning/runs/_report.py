@@ -101,7 +101,8 @@ def write_report(
     if result.path is not None and not result.in_laboratory:
         run = quote(str(result.path))
         infer = f"turing-learning infer --config {quote(str(result.path / 'config.toml'))}"
-        again = f"{infer} --out AGAIN" if simulated else again
+        if simulated:
+            again = f"{infer} --out AGAIN"
         if result.checked is None:
             tells = "Can fresh classifiers tell the model from the system? What is pinned down?"
             steps.append((f"turing-learning check {run}", tells))
@@ -152,7 +153,9 @@ def in_words(value: Any) -> str:
         )
     if isinstance(value, list):
         return "; ".join(map(in_words, value))
-    return f"{value:.2f}" if isinstance(value, float) else str(value)
+    if isinstance(value, float):
+        return f"{value:.2f}"
+    return str(value)
 
 
 def save_figures(pictures: list[Picture], folder: Path) -> None:
@@ -228,7 +231,9 @@ def summary(result: Result) -> str:
     done = f"After {result.length}{'' if result.complete else ' (the run is not complete)'} the estimate"
     if result.estimate_mae is not None:
         return f"{done} differs from the truth by {result.estimate_mae:.4f} in the mean over all parameters."
-    count = 0 if result.failed_simulations is None else result.failed_simulations["count"]
+    count = 0
+    if result.failed_simulations is not None:
+        count = result.failed_simulations["count"]
     failed = ""
     if count:
         failed = f" {pages.counted(count, 'simulation')} failed; result.json says which."

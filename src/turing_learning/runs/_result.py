@@ -167,7 +167,9 @@ class Result(Judged):
         By itself, by its check, and by the last pool that it was in, and why.
         """
         check = self.checked
-        return Judgment(self.said) if check is None else check.judgment
+        if check is None:
+            return Judgment(self.said)
+        return check.judgment
 
     @property
     def checked(self) -> Check | None:
@@ -206,7 +208,9 @@ class Result(Judged):
     def system(self) -> System:
         """What was observed."""
         system = self.configuration.system
-        return Laboratory.of(system) if self.in_laboratory else system
+        if self.in_laboratory:
+            return Laboratory.of(system)
+        return system
 
     @property
     def labels(self) -> dict[str, str]:
@@ -229,7 +233,9 @@ class Result(Judged):
     @property
     def simulated_model(self) -> np.ndarray:
         """What is simulated (P,): the estimate, or the weights of the network that comes nearest to it."""
-        model = self.estimate if self.networks is None else self.networks["estimate"]
+        model = self.estimate
+        if self.networks is not None:
+            model = self.networks["estimate"]
         return np.array(list(model.values()))
 
     @property
@@ -321,7 +327,9 @@ class Result(Judged):
         """The network that was learned for the run, as recorded; None where the models are others."""
         if self.record is not None and isinstance(self.record.given.simulate, Network):
             return self.record.given.simulate
-        return None if self.path is None else RunFolder(self.path).network()
+        if self.path is None:
+            return None
+        return RunFolder(self.path).network()
 
     @property
     def jury(self) -> Jury:

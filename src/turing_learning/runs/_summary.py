@@ -132,8 +132,12 @@ def _doubt(traces: Traces, readout: Mapping[str, np.ndarray]) -> Verdict | None:
     p_value = float(readout.get("p_value", 1.0))
     if p_value < LEAST_P or classifiers_tell(fitness, _LAST_BATCHES, above=_TELLING_FITNESS):
         return Verdict.TOLD
-    examined = float(readout["examined"][0]) if "examined" in readout else 1.0
-    return Verdict.DIFFERENT if examined < LEAST_EXAMINED else None
+    examined = 1.0
+    if "examined" in readout:
+        examined = float(readout["examined"][0])
+    if examined < LEAST_EXAMINED:
+        return Verdict.DIFFERENT
+    return None
 
 
 def _covariance(names: tuple[str, ...], draws: np.ndarray) -> dict[str, dict[str, float]]:
@@ -248,7 +252,9 @@ def _said(configuration: Configuration, traces: Traces, window: int) -> list[Ver
     if not settled(typical, window, spreads if usable else None).all():
         return [Verdict.MOVING]
     fitness = traces["classifier_fitness_quantiles"][:, 2]
-    return [Verdict.TOLD] if classifiers_tell(fitness, window) else []
+    if classifiers_tell(fitness, window):
+        return [Verdict.TOLD]
+    return []
 
 
 def _compared(

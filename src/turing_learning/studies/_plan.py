@@ -120,7 +120,9 @@ def plan_study(
     behaviors = isinstance(scenario, str) and scenario == BEHAVIORS.name
     integer("runs", runs, 1, error=ConfigurationError)
     _refuse_settings_of_runs(settings or {}, behaviors)
-    system: str | Scenario | CustomSystem | None = BEHAVIORS if behaviors else scenario
+    system: str | Scenario | CustomSystem | None = scenario
+    if behaviors:
+        system = BEHAVIORS
     simulator = ""
     samples = None
     if is_custom(scenario, genuine, simulate, parameters):

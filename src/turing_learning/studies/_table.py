@@ -94,12 +94,16 @@ class StudyRun:
     @property
     def estimate_mae(self) -> float | None:
         """MAE of the estimate; None until the run is complete, or where there is no truth."""
-        return None if self.result is None else self.result["estimate_mae"]
+        if self.result is None:
+            return None
+        return self.result["estimate_mae"]
 
     @property
     def says(self) -> str:
         """What the run says of itself without the truth, such as "converged"; "-" until it is complete, and of old ones."""
-        return "-" if self.result is None else self.result.get("verdict", "-")
+        if self.result is None:
+            return "-"
+        return self.result.get("verdict", "-")
 
     @property
     def verdict(self) -> str:

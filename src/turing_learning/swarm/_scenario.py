@@ -230,7 +230,9 @@ class Sensor(Settings):
 
         0 if the sensor does not see it.
         """
-        return self.readings.index(item) if item in self.readings else 0
+        if item in self.readings:
+            return self.readings.index(item)
+        return 0
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,9 @@ def name_of(
     function: Any, argument: str = "simulate", error: type[RefusedError] = RefusedError
 ) -> str:
     """Return the name of a function; reject one that cannot be imported by it."""
-    name = function if isinstance(function, str) else importable_name(function)
+    name = function
+    if not isinstance(function, str):
+        name = importable_name(function)
     require(name, argument, _RULE, brief(function), _REMEDY, error=error)
     imported(name, argument, error)
     return str(name)

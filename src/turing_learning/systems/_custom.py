@@ -118,7 +118,9 @@ class CustomSystem(System, Settings):
     @property
     def signal_units(self) -> Mapping[str, str]:
         """Units of its signals by name, where they are known: of a recording, whose signals this library measures."""
-        return SIGNALS if self.interval_s > 0 and not self.stimulated else {}
+        if self.interval_s > 0 and not self.stimulated:
+            return SIGNALS
+        return {}
 
     @property
     def resuming(self) -> tuple[Setting, ...]:

@@ -144,7 +144,9 @@ def describe_simulated(
     """Return the same system with as many samples, simulated by its source with parameters (P,)."""
     data = source.genuine
     assert data is not None
-    samples = data.learning if data.live is None else cut_samples(data.live(rng), system.steps)
+    samples = data.learning
+    if data.live is not None:
+        samples = cut_samples(data.live(rng), system.steps)
     models = np.tile(parameters, (len(samples), 1))
 
     def simulated(rng: np.random.Generator) -> np.ndarray:

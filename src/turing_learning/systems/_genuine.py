@@ -193,7 +193,10 @@ def _as_series(sample: Any, number: int, names: tuple[str, ...]) -> np.ndarray:
         values = np.empty(0, dtype=object)
     where = f"sample {number}"
     rule = "be samples (K, T, D) of real numbers"
-    got = f"shape {values.shape} of {values.dtype}" if values.ndim else type(sample).__name__
+    if values.ndim:
+        got = f"shape {values.shape} of {values.dtype}"
+    else:
+        got = type(sample).__name__
     if values.dtype.kind == "c":
         remedy = "Give real and imaginary part as two signals, or what you want to compare of them, such as the absolute value."
         refuse("genuine", rule, got, remedy, place=where)
@@ -266,4 +269,6 @@ def with_gaps(values: Any) -> Any:
 
 def value_text(value: float) -> str:
     """Return a value that is refused as text; NaN may have been masked."""
-    return "nan (or masked)" if math.isnan(value) else str(value)
+    if math.isnan(value):
+        return "nan (or masked)"
+    return str(value)

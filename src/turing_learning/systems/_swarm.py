@@ -38,7 +38,9 @@ def system_of(
     rule = 'be 0 unless scenario.representation is "reactive", as a network infers no field of view'
     fits = not hidden or scenario.representation == "reactive"
     require(fits, "models.hidden", rule, f"{hidden} with {scenario.representation!r}")
-    model = ElmanModel(scenario.sensor.states, hidden) if hidden else scenario.model
+    model: Representation = scenario.model
+    if hidden:
+        model = ElmanModel(scenario.sensor.states, hidden)
     return Swarm(scenario, model, threads, initial)
 
 
@@ -158,7 +160,9 @@ class _SwarmSource(Source):
     def __init__(self, swarm: Swarm) -> None:
         from ..swarm import MixedSwarm, SeparatedSwarm
 
-        groups = SeparatedSwarm if swarm.scenario.grouping == "separated" else MixedSwarm
+        groups = MixedSwarm
+        if swarm.scenario.grouping == "separated":
+            groups = SeparatedSwarm
         self.system = swarm
         self._trials = groups(swarm.scenario, swarm.threads, swarm.model)
 
@@ -179,6 +183,9 @@ class _SwarmSource(Source):
         from ..swarm import Trials, alone, mixed
 
         scenario = self.system.scenario
-        executed = alone(scenario, trials) if behavior is None else mixed(scenario, trials)
+        if behavior is None:
+            executed = alone(scenario, trials)
+        else:
+            executed = mixed(scenario, trials)
         speeds = Trials.draw(scenario, executed, rng).observe(behavior, self.system.threads)
         return np.ascontiguousarray(speeds[:, scenario.agents, None])

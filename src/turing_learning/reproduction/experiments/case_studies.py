@@ -82,7 +82,9 @@ def conduct_snapshots(work: Work, findings: Findings) -> None:
             robot_radius_cm=scenario.robot.radius_cm,
             object_radius_cm=scenario.objects.radius_cm,
         )
-        objects = f" and {measured['gathering']} objects" if scenario.objects.count else ""
+        objects = ""
+        if scenario.objects.count:
+            objects = f" and {measured['gathering']} objects"
         words = {"scenario": scenario, "robots": robots, "objects": objects, "trials": len(largest)}
         findings.picture("{scenario.name}", GATHERED, figure, **words)
     findings.verdicts.append(verdict_on(GATHERED, agrees, "; ".join(texts), "snapshots"))
@@ -171,7 +173,9 @@ class Case:
     @property
     def gathered(self) -> str:
         """What gathers: "objects" or "robots"."""
-        return "objects" if self.scenario.objects.count else "robots"
+        if self.scenario.objects.count:
+            return "objects"
+        return "robots"
 
     @property
     def gathering(self) -> int:

@@ -196,7 +196,9 @@ def _accuracies(
             seed=sizes["seed"],
             should_stop=work.should_stop,
         )
-        return None if counts is None else {"agents": counts.astype(np.uint32)}
+        if counts is None:
+            return None
+        return {"agents": counts.astype(np.uint32)}
 
     counts = []
     for chunk in range(sizes["parts"]):
@@ -216,7 +218,9 @@ def _accuracies(
 def accuracy_verdicts(best: BestAccuracies) -> list[ClaimVerdict]:
     """Hold both curves against the claim, together and alone, and the population without its archive."""
     subjective, text, exceeds = _of_the_subjective_best(best)
-    higher = REASONS["4.4-jumps"] if exceeds and not (subjective or best.variant) else ""
+    higher = ""
+    if exceeds and not (subjective or best.variant):
+        higher = REASONS["4.4-jumps"]
     objective, jury_text, forgets = _of_the_objective_best(best.jury)
     alone, alone_text, alone_forgets = _of_the_objective_best(best.objective)
     rule = "accuracy of the objective best"

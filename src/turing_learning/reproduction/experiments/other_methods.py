@@ -230,7 +230,9 @@ def _inferred(
         genuine = groups.observe(observed, np.random.default_rng((COMPARISON_OBSERVATION, seed)))
         begin = time.process_time()
         inferred = _infer(work, groups, genuine, method, trials, seed)
-        return None if inferred is None else as_json(inferred, time.process_time() - begin)
+        if inferred is None:
+            return None
+        return as_json(inferred, time.process_time() - begin)
 
     return work.piece(f"{scenario.name}-{method}-{trials}-seed{seed}", compute)
 

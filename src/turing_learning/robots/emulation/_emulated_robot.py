@@ -227,7 +227,9 @@ class EmulatedRobot:
         if self.state == "R2":
             if time_s >= self._turn_until and is_in_the_way(proximity, OBSTACLE, _AHEAD):
                 self._turn(time_s, _AWAY_S)
-            return (-self._side, self._side) if time_s < self._turn_until else (1.0, 1.0)
+            if time_s < self._turn_until:
+                return (-self._side, self._side)
+            return (1.0, 1.0)
         table = self._controller or (
             self.executing.parameters if self.executing is not None else ()
         )

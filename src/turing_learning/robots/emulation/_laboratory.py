@@ -371,7 +371,8 @@ class EmulatedLaboratory:
 
     def poses(self, at_s: float | None = None) -> np.ndarray:
         """Return where the robots are now (A, 3), or were at a time of the last cycles: x, y (cm), heading (rad)."""
-        at_s = self.clock.now() if at_s is None else at_s
+        if at_s is None:
+            at_s = self.clock.now()
         phase = self._part
         while at_s < (phase - 1) * self._part_s and self._part - phase < len(self._places) - 2:
             phase -= 1
@@ -551,7 +552,8 @@ def supervise(laboratory: Laboratory, simulator: Simulator, seed: int | None = N
     """
     setup = laboratory.setup
     configuration = laboratory.configuration
-    seed = configuration.run.seed if seed is None else seed
+    if seed is None:
+        seed = configuration.run.seed
     emulated = _SupervisedLaboratory(simulator, configuration.swarm, seed)
     poses = _KnownPoses(emulated, setup.labels)
     return _virtual_equipment(laboratory, emulated, poses)
@@ -585,7 +587,8 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     tracker = laboratory_tracker(setup, configuration.swarm.robot)
     with refusing_as(ConfigurationError):
         scenario = configuration.swarm
-        seed = configuration.run.seed if seed is None else seed
+        if seed is None:
+            seed = configuration.run.seed
         equipment: dict[str, Any] = {
             "calibration": tracker.calibration,
             "markers": tracker.markers,

@@ -323,7 +323,9 @@ class TerminalServer(_Server):
 
     def _read(self) -> bytes:
         with suppress(OSError):
-            return os.read(self._master, 4096) if self._selector.select(_POLL_S) else b""
+            if self._selector.select(_POLL_S):
+                return os.read(self._master, 4096)
+            return b""
         return b""
 
     def _write(self, data: bytes) -> None:

@@ -81,7 +81,9 @@ class PunctualImages:
 
         while frame < count:
             image, stamp_s = ahead.popleft() if ahead else take_stamped(camera, clock)
-            delay_s = late(stamp_s) - delays[-1] if delays and hasattr(camera, "taken_s") else 0.0
+            delay_s = 0.0
+            if delays and hasattr(camera, "taken_s"):
+                delay_s = late(stamp_s) - delays[-1]
             if (
                 0.75 < delay_s / interval_s < 1.5
                 and frame < count - 1
@@ -246,7 +248,9 @@ class CameraPoses(PoseSource):
     def track(self, begin_s: float, images: int) -> Track:
         punctual = PunctualImages(self.camera, self.clock, begin_s, images, self.tracker.interval_s)
         track = self.tracker.track(punctual)
-        irregular = [Fault(0, IRREGULAR, punctual.fault)] if punctual.fault else []
+        irregular = []
+        if punctual.fault:
+            irregular = [Fault(0, IRREGULAR, punctual.fault)]
         return replace(track, faults=(*irregular, *track.faults))
 
     def close(self) -> None:
@@ -266,7 +270,9 @@ def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> 
         argument: str, name: str
     ) -> Any:  # an entry point of an installed package, or as in any configuration
         registered = list(entry_points(group="turing_learning.robots", name=name))
-        return registered[0].load() if registered else part_of(argument, name)
+        if registered:
+            return registered[0].load()
+        return part_of(argument, name)
 
     def open_camera(tracker: Tracker) -> CameraPoses:
         source = setup.camera.source
@@ -281,7 +287,9 @@ def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> 
     def open_epuck(address: str) -> EPuck:
         return EPuck(open_link(address, clock=clock, alive_s=alive_s))
 
-    open_replica = part("open_replica", setup.open_replica) if setup.open_replica else open_epuck
+    open_replica = open_epuck
+    if setup.open_replica:
+        open_replica = part("open_replica", setup.open_replica)
     if setup.tracker:
         open_tracker = partial(part("tracker", setup.tracker), setup)
     else:
@@ -432,7 +440,9 @@ def _rate(poses: CameraPoses, fps: float) -> str:
     )
     frozen = all(np.array_equal(first_image, image) for image in images)
     require(not frozen, "camera", "give new images", "the same one again and again", "Restart it.")
-    granted = f"; granted {granted}" if (granted := getattr(camera, "granted", "")) else ""
+    granted = getattr(camera, "granted", "")
+    if granted:
+        granted = f"; granted {granted}"
     return f"{width} x {height} pixels, {rate:.1f} images per second{granted}"
 
 
@@ -473,7 +483,9 @@ def _calibration(
 
 
 def _markers(detections: Detections, setup: LaboratorySetup, tracker: Tracker) -> str:
-    landmarks = setup.camera.landmarks if setup.camera.markers == "aruco" else {}
+    landmarks = {}
+    if setup.camera.markers == "aruco":
+        landmarks = setup.camera.landmarks
     wrong = compare_labels(
         setup.labels, [label for label in detections.labels if label not in landmarks]
     )

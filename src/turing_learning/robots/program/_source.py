@@ -394,7 +394,9 @@ class PcProgram:
             if signal.trial != count:
                 came = f"{awaited} of trial {signal.trial} has come from {name}"
                 raise self._missed(f"{came}, {count} was expected: one was missed")
-            model = self._sent[name].sequence if name in self._sent else signal.sequence
+            model = signal.sequence
+            if name in self._sent:
+                model = self._sent[name].sequence
             if signal.sequence != model:
                 raise self._missed(
                     f"replica {name} executes model {signal.sequence}, {model} was sent"

@@ -134,7 +134,10 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
     )
     apart[:, everybody, everybody] = math.inf
     # A robot can be pushed only where another one or a wall is this near
-    room = apart.min(axis=-1) if arena else np.full(positions.shape[:2], -math.inf)
+    if arena:
+        room = apart.min(axis=-1)
+    else:
+        room = np.full(positions.shape[:2], -math.inf)
     if arena and arena.width_cm and arena.height_cm:
         sides = np.array([arena.width_cm, arena.height_cm])
         room = np.minimum(
