@@ -59,11 +59,11 @@ def whole(path: Path) -> Iterator[Path]:
             os.fsync(file.fileno())
         temporary.replace(path)
     finally:
-        with contextlib.suppress(
-            OSError
-        ):  # a disk that cannot be written has nothing to remove either
+        # A disk that cannot be written has nothing to remove either
+        with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
-    if os.name == "posix":  # the folder's list of names, too
+    # The folder's list of names, too
+    if os.name == "posix":
         descriptor = os.open(path.parent, os.O_RDONLY)
         try:
             os.fsync(descriptor)
@@ -159,7 +159,8 @@ class Seals:
         if not self._path.exists() or self._lines > 4 * len(self._digests) + _SPARE_LINES:
             self.rewrite()
             return
-        if self._torn:  # the last line was cut off: it must not swallow the next one
+        # The last line was cut off: it must not swallow the next one
+        if self._torn:
             text = "\n" + text
         self._torn = False
         with self._path.open("ab") as file:

@@ -45,7 +45,8 @@ def array(
         )
     try:
         numbers = np.asarray(value)
-    except Exception:  # rows of different lengths, or objects that fail
+    except Exception:
+        # Rows of different lengths, or objects that fail
         rejected(f"be an array of shape {_symbols(axes, sizes)}", f"a {type(value).__name__}")
     if not _convertible(numbers, dtype):
         got = f"an array of {numbers.dtype}" if numbers.shape else brief(value)
@@ -75,7 +76,8 @@ def _convertible(numbers: np.ndarray, dtype: "np.dtype[Any]") -> bool:
         return True
     if numbers.dtype.kind != "f":
         return False
-    if numbers.size == 0:  # NumPy takes an empty list for floats
+    # NumPy takes an empty list for floats
+    if numbers.size == 0:
         return True
     integral = np.isfinite(numbers).all() and (numbers == np.floor(numbers)).all()
     return dtype.kind in "iu" and bool(integral)

@@ -78,7 +78,8 @@ class Refusal:
     rule: Text  # what it must do: "be 1 or more", "have the shape (K, T, D)"
     got: str  # what was given
     place: str = ""  # for example "robots.csv:3"; empty if the name says it
-    remedy: Text = ""  # what to do, in one or more sentences; empty if the rule says it
+    # What to do, in one or more sentences; empty if the rule says it
+    remedy: Text = ""
 
     def text(self, words: Words = PYTHON) -> str:
         """Return the message in the words of a door."""
@@ -250,7 +251,8 @@ def brief(value: object, most: int = 200) -> str:
         if hasattr(value, "item"):
             value = value.item()
         text = " ".join(repr(value).split("\n"))
-    except Exception:  # a value of the caller's may fail to write itself
+    except Exception:
+        # A value of the caller's may fail to write itself
         text = f"a {type(value).__name__}"
     if len(text) > most:
         text = f"{text[: most - 3]}..."

@@ -26,7 +26,8 @@ def provenance() -> dict[str, Any]:
 
 def _processor() -> str | None:
     """Return the name of the processor; None if the system does not say."""
-    with suppress(OSError):  # Linux alone has this file; there, `platform.processor` is often empty
+    # Linux alone has this file; there, `platform.processor` is often empty
+    with suppress(OSError):
         for line in (
             Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
         ):

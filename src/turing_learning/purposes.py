@@ -12,12 +12,15 @@ CLASSIFIERS = 2
 INTERROGATION = 3
 REPLAY = 4
 ARCHIVE = 5
-GENUINE = 6  # which samples of a recording are held out; without a seed: all runs hold out the same
+# Which samples of a recording are held out; without a seed: all runs hold out the same
+GENUINE = 6
 DETECTION = 7  # what a detector is calibrated with: (7, seed, use)
 CHECK = 8  # what a check simulates and trains: (8, seed, use, ...)
 
-RANDOM_BEHAVIORS = 5  # controllers of a study: as `ARCHIVE`, but without a generation
-REHEARSAL = 7  # noise on a rehearsal's tracks: as `DETECTION`, but (7, seed, name of the stage)
+# Controllers of a study: as `ARCHIVE`, but without a generation
+RANDOM_BEHAVIORS = 5
+# Noise on a rehearsal's tracks: as `DETECTION`, but (7, seed, name of the stage)
+REHEARSAL = 7
 
 # Experiments of the paper: (purpose, seed, ...).
 EMERGENCE_STARTS = 1
@@ -35,6 +38,7 @@ DESIGN = 21  # where the next trials are spent
 MATCHING = 22  # draws and bootstrap of the read-out
 DIALOGUE = 23  # what the best interrogators do, in a report
 CLIMBING = 24  # what a lost run tries
-TRACKING = 25  # noise of a tracker: (25, key of the trial), in an emulated laboratory (25, seed)
+# Noise of a tracker: (25, key of the trial), in an emulated laboratory (25, seed)
+TRACKING = 25
 WHEELS = 26  # scales of the wheels of emulated robots
 CLOCKS = 27  # phases and periods of the control cycles of emulated robots

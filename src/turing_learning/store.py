@@ -110,9 +110,12 @@ class FolderKind:
     removed.
     """
 
-    noun: str  # what it is called, and the name of the argument in messages: "study"
-    head: str  # the JSON file that says what the folder is; it has a ``format_version``
-    identity: tuple[str, ...] = ()  # keys of the head whose values stay the same for its life
+    # What it is called, and the name of the argument in messages: "study"
+    noun: str
+    # The JSON file that says what the folder is; it has a ``format_version``
+    head: str
+    # Keys of the head whose values stay the same for its life
+    identity: tuple[str, ...] = ()
     newest: int = 1  # newest format version that can be read
     beside: tuple[str, ...] = ()  # files that belong to the head
 
@@ -326,7 +329,8 @@ class Store:
             if suffix == ".npz":
                 with np.load(io.BytesIO(content), allow_pickle=False) as archive:
                     return {name: archive[name] for name in archive.files}
-        except Exception as error:  # whatever a parser says about bytes that it did not expect
+        except Exception as error:
+            # Whatever a parser says about bytes that it did not expect
             reason = " ".join(f"{type(error).__name__}: {error}".split())
             raise self.damaged(name, reason[:200]) from error
         return content

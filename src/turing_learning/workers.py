@@ -247,7 +247,8 @@ class _Slot:
         """
         content = pickle.dumps(arguments)
         status = ""
-        for _ in range(2):  # the process may have died between two calls
+        # The process may have died between two calls
+        for _ in range(2):
             if self._process is None or self._process.poll() is not None:
                 self._start()
             process = self._process
@@ -306,7 +307,8 @@ class _Slot:
             start_new_session=True,  # Ctrl-C is for the parent
         )
         self._process = process
-        if self._killed:  # meanwhile, by another thread
+        # Meanwhile, by another thread
+        if self._killed:
             process.kill()
         output = cast(BinaryIO, process.stdout)
         for line in output:
@@ -359,7 +361,8 @@ class _Slot:
         if process is None:
             return
         for pipe in (process.stdin, process.stdout):
-            with suppress(OSError):  # what was written last can no longer be sent
+            # What was written last can no longer be sent
+            with suppress(OSError):
                 cast(BinaryIO, pipe).close()
         process.wait()
 
@@ -389,7 +392,8 @@ def serve() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     requests = sys.stdin.buffer
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what anything prints goes where messages go
+    # What anything prints goes where messages go
+    os.dup2(2, 1)
     answers.write(_HELLO)
     answers.flush()
     setting = pickle.loads(_received(requests) or b"")  # noqa: S301 - from the process that started this one
@@ -450,10 +454,6 @@ def _received(stream: BinaryIO) -> bytes | None:
     """Return what was sent at once, None at the end of the stream."""
     try:
         return cast(bytes, pickle.load(stream))  # noqa: S301 - from a process of our own
-    except (
-        EOFError,
-        pickle.UnpicklingError,
-        OSError,
-        ValueError,
-    ):  # it ended in between, or was closed meanwhile
+    except (EOFError, pickle.UnpicklingError, OSError, ValueError):
+        # It ended in between, or was closed meanwhile
         return None

@@ -136,7 +136,8 @@ class Judgment:
     Source: docs/decisions/0038.
     """
 
-    said: tuple[Verdict, ...] = ()  #: By the run of itself, and by the last pool that it was in
+    #: By the run of itself, and by the last pool that it was in
+    said: tuple[Verdict, ...] = ()
     examination: Examination | None = None  #: Of the estimate; None without a check
     #: Accuracies of the same examination of what searches for a known truth found; 2 or more count
     recovered: tuple[float, ...] = ()
@@ -145,7 +146,8 @@ class Judgment:
     near: bool | None = None
     parameters: int = 0  #: Number of parameters of which the check says something
     loose: tuple[str, ...] = ()  #: Those that are not pinned down
-    dissent: bool = False  #: Whether some of several runs say something else than most of them
+    #: Whether some of several runs say something else than most of them
+    dissent: bool = False
 
     @property
     def search_succeeds(self) -> bool | None:

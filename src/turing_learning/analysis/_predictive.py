@@ -180,11 +180,13 @@ class _Regression:
 
     center: np.ndarray  # (P,)
     coefficients: np.ndarray  # (terms, F)
-    inverse: np.ndarray  # (terms, terms), from which the uncertainty of a prediction follows
+    # (terms, terms), from which the uncertainty of a prediction follows
+    inverse: np.ndarray
     weights: np.ndarray  # (S,), of the samples; their sum is 1
     rest: np.ndarray  # (S, F), what the regression leaves of the scores
     deviation: np.ndarray  # (F,), standard deviations of these
-    whitening: np.ndarray  # (F, F), turns scores into uncorrelated ones of variance 1
+    # (F, F), turns scores into uncorrelated ones of variance 1
+    whitening: np.ndarray
 
     def miss(self, models: np.ndarray, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return what a mean (F,) misses of the scores expected at places (W, P), and variances (W,), in those of a sample."""

@@ -103,7 +103,8 @@ class ElmanClassifier:
         samples = _as_float64("samples", samples, "S T D", self.inputs)
         require(samples.shape[1], "samples", "have at least one time step", samples.shape)
         weights = self._weights(genomes)
-        first_of: dict[bytes, int] = {}  # of the networks that are equal
+        # Of the networks that are equal
+        first_of: dict[bytes, int] = {}
         same = [first_of.setdefault(network.tobytes(), n) for n, network in enumerate(weights)]
         chosen = np.array(list(first_of.values()), dtype=np.int64)
         outputs = np.empty((len(chosen), len(samples)), np.float32)
@@ -175,7 +176,8 @@ def _as_float64(name: str, values: np.ndarray, shape: str, last_size: int) -> np
     remedy = ""
     if name == "samples":
         remedy = "Set `inputs` to the number of signals per time step."
-    with np.errstate(over="ignore"):  # extended precision beyond float64 becomes infinite
+    # Extended precision beyond float64 becomes infinite
+    with np.errstate(over="ignore"):
         sizes: dict[str, Any] = {shape[-1]: last_size}
         checked = array(name, values, shape, finite=False, empty=True, remedy=remedy, **sizes)
     return np.require(checked, np.float64, ["C_CONTIGUOUS", "ALIGNED"])

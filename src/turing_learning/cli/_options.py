@@ -314,7 +314,8 @@ def toml_value(text: str) -> Any:
     """Return the value that a text is in TOML, or else the text."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except (ValueError, RecursionError):  # not TOML, or an integer of thousands of digits
+    except (ValueError, RecursionError):
+        # Not TOML, or an integer of thousands of digits
         return text
 
 

@@ -21,8 +21,10 @@ class Samples:
         If a shape is wrong or empty, the two disagree in T or D, or a value is not finite.
     """
 
-    genuine: np.ndarray  #: (K, T, D), samples of the system under investigation; floats, finite
-    counterfeit: np.ndarray  #: (M, C, T, D), C samples of each of the M models; floats, finite
+    #: (K, T, D), samples of the system under investigation; floats, finite
+    genuine: np.ndarray
+    #: (M, C, T, D), C samples of each of the M models; floats, finite
+    counterfeit: np.ndarray
 
     def __post_init__(self) -> None:
         sizes: dict[str, Any] = {}

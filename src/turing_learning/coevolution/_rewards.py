@@ -18,17 +18,18 @@ THRESHOLD = 0.5
 class Judgments:
     """The outputs of N classifiers for all samples of a generation."""
 
-    genuine_outputs: (
-        np.ndarray
-    )  #: (N, K), outputs for the K genuine samples, from 0 (counterfeit) to 1 (genuine)
-    counterfeit_outputs: np.ndarray  #: (N, M, C), outputs for C samples of each of the M models
+    #: (N, K), outputs for the K genuine samples, from 0 (counterfeit) to 1 (genuine)
+    genuine_outputs: np.ndarray
+    #: (N, M, C), outputs for C samples of each of the M models
+    counterfeit_outputs: np.ndarray
     #: (B, M, C), outputs of B archived classifiers for samples of the models; None: no referees
     referee_outputs: np.ndarray | None = None
     #: (B,), share of genuine samples that each judged genuine in its own generation; None without referees
     referee_specificity: np.ndarray | None = None
     #: (N, M) bool, which models each has met; its other outputs are 0 and do not count; None: all
     met: np.ndarray | None = None
-    referees_met: np.ndarray | None = None  #: (B, M) bool, the same of the archived ones
+    #: (B, M) bool, the same of the archived ones
+    referees_met: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         sizes: dict[str, Any] = {}
@@ -42,9 +43,8 @@ class Judgments:
             truth = name in ("met", "referees_met")
             array(name, values, shape, dtype=bool if truth else values.dtype, finite=False, **sizes)
             sizes |= dict(zip(shape.split(), values.shape, strict=True))
-            if not truth and not (
-                values.min() >= 0 and values.max() <= 1
-            ):  # so that NaN, too, is rejected
+            # So that NaN, too, is rejected
+            if not truth and not (values.min() >= 0 and values.max() <= 1):
                 index = tuple(int(k) for k in np.argwhere(~((values >= 0) & (values <= 1)))[0])
                 refuse(
                     name,

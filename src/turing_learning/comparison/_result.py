@@ -25,7 +25,8 @@ class Compared:
     name: str  #: Of the model
     test: TuringTest  #: Of its samples against the held-out ones
     estimate: dict[str, float]  #: Name of a parameter -> what was inferred
-    interval_of_estimate: dict[str, list[float]]  #: Name -> lower and upper end; NaN where open
+    #: Name -> lower and upper end; NaN where open
+    interval_of_estimate: dict[str, list[float]]
     said: str  #: The verdict of its run
     path: Path | None = None  #: Of its run
 
@@ -63,7 +64,8 @@ class Comparison(Tabular):
     """Models of one system, the one that is hardest to tell first."""
 
     models: tuple[Compared, ...]  #: In order of the accuracy of the panel
-    unfinished: tuple[str, ...] = ()  #: Names of models whose runs have been stopped
+    #: Names of models whose runs have been stopped
+    unfinished: tuple[str, ...] = ()
     path: Path | None = None  #: The folder
 
     @property

@@ -246,7 +246,8 @@ def _with_defaults(data: dict[str, Any], overrides: Mapping[str, Any]) -> dict[s
         and "run.trials" not in overrides
         and data["run"].get("trials")
     ):
-        data = merged(data, {"run": {"trials": 0}})  # the budget of a file gives way
+        # The budget of a file gives way
+        data = merged(data, {"run": {"trials": 0}})
     if system is CustomSystem:
         classifiers = data.get("classifiers", {})
         if classifiers.get("input_scale", "robot") == "robot":
@@ -421,7 +422,8 @@ def _children(section: Any, stated: Any = ()) -> dict[str, Any]:
             name: info.annotation for name, info in section.model_fields.items()
         }
         if issubclass(section, Configuration):
-            children["scenario"] = Scenario  # the type that files describe
+            # The type that files describe
+            children["scenario"] = Scenario
         if issubclass(section, PopulationSection):
             children["population"] = int
         return children
@@ -499,7 +501,8 @@ def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) 
     # One at a time: the first complaint is often the cause of the others.
     complaint = error.errors(include_url=False)[0]
     keys = set(_all_keys(Configuration))
-    for stated in dotted(data):  # also of items, whose names are the user's
+    # Also of items, whose names are the user's
+    for stated in dotted(data):
         keys.update(ancestors(stated))
     location = ".".join(str(step) for step in complaint["loc"] if step not in TAGS)
     key = next((name for name in ancestors(location) if name in keys), location)
@@ -548,16 +551,15 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     """Return the text of a TOML file and what it says."""
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a path with a null character
+    except (OSError, ValueError) as error:
+        # ValueError: not UTF-8, or a path with a null character
         reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
         got = f"{path} ({reason})"
         raise ConfigurationError(Refusal("config", "be a readable TOML file", got)) from error
     try:
         return text, tomllib.loads(text)
-    except (
-        ValueError,
-        RecursionError,
-    ) as error:  # ValueError: also an integer of thousands of digits
+    except (ValueError, RecursionError) as error:
+        # ValueError: also an integer of thousands of digits
         lines = text.splitlines()
         reason = str(error).replace(" (at end of document)", "")
         number = len(lines)

@@ -14,7 +14,8 @@ same."""
 LARGEST_SEED = 2**63 - 1
 """The largest integer that TOML promises to carry."""
 
-LARGEST_NEURONS = 255  # inputs and hidden neurons, as in `classifiers.ElmanClassifier`
+# Inputs and hidden neurons, as in `classifiers.ElmanClassifier`
+LARGEST_NEURONS = 255
 LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
 LARGEST_START = 1e6  # of the range of the first population
 LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
@@ -24,9 +25,11 @@ SETTLED = 0.7  # share of a run after which no model jumps
 OPTIMIZERS = ("evolution-strategy", "cma")
 """Names of the optimizers that are built in, the paper's first."""
 NETWORKS = ("elman",)
-GIVEN = "given:"  # before the name of an object that only the process that began a run has
+# Before the name of an object that only the process that began a run has
+GIVEN = "given:"
 
-Count = Annotated[int, Field(ge=1, le=10**15)]  # what floats carry; others are limited by memory
+# What floats carry; others are limited by memory
+Count = Annotated[int, Field(ge=1, le=10**15)]
 Positive = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(ge=0, le=1)]
 Start = Annotated[float, Field(ge=-LARGEST_START, le=LARGEST_START)]

@@ -70,9 +70,8 @@ def observers_of(configuration: Configuration) -> "PooledClassifier":
     from turing_learning.few_trials import PooledClassifier
 
     scale = configuration.input_scale
-    if hasattr(
-        configuration.system, "centered"
-    ):  # samples of a custom system: divided by one standard deviation
+    # Samples of a custom system: divided by one standard deviation
+    if hasattr(configuration.system, "centered"):
         scale = tuple(value / _STANDARD for value in scale)
     return PooledClassifier(inputs=len(scale), scale=scale, threads=configuration.threads)
 
@@ -221,7 +220,8 @@ def part_named(part: Any) -> str:
 def _same(part: Any, earlier: Any) -> bool:
     try:
         return part is earlier or pickle.dumps(part) == pickle.dumps(earlier)
-    except Exception:  # whatever an object raises that cannot be pickled
+    except Exception:
+        # Whatever an object raises that cannot be pickled
         return False
 
 
@@ -264,7 +264,8 @@ def built(argument: str, maker: Callable[..., Any], *arguments: Any, **options: 
     """Return what a function makes of a part; reject one that does not take the arguments."""
     try:
         signature(maker).bind(*arguments, **options)
-    except (TypeError, ValueError):  # ValueError: a function in C that does not say what it takes
+    except (TypeError, ValueError):
+        # ValueError: a function in C that does not say what it takes
         names = ["a dimension"] * len(arguments) + list(options)
         reject(argument, f"be a function that takes {', '.join(names)}", brief(maker), _REMEDY)
     return maker(*arguments, **options)

@@ -213,7 +213,8 @@ def resolved(
     if not isinstance(config, Configuration):
         return load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
     settings = dotted(config.model_dump(exclude={"scenario"}))
-    if scenario is not None and config.system.resuming:  # other data has scales of its own
+    # Other data has scales of its own
+    if scenario is not None and config.system.resuming:
         del settings["classifiers.input_scale"]
     settings |= overrides
     return load_configuration(

@@ -86,9 +86,11 @@ class NormalIndividuals:
 
     pieces: list[Windows]
     recordings: list[int]  # of each piece
-    members: list[tuple[int, int]]  # piece, and index in it, of all with windows there (n,)
+    # Piece, and index in it, of all with windows there (n,)
+    members: list[tuple[int, int]]
     groups: np.ndarray  # (n,), numbers from 0
-    weights: np.ndarray  # (n,), 1 by the number of pieces in which the individual is
+    # (n,), 1 by the number of pieces in which the individual is
+    weights: np.ndarray
     group_of: dict[tuple[int, int], int]  # by recording and index
     one_recording: bool
 

@@ -97,12 +97,14 @@ class TimedVerdict:
     """What a detector says about an individual over time."""
 
     individual: str  #: Its name
-    windows: int  #: Number of its windows W; with none there is no verdict, and it is not abnormal
+    #: Number of its windows W; with none there is no verdict, and it is not abnormal
+    windows: int
     score: float  #: Mean score of its windows; 1 without windows
     strength: float  #: Of the evidence against it, see `Detector.timeline`
     threshold: float  #: Above it the individual is called abnormal
     abnormal: bool  #: Whether it behaves abnormally at some time
-    spells: tuple[tuple[float, float], ...]  #: Begin and end (s) of the times in which it does
+    #: Begin and end (s) of the times in which it does
+    spells: tuple[tuple[float, float], ...]
     times: np.ndarray  #: (W, 2), begin and end (s) of the windows
     scores: np.ndarray  #: (W,), of the windows
     flagged: np.ndarray  #: (W,) bool, which windows belong to a spell

@@ -28,9 +28,8 @@ def paths_of(recording: Trajectories, smooth_frames: int = 1) -> np.ndarray:
 class Usual(NamedTuple):
     """How much the individuals of a recording turn and accelerate, and how far others are."""
 
-    offset: (
-        np.ndarray
-    )  # (5,), added to each size before its logarithm is taken: a hundredth of its median
+    # (5,), added to each size before its logarithm is taken: a hundredth of its median
+    offset: np.ndarray
     logarithms: np.ndarray  # (F - 1, 5), medians over individuals
 
 

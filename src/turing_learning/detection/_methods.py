@@ -40,7 +40,8 @@ class Features(NamedTuple):
     """An individual as a method describes it."""
 
     windows: np.ndarray  # (W, F), features of each window
-    usual: np.ndarray | float = 0.0  # (F,), median over the individuals of its recording
+    # (F,), median over the individuals of its recording
+    usual: np.ndarray | float = 0.0
 
 
 class PlantedChange(NamedTuple):
@@ -166,9 +167,11 @@ class Method:
     """A description of windows by features, and a way to learn what is normal."""
 
     name: str
-    describe: Callable[[np.ndarray], np.ndarray]  # from windows (K, T, D) to features (K, F)
+    # From windows (K, T, D) to features (K, F)
+    describe: Callable[[np.ndarray], np.ndarray]
     learn: Learner = learn_distance
-    columns: slice = field(default_factory=lambda: slice(None))  # signals that are described
+    # Signals that are described
+    columns: slice = field(default_factory=lambda: slice(None))
     learns_from_planted: bool = False
 
     def features(self, windows: Windows) -> list[np.ndarray]:

@@ -261,6 +261,7 @@ class RecordedMotion:
     #: A arrays (W, 2), when each window begins and ends, from the first frame of the recording (s)
     times: tuple[np.ndarray, ...]
     duration_s: float  #: Of the recording (s)
-    recording: Trajectories | None = None  #: Where the windows are from; None if that is not known
+    #: Where the windows are from; None if that is not known
+    recording: Trajectories | None = None
     #: A arrays (W, T, 16), or none, what each does beside the others at the same times, see `company`; none for one alone
     company: tuple[np.ndarray, ...] = ()

@@ -51,7 +51,8 @@ class Detection:
     )
     level: float | None  #: The share that can be promised; None if none can
     normal: int  #: Number of normal individuals
-    recordings: int  #: Number of recordings that these are from; 0 where all are of one pool
+    #: Number of recordings that these are from; 0 where all are of one pool
+    recordings: int
     cases: str  #: What abnormal cases are known, in words; empty for none
 
     @property
@@ -109,8 +110,10 @@ class MethodScores:
     """The scores that a method gives."""
 
     name: str  # of the method
-    shares: list[np.ndarray]  # (W,) of each individual that is judged: what its windows add
-    normal: np.ndarray  # (n,), of normal individuals, each by what was learned without it
+    # (W,) of each individual that is judged: what its windows add
+    shares: list[np.ndarray]
+    # (n,), of normal individuals, each by what was learned without it
+    normal: np.ndarray
     weights: np.ndarray  # (n,), of these; pieces of one individual have the sum 1
     groups: np.ndarray  # (n,), of individuals that were left out together
     area: float | None  # see `Ranking`

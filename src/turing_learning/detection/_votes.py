@@ -34,8 +34,10 @@ class SampleVerdict:
     """What a detector says about an individual."""
 
     individual: str  #: Its name
-    score: float  #: Mean over its samples of the weighted share of votes that say genuine; 0 to 1
-    p_value: float  #: How often chance makes a score as low, see `Detector.p_values`
+    #: Mean over its samples of the weighted share of votes that say genuine; 0 to 1
+    score: float
+    #: How often chance makes a score as low, see `Detector.p_values`
+    p_value: float
     #: Share of its samples whose score is nearer to the mean score of genuine samples than to that of abnormal ones
     genuine_share: float
     abnormal: bool  #: Whether it behaves abnormally

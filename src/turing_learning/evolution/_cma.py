@@ -161,7 +161,8 @@ class _Distribution:
         for name, holder, field in self._inside():
             convert = type(getattr(holder, field))
             setattr(holder, field, state[name] if convert is np.ndarray else convert(state[name]))
-        self._strategy.mean_old = self._strategy.mean  # which it reads before it writes
+        # Which it reads before it writes
+        self._strategy.mean_old = self._strategy.mean
         self._draw()
 
     @property
@@ -169,10 +170,10 @@ class _Distribution:
         return np.array(self._strategy.stds)
 
     def tell(self, fitness: np.ndarray) -> None:
-        with np.errstate(
-            over="ignore"
-        ):  # of a record that cma keeps of all past changes of the step size
-            self._strategy.tell(self.solutions, (-fitness).tolist())  # cma minimizes
+        # Of a record that cma keeps of all past changes of the step size
+        with np.errstate(over="ignore"):
+            # `cma` minimizes.
+            self._strategy.tell(self.solutions, (-fitness).tolist())
         deviations = self.standard_deviations
         widen = (self._minimum / deviations).min()
         narrow = SPREAD_LIMIT / deviations.max()

@@ -98,7 +98,8 @@ class Jumper:
         self._dimension = len(low)
         wider = check_vector("reach", reach, self._dimension)
         require((wider > 0).all(), "reach", "be above 0", wider.min())
-        added = 0.5 * (wider - 1) * (high - low)  # 0 to the last bit where the reach is 1
+        # 0 to the last bit where the reach is 1
+        added = 0.5 * (wider - 1) * (high - low)
         self._low = low - added
         self._high = high + added
         self._redraw = number("redraw", redraw, least=0, most=1)

@@ -56,7 +56,8 @@ def answers(
         seen = views.standardized[examiner.sees][:count]
         right = right_answers(examiner.cross_fitted(seen, labels, alone), labels, alone)
         shares.append(float(right.mean()))
-    best = copy(QUICK[int(np.argmax(shares))])  # what it learns is nobody else's
+    # What it learns is nobody else's
+    best = copy(QUICK[int(np.argmax(shares))])
     seen = views.standardized[best.sees]
     best.fit(seen[:count], labels[:, 0])
     return np.asarray(best.score(seen[count:]) > 0)

@@ -147,7 +147,8 @@ class Answers:
     right: int  #: Right answers
     answers: int  #: All of them
     people: int  #: Names of players; files without a name count as one each
-    interval: tuple[float, float]  #: Of the accuracy, 95 %, exact (Clopper and Pearson)
+    #: Of the accuracy, 95 %, exact (Clopper and Pearson)
+    interval: tuple[float, float]
     p_value: float  #: How often who guesses is right so often, or more often
     table: Any  #: A data frame with a row for each answer
 

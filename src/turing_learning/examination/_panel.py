@@ -47,21 +47,24 @@ class Examined:
 
     #: Share of right answers of the best examiner on left-out groups, both kinds weighing the same; 0.5 is guessing
     accuracy: float
-    interval: tuple[float, float]  #: Of the accuracy, 95 %, by the spread of the groups
-    p_value: float  #: How often labels that are exchanged between groups give so high an accuracy
+    #: Of the accuracy, 95 %, by the spread of the groups
+    interval: tuple[float, float]
+    #: How often labels that are exchanged between groups give so high an accuracy
+    p_value: float
     auc: float  #: Area under the ROC curve of the examiner who judges best
     auc_interval: tuple[float, float]  #: The same, 95 %
-    critical: float  #: The accuracy from which on the p-value is at most 0.05; above 1 if none is
+    #: The accuracy from which on the p-value is at most 0.05; above 1 if none is
+    critical: float
     #: The smallest accuracy that would be noticed in 80 % of such tests; None if none would be
     power_accuracy: float | None
-    power: float  #: Share of such tests that would notice a clearly wrong model, told with an accuracy of 2/3
+    #: Share of such tests that would notice a clearly wrong model, told with an accuracy of 2/3
+    power: float
     examiners: tuple[Member, ...]  #: What each examiner found
     samples: tuple[int, int]  #: Genuine and other samples
     groups: tuple[int, int]  #: Genuine and other groups
     grouping: str  #: What a group is
-    scores: tuple[
-        float, ...
-    ] = ()  #: Of all samples by the examiner who judges best, the genuine ones first
+    #: Of all samples by the examiner who judges best, the genuine ones first
+    scores: tuple[float, ...] = ()
 
     @property
     def told_apart(self) -> bool:
@@ -187,7 +190,8 @@ def examine_views(
     groups = np.concatenate(owners)
     counts = len(np.unique(owners[0])), len(np.unique(owners[1]))
     rng = np.random.default_rng((seed, 1))
-    labellings = group_labellings(counts, permutations, rng)  # (G, B), the true one first
+    # (G, B), the true one first
+    labellings = group_labellings(counts, permutations, rng)
     labels = labellings[groups]
     scores = [
         _cross_fitted(examiner, views.standardized[examiner.sees], labels, groups)
@@ -263,7 +267,8 @@ def _cross_fitted(
     """Return scores (K, B) of samples by an examiner that has not seen their groups, for each labelling (K, B)."""
     if isinstance(examiner, Ridge):
         return examiner.cross_fitted(samples, labels, groups)
-    examiner = copy(examiner)  # what it learns is nobody else's
+    # What it learns is nobody else's
+    examiner = copy(examiner)
     scores = np.empty(labels.shape)
     for column, genuine in enumerate(labels.T > 0.5):
         folds = _folds(genuine, groups, column)

@@ -72,7 +72,8 @@ class Pair:
     names: tuple[str, ...]  #: Of the signals (D,)
     units: dict[str, str]  #: Name -> unit
     interval_s: float  #: Duration of a step (s)
-    remarks: tuple[str, ...] = field(default=())  #: What was done on the way here, in sentences
+    #: What was done on the way here, in sentences
+    remarks: tuple[str, ...] = field(default=())
 
     @property
     def groupings(self) -> list[str]:

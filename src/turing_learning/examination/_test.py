@@ -34,17 +34,15 @@ class TuringTest(Tabular):
 
     examined: Examined  #: What the panel found
     signals: tuple[str, ...]  #: That it saw
-    telling: tuple[
-        Telling, ...
-    ]  #: What gives the simulated samples away, the most telling statistics first
+    #: What gives the simulated samples away, the most telling statistics first
+    telling: tuple[Telling, ...]
     control: Examined | None = (
         None  #: The same test of one half of the real groups against the other
     )
     remarks: tuple[str, ...] = ()  #: How samples were made, a sentence each
     given: Given | None = field(default=None, compare=False)  #: The samples
-    paths: tuple[np.ndarray | None, ...] = field(
-        default=(), compare=False
-    )  #: Of real and simulated samples (K, T + 1, 2)
+    #: Of real and simulated samples (K, T + 1, 2)
+    paths: tuple[np.ndarray | None, ...] = field(default=(), compare=False)
 
     @property
     def accuracy(self) -> float:

@@ -35,8 +35,10 @@ class Family(ABC):
     individuals: int = 10  #: Individuals A in a group
     steps: int = 100  #: Time steps T of a sample
     interval_s: float = 0.1  #: Duration of a step (s)
-    observed: int = 1  #: Individuals C of a group, the first ones, whose motion becomes samples
-    signals: tuple[str, ...] = ("speed", "turn")  #: The D of a step, from `trajectories.SIGNALS`
+    #: Individuals C of a group, the first ones, whose motion becomes samples
+    observed: int = 1
+    #: The D of a step, from `trajectories.SIGNALS`
+    signals: tuple[str, ...] = ("speed", "turn")
     settling_steps: int = 0  #: Steps that a group moves before it is observed
     #: Side of the square (cm) in which a group starts, at places and in directions that are drawn uniformly
     start_side_cm: float = 20.0

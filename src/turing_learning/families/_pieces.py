@@ -45,15 +45,16 @@ class Recorded:
     own: np.ndarray  #: (N, OWN)
     traits: np.ndarray  #: (N, MOST_OTHERS, TRAITS)
     seen: np.ndarray  #: (N,): others that were seen
-    answers: np.ndarray  #: (N, 2): length (cm) and turn (rad) of the step that followed
+    #: (N, 2): length (cm) and turn (rad) of the step that followed
+    answers: np.ndarray
     #: (N, Q, 2): distances (cm) and directions (rad, from the course) of outcomes; NaN where they were not recorded
     outcomes: np.ndarray
     ahead: np.ndarray  #: (N, AHEAD, 2): where the step led (cm), forward and left
-    then: (
-        np.ndarray
-    )  #: (N,): number of the step of the same individual that came next, -1 if there is none
+    #: (N,): number of the step of the same individual that came next, -1 if there is none
+    then: np.ndarray
     last: np.ndarray  #: (N,) bool: whether the individual was gone after the step
-    stretch: np.ndarray  #: (N,): where in a recording; steps of one stretch follow each other
+    #: (N,): where in a recording; steps of one stretch follow each other
+    stretch: np.ndarray
 
 
 MANY = 2
@@ -214,7 +215,8 @@ def pieces_of(examples: Recorded, mirrored: Recorded, layers: Layers, seed: int)
         rng.choice(2 * count, size=min(2 * count, CELL_POINTS * cells), replace=False)
     ].astype(float)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of empty cells, which harm nobody
+        # Of empty cells, which harm nobody
+        warnings.simplefilter("ignore")
         centers, _ = kmeans2(sample, cells, iter=ROUNDS, minit="points", rng=rng)
     centers = centers[np.isfinite(centers).all(axis=1)].astype(np.float32)
     labels = vq(where, centers)[0]

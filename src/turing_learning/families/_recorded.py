@@ -32,16 +32,19 @@ MODELS: Mapping[str, type[Family]] = {**FAMILIES, "network": Network}
 class Replicates:
     """A simulator of one family for several recordings: each model is executed by one of the groups, by chance."""
 
-    groups: tuple[Family, ...]  #: Families that differ in individuals and tank alone
+    #: Families that differ in individuals and tank alone
+    groups: tuple[Family, ...]
     shares: tuple[float, ...]  #: How often each group is drawn; they sum to 1
 
-    parameters = property(
-        lambda self: self.groups[0].parameters
-    )  #: The P parameters with suggested ranges
-    signals = property(lambda self: self.groups[0].signals)  #: The D signals of a step
+    #: The P parameters with suggested ranges
+    parameters = property(lambda self: self.groups[0].parameters)
+    #: The D signals of a step
+    signals = property(lambda self: self.groups[0].signals)
     steps = property(lambda self: self.groups[0].steps)  #: Time steps T of a sample
-    interval_s = property(lambda self: self.groups[0].interval_s)  #: Duration of a step (s)
-    headings = property(lambda self: self.groups[0].headings)  #: Whether individuals have headings
+    #: Duration of a step (s)
+    interval_s = property(lambda self: self.groups[0].interval_s)
+    #: Whether individuals have headings
+    headings = property(lambda self: self.groups[0].headings)
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return positions (M, F, A, 2) in the first group."""

@@ -62,11 +62,11 @@ class Emulator:
     size of its own: what says nothing of the parameters is hardly expected to move.
     """
 
-    logs: np.ndarray  # (P + 2,): of length scales, of the variance of slopes and of bends
+    # (P + 2,): of length scales, of the variance of slopes and of bends
+    logs: np.ndarray
     pivots: np.ndarray  # (Q, P), in length scales
-    basis: (
-        np.ndarray
-    )  # (Q, F), from kernels with the pivots to features with independent coefficients
+    # (Q, F), from kernels with the pivots to features with independent coefficients
+    basis: np.ndarray
     sizes: np.ndarray  # (M,), factors of the kernel, one for each output
     spreads: np.ndarray  # (F, M), variances of the features' coefficients
     weights: np.ndarray  # (F, M), the coefficients

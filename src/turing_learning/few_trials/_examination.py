@@ -78,8 +78,10 @@ MOST_DRAWS = 3600
 class Examination:
     """What new samples say of a solution."""
 
-    report: dict[str, np.ndarray]  #: "examined" (2,): p-value and difference; "statistic": its name
-    draws: np.ndarray  #: (D, P), of the solutions and of their images that are as good
+    #: "examined" (2,): p-value and difference; "statistic": its name
+    report: dict[str, np.ndarray]
+    #: (D, P), of the solutions and of their images that are as good
+    draws: np.ndarray
     mode: np.ndarray  #: (D,), to which of these each draw belongs
 
 
@@ -335,7 +337,8 @@ def paired_p_value(
     scaled = (models - models.mean(axis=0)) / (models.std(axis=0) + 1e-12)
     distances = pdist(scaled)
     width = np.median(distances) / 2 + 1e-12
-    nearness = squareform(np.exp(-0.5 * (distances / width) ** 2))  # 0 of each to itself
+    # 0 of each to itself
+    nearness = squareform(np.exp(-0.5 * (distances / width) ** 2))
     signs = rng.choice((-1.0, 1.0), size=(PERMUTATIONS + 1, count))
     signs[0] = 1
     likeness = nearness * (differences @ differences.T)

@@ -116,7 +116,8 @@ class JudgedSamples:
     Outputs in units of their spread over the counterfeit ones, those that vary.
     """
 
-    z: np.ndarray  #: (S, P), parameters of the models on [-1, 1], the canary the last
+    #: (S, P), parameters of the models on [-1, 1], the canary the last
+    z: np.ndarray
     x: np.ndarray  #: (S, J), outputs for the counterfeit samples
     g: np.ndarray  #: (K, J), outputs for the genuine ones
     fold: np.ndarray  #: (S,)
@@ -164,7 +165,8 @@ class JudgedSamples:
         misses = t - expected
         offset = np.average(t, axis=0, weights=weights)
         longer = np.inf if far_share else LONGER
-        for _ in range(2):  # the second time with the covariance that the first has found
+        # The second time with the covariance that the first has found
+        for _ in range(2):
             residual = _covariance_of(misses, weights)
             residual += 1e-6 * np.trace(residual) / len(residual) * np.eye(len(residual))
             values, vectors = np.linalg.eigh(residual)

@@ -125,7 +125,8 @@ class Batch:
     #: judgments
     misfit: float
     models: np.ndarray  #: (M, P), that were tried
-    model_fitness: np.ndarray  #: (M,), share of the present classifiers that accept each
+    #: (M,), share of the present classifiers that accept each
+    model_fitness: np.ndarray
     classifiers: np.ndarray  #: (N, Q), the present ones
     #: (N,), mean of specificity and sensitivity on genuine samples and those of the batch
     classifier_fitness: np.ndarray
@@ -343,7 +344,8 @@ class FewTrials:
         require(not self.complete, "trials", "be more than the run has spent", f"{self.trials}")
         budget = self._budget
         progress = self.spent / budget
-        with threadpool_limits(1, "blas"):  # sums in one order, for any number of processors
+        # Sums in one order, for any number of processors
+        with threadpool_limits(1, "blas"):
             self._keep_pool()
             self._try_models(progress)
             self._evolve_classifiers()
@@ -396,7 +398,8 @@ class FewTrials:
         usable = None if failed is None else ~np.asarray(failed, bool)
         genuine = samples.genuine if self._fixed is None else self._fixed
         fixed = self._fixed is not None and len(self.buffer) > 0
-        if portion or fixed:  # those of this batch, or all, are kept already
+        # Those of this batch, or all, are kept already
+        if portion or fixed:
             genuine = genuine[:0]
         rng = self._rng(BUFFER, *portion_number)
         indices = self.buffer.append(models, samples.counterfeit, genuine, rng, usable)
@@ -470,7 +473,8 @@ class FewTrials:
         if wide is not None:
             reference = float(wide.log_density(self._design.walkers).max())
         self._density = Density(field, wide, reference)
-        if not self.search.settled:  # else the map says nothing
+        # Else the map says nothing
+        if not self.search.settled:
             self._design.move(self._height)
         if self._group is not None:
             self._design.fold(self._group)
@@ -820,11 +824,13 @@ class FewTrials:
         self._classifiers.restore(state_part(state, "classifiers/"))
         self._archive.restore(state_part(state, "archive/"))
         self._design.restore(state_part(state, "design/"))
-        with threadpool_limits(1, "blas"):  # maps are built to the same bits as in `step`
+        # Maps are built to the same bits as in `step`
+        with threadpool_limits(1, "blas"):
             self._density = Density.restored(state_part(state, "density/"))
         self.search = Search(self._space.furthest)
         searches = state_part(state, "climb/")
-        if searches:  # runs of 0.2.0 may have none
+        # Runs of 0.2.0 may have none
+        if searches:
             self.search.restore(searches)
         group = state_part(state, "group/")
         self._group = SymmetryGroup.restored(group) if group else None

@@ -288,7 +288,8 @@ def match(
     for reach in reaches:
         fine = replace(samples.fit(remoteness, logs, 0.0, reach), region=broad)
         if not np.isfinite(fine.log_likelihood(fine.points)).any():
-            fine = broad  # the two fits contradict each other
+            # The two fits contradict each other
+            fine = broad
         fits.append(_solved(fine, points, draws, rng))
     best = min(fits, key=lambda fit: (fit.doubtful, fit.log_volume))
 

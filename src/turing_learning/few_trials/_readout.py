@@ -43,7 +43,8 @@ Draws do not become fewer towards an end that is infinitely far.
 class Share:
     """Part of the trials by which a solution of a lost run is matched."""
 
-    near: float  #: Share of all trials, those nearest to where the solution is sought
+    #: Share of all trials, those nearest to where the solution is sought
+    near: float
     parts: float  #: Of these, one in so many are nearest in judgment to the agents
 
 

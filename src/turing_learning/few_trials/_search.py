@@ -109,7 +109,8 @@ class Path:
     curvature: np.ndarray  #: (P, P), mean square of the outputs' slopes
     reach: float  #: Change of the outputs that its next step may make
     steps: int = 0
-    excess: float = np.inf  #: Mean square of the outputs at its end; infinite while it goes on
+    #: Mean square of the outputs at its end; infinite while it goes on
+    excess: float = np.inf
     ended: bool = False  #: Whether it has made its steps, or has joined another
 
     @classmethod

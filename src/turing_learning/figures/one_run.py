@@ -286,10 +286,12 @@ class ParameterProfile:
     name: str  # with the unit
     values: np.ndarray  # ascending (G,)
     accuracies: np.ndarray  # at each value (G,)
-    criticals: np.ndarray  # accuracies above which the classifiers do not guess (G,)
+    # Accuracies above which the classifiers do not guess (G,)
+    criticals: np.ndarray
     estimate: float
     interval: Sequence[float] | None  # None, and not drawn, where it is not known
-    recovered: Sequence[float] = field(default=())  # estimates of runs whose truth was the estimate
+    # Estimates of runs whose truth was the estimate
+    recovered: Sequence[float] = field(default=())
     logarithmic: bool = False
 
 

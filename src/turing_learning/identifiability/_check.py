@@ -89,7 +89,8 @@ class Profile(Stored):
     parameter: str  #: Its name
     #: Values of the parameter, ascending over its initial range, the estimate among them
     values: tuple[float, ...]
-    numbers: tuple[float, ...]  #: The same as numbers from -1 to 1 over the initial range
+    #: The same as numbers from -1 to 1 over the initial range
+    numbers: tuple[float, ...]
     place: int  #: Which of them is the estimate
     accuracies: tuple[float, ...]  #: Of the test at each value, see `TwoSampleTest`
     criticals: tuple[float, ...]  #: The same, see `TwoSampleTest`
@@ -207,7 +208,8 @@ class Recovery(Stored):
     estimate: Mapping[str, float]  #: Name -> value
     #: Name -> two ends; both are NaN, in `check.json` null, where they are not known
     interval: Mapping[str, list[float]]
-    error_share: Mapping[str, float]  #: Name -> absolute error as a share of the initial range
+    #: Name -> absolute error as a share of the initial range
+    error_share: Mapping[str, float]
     #: Of a panel that tells its truth from what it found; None in older checks of runs of generations
     accuracy: float | None = None
     #: The same for models that it calls plausible, each tested as if it were the truth
@@ -227,7 +229,8 @@ class PinnedDown:
     interval_share: float | None
     #: Width of what its profile may leave open, at most; None without profile
     open_share: float | None
-    recovery_error: float | None  #: Largest error of the recoveries; None without recovery
+    #: Largest error of the recoveries; None without recovery
+    recovery_error: float | None
     bound: str = (
         ""  #: The bound that the estimate sits at, in words, such as "6 rad/s"; empty for none
     )

@@ -74,11 +74,14 @@ def group_means(scores: np.ndarray, groups: np.ndarray) -> np.ndarray:
 class TwoSampleTest(Stored):
     """Whether a panel of examiners can tell held-out genuine samples from simulated ones."""
 
-    accuracy: float  #: Share of right answers on held-out samples, both kinds weighing the same; 0.5 is guessing
-    p_value: float  #: How often guessing would do as well or better, see `permutation_test`
+    #: Share of right answers on held-out samples, both kinds weighing the same; 0.5 is guessing
+    accuracy: float
+    #: How often guessing would do as well or better, see `permutation_test`
+    p_value: float
     critical: float  #: The accuracy from which on the p-value is at most 0.05
     genuine_samples: int  #: Number of held-out samples
-    genuine_groups: int  #: How many groups they belong to, which are what is permuted
+    #: How many groups they belong to, which are what is permuted
+    genuine_groups: int
     counterfeit_samples: int  #: Number of simulated samples
     counterfeit_groups: int  #: In bundles of the size of the genuine groups
     grouping: str  #: What a genuine group is

@@ -67,11 +67,13 @@ class Evidence:
     learning: np.ndarray  #: (K, T, D), genuine samples that a panel learns from
     #: (H, T, D), genuine samples that neither the run nor a panel has learned from
     testing: np.ndarray
-    groups: np.ndarray  #: (H,), which of them belong together, because they are of one individual
+    #: (H,), which of them belong together, because they are of one individual
+    groups: np.ndarray
     grouping: str  #: What a group is, in a word
     #: (values (M, P) in their users' units, rng) -> samples (at most M, C, T, D); simulations that fail are left out
     simulate: Callable[[np.ndarray, np.random.Generator], np.ndarray]
-    parameters: Mapping[str, Parameter]  #: Name -> parameter with its initial range, P of them
+    #: Name -> parameter with its initial range, P of them
+    parameters: Mapping[str, Parameter]
     names: tuple[str, ...] = ()  #: Of the D signals; empty: they have none
     interval_s: float = 1.0  #: Duration of a step (s)
 

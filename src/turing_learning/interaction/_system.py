@@ -71,7 +71,8 @@ class StimulatedSystem(CustomSystem):
     #: classifiers only watch, samples of each model; there are as many genuine ones. With as many
     #: classifiers as models these are as many trials
     opponents: int = 10
-    states: int = 1  #: Numbers that a function without `initial` keeps of each trial
+    #: Numbers that a function without `initial` keeps of each trial
+    states: int = 1
 
     noun = "one on a system with stimuli"
     stimulated = True

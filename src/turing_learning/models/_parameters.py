@@ -128,7 +128,8 @@ class Parameter(Settings):
             values = 10.0 ** np.clip(values, -LARGEST_DECADE, LARGEST_DECADE)
         if self.integer:
             values = np.round(values)
-        return np.clip(values, self.low, self.high)  # what rounding has pushed over a bound
+        # What rounding has pushed over a bound
+        return np.clip(values, self.low, self.high)
 
     def to_numbers(self, values: np.ndarray) -> np.ndarray:
         """Return the optimizer's numbers of values within the bounds, of any shape: the inverse of `to_units`."""

@@ -47,7 +47,8 @@ class Listing:
     columns: Sequence[str]  # headings; the first column names the row
     rows: Sequence[Sequence[Cell]]
     note: str = ""  # what a reader needs to read it
-    folded: bool = False  # whether it is closed until it is asked for, because it is long
+    # Whether it is closed until it is asked for, because it is long
+    folded: bool = False
     foot: Sequence[Cell] = ()  # a last row, set apart
     # Heading of a column -> "strong" or "apart"
     looks: Mapping[str, str] = field(default_factory=dict)
@@ -63,7 +64,8 @@ class Report:
     figures: Sequence[Picture] = ()
     warning: str = ""  # what a reader must not miss
     doubts: Sequence[str] = ()  # what looks odd, a sentence each
-    configuration: str = ""  # as text (TOML): the resolved one, of a study that of the first run
+    # As text (TOML): the resolved one, of a study that of the first run
+    configuration: str = ""
     judgment: Judgment | None = None  # whether to believe a run
     # Names and values that belong at the top: seed, date, command, citation
     facts: Sequence[tuple[str, str]] = ()
@@ -71,9 +73,11 @@ class Report:
     data: Mapping[str, str] = field(default_factory=dict)
     check: Listing | None = None
     check_figures: Sequence[Picture] = ()
-    steps: Sequence[tuple[str, str]] = ()  # what to do next: commands, and what they are for
+    # What to do next: commands, and what they are for
+    steps: Sequence[tuple[str, str]] = ()
     replay: Replay | None = None
-    manifest: Sequence[tuple[str, str]] = ()  # names and values: versions, machine, timing
+    # Names and values: versions, machine, timing
+    manifest: Sequence[tuple[str, str]] = ()
 
 
 def report_page(report: Report) -> str:

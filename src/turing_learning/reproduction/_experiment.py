@@ -260,7 +260,8 @@ class Experiment:
     title: str
     cost: str  # how long it takes at full size
     claims: Sequence[str]  # ids of the claims that it is held against
-    deviations: Sequence[str]  # what is done differently, or is not known from the paper, and why
+    # What is done differently, or is not known from the paper, and why
+    deviations: Sequence[str]
     full: Sizes
     fast: Sizes
     # Does the work: pieces that are there already are not done again

@@ -32,9 +32,8 @@ class LaboratoryRuns:
 
     models: np.ndarray  # (R, G, M, P), wheel speeds as fractions of the maximum
     fitness: np.ndarray  # (R, G, M), subjective
-    again: (
-        np.ndarray
-    )  # (R, repeats, M), of the last models, observed again and judged by the last classifiers
+    # (R, repeats, M), of the last models, observed again and judged by the last classifiers
+    again: np.ndarray
     classifiers: np.ndarray  # (R, K, N, Q), of K generations
     classifier_fitness: np.ndarray  # (R, K, N), subjective
 
@@ -163,9 +162,8 @@ def _arrays(
 class Gathering:
     """What R trials of A robots look like at K moments."""
 
-    seen: (
-        np.ndarray
-    )  # (R, K, A, 2), positions (cm) by the camera; those before if it missed a robot
+    # (R, K, A, 2), positions (cm) by the camera; those before if it missed a robot
+    seen: np.ndarray
     complete: np.ndarray  # (R, K), whether all robots were seen
     poses: np.ndarray  # (R, K, A, 3), where they were
     radius_cm: float  # of a robot

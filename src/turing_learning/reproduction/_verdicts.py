@@ -54,7 +54,8 @@ def _data(name: str) -> dict[str, Any]:
 
 
 RULES: Mapping[str, str] = prose()["rules"]  # kind of claim -> when it agrees
-REASONS: Mapping[str, str] = prose()["reasons"]  # claim, or finding -> why a verdict differs
+# Claim, or finding -> why a verdict differs
+REASONS: Mapping[str, str] = prose()["reasons"]
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,8 @@ class ClaimVerdict:
     printed: str  # what the paper prints, in few words
     observed: str  # what came out
     rule: str  # key of `RULES`
-    variant: str = ""  # "" for the verdict that counts, else what stands beside it: "preset paper"
+    # "" for the verdict that counts, else what stands beside it: "preset paper"
+    variant: str = ""
     reason: str = ""  # why it differs, where that is known
 
     def __post_init__(self) -> None:

@@ -24,10 +24,10 @@ LARGEST_SEQUENCE = 65535
 class Model:
     """A model that is sent to a replica."""
 
-    sequence: int  #: Its number, 0 to 65535; the replica reports by it which model it executes
-    parameters: tuple[
-        float, ...
-    ]  #: 1 to 16 wheel speeds as fractions of the maximum, in [-1, 1], rounded to 0.0001
+    #: Its number, 0 to 65535; the replica reports by it which model it executes
+    sequence: int
+    #: 1 to 16 wheel speeds as fractions of the maximum, in [-1, 1], rounded to 0.0001
+    parameters: tuple[float, ...]
 
     def __post_init__(self) -> None:
         integer("sequence", self.sequence, 0, LARGEST_SEQUENCE)
@@ -69,7 +69,8 @@ class Replica(Protocol):
     again without harm.
     """
 
-    reconnections: int  #: How often the connection was lost so far, and signals perhaps with it
+    #: How often the connection was lost so far, and signals perhaps with it
+    reconnections: int
 
     def version(self) -> str:
         """Return what it is, in words, for `robots check`."""
@@ -109,11 +110,13 @@ def opened(line: str) -> str | None:
     return None
 
 
-ALIVE = sealed("X,A").encode("ascii") + b"\r"  #: What a PC sends to say that it is there
+#: What a PC sends to say that it is there
+ALIVE = sealed("X,A").encode("ascii") + b"\r"
 ALIVE_S = 0.5  #: How often (s), at the ordinary speed
 LARGEST_LINE = 4096
 _POLL_S = 0.02
-_GRACE_S = 1.0  # after a deadline, in which a busy program reads what came before it
+# After a deadline, in which a busy program reads what came before it
+_GRACE_S = 1.0
 _END = re.compile(rb"[\r\n]")
 
 
@@ -196,11 +199,10 @@ class Link(AbstractContextManager["Link"]):
             self._guarded(lambda device: device.write(data))
 
     def _stay_alive(self, device: Device, closed: threading.Event) -> None:
-        while not closed.is_set():  # the first time at once, before any model is sent
-            with (
-                self._writing,
-                suppress(Exception),
-            ):  # of a device that is being closed; others notice a lost line
+        # The first time at once, before any model is sent
+        while not closed.is_set():
+            # Of a device that is being closed; others notice a lost line
+            with self._writing, suppress(Exception):
                 device.write(ALIVE)
             closed.wait(self._alive_s)
 
@@ -262,15 +264,11 @@ def open_link(
 
 
 Answer = TypeVar("Answer")
-MAXIMUM_SPEED = 1000  #: Wheel speed (steps per second) that an e-puck reaches; one turn of a wheel has 1000 steps
+#: Wheel speed (steps per second) that an e-puck reaches; one turn of a wheel has 1000 steps
+MAXIMUM_SPEED = 1000
 SENSORS = 8
-_EXPECTED = (
-    "WELCOME",
-    "the EPFL education robot",
-    "HW version",
-    "s",
-    "r",
-)  # greetings, versions, the stop above
+# Greetings, versions, the stop above
+_EXPECTED = ("WELCOME", "the EPFL education robot", "HW version", "s", "r")
 LEAST_CHARGE = 15  #: Percent
 _WHOLE = r", *(-?\d{1,9}) *"  # a number in an answer; a longer one is noise
 _MOST_SIGNALS = 1000  # that wait for the program; a replica sends two in a loop
@@ -316,7 +314,8 @@ class EPuck(Replica):
 
     def proximity(self) -> tuple[int, ...]:
         """Return the readings of the eight infrared sensors, from the front right one clockwise."""
-        numbers = self._ask("N", f"n{SENSORS * _WHOLE}({2 * _WHOLE})?")  # and of two cliff sensors
+        # Some robots state those of two cliff sensors, too.
+        numbers = self._ask("N", f"n{SENSORS * _WHOLE}({2 * _WHOLE})?")
         return tuple(map(int, numbers.groups()[:SENSORS]))
 
     def battery_ok(self) -> bool:
@@ -405,7 +404,8 @@ class EPuck(Replica):
             while (line := self._link.read_line(deadline)) is not None:
                 if match := re.fullmatch(answer, (opened(line) or "") if message else line):
                     return match
-                if line.startswith("z,"):  # the robot has not understood what arrived
+                # The robot has not understood what arrived
+                if line.startswith("z,"):
                     self.garbled, self._refused = self.garbled + 1, self._refused + 1
                     return None
                 self._sort(line)
@@ -421,7 +421,8 @@ class EPuck(Replica):
                 if not self._link.is_open:
                     self._link.open()
                     self.reconnections += 1
-                if attempt:  # let both ends wait for the beginning of a command
+                # Let both ends wait for the beginning of a command
+                if attempt:
                     self._link.send(RESYNCHRONIZE)
                     self._drain(0.1)
                     self._link.drop_rest()
@@ -431,9 +432,8 @@ class EPuck(Replica):
             except LinkError as error:
                 trouble = str(error)
                 answer = None
-                self._link.clock.sleep(
-                    min(self._timeout_s, 0.2)
-                )  # a port that has just gone may come back
+                # A port that has just gone may come back
+                self._link.clock.sleep(min(self._timeout_s, 0.2))
             if answer is not None:
                 return answer
         if self._refused > self._retries and request.startswith("'X,"):

@@ -280,7 +280,8 @@ class _Checker:
         except (RunFolderError, RunStorageError) as error:
             if self.folder is None or not isinstance(error.__cause__, OSError):
                 raise
-            with stored_in(self.folder.path):  # resumed as a check, not as a run of its own
+            # Resumed as a check, not as a run of its own
+            with stored_in(self.folder.path):
                 raise error.__cause__ from None
         shares = np.abs(self._numbers(recovered.estimate) - self._numbers(self.result.estimate)) / 2
         return Recovery(
@@ -484,7 +485,8 @@ def check(
     limits = {"recoveries": (recoveries, 0), "recovery_generations": (length, 1), "seed": (seed, 0)}
     for name, (value, lowest) in limits.items():
         integer(name, value, lowest, error=ConfigurationError)
-    rule = "be of a system that can be simulated"  # else a check would compare two simulations
+    # Else a check would compare two simulations
+    rule = "be of a system that can be simulated"
     remedy = "What its models are worth there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` "
     remedy += "says what its setup could infer at all."
     check_setting(
@@ -536,7 +538,8 @@ def check(
         checked = _Checker(result, source, given, evidence, effort, settings, recordings, say).run(
             force=force
         )
-        if folder is not None:  # the report again where there is one, and the history that it shows
+        # The report again where there is one, and the history that it shows
+        if folder is not None:
             with stored_in(folder.path):
                 save_figures(draw_check(checked, result), folder.figures_path)
                 if folder.report_path.exists():

@@ -41,11 +41,13 @@ STOPPED = "stopped"
 FINISHED = "finished"
 """State of a run of which everything is there, figures and report too."""
 
-RECORDING = "recording"  # in the manifest: file and options of the recording that the command line began a run with
+# In the manifest: file and options of the recording that the command line began a run with
+RECORDING = "recording"
 LABORATORY, CAMERA, CALIBRATION = "laboratory.json", "camera.json", "calibration.npz"
 NETWORK = "network.safetensors"
 """File of a run folder that holds the network that was learned for it."""
-MOTION = "motion.npz"  # positions of recorded individuals and of replicas, for the report
+# Positions of recorded individuals and of replicas, for the report
+MOTION = "motion.npz"
 DIALOGUES = "dialogues.npz"  # what the best interrogators do, for the report
 _RESULTS = (
     "result.json", "report.html", "checkpoints", "traces", "buffer", "history.zarr", "figures", "check", CALIBRATION, MOTION,
@@ -327,7 +329,8 @@ class RunFolder(Store):
         if self.is_run():
             try:
                 ahead = how_to_resume(self.path, self.configuration())
-            except RunFolderError:  # which says more once it is tried
+            except RunFolderError:
+                # Which says more once it is tried
                 ahead = f"`{resume_command(self.path)}`"
             alternative = ", choose another folder, or replace it with "
             remedy = ("Resume it with ", ahead, alternative, Setting("force", True), ".")
@@ -465,5 +468,6 @@ def _newest_first(folder: Path) -> list[tuple[int, Path]]:
 def _written_at(path: Path) -> int:
     try:
         return path.stat().st_mtime_ns
-    except OSError:  # the run that a reader looks at goes on, and has removed it
+    except OSError:
+        # The run that a reader looks at goes on, and has removed it
         return 0

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 GENERATION = "generation"
 SELECTION_CODES = {"active": 0, "all accepted": 1, "all rejected": 2}
 QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
-MOST_FILES = 100  # of one byte for each generation, which are written before the first
+# Of one byte for each generation, which are written before the first
+MOST_FILES = 100
 NOT_RUN = -1  # the code of generations that have not been run
 
 Variables = dict[str, tuple[tuple[str, ...], str, str]]
@@ -53,12 +54,8 @@ THIN: Variables = {
     "classifier_fitness_quantiles": (("quantile",), "<f8", "fitness of classifiers"),
     **{name: FULL[name] for name in ("best_model", "typical_model", "selection")},
 }
-PLURAL = (
-    "model",
-    "model_step_size",
-    "classifier",
-    "classifier_step_size",
-)  # a generation has them in the plural
+# A generation has them in the plural
+PLURAL = ("model", "model_step_size", "classifier", "classifier_step_size")
 IN_UNITS = ("model", "best_model", "typical_model")  # of the parameters
 ATTRIBUTES: dict[str, dict[str, Any]] = {
     "selection": {
@@ -207,7 +204,8 @@ def stored_weights(path: Path) -> int:
     """Return the number of weights of a classifier in a history on disk; 0 if it cannot be read."""
     try:
         return int(open_store(path)["classifier"].shape[-1])
-    except Exception:  # whatever Zarr says of files that it did not expect
+    except Exception:
+        # Whatever Zarr says of files that it did not expect
         return 0
 
 
@@ -224,7 +222,8 @@ def damaged_generations(
         )
         named = [str(name) for name in arrays["parameter"][:]] == list(layout.parameters)
         counted = np.array_equal(arrays[GENERATION][:], np.arange(layout.generations))
-    except Exception:  # whatever Zarr says of files that it did not expect
+    except Exception:
+        # Whatever Zarr says of files that it did not expect
         return None
     stops = seals["stops"].tolist()
     if (
@@ -250,7 +249,8 @@ def damaged_generations(
             sound = (
                 sound and _checksum({name: arrays[name][start:stop] for name in FULL}) == checksum
             )
-        except Exception:  # whatever Zarr says of a chunk that is cut short
+        except Exception:
+            # Whatever Zarr says of a chunk that is cut short
             sound = False
         if not sound:
             damaged.append((start, stop))
@@ -309,7 +309,8 @@ def dataset_on_disk(path: Path, completed: int) -> "xarray.Dataset":
 
     try:
         return xarray.open_zarr(path, chunks=None).isel({GENERATION: slice(0, completed)})
-    except Exception as error:  # whatever Zarr says of files that it did not expect
+    except Exception as error:
+        # Whatever Zarr says of files that it did not expect
         got = f"{path.parent} without a readable {path.name} ({type(error).__name__})"
         why = Refusal("run", "have its history", got, remedy="Restore it, or run again.")
         raise RunFolderError(why) from error
@@ -385,7 +386,8 @@ class Traces:
             values_now[f"{population}_fitness_quantiles"] = np.interp(
                 ranks, np.arange(len(fitness)), fitness
             )
-        with np.errstate(over="ignore", invalid="ignore"):  # of models that run away
+        # Of models that run away
+        with np.errstate(over="ignore", invalid="ignore"):
             values_now["model_spread"] = np.std(values["model"], axis=0)
         for name, array in self._arrays.items():
             array[self.completed] = values_now[name]

@@ -197,7 +197,8 @@ def infer(
         given = Given(genuine, simulate, options.get("workers"), options.get("timeout_s"))
         data = genuine
         given = replace(given, executor=options.get("executor"))
-        if not getattr(simulate, "vectorized", True):  # one model at a time, as it says itself
+        # One model at a time, as it says itself
+        if not getattr(simulate, "vectorized", True):
             options.setdefault("vectorized", False)
         columns = getattr(simulate, "columns", ())
         if columns:

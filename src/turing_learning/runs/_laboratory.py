@@ -216,7 +216,8 @@ def simulate_laboratory(
 def is_laboratory_run(path: str | Path) -> bool:
     """Return whether a run takes place in a laboratory."""
     folder = RunFolder(path)
-    return folder.is_run() and folder.laboratory_path.exists()  # which one has before it is a run
+    # Which one has before it is a run
+    return folder.is_run() and folder.laboratory_path.exists()
 
 
 def trust_laboratory(path: str | Path) -> None:
@@ -229,7 +230,8 @@ def trust_laboratory(path: str | Path) -> None:
     _require_laboratory(folder)
     with writable("run", folder.path), folder.locked():
         for name in (LABORATORY, CAMERA):
-            if (folder.path / name).exists():  # another tracker needs no camera
+            # Another tracker needs no camera
+            if (folder.path / name).exists():
                 folder.write(name, (folder.path / name).read_bytes())
 
 

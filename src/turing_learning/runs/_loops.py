@@ -114,7 +114,8 @@ class TrialsLoop:
         classifier = classifier_of(configuration)
         space = search_space(configuration, source)
         self._source = source
-        self._stored = (0, 0)  # rows of the buffer that are stored: trials, genuine samples
+        # Rows of the buffer that are stored: trials, genuine samples
+        self._stored = (0, 0)
         self.trials = FewTrials(
             source,
             classifier,

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
 REPLAY_DURATION_S = 180.0
 FRAMES_PER_S = 5.0
-LARGEST_SPEED = 100.0  # of a replica in a replay, in maximum speeds: beyond it nothing can be seen
+# Of a replica in a replay, in maximum speeds: beyond it nothing can be seen
+LARGEST_SPEED = 100.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -107,7 +108,8 @@ class Plots:
             quantities = evidence.swarm_quantities(record.configuration, model, seed=0)
         else:
             with record.opened(genuine, simulate) as source:
-                source.generation = None  # no generation is collected
+                # No generation is collected
+                source.generation = None
                 rng = evidence.stream(0, evidence.COMPARING)
                 simulated = source.simulate(np.tile(model, (evidence.COMPARED, 1)), rng)
                 if source.genuine is None or source.genuine.live:

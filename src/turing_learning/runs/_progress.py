@@ -164,7 +164,8 @@ def _terminal() -> Iterator[Callable[[int, int, str], None]]:
         bar.refresh()
 
         def show(done: int, total: int, text: str) -> None:
-            bar.live.transient = False  # a bar stays once there was something to show
+            # A bar stays once there was something to show
+            bar.live.transient = False
             bar.update(task, completed=done, total=total, description=text, refresh=True)
 
         yield show

@@ -83,7 +83,8 @@ class Run:
         self._layout = layout_of(configuration)
         self._traces = histories.Traces(configuration.length, len(self._layout.parameters))
         self._seconds = self._seconds_before = 0.0
-        self._saved = self._blocks = 0  # generations, and blocks of traces, that are stored
+        # Generations, and blocks of traces, that are stored
+        self._saved = self._blocks = 0
         self._readout = dict[str, np.ndarray]()
         self._dialogues = dict[str, np.ndarray]()
         self._begun = time.perf_counter()
@@ -139,9 +140,8 @@ class Run:
         if source is None:
             with refusing_as(ConfigurationError):
                 source = configuration.system.open(Given())
-        elif (
-            not configuration.system.resuming
-        ):  # else `resume` asks for samples and simulator anyway
+        elif not configuration.system.resuming:
+            # Else `resume` asks for samples and simulator anyway
             entries["source"] = GIVEN
         loop = loop_of(configuration, source)
         if out is None:
@@ -276,7 +276,8 @@ class Run:
                     else None,
                 )
         except GeneratorExit:
-            if self._closed:  # the block around the loop has raised
+            # The block around the loop has raised
+            if self._closed:
                 return
         self._finish()
 
@@ -419,7 +420,8 @@ class Run:
         if folder is None:
             state = FINISHED if self.complete else STOPPED
             self._manifest |= {"state": state, "finished": now(), "seconds": self._seconds}
-            self._result = None  # a result of before has no dialogues
+            # A result of before has no dialogues
+            self._result = None
             return
         result = self.result
         with self.storage():
@@ -452,7 +454,8 @@ class Run:
         """Return what the fittest classifiers of some generations do, where there are stimuli."""
         if self._recorder is None or not self.configuration.system.stimulated:
             return {}
-        self._source.generation = None  # no generation is collected
+        # No generation is collected
+        self._source.generation = None
         model = np.array(list(self.result.estimate.values()))
         rows = np.unique(np.linspace(0, self.completed - 1, _LOOKED_BACK).astype(int))
         history = self.result.history[["classifier", "classifier_fitness"]]

@@ -156,7 +156,8 @@ def _evolution(traces: Traces, ending: Ending, record: Record) -> Evolution:
     verdicts = _said(configuration, traces, window)
     trials = configuration.trials_after(traces.completed)
     if record.folder is not None and record.folder.laboratory_path.exists():
-        trials //= configuration.swarm.replicas  # each executes a model of its own
+        # Each executes a model of its own
+        trials //= configuration.swarm.replicas
     return Evolution(
         interval=dict.fromkeys(names, [UNKNOWN] * 2) if verdicts else wandering,
         wandering=wandering,

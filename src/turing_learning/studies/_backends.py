@@ -113,7 +113,8 @@ class Backend:
     running: Callable[[Iterable["Future[str]"]], int] = (
         _count_running  # how many are being executed
     )
-    kill: Callable[[], None] = lambda: None  # ends all at once, where that is possible
+    # Ends all at once, where that is possible
+    kill: Callable[[], None] = lambda: None
 
 
 @contextmanager

@@ -39,7 +39,8 @@ class Start:
     disks: tuple[tuple[int, float], ...]
     corner_cm: float  #: x and y of the corner of the rectangle
     sides_cm: tuple[float, float]  #: Its width and height
-    others: int = 0  #: Number of bodies that need no room there: placed elsewhere, or only seen
+    #: Number of bodies that need no room there: placed elsewhere, or only seen
+    others: int = 0
 
     @property
     def bodies(self) -> int:
@@ -74,7 +75,8 @@ def most_disks(sides_cm: tuple[float, float], radius_cm: float) -> float:
     width = sides_cm[0] / (2 * radius_cm)
     height = sides_cm[1] / (2 * radius_cm)
     bound = 2 / math.sqrt(3) * width * height + width + height + 1
-    return bound * (1 + 1e-9)  # rounding never refuses a body
+    # Rounding never refuses a body
+    return bound * (1 + 1e-9)
 
 
 @dataclass(frozen=True)
@@ -275,8 +277,10 @@ class Tracking(Settings):
     and delay.
     """
 
-    position_noise_cm: float = 0.0  #: Standard deviation (cm) of x and of y in an image
-    heading_noise_rad: float = 0.0  #: Standard deviation (rad) of the heading in an image
+    #: Standard deviation (cm) of x and of y in an image
+    position_noise_cm: float = 0.0
+    #: Standard deviation (rad) of the heading in an image
+    heading_noise_rad: float = 0.0
     #: How old the poses are that an image shows (s); before the trial, robots rest
     delay_s: float = 0.0
 
@@ -314,7 +318,8 @@ class Scenario(Settings):
     #: the maximum
     controller: tuple[float, ...]
     agents: int = 10  #: Their number in a trial
-    replicas: int = 1  #: Their number; they come after the agents, objects after all robots
+    #: Their number; they come after the agents, objects after all robots
+    replicas: int = 1
     #: "mixed": replicas move among the agents. "separated": agents and replicas never meet; both
     #: have trials of their own, in groups of agents + replicas individuals (paper, section 4.6.3)
     grouping: Literal["mixed", "separated"] = "mixed"

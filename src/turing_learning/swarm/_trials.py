@@ -26,7 +26,8 @@ LARGEST_OUTPUT = 1.0
 class Drivers:
     """Which robots of R trials are driven by a network, and by which."""
 
-    weights: np.ndarray  #: (K, Q): Networks, laid out as in `models.ElmanModel`; finite
+    #: (K, Q): Networks, laid out as in `models.ElmanModel`; finite
+    weights: np.ndarray
     hidden: int  #: Their hidden neurons H, with Q = H^2 + 4 H + 2
     #: (R, A): The network, 0 to K - 1, that drives each robot; -1 for a reactive one
     driver: np.ndarray
@@ -61,7 +62,8 @@ def _unchangeable(numbers: np.ndarray) -> np.ndarray:
 class Simulation:
     """What was observed in R trials of A robots and O objects for T control cycles."""
 
-    poses: np.ndarray  #: (R, T + 1, A + O, 3): x, y (cm), heading (rad, in [-pi, pi)); robots first
+    #: (R, T + 1, A + O, 3): x, y (cm), heading (rad, in [-pi, pi)); robots first
+    poses: np.ndarray
     sensors: np.ndarray  #: (R, T + 1, A): Sensor state I at each pose
     #: (R, A, T, 2): Linear speed (cm/s), negative against the heading at a cycle's start; angular
     #: (rad/s)
@@ -439,9 +441,11 @@ TRIALS = 10
 class Execution:
     """What each robot of R trials executes, as `simulate` and `observe` take it."""
 
-    controllers: np.ndarray  #: Wheel speeds (R, A, 2 n), of a network the largest that it may give
+    #: Wheel speeds (R, A, 2 n), of a network the largest that it may give
+    controllers: np.ndarray
     fields_of_view: np.ndarray | None  #: (R, A), None where all are the scenario's
-    drivers: Drivers | None  #: Networks that drive some of the robots, None if all are reactive
+    #: Networks that drive some of the robots, None if all are reactive
+    drivers: Drivers | None
 
 
 def execution_of(scenario: Scenario, models: Behavior, executed: np.ndarray) -> Execution:
@@ -475,7 +479,8 @@ class Trials:
     """R trials of a scenario's A robots: who executes which model, from which poses, with which wheel noise."""
 
     scenario: Scenario  #: Of the agents, the arena and the duration
-    executed: np.ndarray  #: (R, A): The model that each robot executes; -1 for an agent
+    #: (R, A): The model that each robot executes; -1 for an agent
+    executed: np.ndarray
     #: (R, A + O, 3): x, y (cm), heading (rad) at the beginning; robots first, then objects
     poses: np.ndarray
     keys: np.ndarray  #: (R,): Of the wheel noise, one for each trial
@@ -531,7 +536,8 @@ class MixedSwarm:
     scenario: Scenario
     #: Number of threads; None takes every processor. It does not change the samples
     threads: int | None = None
-    model: Representation | None = None  #: What a model is; None takes the scenario's
+    #: What a model is; None takes the scenario's
+    model: Representation | None = None
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return genuine samples (trials x agents, T, 2) and counterfeit samples (M, replicas, T, 2).

@@ -63,7 +63,8 @@ def _named_object(name: str) -> Any:
         named: Any = import_module(module)
         for attribute in path.split("."):
             named = getattr(named, attribute)
-    except Exception as error:  # whatever a module does when it is imported
+    except Exception as error:
+        # Whatever a module does when it is imported
         return error
     return named
 

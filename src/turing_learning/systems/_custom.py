@@ -53,17 +53,15 @@ class CustomSystem(System, Settings):
 
     name: str  #: Of 1 to 60 letters, digits, _ and -
     title: str
-    parameters: dict[
-        str, Parameter
-    ]  #: In the order of the simulator's columns; P >= 1, with names like `name`
+    #: In the order of the simulator's columns; P >= 1, with names like `name`
+    parameters: dict[str, Parameter]
     signals: tuple[str, ...]
     steps: int
     #: (D,): The classifiers see (signal - center) / input_scale: here the median of the genuine
     #: data
     center: tuple[float, ...]
-    input_scale: tuple[
-        float, ...
-    ]  #: (D,): 99th percentile of the distance from the median; see `read_genuine`
+    #: (D,): 99th percentile of the distance from the median; see `read_genuine`
+    input_scale: tuple[float, ...]
     samples: int  #: Number of genuine samples; 0 if they come from a live source
     #: How many of them are judged in a generation, drawn anew each time; 0 for as many as there
     #: are models
@@ -389,7 +387,8 @@ class CustomSource(FallibleSource):
         _refuse_notebook(simulate)
         try:
             self._function = packed(self._answer)
-        except Exception as error:  # pickle raises what the object's own methods raise
+        except Exception as error:
+            # Pickle raises what the object's own methods raise
             rule = "be a function that another process can import"
             refuse("simulate", rule, f"{simulate!r} ({error})", _REMEDY)
 
@@ -427,7 +426,8 @@ class CustomSource(FallibleSource):
 
         Those of failed models are zeros, and marked in `failed`.
         """
-        samples: np.ndarray | None = None  # C is that of the first proper answer
+        # C is that of the first proper answer
+        samples: np.ndarray | None = None
         reasons: dict[int, str] = {}
         for models, answered in self._answers(parameters, rng):
             if samples is not None and not isinstance(answered, Failed):
@@ -446,7 +446,8 @@ class CustomSource(FallibleSource):
             if 2 * len(reasons) > len(parameters) and not self._probing:
                 break
         self.note(parameters, reasons)
-        if samples is None:  # all have failed, of models that nobody has inferred
+        # All have failed, of models that nobody has inferred
+        if samples is None:
             samples = np.zeros((len(parameters), 1, self.system.steps, len(self.system.signals)))
         return samples
 
@@ -627,7 +628,8 @@ def _untouched(rng: np.random.Generator) -> np.random.Generator:
     The simulator may have spawned from it, or from a copy in a worker.
     """
     origin = rng.bit_generator.seed_seq
-    assert isinstance(origin, np.random.SeedSequence)  # what it was spawned from has one
+    # What it was spawned from has one
+    assert isinstance(origin, np.random.SeedSequence)
     seeds = np.random.SeedSequence(
         origin.entropy, spawn_key=origin.spawn_key, pool_size=origin.pool_size
     )

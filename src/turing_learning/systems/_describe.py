@@ -31,9 +31,8 @@ class CustomOptions(TypedDict, total=False):
 
     name: str  #: A word for folders and tables; "own-system" by default
     title: str  #: What stands above the report; the name by default
-    signals: tuple[
-        str, ...
-    ]  #: Names of the D signals per step; by default the samples' `names`, if any
+    #: Names of the D signals per step; by default the samples' `names`, if any
+    signals: tuple[str, ...]
     #: How samples of different lengths are cut: "shortest", or a number of steps; None refuses them
     length: int | Literal["shortest"] | None
     #: Share of the genuine samples that are never learned from, 0.2 by default; or which ones,
@@ -50,16 +49,17 @@ class CustomOptions(TypedDict, total=False):
     #: own; as many as there are workers by default, 64 with an executor, else 1. The result depends
     #: on it, as it does not on the number of workers
     batches: int
-    workers: int | None  #: Number of processes that call the simulator; None calls it in this one
+    #: Number of processes that call the simulator; None calls it in this one
+    workers: int | None
     timeout_s: float | None  #: Longest duration of a call (s), with workers only
     #: What calls the simulator instead, any `concurrent.futures.Executor`: a pool, Dask's, MPI's
     executor: Any
-    provenance: Mapping[
-        str, Any
-    ]  #: Name -> value, JSON: where the samples come from, for the run's manifest
+    #: Name -> value, JSON: where the samples come from, for the run's manifest
+    provenance: Mapping[str, Any]
     stimulus: Mapping[str, tuple[float, float]]  #: Name -> (low, high) of each
     levels: int  #: 0, or one of how many values
-    passive: Any  #: Empty where the classifiers choose, "random", "constant", or series (R, T, S)
+    #: Empty where the classifiers choose, "random", "constant", or series (R, T, S)
+    passive: Any
     steps: int  #: Of a trial
     states: int  #: Numbers of a state
     opponents: int  #: Models that each classifier meets in a generation
@@ -118,7 +118,8 @@ def describe(
         remedy = "See what `recording.check()` finds, and give windows of individuals that move."
         got = f"the same at every step of all of them: {constant}"
         refuse("genuine", "be windows of motion that varies", got, remedy)
-    if constant:  # a model without noise can be found by a constant
+    # A model without noise can be found by a constant
+    if constant:
         remedy = "If that is not what was observed, repair the samples, or leave the signal out."
         message = (
             "Genuine samples do not vary in every signal: %s, at every step of all of them. %s"
@@ -210,7 +211,8 @@ def _batches(options: CustomOptions) -> int:
         return 0
     calls = 1
     workers = options.get("workers")
-    if type(workers) is int and workers >= 1:  # others are refused by what calls the simulator
+    # Others are refused by what calls the simulator
+    if type(workers) is int and workers >= 1:
         calls = workers
     if options.get("executor") is not None:
         calls = EXECUTOR_BATCHES

@@ -27,9 +27,8 @@ def answers_by(
         for call in calls:
             try:
                 futures.append(executor.submit(function, *call))
-            except (
-                Exception
-            ) as error:  # whatever an executor raises that is closed, or cannot pickle
+            except Exception as error:
+                # Whatever an executor raises that is closed, or cannot pickle
                 raise CustomSystemError(
                     f"`executor` must take calls; got {_described(error)}. {_RESUME}."
                 ) from None
@@ -47,7 +46,8 @@ def _answer_of(future: "Future[Answer]") -> Answer:
         raise CustomSystemError(
             f"`executor` must stay; it broke: {_described(error)}. {_RESUME}."
         ) from None
-    except Exception as error:  # the function catches what the simulator raises
+    except Exception as error:
+        # The function catches what the simulator raises
         if type(error).__name__ in WORKERS_DIED:
             return Failed("its workers died")
         rule = "be a function that its workers can import"

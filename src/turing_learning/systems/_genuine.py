@@ -39,9 +39,12 @@ class SplitSamples(Protocol):
 class Genuine:
     """Genuine samples of a system."""
 
-    samples: np.ndarray  #: (K, T, D): All of them, or the first observation of a live source
-    held_out: np.ndarray  #: (H,) int: Which of them are held out for testing, ascending
-    live: LiveSource | None = None  #: Where further samples come from, None for data
+    #: (K, T, D): All of them, or the first observation of a live source
+    samples: np.ndarray
+    #: (H,) int: Which of them are held out for testing, ascending
+    held_out: np.ndarray
+    #: Where further samples come from, None for data
+    live: LiveSource | None = None
     #: (F, A, 2): Positions in a recording's beginning, see `Windows.excerpt`
     excerpt: np.ndarray | None = None
     names: tuple[str, ...] = ()  #: Of the columns that they were read from; empty of arrays
@@ -189,7 +192,8 @@ def _as_series(sample: Any, number: int, names: tuple[str, ...]) -> np.ndarray:
             sample = table_values(sample, names)
     try:
         values = np.asarray(with_gaps(sample))
-    except ValueError:  # rows of different lengths
+    except ValueError:
+        # Rows of different lengths
         values = np.empty(0, dtype=object)
     where = f"sample {number}"
     rule = "be samples (K, T, D) of real numbers"

@@ -96,7 +96,8 @@ class PerModel:
 
     function: Callable[..., Any]  #: Called with the parameters by name, and a seed
     names: tuple[str, ...]  #: Of the parameters
-    columns: tuple[str, ...] = ()  #: Of the table, which are the signals; all by default
+    #: Of the table, which are the signals; all by default
+    columns: tuple[str, ...] = ()
     seeded: bool = True  #: Whether the function takes `seed`
     only: bool = False  #: Whether a table with further columns is refused
 
@@ -164,7 +165,8 @@ class Command:
 
     template: str  #: "prog --speed {speed} --noise {noise} --seed {seed}"
     names: tuple[str, ...]  #: Of the parameters
-    columns: tuple[str, ...] = ()  #: Of the CSV, which are the signals; all by default
+    #: Of the CSV, which are the signals; all by default
+    columns: tuple[str, ...] = ()
     timeout_s: float | None = None  #: Longest duration of a call (s)
     only: bool = False  #: Whether a table with further columns is refused
 

@@ -52,7 +52,8 @@ class Swarm(System):
     model: Representation  #: What a model is: the agents' parameters, or a network
     #: Number of threads; None takes every processor. It changes no sample
     threads: int | None = None
-    initial: tuple[float, float] = (-1.0, 1.0)  #: Range of the first models in each parameter
+    #: Range of the first models in each parameter
+    initial: tuple[float, float] = (-1.0, 1.0)
 
     signals = SPEEDS
     signal_units = SIGNALS
@@ -128,7 +129,8 @@ class Laboratory(Swarm):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.simulated = None  # a simulation would not be these robots
+        # A simulation would not be these robots
+        self.simulated = None
 
     def again(self, path: str) -> Text:
         """Return what to do in the laboratory."""

@@ -44,13 +44,15 @@ class Given:
     #: Samples, in any form that `describe` takes, or `Genuine` once they are checked
     genuine: Any = None
     simulate: Any = None  #: The simulator
-    workers: int | None = None  #: Number of processes that call it, None for this one
+    #: Number of processes that call it, None for this one
+    workers: int | None = None
     timeout_s: float | None = None  #: The longest duration of a call (s)
     groups: Any = None  #: (K,): Of a check: labels of the samples
     executor: Any = (
         None  #: A `concurrent.futures.Executor` that calls the simulator, instead of `workers`
     )
-    more: Mapping[str, Any] | None = None  #: Other options, which only a new run takes
+    #: Other options, which only a new run takes
+    more: Mapping[str, Any] | None = None
 
     @property
     def named(self) -> dict[str, Any]:
@@ -65,22 +67,24 @@ class System:
     name: str  #: A word for folders and tables
     title: str  #: Heading of the report
     noun: str  #: What a run of it is, in messages: "one in a laboratory"
-    parameters: Mapping[
-        str, Parameter
-    ]  #: In which results state models, with units and ranges of first models
+    #: In which results state models, with units and ranges of first models
+    parameters: Mapping[str, Parameter]
     signals: tuple[str, ...]  #: Names of the D signals per time step
     steps: int  #: Time steps of a sample, T
     interval_s: float  #: Duration of a step (s), 0 if it is not known
     #: Whether signals are measured "with" headings or "without"; empty if unknown, or if it makes
     #: no difference
     headings: Literal["", "with", "without"] = ""
-    smooth_frames: int = 1  #: Frames over which recorded positions were averaged; 1 for none
+    #: Frames over which recorded positions were averaged; 1 for none
+    smooth_frames: int = 1
     #: From the optimizer's numbers to parameters of models, and to what results state
     model: Representation
-    simulated: Scenario | None = None  #: The scenario, where the computer can simulate its swarms
+    #: The scenario, where the computer can simulate its swarms
+    simulated: Scenario | None = None
     #: Whether something is done to it while it is observed, see `Source.dialogues`
     stimulated: bool = False
-    step_unit: str = ""  #: What a caption adds on the unit of the models' step sizes
+    #: What a caption adds on the unit of the models' step sizes
+    step_unit: str = ""
 
     @property
     def parameter_labels(self) -> tuple[str, ...]:
@@ -185,7 +189,8 @@ class Source:
     #: Whether collecting may raise a `SystemFailedError`; the run returns to the generation's
     #: beginning then
     fallible: bool = True
-    failures: "FailureLog | None" = None  #: Failed simulations; None where none can fail alone
+    #: Failed simulations; None where none can fail alone
+    failures: "FailureLog | None" = None
     #: Samples that the run was given; None where some are observed anew
     genuine: "Genuine | None" = None
     together: int = 1  #: Number of models that a trial executes
@@ -324,7 +329,8 @@ class FallibleSource(Source):
     def __init__(self, system: System) -> None:
         self.system = system
         self.failures = FailureLog(tuple(system.parameters))
-        self.failed = np.zeros(0, dtype=bool)  # of the models that were simulated last, (M,)
+        # Of the models that were simulated last, (M,)
+        self.failed = np.zeros(0, dtype=bool)
         self._probing = False
 
     @contextmanager

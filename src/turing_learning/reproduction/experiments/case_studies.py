@@ -166,9 +166,8 @@ class Case:
     emergence: Sizes  # how the swarms of its models are measured
     shares: Spreads  # of the sensor readings, over trials
     agents: np.ndarray  # their dispersion (R,) at the end of the trials
-    repeated: (
-        np.ndarray
-    )  # (K, R), of the agents again, with other noise: how much hangs on their R trials?
+    # (K, R), of the agents again, with other noise: how much hangs on their R trials?
+    repeated: np.ndarray
 
     @property
     def gathered(self) -> str:
@@ -190,11 +189,12 @@ class Outcome:
 
     case: Case
     runs: Runs
-    intervals: (
-        np.ndarray
-    )  # (R, 2, P), ends of the 90 % interval of each run's estimate; NaN where unknown
-    medians: np.ndarray  # (G, P), over the runs, of the best model of each generation
-    emergence: dict[str, np.ndarray]  # kind -> dispersion (M, R) of replicas of each of M models
+    # (R, 2, P), ends of the 90 % interval of each run's estimate; NaN where unknown
+    intervals: np.ndarray
+    # (G, P), over the runs, of the best model of each generation
+    medians: np.ndarray
+    # Kind -> dispersion (M, R) of replicas of each of M models
+    emergence: dict[str, np.ndarray]
 
 
 def conduct_case_studies(work: Work, findings: Findings) -> None:

@@ -49,9 +49,11 @@ class BestAccuracies:
 
     variant: str  # of the verdicts: "" for the one that counts
     generations: np.ndarray  # (G,)
-    subjective: np.ndarray  # (R, G), of the classifier with the highest subjective fitness
+    # (R, G), of the classifier with the highest subjective fitness
+    subjective: np.ndarray
     objective: np.ndarray  # (R, G), the highest of the population
-    jury: np.ndarray  # (R, G), the highest of all that judge models: population, and archive if any
+    # (R, G), the highest of all that judge models: population, and archive if any
+    jury: np.ndarray
 
     @classmethod
     def of(

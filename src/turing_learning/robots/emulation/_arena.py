@@ -151,8 +151,10 @@ class Optics:
     """What degrades an image."""
 
     blur_px: float = 0.9  #: Standard deviation of the blur (pixels)
-    noise: float = 4.0  #: Standard deviation of a pixel's noise (gray levels of 256), independent in each channel
-    shade: float = 0.35  #: Share of the light that is missing in the darkest corner, in [0, 0.6]
+    #: Standard deviation of a pixel's noise (gray levels of 256), independent in each channel
+    noise: float = 4.0
+    #: Share of the light that is missing in the darkest corner, in [0, 0.6]
+    shade: float = 0.35
 
     def __post_init__(self) -> None:
         number("optics.blur_px", self.blur_px, above=0, most=5)
@@ -217,10 +219,12 @@ class EmulatedCamera:
         self._ground = self._paint_ground(arena_cm, wall_cm)
         columns, rows = self.image_size
         across, down = np.meshgrid(np.linspace(-1, 1, columns), np.linspace(-1, 1, rows))
-        away = np.hypot(across - 0.3, down + 0.2)  # from a lamp off the middle
+        # From a lamp off the middle
+        away = np.hypot(across - 0.3, down + 0.2)
         self._light = (1 - self._optics.shade * (away / away.max()) ** 1.6).astype(np.float32)
         self._empty = self._expose(self._ground, slice(None), slice(None))
-        shape = (rows + 256, columns + 256, 3)  # larger than the image, to be shifted at random
+        # Larger than the image, to be shifted at random
+        shape = (rows + 256, columns + 256, 3)
         noise = np.rint(
             self._rng.standard_normal(shape, dtype=np.float32) * self._optics.noise
         ).astype(np.int16)

@@ -29,18 +29,17 @@ from turing_learning.robots._link import (
 GREETING = b'\f\aWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 NOT_FOUND = b"z,Command not found\r\n"
 LONGEST_COMMAND = 256
-LARGEST_NUMBER = 32767  #: Numbers of the public protocol have 16 bits, as on an e-puck
-LARGEST_IMAGE = 38_400  #: Bytes; the buffer of an e-puck2 (`MAX_BUFF_SIZE` of its dcmi_camera.h)
-_USUAL_IMAGE = (
-    1,
-    40,
-    40,
-    8,
-)  # mode (color), width, height, zoom; also where a larger one is asked for
+#: Numbers of the public protocol have 16 bits, as on an e-puck
+LARGEST_NUMBER = 32767
+#: Bytes; the buffer of an e-puck2 (`MAX_BUFF_SIZE` of its dcmi_camera.h)
+LARGEST_IMAGE = 38_400
+# mode (color), width, height, zoom; also where a larger one is asked for
+_USUAL_IMAGE = (1, 40, 40, 8)
 LARGEST_ANSWER = (
     65_536  #: Bytes that wait to be sent; what goes beyond is lost, as on a line that is full
 )
-_NUMBER = re.compile(r",[ \t\n\v\f\r]*([+-]?[0-9]+)")  # what `sscanf(",%d")` of the firmware reads
+# What `sscanf(",%d")` of the firmware reads
+_NUMBER = re.compile(r",[ \t\n\v\f\r]*([+-]?[0-9]+)")
 _LOGGER = logging.getLogger(__name__)
 _VERSIONS = {"e-puck": "Version 1.2.2", "e-puck2": "Version 2.0"}
 _HELP = "A B,# b C D,#,# E F,# G g H I J,#,#,#,# K L,#,# M N O P,#,# Q R S T,# U V W,#,#,# X Y,#,#"
@@ -62,13 +61,18 @@ _BINARY_ARGUMENTS = {"D": 4, "L": 2, "P": 4, "W": 3, "w": 35}
 _SECOND_ARGUMENTS = {"Y": 2, "\x09": 19, "\x0a": 12, "\x0f": 1, "\x10": 1, "\x11": 1}
 
 
-LOOP = {"R1": 1.0, "R2": 8.0, "R3": 1.0, "R4": 1.0, "R5": 7.0}  #: States and how long they last (s)
+#: States and how long they last (s)
+LOOP = {"R1": 1.0, "R2": 8.0, "R3": 1.0, "R4": 1.0, "R5": 7.0}
 _AFTER = dict(zip(LOOP, (*tuple(LOOP)[1:], "R1"), strict=True))
 _SIGNALS = {"R1": "STOP", "R4": "START"}
 #: Of the infrared sensors, from the heading
 SENSOR_ANGLES = np.radians([-17.0, -47.0, -90.0, -151.0, 151.0, 90.0, 47.0, 17.0])
-OBSTACLE = 120  #: Least infrared reading at which a dispersing robot turns: walls at about 5 cm, black skirts at 1 cm
-WALL = 400  #: Infrared reading that only a wall causes, nearer than 2 cm: a black skirt does not, even when it touches
+#: Least infrared reading at which a dispersing robot turns: walls at about 5 cm, black skirts at 1
+#: cm
+OBSTACLE = 120
+#: Infrared reading that only a wall causes, nearer than 2 cm: a black skirt does not, even when it
+#: touches
+WALL = 400
 _AHEAD, _ALONG = math.cos(math.radians(75)), math.cos(math.radians(100))
 _ANYWHERE_S = (0.0, 1.25)  # up to once around in place, at full speed
 _AWAY_S = (0.2, 0.8)
@@ -76,8 +80,11 @@ _TICK = 1e-9
 ALONE_S = 2.0
 """A robot stands when its PC was not heard so long (s): one that commands its wheels, has started it, or has said
 that it is there. Its loop goes on."""
-MOST_LOOPS = 5  #: A replica that its PC has asked nothing for so many loops halts, and waits for the remote control
-Wheels = tuple[float, float]  #: Left and right wheel speed, fractions of the maximum
+#: A replica that its PC has asked nothing for so many loops halts, and waits for the remote
+#: control
+MOST_LOOPS = 5
+#: Left and right wheel speed, fractions of the maximum
+Wheels = tuple[float, float]
 STILL: Wheels = (0.0, 0.0)
 FULL_SPEED = 1000  #: Steps per second
 
@@ -143,8 +150,10 @@ class EmulatedRobot:
         self._until = 0.0
         self._turn_until = 0.0
         self._side = 1.0
-        self._pauses = False  # before the next control cycle, for a random part of one
-        self._stood = False  # in this trial, for want of the PC
+        # Before the next control cycle, for a random part of one
+        self._pauses = False
+        # In this trial, for want of the PC
+        self._stood = False
         self._answer = bytearray()
         self.understood = 0
         self._lock = threading.RLock()
@@ -165,10 +174,8 @@ class EmulatedRobot:
             self._speed: tuple[int, ...] = (0, 0)  # what is answered to E
             self._steps: tuple[int, ...] = (0, 0)
             self._image: tuple[int, ...] = _USUAL_IMAGE
-            self._light_set: tuple[int, ...] = (
-                0,
-                0,
-            )  # number and action; what a command leaves out stays
+            # Number and action; what a command leaves out stays
+            self._light_set: tuple[int, ...] = (0, 0)
             self._heard_at = self._clock()
             self.executing: Model | None = None
             self._waiting: Model | None = None
@@ -176,7 +183,8 @@ class EmulatedRobot:
             self._entered = self._clock()
             self._trial = 0
             self.called = False
-            self._alive_at = math.inf  # when the PC was heard on which the loop depends
+            # When the PC was heard on which the loop depends
+            self._alive_at = math.inf
             self._asked_at = math.inf  # when it asked anything
 
     def receive(self, data: bytes) -> bytes:
@@ -305,7 +313,8 @@ class EmulatedRobot:
         """Return the answer to a command, nothing if it fails: the next ones must be heard, as one may be a halt."""
         try:
             return obey(*command)
-        except Exception as error:  # of the body, whatever it is
+        except Exception as error:
+            # Of the body, whatever it is
             _LOGGER.warning("A command was not executed: %s", error)
             return b""
 

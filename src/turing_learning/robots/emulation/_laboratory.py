@@ -55,7 +55,8 @@ _GARBAGE = b"\x9a\xff\x01x,START,9"
 _REPLICA_COLORS = ("orange", "purple", "green", "red")
 _BEST_BATTERY = 1.4
 _CYCLES = 4  # whose poses are kept, because an image may be rendered late
-_PARTS = 5  # of a control cycle, at whose ends robots may act where each has its own phase
+# Of a control cycle, at whose ends robots may act where each has its own phase
+_PARTS = 5
 _EARLY_S = 1e-9  # by which a robot may act before its time, for want of digits
 _OTHER_NAMES = {"press_remote": "remote", "put_in_order": "repair"}
 LOW_BATTERY = 0.15  #: Share of its charge below which a robot's LED lights

@@ -268,7 +268,8 @@ class TcpServer(_Server):
             if client is None or client not in ready or client is not self._client:
                 return b""
             data = client.recv(4096)
-        except (OSError, ValueError):  # also of a socket that a failed answer has closed meanwhile
+        except (OSError, ValueError):
+            # Also of a socket that a failed answer has closed meanwhile
             data = b""
         if not data:
             self._hang_up()
@@ -329,9 +330,8 @@ class TerminalServer(_Server):
         return b""
 
     def _write(self, data: bytes) -> None:
-        with suppress(
-            OSError
-        ):  # nobody reads, and the line is full: a serial line loses bytes then, too
+        # Nobody reads, and the line is full: a serial line loses bytes then, too
+        with suppress(OSError):
             os.write(self._master, data)
 
 

@@ -50,7 +50,8 @@ class ArenaService(AbstractContextManager["ArenaService"]):
         self.laboratory = EmulatedLaboratory(
             scenario, conditions=conditions, seed=seed, make_line=lambda robot, _: serve(robot)
         )
-        self.laboratory.camera.take()  # renders the first image, which takes longest, before anybody waits for it
+        # Renders the first image, which takes longest, before anybody waits for it
+        self.laboratory.camera.take()
         self._stream = CameraStream(self._next_image)
         self.camera_url = self._stream.url
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -165,7 +166,8 @@ class CameraStream(ThreadingHTTPServer):
 
 class _Handler(BaseHTTPRequestHandler):
     server: CameraStream
-    timeout = 10.0  # of a request that is not complete, and of a viewer that takes nothing
+    # Of a request that is not complete, and of a viewer that takes nothing
+    timeout = 10.0
 
     def do_GET(self) -> None:
         """Send images until the viewer leaves."""

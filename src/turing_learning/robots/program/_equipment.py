@@ -34,7 +34,8 @@ from ..tracking._tracker import IRREGULAR, Fault, Track, Tracker, compare_labels
 from ._setup import Laboratory, LaboratoryError, LaboratorySetup, RobotSection
 
 _MOST_OLD = 200  # images that a camera may have kept for later
-_MOST_MORE = 5  # images taken to tell whether the last ones were late, or one was left out
+# Images taken to tell whether the last ones were late, or one was left out
+_MOST_MORE = 5
 _MOST_LOST = 0.1  # share of the images that may be lost, each alone
 
 
@@ -71,7 +72,8 @@ class PunctualImages:
         interval_s = self.interval_s
         clock.sleep(self.begin_s - interval_s - clock.now())
         begun = drop_old_images(camera, clock, interval_s)
-        delays: list[float] = []  # of each image after the time at which a regular camera takes it
+        # Of each image after the time at which a regular camera takes it
+        delays: list[float] = []
         ahead: deque[tuple[np.ndarray, float]] = deque()
         frame = 0
         lost = 0
@@ -106,13 +108,11 @@ class PunctualImages:
         trouble = ""
         before, after = np.minimum.accumulate(late_s), np.minimum.accumulate(late_s[::-1])[::-1]
         sooner = np.median(late_s[-third:]) - np.median(late_s[:third]) < -interval_s / 2
-        if (
-            after - before
-        ).max() > interval_s / 2:  # all images come later after one that was left out
+        # All images come later after one that was left out
+        if (after - before).max() > interval_s / 2:
             trouble = f"one left out before image {int(np.argmax(after - before > interval_s / 2))}, or more"
-        elif sooner or (
-            lost and before[0] - before[-1] > interval_s / 2
-        ):  # or some were taken for lost that were not
+        elif sooner or (lost and before[0] - before[-1] > interval_s / 2):
+            # Or some were taken for lost that were not
             trouble = "them faster"
         if trouble:
             advice = "Check camera.fps, and that the PC has nothing else to do."
@@ -179,7 +179,8 @@ class TerminalOperator(Operator):
 @contextmanager
 def _interruptible() -> Iterator[None]:
     """Let Ctrl-C and a request to terminate raise KeyboardInterrupt, also where a command waits for the end of a batch."""
-    if threading.current_thread() is not threading.main_thread():  # signals are handled there
+    # Signals are handled there
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
     before = {
@@ -198,12 +199,10 @@ class Equipment:
     """The devices of a laboratory, real or emulated; the program cannot tell which."""
 
     clock: Clock  #: For all waiting
-    open_replica: Callable[
-        [str], Replica
-    ]  #: Address -> robot there; raises LinkError if nobody answers
-    open_tracker: Callable[
-        [], PoseSource
-    ]  #: Raises CameraError, or FileNotFoundError, if there is none
+    #: Address -> robot there; raises LinkError if nobody answers
+    open_replica: Callable[[str], Replica]
+    #: Raises CameraError, or FileNotFoundError, if there is none
+    open_tracker: Callable[[], PoseSource]
     operator: Operator  #: Helps when asked
 
     def replica(self, address: str) -> Replica:
@@ -264,7 +263,8 @@ def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> 
     """
     setup = laboratory.setup
     clock = RealClock()
-    alive_s = setup.timing.loop_s / 36  # a replica stands after a ninth of a loop, 2 s of 18 s
+    # A replica stands after a ninth of a loop, 2 s of 18 s
+    alive_s = setup.timing.loop_s / 36
 
     def part(
         argument: str, name: str
@@ -342,7 +342,8 @@ def fastest_turn(robot: Robot) -> float:
 
 IMAGES = 20  #: Taken to measure the camera's rate
 RATE_TOLERANCE = 0.1
-RATE_TRIES = 5  #: A PC that is busy for a moment takes images late, and then many at once
+#: A PC that is busy for a moment takes images late, and then many at once
+RATE_TRIES = 5
 LANDMARK_CM = (
     1.0  #: Largest distance between where a landmark lies by the file and where it is seen
 )

@@ -19,14 +19,16 @@ from turing_learning.trajectories import wrap
 WINDOW = 10  #: Trials that are looked at together, the last ones
 LEAST_TRIALS = 4  #: Before which nothing is said
 LEAST_STEPS = 150  #: Steps of robots that move, before anything is said of headings
-MOVING = 0.25  #: Share of the largest speed from which on a step shows a direction, beyond the tracker's noise
-COHERENT = 0.6  #: Mean resultant length from which on directions agree; 0 for any directions, 1 for equal ones
+#: Share of the largest speed from which on a step shows a direction, beyond the tracker's noise
+MOVING = 0.25
+#: Mean resultant length from which on directions agree; 0 for any directions, 1 for equal ones
+COHERENT = 0.6
 INCOHERENT = 0.35  #: And below which they do not
-OFFSET_RAD = math.radians(
-    25.0
-)  #: Angle between headings and directions that no marker glued on by hand has
+#: Angle between headings and directions that no marker glued on by hand has
+OFFSET_RAD = math.radians(25.0)
 STILL_RAD = 0.02  #: Change of a heading in a trial below which it is frozen
-SAME_MODEL = 0.12  #: Difference of wheel speeds, as fractions of the maximum, within which a step is that of a model
+#: Difference of wheel speeds, as fractions of the maximum, within which a step is that of a model
+SAME_MODEL = 0.12
 #: Share of steps, in excess of chance, from which on a track is that of a model
 SPECIFIC = 0.25
 #: Mean excess over all replicas from which on a supposed mistake (metres, mirrored axes, ...) is taken for the true one

@@ -37,7 +37,8 @@ _BASE = {
     "scenario.robot.clamp_wheel_speeds": True, "scenario.trial.duration_s": 5.0,
 }  # fmt: skip
 """The paper's setup (sections 5.1 and 5.3), for what the file leaves out; no jumps (decision 0025); each generation is saved."""
-TRIALS = 300  #: Of a run that nothing is said of: an afternoon with robots (decision 0028)
+#: Of a run that nothing is said of: an afternoon with robots (decision 0028)
+TRIALS = 300
 _SIZES = {"models.population", "models.parents", "models.offspring"}
 
 _OF_GENERATIONS = ("run.generations", "models", "coevolution")
@@ -126,7 +127,8 @@ class InterventionsSection(Section):
     batteries_every: Count = (
         25  #: Generations, or tens of trials, after which all batteries are replaced
     )
-    stuck_cm: NotNegative = 0.2  #: A robot that moves less in a trial, and does not turn, is stuck
+    #: A robot that moves less in a trial, and does not turn, is stuck
+    stuck_cm: NotNegative = 0.2
 
 
 class EvaluationSection(Section):

@@ -36,11 +36,14 @@ TURN_RAD = 0.1
 SURE_TURN_RAD = (
     0.5  #: A model that must turn a robot so far in the track, in every sensor state, cannot stand
 )
-ALONE = 2  #: How often the program tries again alone after a missed signal, or where the camera gives no images
+#: How often the program tries again alone after a missed signal, or where the camera gives no
+#: images
+ALONE = 2
 IMAGES_ALONE = (
     10  #: How often after lost images: of 51 images, 1 % lost, two trials in five have a gap
 )
-RECONNECT_S = 30.0  #: How long a lost link is retried: as long as Bluetooth needs to reconnect
+#: How long a lost link is retried: as long as Bluetooth needs to reconnect
+RECONNECT_S = 30.0
 #: If at least this share of the robots jumps in one image, it was the camera that moved
 MOST_JUMPED = 0.6
 _POLL_S = 0.05
@@ -71,14 +74,14 @@ class ObservedTrial:
     """What was observed in one trial."""
 
     number: int  #: In its generation, from 0
-    models: np.ndarray  #: (R, P): Wheel speeds that the replicas executed, fractions of the maximum
+    #: (R, P): Wheel speeds that the replicas executed, fractions of the maximum
+    models: np.ndarray
     sequences: tuple[int, ...]  #: Sequence numbers of these models
     counts: tuple[int, ...]  #: The replicas' own counts of trials
     started_s: float  #: Time of START, by the clock
     track: Track  #: Agents first, then replicas
-    faults: tuple[
-        str, ...
-    ]  #: What makes it useless: the tracker's faults, and robots that are stuck; for the operator
+    #: What makes it useless: the tracker's faults, and robots that are stuck; for the operator
+    faults: tuple[str, ...]
 
     @classmethod
     def of(cls, number: int, arrays: Mapping[str, np.ndarray]) -> Self:
@@ -150,7 +153,8 @@ class PcProgram:
         self._starts: dict[str, Signal] = {}
         self._counts: dict[str, int] = {}
         self._done: list[ObservedTrial] = []
-        self._observed: ObservedTrial | None = None  # the trial that waits for its STOP
+        # The trial that waits for its STOP
+        self._observed: ObservedTrial | None = None
         self._send_until = -np.inf
 
     def _enter(self, state: str) -> None:
@@ -471,10 +475,8 @@ LARGEST = -1.0, 1.0  # wheel speeds, as fractions of the largest
 TRIALS_OF_A_GENERATION = (
     10  # of the paper: in how many batteries lose what one generation costs them
 )
-PAUSE_S, LONGEST_PAUSE_S = (
-    2.0,
-    8.0,
-)  # before links are reopened, twice as long each time; the longest pause
+# Before links are reopened, twice as long each time; the longest pause
+PAUSE_S, LONGEST_PAUSE_S = (2.0, 8.0)
 _LOGGER = logging.getLogger(__name__)
 
 
@@ -532,7 +534,8 @@ class LaboratorySource(Source):
         self._stored = stored
         self._stage = ""
         self._attempt = 0
-        self._fresh_at = 0  # the generation at whose beginning batteries were fresh
+        # The generation at whose beginning batteries were fresh
+        self._fresh_at = 0
         self._spent = spent
         self.together = len(setup.replicas)
         self.ends = LARGEST if spent else None
@@ -601,7 +604,8 @@ class LaboratorySource(Source):
         ]
         trials = list(stored[: [*same, False].index(False)])
         wanted = len(rounds)
-        tries, since_s, before = 0, 0.0, 0  # at the same trial: how often disturbed, and since when
+        # At the same trial: how often disturbed, and since when
+        tries, since_s, before = 0, 0.0, 0
         while len(trials) < wanted:
             self._attempt += not trials
             try:

@@ -18,7 +18,8 @@ from turing_learning.errors import integer, number, optional, refuse, require
 from turing_learning.robots._clock import Clock, RealClock
 
 PATIENCE_S = 5.0  #: Time without an image after which a camera has failed
-_WANTED_S = 2.0  # so long after an image was taken, the next ones are decoded and kept
+# So long after an image was taken, the next ones are decoded and kept
+_WANTED_S = 2.0
 _MOST_KEPT = 64  # images that wait for a busy program
 SETTINGS = {
     "fourcc": "FOURCC", "width": "FRAME_WIDTH", "height": "FRAME_HEIGHT", "fps": "FPS", "exposure": "EXPOSURE",
@@ -185,15 +186,15 @@ class LiveCapture(Capture):
     def close(self) -> None:
         self._done = True
         self._thread.join(PATIENCE_S)
-        if (
-            not self._thread.is_alive()
-        ):  # one that a driver does not let go must not lose its device
+        # One that a driver does not let go must not lose its device
+        if not self._thread.is_alive():
             super().close()
 
     def _follow(self) -> None:
         while not self._done and self._device.grab():
             came_s = self._clock.now()
-            if came_s > self._wanted_until:  # nobody takes images: what is old is of no use
+            # Nobody takes images: what is old is of no use
+            if came_s > self._wanted_until:
                 self._images.clear()
                 continue
             taken, image = self._device.retrieve()
@@ -283,7 +284,8 @@ class Calibration:
     #: (3, 3): From the arena's axes (x, y on the floor, z up) to the camera's (right, down, forward)
     rotation: np.ndarray
     translation: np.ndarray  #: (3,): The arena's origin in the camera's axes (cm)
-    error_px: float = 0.0  #: Root mean square reprojection error of the landmarks (pixels)
+    #: Root mean square reprojection error of the landmarks (pixels)
+    error_px: float = 0.0
 
     @property
     def position_cm(self) -> np.ndarray:

@@ -35,7 +35,8 @@ class Detections:
     positions: np.ndarray  #: (n, 2): Centre of the robot (cm)
     #: (n,) or None: Heading of the robot (rad, anticlockwise); None for markers that do not show it
     headings: np.ndarray | None
-    labels: tuple[str, ...]  #: For each, the color, or the identity of an ArUco marker as text
+    #: For each, the color, or the identity of an ArUco marker as text
+    labels: tuple[str, ...]
 
 
 class Markers(Protocol):
@@ -69,7 +70,8 @@ class _Spot:
 
     center: np.ndarray  # (2,), weighted mean
     label: str  # its color
-    direction: float  # (rad) in which it tapers off: the axis of largest variance, on the side of the third moment
+    # (rad) in which it tapers off: the axis of largest variance, on the side of the third moment
+    direction: float
     skewness: float  # that way: a triangle's long tail is its tip
     elongation: float  # variance along over that across
 
@@ -147,7 +149,8 @@ class TriangleMarkers(_ColoredMarkers):
     half_width_cm: float = 1.6  #: Half the base
     disk_radius_cm: float = 3.3  #: Radius of the white disk
     height_cm: float = 6.0  #: Height of the marker above the floor
-    chroma: int = 40  #: Least difference between the largest and the smallest channel (0 to 255) of a colored pixel
+    #: Least difference between the largest and the smallest channel (0 to 255) of a colored pixel
+    chroma: int = 40
     has_heading = True
 
     def __post_init__(self) -> None:
@@ -241,7 +244,8 @@ class ArucoMarkers(Markers):
         return self._detector.getDictionary()
 
     def shapes(self, label: str) -> Shapes:
-        count = self._words.markerSize + 2  # cells along a side, with the black edge
+        # Cells along a side, with the black edge
+        count = self._words.markerSize + 2
         cells = self._words.generateImageMarker(int(label), count)
         square = self.side_cm * np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
         step = self.side_cm / count
@@ -268,7 +272,8 @@ class ArucoMarkers(Markers):
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
         identities, corners = find_squares(self._detector, image)
         if len(corners):
-            at = corners.astype(np.float32).reshape(-1, 1, 2)  # x, y between the pixels of `places`
+            # x, y between the pixels of `places`
+            at = corners.astype(np.float32).reshape(-1, 1, 2)
             corners = cv2.remap(
                 places, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
             ).astype(np.float64)

@@ -87,7 +87,8 @@ class Track:
 
     def bridged(self) -> "Track":
         """Return it with everybody midway between the poses before and after a single lost image."""
-        poses, frames = self.poses.copy(), np.flatnonzero(self.lost)  # never two in a row
+        # Never two in a row
+        poses, frames = self.poses.copy(), np.flatnonzero(self.lost)
         displacement = poses[frames + 1] - poses[frames - 1]
         displacement[..., 2] = wrap(displacement[..., 2])
         poses[frames] = poses[frames - 1] + displacement / 2
@@ -261,7 +262,8 @@ class Tracker:
         """Forget who is where: the next image begins a new track."""
         self._frame = -1
         self._poses = np.zeros((len(self.labels), 3))
-        self._gap = np.full(len(self.labels), -1)  # images since the last sight; -1: never seen
+        # Images since the last sight; -1: never seen
+        self._gap = np.full(len(self.labels), -1)
         self._last_image: np.ndarray | None = None
         self._was_present = np.ones(len(self.labels), bool)
         self._lost = np.zeros(len(self.labels), bool)
