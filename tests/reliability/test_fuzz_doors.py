@@ -248,7 +248,7 @@ def test_check(options, finished):
 def test_detect(options, motion, finished):
     base = {"behaviors": 2, "trials": 1, "threads": 1, "rule": "unanimous"}
     detector = Detector.from_run(finished, **base)
-    for door in (detector.judge, detector.p_values, detector.verdicts, detector.with_false_alarms):
+    for door in (detector.judge, detector.p_values, detector.verdicts):
         accepted(door, motion)
     if not any(isinstance(value, int) and value > 3 for value in options.values()):
         accepted(Detector.from_run, finished, **(base | options))

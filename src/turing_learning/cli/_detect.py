@@ -374,7 +374,7 @@ def _timed_row(verdict: "tl.detection.TimedVerdict") -> tuple[str, ...]:
             f"{verdict.threshold:.2f}",
             "abnormal" if verdict.abnormal else "normal",
         )
-    spells = [f"{begin:.1f} to {end:.1f}" for begin, end in verdict.spells[:MOST_SPELLS]]
+    spells = [f"{begin:.1f} to {stop:.1f}" for begin, stop in verdict.spells[:MOST_SPELLS]]
     unshown = len(verdict.spells) - MOST_SPELLS
     if unshown > 0:
         spells.append(f"{unshown} more")

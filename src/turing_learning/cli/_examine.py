@@ -62,8 +62,8 @@ def test(
     example = "For example: turing-learning test fish.csv --against simulated.csv"
     if not real:
         refuse("REAL", "be one recording or several", "none", example)
-    others = against.against
-    if not others:
+    against_files = against.against
+    if not against_files:
         refuse("--against", "be one recording or several", "none", example)
     if out is not None:
         refuse_target(out, name="out", suffixes=(".html",), force=force)
@@ -74,17 +74,17 @@ def test(
         names = [name.strip() for name in signals.split(",")]
     # Trackers write .npy and .npz, too: what is in them decides.
     arrays = []
-    for path in (*real, *others):
+    for path in (*real, *against_files):
         arrays.append(path.suffix.lower() in ARRAYS and tl.detection.holds_motion(path))
     if any(arrays):
         got = "samples and recordings"
         require(all(arrays), "REAL", "be recordings where the others are, or samples", got)
         remedy = "Arrays hold samples that are measured already."
         tracks.refuse_beside("be left out for samples", remedy, window=window)
-        sides = [_samples(real), _samples(others)]
+        sides = [_samples(real), _samples(against_files)]
         # One file of a side says nothing of how files differ: then samples are exchanged.
         groups = None
-        if len(real) > 1 and len(others) > 1:
+        if len(real) > 1 and len(against_files) > 1:
             groups = [owners for _, owners in sides]
         outcome = tl.test(sides[0][0], sides[1][0], groups, names, **options)
     else:
@@ -99,9 +99,9 @@ def test(
     else:
         plain_console().print(outcome)
     if out is not None:
-        title = f"{named(real)} against {named(others)}"
+        title = f"{named(real)} against {named(against_files)}"
         command = shlex.join(
-            ["turing-learning", "test", *map(str, real), "--against", *map(str, others)]
+            ["turing-learning", "test", *map(str, real), "--against", *map(str, against_files)]
         )
         tl.report.write_page(test_page(outcome, title, command), out)
         print(out, file=sys.stderr if as_json else sys.stdout)

@@ -385,10 +385,10 @@ def _execute(
     def progressed(progress: "tl.runs.Progress") -> None:
         model = progress.estimate if of_trials else progress.scored.best_model
         models = named_numbers(zip(progress.parameter_names, model, strict=True))
-        each = (
+        pace = (
             f"{progress.seconds_per_generation:.0f} s each {'batch' if of_trials else 'generation'}"
         )
-        line(f"{progress.place}  {each}  {models}")
+        line(f"{progress.place}  {pace}  {models}")
 
     pace = _Pace(laboratory)
 

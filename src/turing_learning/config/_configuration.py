@@ -323,8 +323,8 @@ def _demands(configuration: Configuration) -> Iterator[tuple[str, float, tuple[s
     scenario = configuration.system.simulated
     if scenario:
         bodies = scenario.bodies
-        own = [f"scenario.items.{name}.count" for name in scenario.items]
-        of_bodies = (*_SWARM, "scenario.objects.count", *own)
+        of_items = [f"scenario.items.{name}.count" for name in scenario.items]
+        of_bodies = (*_SWARM, "scenario.objects.count", *of_items)
         yield "searching the bodies of a trial for near pairs", 16.0 * bodies**2, of_bodies
 
 

@@ -122,8 +122,10 @@ def load_variants(
                 got = f"it in the study's grid or list and as {origins.labels.get(key, key)}"
                 reject(key, "be given once", got, "Leave one out.")
         words = ", ".join(f"{key} = {brief(value)}" for key, value in differences.items())
-        places = dict.fromkeys(differences, f"configuration {number} of the study: {words}")
-        labelled = replace(origins, labels={**origins.labels, **places})
+        labels_of_variants = dict.fromkeys(
+            differences, f"configuration {number} of the study: {words}"
+        )
+        labelled = replace(origins, labels={**origins.labels, **labels_of_variants})
         configuration = resolve(base, fixed | differences, scenario, labelled)
         _require_executable(configuration, scenario)
         variants.append(configuration)

@@ -37,9 +37,9 @@ def checked_motion(
     if not np.isfinite(motion).all():
         individual, sample, step, signal = np.argwhere(~np.isfinite(motion))[0]
         label = individual if individuals is None else individuals[individual]
-        place = f"individual {label}, sample {sample}, step {step}, signal {signal}"
+        where = f"individual {label}, sample {sample}, step {step}, signal {signal}"
         value = str(motion[individual, sample, step, signal])
-        reject(name, "be finite", value, "Leave such samples out.", place=place)
+        reject(name, "be finite", value, "Leave such samples out.", place=where)
     return motion
 
 

@@ -1,7 +1,7 @@
 """Rules of detection by votes: who votes, how much a vote counts, and what it says."""
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -289,11 +289,6 @@ class Detector:
             scan.verdict(name, times, own_scores, thresholds[len(own_scores)])
             for name, times, own_scores in individuals
         )
-
-    def with_false_alarms(self, share: float) -> "Detector":
-        """Return a detector with another share of false alarms; nothing is judged again."""
-        number("false_alarms", share, above=0, below=1, error=ConfigurationError)
-        return replace(self, false_alarms=share)
 
     def _warn_if_blind(self) -> None:
         """Log a warning if genuine motion that had no part in the weights scores no higher than abnormal."""

@@ -126,8 +126,8 @@ def window_table(verdicts: Sequence[TimedVerdict]) -> str:
     rows = []
     for verdict in verdicts:
         windows = zip(verdict.times, verdict.scores, verdict.flagged, strict=True)
-        for number, ((begin, end), score, flagged) in enumerate(windows, 1):
-            times = (f"{begin:.6g}", f"{end:.6g}")
+        for number, ((begin, stop), score, flagged) in enumerate(windows, 1):
+            times = (f"{begin:.6g}", f"{stop:.6g}")
             abnormal = int(verdict.abnormal)
             rows.append((verdict.individual, abnormal, number, *times, score, int(flagged)))
     columns = ("individual", "individual_abnormal", "window", "begin_s", "end_s", "score")

@@ -117,11 +117,11 @@ class Jumper:
             refuse(
                 "groups", "be two or more of one length and have no index in common", str(groups)
             )
-        for name, given in (
+        for name, indices_given in (
             ("groups", indices),
             ("dependent", [int(index) for index in dependent]),
         ):
-            fits = all(0 <= index < self._dimension for index in given)
+            fits = all(0 <= index < self._dimension for index in indices_given)
             got = str(groups if name == "groups" else dependent)
             require(fits, name, f"hold indices from 0 to {self._dimension - 1}", got)
         require(

@@ -53,11 +53,11 @@ def answers(
     alone = np.arange(count)
     shares = []
     for examiner in QUICK:
-        seen = views.standardized[examiner.sees][:count]
-        right = right_answers(examiner.cross_fitted(seen, labels, alone), labels, alone)
+        features = views.standardized[examiner.sees][:count]
+        right = right_answers(examiner.cross_fitted(features, labels, alone), labels, alone)
         shares.append(float(right.mean()))
     # What it learns is nobody else's
     best = copy(QUICK[int(np.argmax(shares))])
-    seen = views.standardized[best.sees]
-    best.fit(seen[:count], labels[:, 0])
-    return np.asarray(best.score(seen[count:]) > 0)
+    features = views.standardized[best.sees]
+    best.fit(features[:count], labels[:, 0])
+    return np.asarray(best.score(features[count:]) > 0)

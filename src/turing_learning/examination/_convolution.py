@@ -64,9 +64,9 @@ def convolution_features(windows: np.ndarray, rng: np.random.Generator) -> np.nd
         together = max(1, AT_ONCE // signal[..., 0].size)
         for number, dilation in enumerate(dilations):
             same = kernels[drawn[drawn // len(kernels) == number] % len(kernels)]
-            for first in range(0, len(same), together):
-                part = same[first : first + together]
-                columns.append(_shares(signal, part, int(dilation), rng))
+            for begin in range(0, len(same), together):
+                group = same[begin : begin + together]
+                columns.append(_shares(signal, group, int(dilation), rng))
     return np.concatenate(columns, axis=1)
 
 

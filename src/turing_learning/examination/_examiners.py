@@ -14,7 +14,7 @@ PENALTIES = (0.01, 0.1, 1.0, 10.0)
 LEVELS = 31
 """Ranks of a statistic that trees see: dividing its values anew for each tree would take most of the time."""
 
-LEAST = 1e-9
+TINY = 1e-9
 """Of a variance: what varies less is taken for constant."""
 
 
@@ -158,7 +158,7 @@ class Smoother:
     def of(cls, products: np.ndarray) -> "Smoother":
         """Decompose products (K, K) of samples."""
         centered = _centered(products)
-        unit = max(float(np.trace(centered)) / len(centered), LEAST)
+        unit = max(float(np.trace(centered)) / len(centered), TINY)
         values, vectors = eigh(centered / unit)
         return cls(vectors, np.maximum(values, 0.0), unit)
 
@@ -181,19 +181,19 @@ class Smoother:
             roots = self.vectors * np.sqrt(self.values / (self.values + penalty))
             residuals = labels - roots @ (roots.T @ labels) - total / count
             if single:
-                leverage_left = 1 + LEAST - (roots**2).sum(axis=1) - 1 / count
+                leverage_left = 1 + TINY - (roots**2).sum(axis=1) - 1 / count
                 predicted = (
                     labels - residuals / leverage_left[:, None] - (total - labels) / (count - 1)
                 )
             else:
                 predicted = np.empty_like(scores)
-            for own in members:
+            for rows in members:
                 leverage_left = (
-                    (1 + LEAST) * np.eye(len(own)) - roots[own] @ roots[own].T - 1 / count
+                    (1 + TINY) * np.eye(len(rows)) - roots[rows] @ roots[rows].T - 1 / count
                 )
-                mean = (total - labels[own].sum(axis=0)) / (count - len(own))
-                predicted[own] = (
-                    labels[own] - solve(leverage_left, residuals[own], assume_a="pos") - mean
+                mean = (total - labels[rows].sum(axis=0)) / (count - len(rows))
+                predicted[rows] = (
+                    labels[rows] - solve(leverage_left, residuals[rows], assume_a="pos") - mean
                 )
             apart = _separation(predicted, labels)
             better = apart > separation
@@ -207,7 +207,7 @@ def _separation(scores: np.ndarray, labels: np.ndarray) -> np.ndarray:
     """Return the difference of the mean scores (K, B) of the two kinds in units of their standard deviation (B,)."""
     genuine, second = _moments(scores, labels), _moments(scores, 1 - labels)
     difference = genuine[0] - second[0]
-    return np.asarray(difference / np.sqrt(np.maximum(genuine[1] + second[1], LEAST**2)))
+    return np.asarray(difference / np.sqrt(np.maximum(genuine[1] + second[1], TINY**2)))
 
 
 def _moments(scores: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -67,7 +67,7 @@ def game(
     sides = [recordings_of(real, "real"), recordings_of(simulated, "simulated")]
     sides = [[recording.cleared() for recording in side] for side in sides]
     every = [recording for side in sides for recording in side]
-    found = test(sides[0], sides[1], smooth_frames=smooth_frames, examiners=QUICK, seed=seed)
+    tested = test(sides[0], sides[1], smooth_frames=smooth_frames, examiners=QUICK, seed=seed)
     sides = [same_rate(side, every, []) for side in sides]
     frames, individuals = scene_size(sides, pairs, length_s)
     rng = np.random.default_rng((seed, 5))
@@ -77,7 +77,7 @@ def game(
         real=scenes[0],
         simulated=scenes[1],
         interval_s=1 / sides[0][0].fps,
-        panel=found.examined.auc,
+        panel=tested.examined.auc,
         seed=seed,
     )
 
@@ -91,16 +91,16 @@ def scene_size(
     fps = sides[0][0].fps
     for share in SHORTER:
         frames = max(3, round(share * length_s * fps) + 1)
-        most = [_most_at_once(side, frames, pairs) for side in sides]
-        if min(most) > 0:
-            return frames, min(*most, MOST_SHOWN)
+        at_once = [_most_at_once(side, frames, pairs) for side in sides]
+        if min(at_once) > 0:
+            return frames, min(*at_once, MOST_SHOWN)
     remedy = "Bridge gaps, or record for longer."
     return refuse("recordings", "show individuals without gaps", f"gaps in {frames} frames", remedy)
 
 
 def _most_at_once(recordings: Sequence[Trajectories], frames: int, pairs: int) -> int:
     """Return how many individuals are there all the time, in `pairs` scenes that have most of them."""
-    counts = np.concatenate([_there(each, frames).sum(axis=1) for each in recordings])
+    counts = np.concatenate([_there(recording, frames).sum(axis=1) for recording in recordings])
     counts = counts[counts > 0]
     if len(counts) < pairs:
         return 0
@@ -120,23 +120,23 @@ def scenes_of(
 ) -> np.ndarray:  # fmt: skip
     """Return scenes (N, F, A, 2) of recordings, spread over time, in random order."""
     starts: list[tuple[int, int]] = []
-    there = [_there(each, frames) for each in recordings]
-    for number_of, whole in enumerate(there):
-        rows = np.flatnonzero(whole.sum(axis=1) >= individuals)
+    presence = [_there(each, frames) for each in recordings]
+    for number_of, present in enumerate(presence):
+        rows = np.flatnonzero(present.sum(axis=1) >= individuals)
         starts += [(number_of, int(row)) for row in rows]
     chosen = np.linspace(0, len(starts) - 1, pairs).round().astype(int)
     scenes = []
-    for place in rng.permutation(chosen):
-        number_of, row = starts[place]
+    for pick in rng.permutation(chosen):
+        number_of, row = starts[pick]
         recording = recordings[number_of]
         positions = recording.positions
         if smooth_frames > 1:
             positions = smooth(positions, recording.present, smooth_frames)
-        who = np.flatnonzero(there[number_of][row])
+        who = np.flatnonzero(presence[number_of][row])
         # neighbors of somebody, so that they stand as densely as they do
         distances = np.linalg.norm(positions[row, who] - positions[row, rng.choice(who)], axis=1)
-        shown = who[np.argsort(distances, kind="stable")[:individuals]]
-        scenes.append(positions[row : row + frames, shown])
+        closest = who[np.argsort(distances, kind="stable")[:individuals]]
+        scenes.append(positions[row : row + frames, closest])
     return np.stack(scenes)
 
 
@@ -207,5 +207,5 @@ def pool_answers(files: Iterable[str | Path]) -> Answers:
     require(count, "files", "hold answers", "none")
     interval = binomtest(right, count).proportion_ci(CONFIDENCE)
     chance = binomtest(right, count, alternative="greater").pvalue
-    ends = (float(interval.low), float(interval.high))
-    return Answers(right, count, len(set(people)), ends, float(chance), pooled)
+    bounds = (float(interval.low), float(interval.high))
+    return Answers(right, count, len(set(people)), bounds, float(chance), pooled)

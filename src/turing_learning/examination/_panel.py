@@ -15,7 +15,7 @@ from turing_learning.analysis import LEVEL, area_under_curve
 from turing_learning.errors import integer, require
 
 from ._convolution import convolution_features
-from ._examiners import LEAST, LEVELS, PANEL, Examiner, Ridge
+from ._examiners import LEVELS, PANEL, TINY, Examiner, Ridge
 from ._statistics import named_statistics
 
 PERMUTATIONS = 99
@@ -226,7 +226,7 @@ def examine_views(
         auc_interval=_interval(placement, genuine, groups),
         critical=critical,
         power_accuracy=float(needed) if needed <= 1 else None,
-        power=float(ndtr((CLEARLY - critical) / max(spread, LEAST))),
+        power=float(ndtr((CLEARLY - critical) / max(spread, TINY))),
         examiners=tuple(members),
         samples=(len(owners[0]), len(owners[1])),
         groups=counts,
@@ -255,7 +255,7 @@ def group_labellings(
 def _standardized(values: np.ndarray) -> np.ndarray:
     """Return features in units of their standard deviation over all samples; constant ones are left out."""
     spread = values.std(axis=0)
-    varies = spread > LEAST * np.maximum(np.abs(values).max(axis=0), LEAST)
+    varies = spread > TINY * np.maximum(np.abs(values).max(axis=0), TINY)
     if not varies.any():
         return np.zeros((len(values), 1))
     return np.asarray((values[:, varies] - values[:, varies].mean(axis=0)) / spread[varies])

@@ -159,21 +159,21 @@ def same_rate(
     side: list[Trajectories], every: Sequence[Trajectories], remarks: list[str]
 ) -> list[Trajectories]:
     """Return recordings at the lowest rate of all; one that is not a whole multiple of it is rejected."""
-    lowest = min(each.fps for each in every)
-    found = []
-    for each in side:
-        times = each.fps / lowest
-        whole = abs(times - round(times)) < 0.01 * times
+    lowest = min(recording.fps for recording in every)
+    thinned = []
+    for recording in side:
+        times = recording.fps / lowest
+        fits = abs(times - round(times)) < 0.01 * times
         remedy = "Bring all to one frame rate: speeds and turns of another have other noise."
         rule = f"be a whole multiple of the lowest rate, {lowest:g} per second"
-        require(whole, "fps", rule, f"{each.fps:g}", remedy, place=each.source)
+        require(fits, "fps", rule, f"{recording.fps:g}", remedy, place=recording.source)
         if round(times) > 1:
             remarks.append(
-                f"{each.source or 'A recording'}: one frame in {round(times)} is used, as the others have."
+                f"{recording.source or 'A recording'}: one frame in {round(times)} is used, as the others have."
             )
-            each = replace(each.thinned(round(times)), fps=lowest)
-        found.append(replace(each, fps=lowest))
-    return found
+            recording = replace(recording.thinned(round(times)), fps=lowest)
+        thinned.append(replace(recording, fps=lowest))
+    return thinned
 
 
 def _enough(real: int, simulated: int) -> bool:
@@ -312,11 +312,11 @@ def pair_of_windows(windows: Windows, simulated: np.ndarray, seed: int) -> Pair:
     # frames that are held out, counted without those between them
     block = np.empty(len(start), dtype=int)
     begin = 0
-    for number, shown in enumerate(windows.frames("held out")):
-        frames = np.asarray(shown.any(axis=1))
-        own = recording == number
+    for number, present in enumerate(windows.frames("held out")):
+        frames = np.asarray(present.any(axis=1))
+        of_recording = recording == number
         length = max(2 * steps, -(-int(frames.sum()) // BLOCKS))
-        block[own] = np.cumsum(frames)[start[own] - begin] // length
+        block[of_recording] = np.cumsum(frames)[start[of_recording] - begin] // length
         begin += len(frames)
     real = Side(
         samples=windows.held_out,

@@ -10,7 +10,7 @@ from ._examiners import Ridge
 from ._panel import CLEARLY, Views, right_answers
 from ._statistics import named_statistics
 
-MOST = 600
+LARGEST_SIDE = 600
 """Samples that are looked at for what gives them away, half of each side."""
 
 LISTED = 8
@@ -78,7 +78,7 @@ class Given:
         rows = []
         for side in (self.labels > 0.5, self.labels < 0.5):
             where = np.flatnonzero(side)
-            rows.append(np.sort(rng.permutation(where)[: MOST // 2]))
+            rows.append(np.sort(rng.permutation(where)[: LARGEST_SIDE // 2]))
         chosen = np.concatenate(rows)
         groups = np.unique(self.groups[chosen], return_inverse=True)[1].ravel()
         return Given(
@@ -148,17 +148,17 @@ def _signals(samples: Given) -> list[Telling]:
     """Return how well samples are told by each signal alone, and without each."""
     count = len(samples.names)
     telling = []
-    for kind in ("signal", "without"):
+    for cue in ("signal", "without"):
         for place, name in enumerate(samples.names):
-            if kind == "signal":
+            if cue == "signal":
                 columns = [place]
             else:
                 columns = [another for another in range(count) if another != place]
             if columns and count > 1:
                 names = [samples.names[column] for column in columns]
-                words = f"{name} alone" if kind == "signal" else f"all but {name}"
+                words = f"{name} alone" if cue == "signal" else f"all but {name}"
                 telling.append(
-                    Telling(kind, words, samples.accuracy(samples.windows[..., columns], names))
+                    Telling(cue, words, samples.accuracy(samples.windows[..., columns], names))
                 )
     return telling
 

@@ -129,13 +129,15 @@ def comings_and_goings(present: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     frames, individuals = present.shape
     nobody = np.full(individuals, -1)
     begin = present.argmax(axis=0)
-    end = frames - present[::-1].argmax(axis=0)
+    stop = frames - present[::-1].argmax(axis=0)
     at = np.arange(frames)[:, None]
-    at_once = ((at >= begin) & (at < end) & present.any(axis=0)).sum(axis=1).max()
+    at_once = ((at >= begin) & (at < stop) & present.any(axis=0)).sum(axis=1).max()
     if individuals < MANY * at_once:
         return nobody, nobody
-    seen = present.any(axis=0)
-    return np.where(seen & (begin > 0), begin, -1), np.where(seen & (end < frames), end, -1)
+    was_present = present.any(axis=0)
+    return np.where(was_present & (begin > 0), begin, -1), np.where(
+        was_present & (stop < frames), stop, -1
+    )
 
 
 def joined(batches: Sequence[Recorded], frames: Sequence[int]) -> Recorded:
@@ -157,29 +159,29 @@ def _outcomes(
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Return the outcomes (N, Q, 2) of steps, and where they led (N, AHEAD, 2)."""
     frame, individual = rows.T
-    here = path[frame, individual]
-    step = path[frame + 1, individual] - here
+    position = path[frame, individual]
+    step = path[frame + 1, individual] - position
     course = np.arctan2(step[:, 1], step[:, 0]) - answers[:, 1]
     offset, has_neighbor = nearest_others(np.nan_to_num(path), np.isfinite(path).all(axis=-1))
     offset = np.where(has_neighbor[..., None], offset, np.nan)
     vectors = []
-    others = []
-    wall = np.full_like(here, np.nan)
+    neighbors = []
+    wall = np.full_like(position, np.nan)
     steps = 0
     for k, horizon in enumerate(HORIZONS_S):
         steps = max(steps + 1, round(horizon / interval_s))
         later = frame + steps
-        there = np.full_like(here, np.nan)
+        next_position = np.full_like(position, np.nan)
         inside = later < len(path)
-        there[inside] = path[later[inside], individual[inside]]
-        vectors.append(there - here)
+        next_position[inside] = path[later[inside], individual[inside]]
+        vectors.append(next_position - position)
         if k in OTHERS_AFTER:
-            other = np.full_like(here, np.nan)
-            other[inside] = offset[later[inside], individual[inside]]
-            others.append(other)
+            neighbor = np.full_like(position, np.nan)
+            neighbor[inside] = offset[later[inside], individual[inside]]
+            neighbors.append(neighbor)
         if k == WALL_AFTER and tanks.walls[tank]:
-            wall = _to_wall(there, tanks, tank)
-    turned = np.stack([*vectors, *others, wall], axis=1)
+            wall = _to_wall(next_position, tanks, tank)
+    turned = np.stack([*vectors, *neighbors, wall], axis=1)
     directions = np.arctan2(turned[..., 1], turned[..., 0]) - course[:, None]
     directions -= 2 * np.pi * np.floor((directions + np.pi) / (2 * np.pi))
     outcomes = np.stack([np.hypot(turned[..., 0], turned[..., 1]), directions], axis=-1)
@@ -188,16 +190,16 @@ def _outcomes(
     return outcomes, ahead
 
 
-def _to_wall(places: np.ndarray, tanks: Tanks, tank: int) -> np.ndarray:
+def _to_wall(positions: np.ndarray, tanks: Tanks, tank: int) -> np.ndarray:
     """Return the way to the nearest wall from places (N, 2), NaN where these are."""
-    cells = np.floor((places - tanks.corner[tank]) / tanks.cell[tank])
+    cells = np.floor((positions - tanks.corner[tank]) / tanks.cell[tank])
     shape = np.array(tanks.inside.shape[1:])
     columns, rows = np.clip(np.nan_to_num(cells).astype(int), 0, shape - 1).T
     distances = tanks.distance[tank, columns, rows]
     nearest = distances.argmin(axis=1)
     angles = nearest * (2 * np.pi / distances.shape[1])
     ways = distances.min(axis=1)[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return np.where(np.isnan(places), np.nan, ways)
+    return np.where(np.isnan(positions), np.nan, ways)
 
 
 def pieces_of(examples: Recorded, mirrored: Recorded, layers: Layers, seed: int) -> Pieces:

@@ -92,7 +92,7 @@ def _cross_fit(
     precision, and so are products of as many numbers as there are trials; equations are solved in
     double precision.
     """
-    folds = [slice(first, last) for first, last in pairwise(bounds)]
+    folds = [slice(begin, stop) for begin, stop in pairwise(bounds)]
     goals = targets.astype(judged.dtype)
     squares = [(judged[fold].T @ judged[fold]).astype(float) for fold in folds]
     products = [(judged[fold].T @ goals[fold]).astype(float) for fold in folds]

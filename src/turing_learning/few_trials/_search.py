@@ -229,8 +229,8 @@ class Search:
             going_on += begun
         borders = np.linspace(0, count, len(going_on) + 1).astype(int)
         models = [
-            self._models_of_step(path, last - first, parameters, deviations, rng)
-            for path, (first, last) in zip(going_on, pairwise(borders), strict=True)
+            self._models_of_step(path, stop - begin, parameters, deviations, rng)
+            for path, (begin, stop) in zip(going_on, pairwise(borders), strict=True)
         ]
         return np.concatenate(models)
 
@@ -243,7 +243,7 @@ class Search:
         centers: list[np.ndarray] = []
         for k in np.argsort(excess, kind="stable"):
             center = paths[k].place
-            if all(_distance2(center, other) > MERGED**2 for other in centers):
+            if all(_distance2(center, better) > MERGED**2 for better in centers):
                 centers.append(center)
         self.centers = np.array(centers).reshape(-1, len(self._furthest))
 
@@ -380,9 +380,9 @@ class Search:
         ]
 
 
-def _distance2(places: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _distance2(points: np.ndarray, point: np.ndarray) -> np.ndarray:
     """Return the mean squared distance of places (..., P) from another one."""
-    square: np.ndarray = ((places - other) ** 2).mean(axis=-1)
+    square: np.ndarray = ((points - point) ** 2).mean(axis=-1)
     return square
 
 

@@ -556,7 +556,7 @@ def _p_value(basis: np.ndarray, outputs: np.ndarray, *besides: np.ndarray) -> fl
     Outputs are without what other bases explain.
     """
     count = basis.shape[1]
-    freedom = len(outputs) - 1 - count - sum(other.shape[1] for other in besides)
+    freedom = len(outputs) - 1 - count - sum(terms.shape[1] for terms in besides)
     if not count or freedom < 1 or not outputs.shape[1]:
         return 1.0
     explained = ((basis.T @ outputs) ** 2).sum(axis=0)

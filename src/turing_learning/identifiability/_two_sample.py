@@ -210,7 +210,7 @@ def _simulated(
     samples = evidence.simulate(chosen, rng)
     if 2 * len(samples) < count:
         values = np.median(models, axis=0).tolist()
-        place = str(dict(zip(evidence.parameters, values, strict=True)))
+        model = str(dict(zip(evidence.parameters, values, strict=True)))
         got = f"{count - len(samples)} failures of {count}"
-        refuse("simulate", "simulate the model", got, place=place, error=ConfigurationError)
+        refuse("simulate", "simulate the model", got, place=model, error=ConfigurationError)
     return samples[:, 0]

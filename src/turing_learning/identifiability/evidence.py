@@ -279,8 +279,8 @@ def _joined(groups: Sequence[Values]) -> Values:
     """Return the values of several groups together."""
     values: dict[str, list[np.ndarray]] = {}
     for quantities in groups:
-        for name, part in quantities.items():
-            values.setdefault(name, []).append(np.ravel(part))
+        for name, values_of_part in quantities.items():
+            values.setdefault(name, []).append(np.ravel(values_of_part))
     return {name: np.concatenate(pieces) for name, pieces in values.items()}
 
 

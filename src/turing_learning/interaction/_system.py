@@ -149,10 +149,10 @@ class StimulatedSystem(CustomSystem):
         # The truth may be given again, to be compared.
         has_truth = bool(self.true) and not self.behavior_name
         for name, value in given.named.items():
-            used = Setting(name) in self.resuming or (name == "genuine" and has_truth)
+            is_taken = Setting(name) in self.resuming or (name == "genuine" and has_truth)
             rule = f"be left out for {self.name}"
             remedy = "It is simulated here, by what its folder says."
-            require(value is None or used, name, rule, type(value).__name__, remedy)
+            require(value is None or is_taken, name, rule, type(value).__name__, remedy)
         functions = {"simulate": given.simulate}
         if not isinstance(given.genuine, Mapping):
             functions["genuine"] = given.genuine
@@ -371,7 +371,7 @@ class _Trials:
         genuine, counterfeit = np.split(stimuli, [self._genuine // self._rows], axis=1)
         size = stimuli.shape[2]
         flat = np.concatenate((genuine.reshape(-1, size), counterfeit.reshape(-1, size)))
-        place = f"[step {self._step_number}, generation {self._generation}]"
+        when = f"[step {self._step_number}, generation {self._generation}]"
         observed: np.ndarray = np.empty((self._count, len(self._center)))
         start = 0
         for name, step, parameters, count in self._steps:
@@ -385,15 +385,15 @@ class _Trials:
                 answers = np.asarray(answers, dtype=np.float64)
             except Exception as error:
                 raised = f"it raised {type(error).__name__}: {error}"
-                raise CustomSystemError(f"{rule}; {raised} {place}.") from error
+                raise CustomSystemError(f"{rule}; {raised} {when}.") from error
             if answers.shape != shape:
                 got = f"got shape {answers.shape}"
-                raise CustomSystemError(f"{rule}; {got} {place}. Repair it.")
+                raise CustomSystemError(f"{rule}; {got} {when}. Repair it.")
             observed[rows] = answers
         failed = ~np.isfinite(observed).all(axis=1)
         if failed[: self._genuine].any():
             rule = "`genuine` must return finite observations"
-            raise CustomSystemError(f"{rule}; got one that is not {place}. Repair it.")
+            raise CustomSystemError(f"{rule}; got one that is not {when}. Repair it.")
         observed[failed] = self._center
         self._failed |= failed
         self._step_number += 1
@@ -479,8 +479,8 @@ def describe_stimulated(
             rng = np.random.default_rng(GENUINE)
             samples = source.genuine_samples(_SCALING_TRIALS, rng)
     except CustomSystemError as error:
-        place = f"[the first {_SCALING_TRIALS} trials, under stimuli by chance]"
-        raise CustomSystemError(f"{error} {place}") from error
+        where = f"[the first {_SCALING_TRIALS} trials, under stimuli by chance]"
+        raise CustomSystemError(f"{error} {where}") from error
     center, scale = scales_of(samples[..., :count].reshape(-1, count))
     return replace(
         system,

@@ -75,13 +75,13 @@ def _content(game: Game) -> dict[str, object]:
     """Return what the script of the page reads; nothing in it names a side."""
     rng = np.random.default_rng((game.seed, 2))
     pairs = []
-    for real, simulated, left in zip(
+    for real, simulated, real_left in zip(
         game.real, game.simulated, game.real_is_left.tolist(), strict=True
     ):
         scenes = [_centered(real), _centered(simulated)]
         side = 2 * MARGIN * max(float(np.abs(scene).max()) for scene in scenes)
-        shown = [_coded(scene / max(side, 1e-9) + 0.5) for scene in scenes]
-        pairs.append({"scenes": shown if left else shown[::-1], "mark": _mark(left, rng)})
+        coded = [_coded(scene / max(side, 1e-9) + 0.5) for scene in scenes]
+        pairs.append({"scenes": coded if real_left else coded[::-1], "mark": _mark(real_left, rng)})
     digest = hashlib.sha256(json.dumps(pairs).encode()).hexdigest()
     return {
         "game": digest[:8],
@@ -94,11 +94,11 @@ def _content(game: Game) -> dict[str, object]:
     }
 
 
-def _mark(left: bool, rng: np.random.Generator) -> int:
+def _mark(real_left: bool, rng: np.random.Generator) -> int:
     """Return a number with an even count of ones if the real motion is on the left: nobody sees that at a glance."""
     mark = int(rng.integers(1 << SALT_BITS)) << 1
     odd = mark.bit_count() % 2 == 1
-    return mark | int(odd == left)
+    return mark | int(odd == real_left)
 
 
 def _centered(scene: np.ndarray) -> np.ndarray:

@@ -141,9 +141,14 @@ class Replay:
             left, bottom, right, top = array("walls_cm", self.walls_cm, "4")
             rule = "be left < right and bottom < top"
             require(left < right and bottom < top, "walls_cm", rule, self.walls_cm)
-        own = sum(item.count for item in self.items)
+        of_items = sum(item.count for item in self.items)
         fewest = min(swarm.objects for swarm in self.swarms)
-        require(fewest >= own, "items", f"be at most the {fewest} bodies after the robots", own)
+        require(
+            fewest >= of_items,
+            "items",
+            f"be at most the {fewest} bodies after the robots",
+            of_items,
+        )
         object.__setattr__(self, "swarms", tuple(self.swarms))
         object.__setattr__(self, "items", tuple(self.items))
 
@@ -291,16 +296,16 @@ def _pictures(replay: Replay, speed: float, frames_per_second: int) -> Iterator[
     for step in range(int(replay.duration_s / speed * frames_per_second + 1e-9) + 1):
         time_s = step * speed / frames_per_second
         canvas = Image.new("RGB", (OVERSAMPLING * width, OVERSAMPLING * height), PAPER)
-        for left, swarm in zip(edges, replay.swarms, strict=True):
+        for edge, swarm in zip(edges, replay.swarms, strict=True):
             panel = Image.new(
                 "RGB", (OVERSAMPLING * PANEL, OVERSAMPLING * (height - HEAD - GAP)), PAPER
             )
             _draw_swarm(ImageDraw.Draw(panel), panel.size, replay, swarm, time_s)
-            canvas.paste(panel, (OVERSAMPLING * left, OVERSAMPLING * HEAD))
+            canvas.paste(panel, (OVERSAMPLING * edge, OVERSAMPLING * HEAD))
         picture = canvas.resize((width, height), Image.Resampling.BOX)
         pen = ImageDraw.Draw(picture)
-        for left, swarm in zip(edges, replay.swarms, strict=True):
-            pen.text((left, HEAD / 2), swarm.label, fill=INK, font=font, anchor="lm")
+        for edge, swarm in zip(edges, replay.swarms, strict=True):
+            pen.text((edge, HEAD / 2), swarm.label, fill=INK, font=font, anchor="lm")
         pen.text(
             (edges[-1] + PANEL, HEAD / 2), f"{time_s:.1f} s", fill=MUTED, font=font, anchor="rm"
         )

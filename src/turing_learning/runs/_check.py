@@ -207,10 +207,10 @@ class _Checker:
             rule = "be checked with the settings that its check began with"
             remedy = "Replace it with force=True."
             # those of 0.2.0 name the networks that judged; they are kept if they are complete
-            kept = stored["settings"]
+            stored_settings = stored["settings"]
             if "parameters" in stored:
-                kept = {"references": self.effort.references} | kept
-            asked = {name: kept.get(name) for name in self.settings}
+                stored_settings = {"references": self.effort.references} | stored_settings
+            asked = {name: stored_settings.get(name) for name in self.settings}
             needed(asked == self.settings, rule=rule, got="others", remedy=remedy)
             return stored
         unfinished = None if self.result.complete else self.result.progress
@@ -339,7 +339,7 @@ class _Checker:
         ]
         widths = np.minimum(np.abs(bounds[1] - bounds[0]) / 2, 1.0)
         errors = [recovery["error_share"] for recovery in content["recoveries"]]
-        found = []
+        entries = []
         for (name, value), width in zip(self.result.estimate.items(), widths, strict=True):
             low, high = content["profiles"].get(name, {}).get("rejected", (False, False))
             entry = PinnedDown(
@@ -354,8 +354,8 @@ class _Checker:
                 else self.evidence.parameters[name].bound_at(value),
                 sides=(low, high) if self.by_trials else None,
             )
-            found.append(asdict(entry))
-        return found
+            entries.append(asdict(entry))
+        return entries
 
 
 def plausible(result: Result) -> np.ndarray:
@@ -365,7 +365,7 @@ def plausible(result: Result) -> np.ndarray:
     its last networks. A run that states nothing calls its estimate plausible, and nothing else.
     """
     model = result.simulated_model[None]
-    if not all(is_known(*ends) for ends in result.interval.values()):
+    if not all(is_known(*bounds) for bounds in result.interval.values()):
         return model
     if isinstance(result, Posterior):
         return result.draws() if result.settled else model
@@ -375,9 +375,9 @@ def plausible(result: Result) -> np.ndarray:
     columns = []
     rng = stream(result.seed, OBSERVING, 1)
     parameters = result.configuration.system.parameters
-    for name, ends in result.interval.items():
+    for name, bounds in result.interval.items():
         parameter = parameters[name]
-        low, high = parameter.to_numbers(np.array(ends))
+        low, high = parameter.to_numbers(np.array(bounds))
         middle = float(parameter.to_numbers(np.array(result.estimate[name])))
         # the ends hold the central 90 %
         drawn = middle + (high - low) / (2 * ndtri(0.95)) * rng.standard_normal(DRAWS)

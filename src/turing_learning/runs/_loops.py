@@ -208,7 +208,10 @@ def search_space(configuration: Configuration, source: Source) -> SearchSpace:
     candidates: list[list[Symmetry]] = []
     if source.genuine is not None:
         parameters = configuration.system.parameters
-        bounded = [own.initial == (own.low, own.high) for own in parameters.values()]
+        bounded = [
+            parameter.initial == (parameter.low, parameter.high)
+            for parameter in parameters.values()
+        ]
         limits = np.array(bounded)
         symmetries = walked_symmetries(parameters)
         candidates = candidate_symmetries(parameters)

@@ -106,10 +106,10 @@ def write_report(
         if result.checked is None:
             tells = "Can fresh classifiers tell the model from the system? What is pinned down?"
             steps.append((f"turing-learning check {run}", tells))
-        other = quote(f"{result.path}-again")
-        pool = f"turing-learning pool {run} {other}"
+        second_folder = quote(f"{result.path}-again")
+        pool = f"turing-learning pool {run} {second_folder}"
         if simulated:
-            pool = f"{infer} --seed {result.seed + 1} --out {other}\n{pool}"
+            pool = f"{infer} --seed {result.seed + 1} --out {second_folder}\n{pool}"
         steps.append((pool, "Do runs with other seeds agree? Make one or more, and pool them."))
     begun = manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
     words = {code: word for word, code in SELECTION_CODES.items()}

@@ -65,12 +65,12 @@ def trial_replay(
     rule = f"be at most {LARGEST_SPEED:g} in size"
     fits = controller is None or np.abs(speeds).max() <= LARGEST_SPEED
     check(fits, "controller", rule, got)
-    for name, value, least, most in (
+    for name, value, lowest, highest in (
         ("robots", robots, 1, MOST_ROBOTS),
         ("threads", threads, 1, None),
     ):
         if value is not None:
-            integer(name, value, least, most, error=ConfigurationError)
+            integer(name, value, lowest, highest, error=ConfigurationError)
     number("duration", duration_s, above=0, most=LONGEST_S, error=ConfigurationError)
     require_whole_cycles(scenario, duration_s)
     integer("seed", seed, error=ConfigurationError)
@@ -107,8 +107,8 @@ def write_group(
     """
     suffix = path.suffix.lower()
     if suffix not in TABLE_SUFFIXES:
-        places = np.where(group.present[..., None], group.positions, np.nan)
-        motion = {"replicas": places, "interval_s": np.array(1 / group.fps)}
+        positions = np.where(group.present[..., None], group.positions, np.nan)
+        motion = {"replicas": positions, "interval_s": np.array(1 / group.fps)}
         if tank_cm is not None:
             motion["tank"] = np.array(tank_cm)
         replay = recorded_replay(motion)

@@ -101,8 +101,8 @@ class CustomSystem(System, Settings):
             "batches": 0,
             "smooth_frames": 1,
         }
-        for name, least in lowest.items():
-            value = integer(name, getattr(self, name), least)
+        for name, lowest_value in lowest.items():
+            value = integer(name, getattr(self, name), lowest_value)
             require(value <= LARGEST_NUMBER, name, f"be at most {LARGEST_NUMBER}", value)
         require(self.interval_s >= 0, "interval_s", "be at least 0", self.interval_s)
         fits = self.headings in ("", "with", "without")
