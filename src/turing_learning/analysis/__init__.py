@@ -9,7 +9,8 @@
 `mixed_interval`          The same of runs of trials, from their draws.
 `r_hat`                   Whether runs agree, for each parameter, as of Markov chains.
 `is_known`                Whether there is a number: an interval or R-hat of models that have not moved is `UNKNOWN`, which is NaN.
-`replace_unknown`         An interval with something instead of what is not known; `WHY_UNKNOWN` says why it may not be.
+`replace_unknown`         An interval with something instead of what is not known; `WHY_UNKNOWN` says why it may not be,
+                          `WHY_UNKNOWN_OF_TRIALS` why in a run of trials.
 `predictive_check`        Whether samples simulated at an estimate resemble the genuine ones; a `PredictiveCheck`.
 `resemblance`             How often two sets of samples of one system would differ as much by chance.
 `name_failure`            How a run misses a known truth: states exchanged, I = 2 as I = 1, runaway.
@@ -45,6 +46,7 @@ from ._errors import (
 from ._estimate import (
     UNKNOWN,
     WHY_UNKNOWN,
+    WHY_UNKNOWN_OF_TRIALS,
     classifiers_tell,
     estimate,
     interval,
@@ -69,7 +71,8 @@ from ._tests import (
 )
 
 __all__ = [
-    "DYNAMIC_READINGS", "LEVEL", "OF_CHECKS", "UNKNOWN", "WHY_UNKNOWN", "Comparison", "Examination", "Judgment",
+    "DYNAMIC_READINGS", "LEVEL", "OF_CHECKS", "UNKNOWN", "WHY_UNKNOWN", "WHY_UNKNOWN_OF_TRIALS",
+    "Comparison", "Examination", "Judgment",
     "Jury", "PredictiveCheck", "Verdict", "absolute_error", "area_under_curve", "classifiers_tell", "compare",
     "competence", "decision_accuracy", "dispersion", "dynamic_outputs", "estimate", "interval", "is_known",
     "largest_cluster", "least_dispersion", "mean_absolute_error", "mixed_interval", "name_failure",

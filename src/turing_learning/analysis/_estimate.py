@@ -16,6 +16,11 @@ UNKNOWN = math.nan
 WHY_UNKNOWN = "the typical model has not moved, or hardly, in the generations that make the estimate: run more generations"
 """Why an interval is not known, see `interval`."""
 
+WHY_UNKNOWN_OF_TRIALS = (
+    "the run had not settled, or its models differ from the system: run more trials"
+)
+"""Why an interval of a run of trials is not known."""
+
 CENTRAL = (5.0, 95.0)
 """Percentiles that end the interval of an estimate."""
 

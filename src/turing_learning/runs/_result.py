@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning import runs
-from turing_learning.analysis import UNKNOWN, Judgment, Verdict, replace_unknown
+from turing_learning.analysis import (
+    UNKNOWN,
+    WHY_UNKNOWN_OF_TRIALS,
+    Judgment,
+    Verdict,
+    replace_unknown,
+)
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import LARGEST_COUNT, integer
 from turing_learning.families import Network
@@ -202,6 +208,8 @@ class Result(Judged):
         """
         if {Verdict.MOVING, Verdict.TOLD} & {*self.found}:
             return ""
+        if self.configuration.run.trials:
+            return describe_unknown(self.interval, why=WHY_UNKNOWN_OF_TRIALS)
         return describe_unknown(self.interval)
 
     @property

@@ -22,7 +22,7 @@ from ..workers import NotImportable, WorkerDied, Workers, packed
 from ._calls import Answer, Failed, Simulator, answer
 from ._executor import answers_by
 from ._genuine import Genuine, cut_samples, names_of, observed, value_text
-from ._per_model import with_columns
+from ._per_model import value_of_parameter, with_columns
 from ._system import CustomSystemError, FallibleSource, Given, Source, System
 
 LARGEST_NUMBER = 10**9
@@ -434,7 +434,7 @@ class CustomSource(FallibleSource):
                 answered = _of_as_many(answered, samples.shape[1])
             if isinstance(answered, Failed):
                 if self.generation == 0:
-                    self._refuse(answered, self.system.shown(parameters[models[0]]))
+                    self._refuse(answered, parameters[models])
                 reasons |= dict.fromkeys(models.tolist(), answered.reason)
             else:
                 if samples is None:
@@ -549,8 +549,7 @@ class CustomSource(FallibleSource):
                 yield group, answered
                 continue
             if self.generation == 0 and answered.misshapen:
-                models = f"{self.system.shown(parameters[group[0]])} and {len(group) - 1} more"
-                self._refuse(answered, models)
+                self._refuse(answered, parameters[group])
             alone += [np.array([k]) for k in group]
             new_generators += _untouched(generator).spawn(len(group))
         yield from zip(alone, self._called(parameters, alone, new_generators), strict=True)
@@ -590,15 +589,34 @@ class CustomSource(FallibleSource):
                 rule = "`simulate` must be importable by a worker process"
                 raise CustomSystemError(f"{rule}; got {error}. {_REMEDY}") from None
 
-    def _refuse(self, failed: Failed, models: str) -> NoReturn:
+    def _refuse(self, failed: Failed, parameters: np.ndarray) -> NoReturn:
+        """Raise what says why models (m, P) of the first generation have failed."""
         if failed.complete:
             raise CustomSystemError(failed.reason)
         rule = "`simulate` must return samples of every model"
         remedy = "Repair it, or narrow the bounds of the parameters"
         if self.system.vectorized:
             remedy += "; for a function of one model's parameters (P,) set vectorized=False"
+        models = self.system.shown(parameters[0])
+        if len(parameters) > 1:
+            models += f" and {len(parameters) - 1} more"
         got = f"{failed.reason} [generation 0, {models}]"
-        raise CustomSystemError(f"{rule}; {got}. {remedy}.")
+        whole = self._whole_numbers(failed.reason, parameters[0])
+        raise CustomSystemError(f"{rule}; {got}. {remedy}.{whole}")
+
+    def _whole_numbers(self, reason: str, model: np.ndarray) -> str:
+        """Return how to say that parameters are whole numbers, where a reason names values of a model (P,)."""
+        ranges = []
+        for (name, parameter), value in zip(
+            self.system.parameters.items(), model.tolist(), strict=True
+        ):
+            bounded = parameter.low is not None and parameter.high is not None
+            if bounded and not parameter.integer and value_of_parameter(value) in reason:
+                ranges.append(f"{name}={parameter.low:g}:{parameter.high:g}:integer")
+        if not ranges:
+            return ""
+        option = " ".join(f"--range {text}" for text in ranges)
+        return f" If it takes a whole number: {option}, or in Python Parameter(..., integer=True)."
 
 
 def _of_as_many(samples: np.ndarray, count: int) -> Answer:

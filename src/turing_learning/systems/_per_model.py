@@ -62,6 +62,12 @@ def table_values(
         If a column is missing, or its values are no numbers.
     """
     names = tuple(columns) or column_names(table)
+    levels = getattr(getattr(table, "index", None), "nlevels", 1)
+    remedy = (
+        'Aggregate agents first, as by table.groupby("Step").mean(); or drop a level of the index.'
+    )
+    rule = "have one row for each step"
+    require(levels == 1, "table", rule, f"an index of {levels} levels", remedy, place=place)
     if column_names(table):
         _require_columns(column_names(table), names, only, place)
     if isinstance(table, Mapping) or hasattr(table, "columns"):
@@ -195,7 +201,7 @@ class Command:
     def __call__(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Run the program for one model with parameters (P,); return its table (T, D)."""
         values = {
-            name: f"{value:.17g}"
+            name: value_of_parameter(value)
             for name, value in zip(self.names, parameters.tolist(), strict=True)
         }
         values[SEED] = str(int(rng.integers(LARGEST_SEED)))
@@ -211,6 +217,11 @@ class Command:
             raise RuntimeError(f"the program ended with exit status {done.returncode}: {output}")
         table = read_table(done.stdout)
         return table_values(table, self.columns, only=self.only, place=SIMULATED)
+
+
+def value_of_parameter(value: float) -> str:
+    """Return a parameter's value as a program is given it."""
+    return f"{value:.17g}"
 
 
 def with_columns(simulate: Any, names: tuple[str, ...]) -> Any:

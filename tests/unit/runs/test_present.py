@@ -1,4 +1,5 @@
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -55,6 +56,14 @@ def test_an_interval_that_is_not_known_is_explained_below_the_table(result):
     half = known | {"vr0": [UNKNOWN, UNKNOWN]}
     table = run_table(replace(result, interval=half, found=(Verdict.CONVERGED,)))
     assert table.note == f"The 90 % interval is unknown for vr0: {WHY_UNKNOWN}."
+    of_trials = SimpleNamespace(
+        interval=half,
+        found=(Verdict.DIFFERENT,),
+        configuration=SimpleNamespace(run=SimpleNamespace(trials=60)),
+    )
+    why = type(result).unknown.fget(of_trials)
+    assert "run more trials" in why
+    assert "generations" not in why
     assert column(table, "90 % interval") == [
         "0.2500 to 0.7500",
         None,

@@ -225,6 +225,13 @@ def test_a_function_of_named_parameters_is_a_simulator():
     assert result.estimate["mean"] == pytest.approx(5, abs=0.5)
 
 
+def test_a_table_of_agents_and_steps_is_refused():
+    index = pd.MultiIndex.from_product([range(3), range(2)], names=["Step", "AgentID"])
+    message = 'have one row for each step; got an index of 2 levels.*groupby\\("Step"\\)'
+    with pytest.raises(ValueError, match=message):
+        table_values(pd.DataFrame({"wealth": np.ones(6)}, index))
+
+
 def test_a_function_may_take_no_seed():
     simulate = per_model(lambda mean, sd: {"x": [mean, sd]}, ["mean", "sd"], seeded=False)
     assert simulate(np.array([1.0, 2.0]), np.random.default_rng(1)).tolist() == [[1.0], [2.0]]
@@ -352,6 +359,18 @@ def test_a_command_names_all_parameters_and_no_others(template, message):
 def test_output_that_is_no_table_is_refused(text, message):
     with pytest.raises(ValueError, match=message):
         read_table(text)
+
+
+def test_a_program_of_whole_numbers_says_how_to_ask_for_them():
+    command = f"{sys.executable} -I -S -c 'import sys; int(sys.argv[1])' {{n_seeds}} {{seed}}"
+    message = r"If it takes a whole number: --range n_seeds=1:30:integer, or in Python Parameter"
+    with pytest.raises(CustomSystemError, match=message):
+        tl.infer(
+            genuine=[{"x": np.ones(3)}] * 3,
+            simulate=Command(command, ("n_seeds",)),
+            parameters={"n_seeds": (1.0, 30.0)},
+            trials=60,
+        )
 
 
 def test_a_prior_is_refused_with_the_reason():
