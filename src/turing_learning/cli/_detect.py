@@ -299,7 +299,10 @@ def _ranked(detection: "tl.detection.Detection", motion: "Motion", steps: int) -
     }
     abnormal = sum(bool(individual.abnormal) for individual in detection.individuals)
     judged = sum(bool(individual.windows) for individual in detection.individuals)
-    line = f"{abnormal} of {judged} abnormal, by windows of {steps} steps; "
+    outcome = "abnormal"
+    if detection.verdict == "stands out":
+        outcome = "stand out"
+    line = f"{abnormal} of {judged} {outcome}, by windows of {steps} steps; "
     line += f"ranked by {detection.rankings[0].name}"
     if firsts:
         line += f"; the other ways put first: {', '.join(firsts)}"
@@ -405,7 +408,10 @@ def _write(
     name = out.stem
     if motion.recording:
         name = titled(Path(motion.recording.source))
-    figure = timeline_of(motion, verdicts, votes=detection is None)
+    flagged = "abnormal"
+    if detection is not None:
+        flagged = detection.verdict
+    figure = timeline_of(motion, verdicts, votes=detection is None, flagged=flagged)
     paths = [out.with_suffix(suffix) for suffix in (_WRITTEN if detection else _WRITTEN[:-1])]
     new_paths = [path for path in paths if not path.exists()]
     trouble = f"`out` must be a file that can be written; could not write to {out}"

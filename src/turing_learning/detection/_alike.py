@@ -46,6 +46,9 @@ FELLOWS_WEIGHT = 0.5
 """Share of the fellows' median score that is subtracted from a score: in some recordings all differ by more."""
 AREA_MARGIN = 0.02
 """By which the area of another method must be larger to be read before motion statistics: cases are few."""
+SHORTEST_SHARE = 0.75
+"""Of the usual windows, with fewer of which nobody is judged: false alarms were 15 % at this share, 38 % at 0.5, 5 % with
+all, where 10 % were asked for."""
 FOLDS = 10
 """Groups of normal individuals are left out in so many parts, at most: each part costs a training."""
 
@@ -93,6 +96,7 @@ class NormalIndividuals:
     weights: np.ndarray
     group_of: dict[tuple[int, int], int]  # by recording and index
     one_recording: bool
+    least_windows: float  # with fewer nobody is judged, nor normal
 
     @classmethod
     def of(cls, recordings: Sequence[Windows], length: float) -> "NormalIndividuals":
@@ -106,11 +110,15 @@ class NormalIndividuals:
             for portion in range(count):
                 pieces.append([_part_of(individual, portion, count) for individual in windows])
                 recording_of_piece.append(k)
+        lengths = [len(individual) for windows in pieces for individual in windows]
+        usual = min(length, float(np.median([count for count in lengths if count])))
+        # Chance makes the scores of short pieces high: they would hide who is abnormal.
+        least_windows = SHORTEST_SHARE * usual
         members = []
         for piece, windows in enumerate(pieces):
-            members += [
-                (piece, index) for index, individual in enumerate(windows) if len(individual)
-            ]
+            for index, individual in enumerate(windows):
+                if len(individual) >= max(1, least_windows):
+                    members.append((piece, index))
         individuals = [(recording_of_piece[piece], index) for piece, index in members]
         _, individual_of, pieces_of = np.unique(
             individuals, axis=0, return_inverse=True, return_counts=True
@@ -128,6 +136,7 @@ class NormalIndividuals:
             weights=1 / pieces_of[individual_of],
             group_of=dict(zip(individuals, groups.tolist(), strict=True)),
             one_recording=one_recording,
+            least_windows=least_windows,
         )
 
     def place_cases(
@@ -143,7 +152,8 @@ class NormalIndividuals:
             group = 0
             fellows = [features]
             if case.recording is not None:
-                group = self.group_of[case.recording, case.index]
+                # Who is too short is in no group: it has no part in what any of them is judged by.
+                group = self.group_of.get((case.recording, case.index), 0)
                 fellows = pieces[self.recordings.index(case.recording)]
             # A case may be longer than the piece, which is as long as the motion that is judged.
             features = features[: max(1, len(fellows[case.index]))]
@@ -263,8 +273,7 @@ class TrainedMethod:
         for recording, piece in zip(self.normal.recordings, self.pieces, strict=True):
             of_piece = self.left_out_scores(recording, piece)
             scores.append(of_piece - self._usual_scores(of_piece))
-        every_score = np.concatenate(scores)
-        return every_score[~np.isnan(every_score)]
+        return np.array([scores[piece][index] for piece, index in self.normal.members])
 
     def case_scores(self) -> np.ndarray:
         """Score cases (C,), each by what was learned without its group and its kind."""
@@ -386,13 +395,21 @@ def judge_alike(
         relative = min(filter(None, counts)) >= FEWEST_FELLOWS
     length = int(np.median([len(individual) for individual in motion if len(individual)]))
     individuals = NormalIndividuals.of(normal, length)
+    normal_count = len(individuals.group_of)
+    rule = (
+        f"hold at least 2 normal individuals with {individuals.least_windows:.3g} windows or more"
+    )
+    check(normal_count >= 2, "genuine", rule, normal_count, "Record them for longer.")
     level = None
     if promised:
         level = max(false_alarms, 1 / (normal_count + 1))
     rankings = []
     for method in methods:
         trained = TrainedMethod.learn(method, individuals, cases, planted, relative)
-        rankings.append(rank(trained.scores(motion), names, false_alarms if promised else None))
+        promised_rate = false_alarms if promised else None
+        rankings.append(
+            rank(trained.scores(motion), names, promised_rate, individuals.least_windows)
+        )
     rankings.sort(
         key=lambda ranking: -(ranking.area or 0.0) - (ranking.name == MOTION) * AREA_MARGIN
     )
@@ -403,4 +420,5 @@ def judge_alike(
         normal=normal_count,
         recordings=len(normal) if recordings is None else recordings,
         cases=cases_in_words if cases else "",
+        least_windows=individuals.least_windows,
     )

@@ -1,5 +1,6 @@
 """What detection says: individuals in order of their scores, p-values, and what can be promised."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,9 +19,10 @@ class Standing:
     individual: str  #: Its name
     rank: int  #: 1 for the most abnormal
     score: float  #: Mean of `shares`; NaN without windows
-    #: Share of normal individuals with so high a score, the individual itself counted; NaN where none are known
+    #: Share of normal individuals with so high a score, the individual itself counted; NaN where none are known, or it
+    #: has too few windows to be judged
     p_value: float
-    #: Whether the p-value is at most the level; None where no level can be promised
+    #: Whether the p-value is at most the level; None where no level can be promised, or it has too few windows
     abnormal: bool | None
     windows: int  #: Number of its windows W
     shares: np.ndarray  #: (W,), what each window adds to the score
@@ -54,11 +56,19 @@ class Detection:
     #: Number of recordings that these are from; 0 where all are of one pool
     recordings: int
     cases: str  #: What abnormal cases are known, in words; empty for none
+    least_windows: float = 0.0  #: Who has fewer windows is too short to judge
 
     @property
     def individuals(self) -> tuple[Standing, ...]:
         """Of the ranking to read."""
         return self.rankings[0].individuals
+
+    @property
+    def verdict(self) -> str:
+        """What an individual is at the level: "abnormal" only where the rate that was asked for can be promised."""
+        if self.level is not None and self.level > self.false_alarms:
+            return "stands out"
+        return "abnormal"
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -71,18 +81,37 @@ class Detection:
             reason = f"as no recordings of normal individuals {exception}are given (`genuine`)"
             return [f"Nobody is called abnormal, {reason}; the ranking stands."]
         sentences = []
+        judged = sum(math.isfinite(individual.p_value) for individual in self.individuals)
         if self.level > self.false_alarms:
             sentences.append(
                 f"A false-alarm rate of {self.false_alarms:.3g} cannot be promised by {self.normal} "
                 f"normal individuals: the lowest is 1 of {self.normal + 1}, {self.level:.2g}. "
-                "Individuals are abnormal if their score is above all of these."
+                "Individuals stand out if their score is above all of these: about "
+                f"{self.level * judged:.2g} of {judged} normal ones would, too."
             )
         called = self.rankings[0].called
-        subject = f"Of the {self.normal} normal individuals {called:.3g}"
-        if self.recordings:
-            plural = "s" * (self.recordings > 1)
-            subject = f"On your normal recording{plural} {called:.3g} of {self.normal} individuals"
-        sentences.append(f"{subject} would have been called abnormal.")
+        others = "others"
+        if self.recordings > 1:
+            others = "recordings of the others"
+        check = (
+            f"As a check, each of the {self.normal} normal individuals was judged by the {others}"
+        )
+        result = "came out as abnormal"
+        if self.verdict == "stands out":
+            result = "stood out"
+        sentence = f"{check}: {called:.3g} {result}, falsely."
+        if called % 1:
+            sentence += " Who did so in one of its two pieces counts 0.5."
+        sentences.append(sentence)
+        short = []
+        for individual in self.individuals:
+            if individual.windows and individual.abnormal is None:
+                short.append(individual.individual)
+        if short:
+            sentences.append(
+                f"Too short to judge: {', '.join(short)}. With fewer than "
+                f"{math.ceil(self.least_windows)} windows chance alone makes scores high."
+            )
         return sentences
 
     def _about_the_methods(self) -> list[str]:
@@ -119,8 +148,13 @@ class MethodScores:
     area: float | None  # see `Ranking`
 
 
-def rank(scores: MethodScores, names: Sequence[str], false_alarms: float | None) -> Ranking:
-    """Rank individuals; without a rate of false alarms nobody has a p-value."""
+def rank(
+    scores: MethodScores,
+    names: Sequence[str],
+    false_alarms: float | None,
+    least_windows: float = 0.0,
+) -> Ranking:
+    """Rank individuals; without a rate of false alarms, or with fewer windows, nobody has a p-value."""
     means = np.array([shares.mean() if len(shares) else np.nan for shares in scores.shares])
     # An individual without windows comes last.
     ranks = np.argsort(np.argsort(-means, kind="stable")) + 1
@@ -131,6 +165,10 @@ def rank(scores: MethodScores, names: Sequence[str], false_alarms: float | None)
         p_values = _p_values(means, scores.normal, scores.weights)
         abnormal = _below_level(p_values, false_alarms, scores.weights).tolist()
         called = _called_normal_individuals(scores, false_alarms)
+    for k, shares in enumerate(scores.shares):
+        if 0 < len(shares) < least_windows:
+            p_values[k] = np.nan
+            abnormal[k] = None
     individuals = []
     for k, (name, shares) in enumerate(zip(names, scores.shares, strict=True)):
         flagged = np.zeros(len(shares), dtype=bool)

@@ -71,7 +71,7 @@ def standings(
                 str(standing.windows),
                 shown(standing.score, "{:.2f}".format),
                 shown(standing.p_value, "{:.2g}".format),
-                _verdict(standing),
+                _verdict(detection, standing),
                 _since(timed[k], seconds),
             )
         )
@@ -87,8 +87,12 @@ def _by_rank(detection: Detection, individuals: Sequence[int]) -> list[int]:
     return sorted(individuals, key=lambda k: detection.individuals[k].rank)
 
 
-def _verdict(standing: Standing) -> str:
-    return {None: "-", True: "abnormal", False: "normal"}[standing.abnormal]
+def _verdict(detection: Detection, standing: Standing) -> str:
+    if detection.level is None:
+        return "-"
+    if standing.abnormal is None:
+        return "too short to judge"
+    return detection.verdict if standing.abnormal else "normal"
 
 
 def _since(verdict: TimedVerdict, seconds: bool) -> str:
@@ -101,9 +105,16 @@ def _since(verdict: TimedVerdict, seconds: bool) -> str:
 
 
 def timeline_of(
-    motion: RecordedMotion, verdicts: Sequence[TimedVerdict], *, votes: bool
+    motion: RecordedMotion,
+    verdicts: Sequence[TimedVerdict],
+    *,
+    votes: bool,
+    flagged: str = "abnormal",
 ) -> "Figure":
-    """Draw scores over time: shares of votes, from 0 to 1, or of a distance, relative to the largest."""
+    """Draw scores over time: shares of votes, from 0 to 1, or of a distance, relative to the largest.
+
+    Flagged windows are called so in the legend.
+    """
     judged = [verdict for verdict in verdicts if verdict.windows]
     scores = [verdict.scores for verdict in judged]
     if not votes:
@@ -116,6 +127,7 @@ def timeline_of(
         scores,
         [verdict.flagged for verdict in judged],
         limit=motion.duration_s,
+        flagged=flagged,
     )
 
 
@@ -151,12 +163,11 @@ def detection_page(
     else:
         abnormal = sum(bool(standing.abnormal) for standing in detection.individuals)
         judged = sum(bool(standing.windows) for standing in detection.individuals)
-        verb = "is" if abnormal == 1 else "are"
-        summary = f"{abnormal} of {judged} individuals {verb} abnormal."
-        note = f"{by} Abnormal: a p-value of at most {detection.level:.2g}. {remarks}"
+        summary = f"{abnormal} of {judged} individuals: {detection.verdict}."
+        note = f"{by} {detection.verdict.capitalize()}: a p-value of at most {detection.level:.2g}. {remarks}"
     table = Listing("ranking", "Ranking", *standings(detection, timed, seconds=True), note=note)
     caption = "Higher bars: a window that is more unlike normal ones. "
-    caption += "Orange: the stretch that makes an individual abnormal."
+    caption += "Orange: the stretch by which an individual is abnormal, or stands out."
     pictures = [Picture("scores", "Scores over time", caption, timeline, wide=True)]
     if motion.recording is not None:
         pictures.append(_paths_picture(detection, motion, timed))

@@ -324,6 +324,7 @@ def timeline_figure(
     abnormal: Sequence[np.ndarray],
     *,
     limit: float,
+    flagged: str = "abnormal",
 ) -> "Figure":
     """Draw a row for each individual: the score of its motion over time, shaded where it is called abnormal.
 
@@ -339,6 +340,8 @@ def timeline_figure(
         Whether a window is called abnormal.
     limit
         Longest time shown (s).
+    flagged
+        What such a window is called in the legend.
 
     Returns
     -------
@@ -353,10 +356,7 @@ def timeline_figure(
         values = array("scores", scores[row], "W", W=len(spans))
         is_abnormal = array("abnormal", abnormal[row], "W", dtype=bool, W=len(spans))
         axes.axhline(row + 0.4, color=RULE, linewidth=0.6)
-        for chosen, color, name in (
-            (~is_abnormal, SKY, "normal"),
-            (is_abnormal, ORANGE, "abnormal"),
-        ):
+        for chosen, color, name in ((~is_abnormal, SKY, "normal"), (is_abnormal, ORANGE, flagged)):
             if chosen.any():
                 axes.bar(
                     spans[chosen, 0], -0.8 * values[chosen] - 0.02, width=np.diff(spans[chosen])[:, 0], bottom=row + 0.4,

@@ -148,12 +148,12 @@ def test_normal_recordings_calibrate_and_the_strange_individual_comes_first(fish
     shares = [float(row["score"]) for row in found if row["individual"] == "2"]
     assert np.mean(shares) == pytest.approx(strange["score"])
     page = Path("found.html").read_text()
-    assert re.search(r'<th scope="row">2</th><td>1</td>.*?<td>abnormal</td>', page)
+    assert re.search(r'<th scope="row">2</th><td>1</td>.*?<td>stands out</td>', page)
     said = (
         "Scores over time",
         "Paths",
         "2 (rank 1)",
-        "1 of 6 individuals is abnormal",
+        "1 of 6 individuals: stands out",
         "/3.csv: who",
     )
     for text in (*said, content["remarks"][0]):

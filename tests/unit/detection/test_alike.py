@@ -74,7 +74,10 @@ def test_a_rate_that_normal_individuals_are_too_few_for_is_not_promised():
     assert found.remarks[0].startswith(
         "A false-alarm rate of 0.01 cannot be promised by 30 normal individuals: the lowest is 1 of 31, 0.032."
     )
-    assert judged(strange(), NORMAL, false_alarms=0.1).level == 0.1
+    assert found.remarks[0].endswith("about 0.16 of 5 normal ones would, too.")
+    assert found.verdict == "stands out"
+    promised = judged(strange(), NORMAL, false_alarms=0.1)
+    assert (promised.level, promised.verdict) == (0.1, "abnormal")
 
 
 def test_normal_individuals_are_judged_by_the_recordings_of_others():
@@ -84,10 +87,10 @@ def test_normal_individuals_are_judged_by_the_recordings_of_others():
     ]  # individuals of the last recording differ by far more than those of the others
     found = judged(strange(), odd, false_alarms=0.1)
     assert found.rankings[0].called >= 3
-    assert "On your normal recordings" in found.remarks[0]
+    assert "judged by the recordings of the others" in found.remarks[0]
     alone = judged(strange(), NORMAL[:1], false_alarms=0.2)
     assert (alone.normal, alone.recordings) == (5, 1)
-    assert "On your normal recording " in alone.remarks[0]
+    assert "judged by the others:" in alone.remarks[0]
 
 
 def test_without_a_promise_there_is_a_ranking_and_no_verdict():
@@ -108,6 +111,18 @@ def test_normal_recordings_are_cut_as_short_as_the_motion():
     )
     assert called <= 0.6
     assert judged(short, NORMAL).normal == 30  # pieces of an individual are not individuals
+
+
+def test_who_has_few_windows_is_neither_normal_nor_abnormal_and_no_measure_for_others():
+    motion = strange()
+    motion[0] = motion[0][:3]
+    normal = [[*recording[:4], recording[4][:2]] for recording in NORMAL]
+    found = judged(motion, normal)
+    assert found.normal == 24
+    assert found.individuals[0].abnormal is None
+    assert np.isnan(found.individuals[0].p_value)
+    assert found.individuals[2].abnormal
+    assert "Too short to judge: a. With fewer than 9 windows" in " ".join(found.remarks)
 
 
 def test_who_has_no_windows_is_ranked_last_and_not_called_abnormal():
