@@ -47,8 +47,7 @@ FELLOWS_WEIGHT = 0.5
 AREA_MARGIN = 0.02
 """By which the area of another method must be larger to be read before motion statistics: cases are few."""
 SHORTEST_SHARE = 0.75
-"""Of the usual windows, with fewer of which nobody is judged: false alarms were 15 % at this share, 38 % at 0.5, 5 % with
-all, where 10 % were asked for."""
+"""Of the usual windows, with fewer of which nobody is judged: chance makes scores high, see decision 0031."""
 FOLDS = 10
 """Groups of normal individuals are left out in so many parts, at most: each part costs a training."""
 

@@ -107,7 +107,7 @@ def test_several_files_of_normal_individuals_are_recordings(run, call):
         "0.01 cannot be promised by 15 normal individuals" in remark
         for remark in content["remarks"]
     )
-    assert any("On your normal recordings" in remark for remark in content["remarks"])
+    assert any("judged by the recordings of the others" in remark for remark in content["remarks"])
     code, _, err = call("detect", run, "motion.npy", *given, "--rule", "discriminant")
     assert code == 2
     assert (

@@ -156,7 +156,7 @@ def test_several_recordings_make_one_run(call):
     assert code == 0
     found = json.loads(out)
     assert sorted(each["rank"] for each in found["individuals"]) == [1, 2, 3, 4]
-    assert "On your normal recordings" in " ".join(found["remarks"])
+    assert "judged by the recordings of the others" in " ".join(found["remarks"])
 
 
 @pytest.mark.parametrize(
