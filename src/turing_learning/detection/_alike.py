@@ -110,7 +110,9 @@ class NormalIndividuals:
                 pieces.append([_part_of(individual, portion, count) for individual in windows])
                 recording_of_piece.append(k)
         lengths = [len(individual) for windows in pieces for individual in windows]
-        usual = min(length, float(np.median([count for count in lengths if count])))
+        usual = float(np.median([count for count in lengths if count]))
+        # Pieces may be longer than the motion, of which at least half is judged.
+        usual = min(usual, length / SHORTEST_SHARE)
         # Chance makes the scores of short pieces high: they would hide who is abnormal.
         least_windows = SHORTEST_SHARE * usual
         members = []
