@@ -301,7 +301,7 @@ def _ranked(detection: "tl.detection.Detection", motion: "Motion", steps: int) -
     judged = sum(bool(individual.windows) for individual in detection.individuals)
     outcome = "abnormal"
     if detection.verdict == "stands out":
-        outcome = "stand out"
+        outcome = "stands out" if abnormal == 1 else "stand out"
     line = f"{abnormal} of {judged} {outcome}, by windows of {steps} steps; "
     line += f"ranked by {detection.rankings[0].name}"
     if firsts:
@@ -409,9 +409,17 @@ def _write(
     if motion.recording:
         name = titled(Path(motion.recording.source))
     flagged = "abnormal"
+    unjudged = set()
     if detection is not None:
         flagged = detection.verdict
-    figure = timeline_of(motion, verdicts, votes=detection is None, flagged=flagged)
+        if detection.level is not None:
+            too_short = [
+                standing for standing in detection.individuals if standing.abnormal is None
+            ]
+            unjudged = {standing.individual for standing in too_short}
+    figure = timeline_of(
+        motion, verdicts, votes=detection is None, flagged=flagged, unjudged=unjudged
+    )
     paths = [out.with_suffix(suffix) for suffix in (_WRITTEN if detection else _WRITTEN[:-1])]
     new_paths = [path for path in paths if not path.exists()]
     trouble = f"`out` must be a file that can be written; could not write to {out}"

@@ -1,6 +1,6 @@
 """A detection as rows, a picture and a page: hand the numbers to the rooms that draw."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -110,10 +110,11 @@ def timeline_of(
     *,
     votes: bool,
     flagged: str = "abnormal",
+    unjudged: Collection[str] = (),
 ) -> "Figure":
     """Draw scores over time: shares of votes, from 0 to 1, or of a distance, relative to the largest.
 
-    Flagged windows are called so in the legend.
+    Flagged windows are called so in the legend; who is unjudged is gray.
     """
     judged = [verdict for verdict in verdicts if verdict.windows]
     scores = [verdict.scores for verdict in judged]
@@ -128,6 +129,7 @@ def timeline_of(
         [verdict.flagged for verdict in judged],
         limit=motion.duration_s,
         flagged=flagged,
+        unjudged=unjudged,
     )
 
 

@@ -4,7 +4,7 @@ Those of a run of trials are over the trials (G,) that it had spent after each o
 these are given.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -325,6 +325,7 @@ def timeline_figure(
     *,
     limit: float,
     flagged: str = "abnormal",
+    unjudged: Collection[str] = (),
 ) -> "Figure":
     """Draw a row for each individual: the score of its motion over time, shaded where it is called abnormal.
 
@@ -342,6 +343,8 @@ def timeline_figure(
         Longest time shown (s).
     flagged
         What such a window is called in the legend.
+    unjudged
+        Names of those who are too short to judge: gray.
 
     Returns
     -------
@@ -356,7 +359,10 @@ def timeline_figure(
         values = array("scores", scores[row], "W", W=len(spans))
         is_abnormal = array("abnormal", abnormal[row], "W", dtype=bool, W=len(spans))
         axes.axhline(row + 0.4, color=RULE, linewidth=0.6)
-        for chosen, color, name in ((~is_abnormal, SKY, "normal"), (is_abnormal, ORANGE, flagged)):
+        usual = (~is_abnormal, SKY, "normal")
+        if names[row] in unjudged:
+            usual = (~is_abnormal, MUTED, "too short to judge")
+        for chosen, color, name in (usual, (is_abnormal, ORANGE, flagged)):
             if chosen.any():
                 axes.bar(
                     spans[chosen, 0], -0.8 * values[chosen] - 0.02, width=np.diff(spans[chosen])[:, 0], bottom=row + 0.4,
@@ -369,7 +375,7 @@ def timeline_figure(
         np.arange(len(names)), [str(name) for name in names], color=INK, parse_math=False
     )
     panels.label("", "Time (s)")
-    return panels.with_legend(ncols=2)
+    return panels.with_legend(ncols=3)
 
 
 def paths_figure(

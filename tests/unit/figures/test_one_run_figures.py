@@ -263,6 +263,12 @@ def test_a_timeline_has_a_row_for_each_individual_and_marks_what_is_abnormal():
     colors = {patch.get_facecolor() for patch in axes.patches}
     assert len(colors) == 2
     assert axes.get_xlim() == (0, 4)
+    nobody = [bad & False] * 2
+    short = timeline_figure(
+        ["Ada", "Bo"], [WINDOWS] * 2, [HALF] * 2, nobody, limit=4.0, unjudged={"Bo"}
+    )
+    names = {text.get_text() for text in short.legends[0].get_texts()}
+    assert names == {"normal", "too short to judge"}
 
 
 @pytest.mark.parametrize(
