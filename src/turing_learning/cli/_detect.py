@@ -409,14 +409,10 @@ def _write(
     if motion.recording:
         name = titled(Path(motion.recording.source))
     flagged = "abnormal"
-    unjudged = set()
+    unjudged: tuple[str, ...] = ()
     if detection is not None:
         flagged = detection.verdict
-        if detection.level is not None:
-            too_short = [
-                standing for standing in detection.individuals if standing.abnormal is None
-            ]
-            unjudged = {standing.individual for standing in too_short}
+        unjudged = detection.too_short
     figure = timeline_of(
         motion, verdicts, votes=detection is None, flagged=flagged, unjudged=unjudged
     )

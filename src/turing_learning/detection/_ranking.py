@@ -71,6 +71,17 @@ class Detection:
         return "abnormal"
 
     @property
+    def too_short(self) -> tuple[str, ...]:
+        """Names of those who have windows, but too few to be judged; of nobody if no level can be promised."""
+        if self.level is None:
+            return ()
+        short = []
+        for individual in self.individuals:
+            if individual.windows and individual.abnormal is None:
+                short.append(individual.individual)
+        return tuple(short)
+
+    @property
     def remarks(self) -> tuple[str, ...]:
         """What can be promised, and how the methods compare, in sentences."""
         return (*self._about_the_promise(), *self._about_the_methods())
@@ -103,13 +114,9 @@ class Detection:
         if called % 1:
             sentence += " Who did so in one of its two pieces counts 0.5."
         sentences.append(sentence)
-        short = []
-        for individual in self.individuals:
-            if individual.windows and individual.abnormal is None:
-                short.append(individual.individual)
-        if short:
+        if self.too_short:
             sentences.append(
-                f"Too short to judge: {', '.join(short)}. With fewer than "
+                f"Too short to judge: {', '.join(self.too_short)}. With fewer than "
                 f"{math.ceil(self.least_windows)} windows chance alone makes scores high."
             )
         return sentences

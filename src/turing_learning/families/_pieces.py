@@ -135,9 +135,9 @@ def comings_and_goings(present: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if individuals < MANY * at_once:
         return nobody, nobody
     was_present = present.any(axis=0)
-    return np.where(was_present & (begin > 0), begin, -1), np.where(
-        was_present & (stop < frames), stop, -1
-    )
+    comes = np.where(was_present & (begin > 0), begin, -1)
+    goes = np.where(was_present & (stop < frames), stop, -1)
+    return comes, goes
 
 
 def joined(batches: Sequence[Recorded], frames: Sequence[int]) -> Recorded:

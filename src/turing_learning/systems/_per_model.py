@@ -61,15 +61,16 @@ def table_values(
     ValueError
         If a column is missing, or its values are no numbers.
     """
-    names = tuple(columns) or column_names(table)
+    present = column_names(table)
+    names = tuple(columns) or present
     levels = getattr(getattr(table, "index", None), "nlevels", 1)
     remedy = (
         'Aggregate agents first, as by table.groupby("Step").mean(); or drop a level of the index.'
     )
     rule = "have one row for each step"
     require(levels == 1, "table", rule, f"an index of {levels} levels", remedy, place=place)
-    if column_names(table):
-        _require_columns(column_names(table), names, only, place)
+    if present:
+        _require_columns(present, names, only, place)
     if isinstance(table, Mapping) or hasattr(table, "columns"):
         names = names or tuple(table.keys())
         table = np.column_stack([np.asarray(table[name], dtype=np.float64) for name in names])

@@ -16,7 +16,7 @@ LONG = 100
 """Frames of a recording from which on moments are short."""
 
 WHITE = -0.5
-"""How a change of a step goes with the next one (correlation), below which changes are noise.
+"""Correlation of successive changes of a step, below which these are noise.
 
 Of white noise of positions it is -0.6, of the zebrafish and termites of the tests -0.16 to -0.27.
 """
@@ -107,9 +107,9 @@ def implausible(
 
 
 def _noise_of_turns(positions: np.ndarray, present: np.ndarray) -> tuple[float, float, float]:
-    """Return the noise of positions (F, A, 2) and the turns it makes (rad), if changes of steps are noise.
+    """Return the noise of positions (F, A, 2), the turns that it makes (rad), and a correlation.
 
-    The third number says whether they are: how a change of a step goes with the next one.
+    This is the correlation of successive changes of a step. It says whether these are noise at all.
     Noise of a standard deviation s in x and y gives both parts of a change a variance of 6 s^2.
     """
     changes = np.diff(positions, n=2, axis=0)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._recording import Format, Options, Recording, assemble, refusal
-from ._arrays import MOST_BYTES, dataset, member, open_hdf5, text, texts, whole
+from ._arrays import MOST_BYTES, dataset, member, open_hdf5, refuse_large, text, texts, whole
 from ._columns import choose
 from ._layouts import CM_PER_UNIT
 from ._long import read_long
@@ -125,8 +125,7 @@ def read_coco(path: Path, options: Options) -> Recording:
     `track_id`, of the annotation or among its attributes, names the individual. Source: Lin et al. 2014,
     Microsoft COCO, ECCV; cocodataset.org, data format.
     """
-    if path.stat().st_size > MOST_BYTES:
-        raise refusal(f"have at most {MOST_BYTES} bytes", path.stat().st_size, path)
+    refuse_large(path, MOST_BYTES)
     with whole("JSON", path):
         content = json.loads(path.read_bytes())
     if not (isinstance(content, dict) and {"images", "annotations"} <= content.keys()):

@@ -37,6 +37,13 @@ def check_unpacked(size: int, path: Path, most_bytes: int = 8 * MOST_NUMBERS) ->
         raise refusal(f"unpack to at most {most_bytes} bytes", size, path)
 
 
+def refuse_large(path: Path, most_bytes: int) -> None:
+    """Refuse a file that is too large to be read as a whole."""
+    size = path.stat().st_size
+    if size > most_bytes:
+        raise refusal(f"have at most {most_bytes} bytes", size, path)
+
+
 @contextmanager
 def whole(format_name: str, path: Path) -> Iterator[None]:
     """Refuse a file as damaged, whatever a library raises over it; a reader's own refusal passes."""

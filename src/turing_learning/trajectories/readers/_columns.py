@@ -174,18 +174,27 @@ def refuse_points(columns: Mapping[str, Sequence[str]], file: object) -> None:
     raise refusal("name individuals where several columns are of x and y", got, file, remedy)
 
 
+CORNERS = {"left": "x1", "top": "y1", "right": "x2", "bottom": "y2"}
+"""What columns x1, y1, x2, y2 are if they are corners of a box."""
+
+
+def _go_side_by_side(first: np.ndarray, second: np.ndarray) -> bool:
+    """Return whether the way from points (rows, 2) to others changes less than half as much as their middle."""
+    middles = (first + second) / 2
+    return bool(((second - first).std(axis=0) < 0.5 * middles.std(axis=0)).all())
+
+
 def refuse_pair(sides: Mapping[str, np.ndarray], file: object) -> None:
     """Refuse columns x1, y1, x2, y2 as corners of boxes (rows,) whose size changes as much as their place does."""
     low = np.column_stack([sides["left"], sides["top"]])
     high = np.column_stack([sides["right"], sides["bottom"]])
     complete = ~np.isnan(low + high).any(axis=1)
-    sizes = (high - low)[complete]
-    middles = (high + low)[complete] / 2
-    if (sizes > 0).all() and not (sizes.std(axis=0) >= 0.5 * middles.std(axis=0)).any():
+    low = low[complete]
+    high = high[complete]
+    if len(low) == 0 or ((high > low).all() and _go_side_by_side(low, high)):
         return
-    corners = {"left": "x1", "top": "y1", "right": "x2", "bottom": "y2"}
     remedy: Text = (
-        "If they are corners, give ", Setting("columns", corners),
+        "If they are corners, give ", Setting("columns", CORNERS),
         "; if they are of two individuals, leave other columns out of the table.",
     )  # fmt: skip
     got = "x1, y1, x2, y2 that do not go side by side"
@@ -196,14 +205,12 @@ def refuse_corners(positions: np.ndarray, file: object) -> None:
     """Refuse columns x1, y1, x2, y2 as two individuals (F, 2, 2) that go side by side as corners do."""
     complete = positions[~np.isnan(positions).any(axis=(1, 2))]
     sizes = complete[:, 1] - complete[:, 0]
-    middles = complete.mean(axis=1)
     aside = (sizes > 0).all(axis=0) | (sizes < 0).all(axis=0)
     if len(sizes) < FEWEST_ROWS or not aside.all():
         return
-    if (sizes.std(axis=0) < 0.5 * middles.std(axis=0)).all():
-        corners = {"left": "x1", "top": "y1", "right": "x2", "bottom": "y2"}
+    if _go_side_by_side(complete[:, 0], complete[:, 1]):
         remedy: Text = (
-            "If they are corners, give ", Setting("columns", corners),
+            "If they are corners, give ", Setting("columns", CORNERS),
             "; if not, name the columns a_x, a_y, b_x, b_y.",
         )  # fmt: skip
         got = "x1, y1 and x2, y2 always side by side"

@@ -13,7 +13,7 @@ import numpy as np
 from turing_learning.errors import brief, require
 
 from .._recording import Format, Options, Recording, natural, refusal
-from ._arrays import whole
+from ._arrays import refuse_large, whole
 from ._layouts import CM_PER_UNIT, TREX, Layout
 from ._long import read_long
 from ._sheets import HEAD_BYTES, MISSING, encoding_of, number_of, separator_of, sheet_of
@@ -37,8 +37,7 @@ def _is_ethovision(glance: "Glance") -> bool:
 
 def _text_of(path: Path) -> str:
     """Return a text as a whole."""
-    if path.stat().st_size > MOST_BYTES:
-        raise refusal(f"have at most {MOST_BYTES} bytes", path.stat().st_size, path)
+    refuse_large(path, MOST_BYTES)
     raw = path.read_bytes()
     return raw.decode(encoding_of(raw[:HEAD_BYTES]), errors="replace")
 
@@ -194,8 +193,7 @@ def _rate_of(root: ElementTree.Element, path: Path) -> float | None:
 
 def xml_root(path: Path, format_name: str) -> ElementTree.Element:
     """Return the root of an XML file that is whole."""
-    if path.stat().st_size > MOST_BYTES:
-        raise refusal(f"have at most {MOST_BYTES} bytes", path.stat().st_size, path)
+    refuse_large(path, MOST_BYTES)
     with whole(format_name, path):
         return ElementTree.parse(path).getroot()
 
