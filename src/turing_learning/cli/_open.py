@@ -30,7 +30,7 @@ def system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
         return program
     # A run on a family needs no more than a recording, which options may name.
     needed: set[str] = set()
-    if system.name not in tl.families.MODELS:
+    if not tl.families.is_model(system.name):
         needed = {setting.name for setting in system.resuming}
     if not needed <= folder.known_parts():
         rule = "be on recorded motion, or have samples and a simulator that can be imported"

@@ -209,9 +209,10 @@ class Recording(Sampling):
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
         motion = self.motion()
         families = tl.families.MODELS
-        rule = f"be one of {', '.join(families)}"
-        remedy = nearest(str(self.model), families)
-        require(self.model in families, "--model", rule, repr(self.model), remedy)
+        model = str(self.model)
+        rule = f"be one of {', '.join(families)}, or parts as kicks+walls"
+        remedy = nearest(model, (*families, *tl.families.PARTS))
+        require(tl.families.is_model(model), "--model", rule, repr(model), remedy)
         windows, family, recordings = motion.opened(progress=tell_learning)
         parameters, unusual_ranges = motion.parameters(family, recordings)
         paths = self.trajectories or []
@@ -223,7 +224,7 @@ class Recording(Sampling):
             title += f" and {len(paths) - 1} more"
         for name, recording in zip(names, recordings, strict=True):
             print_problems(name, recording)
-        social = families[str(self.model)].social
+        social = tl.families.model_named(model).social
         if social and all(len(recording.individuals) == 1 for recording in recordings):
             neighbors = f"what {self.model} says of neighbors"
             print(f"there is one individual: {neighbors} cannot be inferred")

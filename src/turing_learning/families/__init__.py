@@ -10,7 +10,7 @@
 `Network`           What a network has learned from recordings, with gains (extra `networks`).
 `Robots`            The paper's robots, whose controller is a table from sensor state to wheel speeds.
 `FAMILIES`          The families of equations by name; `MODELS` has the network, too;
-                    `model_named` finds one, or what "module:name" names.
+                    `model_named` finds one, or what "module:name" names; `is_model` tells whether there is one.
 `as_recorded`       A family with groups, steps and signals as recorded; `Replicates` where recordings differ in group or tank.
 `recorded_ranges`   Ranges of the parameters that fit a recording; `said_ranges` reads those of commands, as speed=5:300.
 `virtual_group`     A group of any size in any tank, as if recorded; `beyond_recorded` says where it leaves what was recorded.

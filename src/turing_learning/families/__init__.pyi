@@ -1,3 +1,5 @@
+from ._composed import PARTS as PARTS
+from ._composed import Composed as Composed
 from ._family import Family as Family
 from ._family import Particles as Particles
 from ._kinds import FAMILIES as FAMILIES
@@ -14,6 +16,7 @@ from ._recorded import MODELS as MODELS
 from ._recorded import RecordedSystem as RecordedSystem
 from ._recorded import Replicates as Replicates
 from ._recorded import as_recorded as as_recorded
+from ._recorded import is_model as is_model
 from ._recorded import model_named as model_named
 from ._recorded import tank_sides as tank_sides
 from ._virtual import beyond_recorded as beyond_recorded

@@ -17,6 +17,7 @@ from turing_learning.trajectories import LONGEST_REST_S
 from ..models import Parameter
 from ..systems import imported
 from ..trajectories import SIGNALS, Trajectories, Windows, pooled_windows
+from ._composed import PARTS, Composed, check_parts
 from ._family import NEIGHBOR, Family, Particles
 from ._kinds import FAMILIES
 from ._network import Network
@@ -128,13 +129,21 @@ def as_recorded(
     return Replicates(tuple(groups), tuple(shares))
 
 
+def is_model(name: str) -> bool:
+    """Return whether a family has this name, or is put together from the parts that it names, as kicks+walls."""
+    return name in MODELS or not set(name.split("+")).isdisjoint(PARTS)
+
+
 def model_named(name: str) -> Any:
     """Return a family of models by its name, or what "module:name" names: a family, or a simulator as `infer` takes it."""
     if ":" in name:
         return imported(name, "model")
-    rule = f"be one of {', '.join(MODELS)}, or module:name"
-    require(name in MODELS, "model", rule, repr(name), nearest(name, MODELS))
-    return MODELS[name]
+    rule = f"be one of {', '.join(MODELS)}, parts as kicks+walls, or module:name"
+    require(is_model(name), "model", rule, repr(name), nearest(name, (*MODELS, *PARTS)))
+    if name in MODELS:
+        return MODELS[name]
+    check_parts(name.split("+"), "model")
+    return Composed
 
 
 @dataclass(frozen=True)
@@ -257,15 +266,19 @@ class RecordedSystem:
             if issubclass(chosen, Network):
                 tanks = option("tank") or ["recorded"]
                 return windows, network or _learned(likely, windows, tanks, progress), motion
+            settings: dict[str, Any] = {}
+            if chosen is Composed:
+                settings["parts"] = tuple(self.options["model"].split("+"))
             asked = option("tank") or []
-            if not asked and issubclass(chosen, Particles) and NEIGHBOR & set(windows.names):
-                # without walls a group would spread, and neighbors be farther away than in the tank
+            # without walls a group would spread, and neighbors be farther away than in the tank
+            confined = NEIGHBOR & set(windows.names) or "walls" in settings.get("parts", ())
+            if not asked and issubclass(chosen, Particles) and confined:
                 asked = ["recorded"]
             if asked in (["recorded"], ["none"]):
                 asked = asked * count
             # `as_recorded` refuses more tanks than there are recordings
             tanks = [_tank(text, likely[min(k, count - 1)]) for k, text in enumerate(asked)]
-            family = as_recorded(chosen, likely, windows, tanks=tanks)
+            family = as_recorded(chosen, likely, windows, tanks=tanks, **settings)
         return windows, family, motion
 
 
