@@ -1,7 +1,8 @@
 """Error over trials of ``infer(..., trials=N)``: ``python curves.py CASE TRIALS FIRST LAST``; one row per run in a table.
 
 A run that has its row is not repeated. Cases: aggregation, object-clustering; two-state-N and three-state-N: the agents of
-either scenario with random controller number N, wheel speeds uniform in [-1, 1]. ``python curves.py`` alone prints the tables.
+either scenario with random controller number N, wheel speeds uniform in [-1, 1]; four-state-N: the same of four robots that
+also see a light and posts (docs/scenarios.md). ``python curves.py`` alone prints the tables.
 """
 
 import csv
@@ -14,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 import turing_learning as tl
-from turing_learning.swarm import SCENARIOS
+from turing_learning.swarm import SCENARIOS, Item, Sensor
 
 HERE = Path(__file__).parent
 HEADER = (
@@ -35,11 +36,26 @@ HEADER = (
 def system(case: str):
     """Return the scenario of a case."""
     kind, _, number = case.rpartition("-")
-    if kind not in ("two-state", "three-state"):
+    if kind not in ("two-state", "three-state", "four-state"):
         return SCENARIOS[case]
-    base = SCENARIOS["aggregation" if kind == "two-state" else "object-clustering"]
+    states = {"two-state": 2, "three-state": 3, "four-state": 4}[kind]
     rng = np.random.default_rng(int(number))
-    return replace(base, controller=tuple(rng.uniform(-1, 1, len(base.controller)).tolist()))
+    controller = tuple(rng.uniform(-1, 1, 2 * states).tolist())
+    if states < 4:
+        base = SCENARIOS["aggregation" if states == 2 else "object-clustering"]
+        return replace(base, controller=controller)
+    aggregation = SCENARIOS["aggregation"]
+    return replace(
+        aggregation,
+        controller=controller,
+        agents=4,
+        items={
+            "light": Item(mobility="seen", radius_cm=8, centers_cm=((50.0, 50.0),)),
+            "post": Item(count=4, radius_cm=6),
+        },
+        sensor=Sensor(("background", "robot", "light", "post")),
+        arena=replace(aggregation.arena, width_cm=100, height_cm=100),
+    )
 
 
 def append(path: Path, header: tuple[str, ...], rows: list[dict]) -> None:
@@ -82,7 +98,7 @@ def run(case: str, trials: int, seed: int) -> dict:
 
 def summary() -> None:
     """Print, for each table and number of trials, errors, how many runs give intervals, and how many of these hold the truth."""
-    for name in ("aggregation", "object-clustering", "two-state", "three-state"):
+    for name in ("aggregation", "object-clustering", "two-state", "three-state", "four-state"):
         path = HERE / f"{name}.csv"
         if path.exists():
             rows = pd.read_csv(path).assign(

@@ -34,6 +34,7 @@ class Verdict(StrEnum):
     UNRELIABLE = "search unreliable"
     BOUND = "at a bound"
     SEVERAL = "several solutions"
+    UNIDENTIFIED = "not identified"
     UNTESTED = "check cannot say"
     LOOSE = "nothing pinned down"
     CONVERGED = "converged"
@@ -69,6 +70,9 @@ _MEANINGS = {
         "An estimate sits at an end of its range: the truth may lie beyond; widen the range."
     ),
     Verdict.SEVERAL: "Separate regions of the parameters explain the motion equally well: `result.modes` states each.",
+    Verdict.UNIDENTIFIED: (
+        "The interval of one or more parameters is as wide as its range: give more trials, or other signals."
+    ),
     Verdict.UNTESTED: (
         "Fresh classifiers would often miss a clearly wrong model here: run longer, record more, or hold out more."
     ),

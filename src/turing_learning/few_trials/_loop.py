@@ -32,7 +32,15 @@ from ._jurors import train_moments
 from ._map import INDUCING, Density, MomentField
 from ._matching import Matched
 from ._observers import Observers
-from ._readout import Cloud, Evidence, best_center, evidence_within, solution, stated
+from ._readout import (
+    Cloud,
+    Evidence,
+    best_center,
+    evidence_within,
+    solution,
+    stated,
+    stated_of_modes,
+)
 from ._schedule import batch_schedule
 from ._search import DECIDED_AT, FEWEST, Search
 from ._space import SearchSpace
@@ -675,10 +683,11 @@ class FewTrials:
         -------
         dict
             "p_value": how often classifiers would tell the model from the agents as well by chance.
-            If the run has settled, in the optimizer's numbers, "estimate" (P,), "interval" (2, P)
-            and "draws" (D, P), and "mode" (D,), to which solution each draw belongs. With an
-            examiner "examined" (2,) and "statistic". Nothing if there are too few trials within
-            reach.
+            If the run has settled, in the optimizer's numbers, "estimate" (P,), "interval" (2, P),
+            that of all solutions, "mode_interval" (M, 2, P), that of each, and "draws" (D, P);
+            "mode" (D,), to which solution each draw belongs, and "identified" (P,), of which
+            parameters the run says something. With an examiner "examined" (2,) and "statistic".
+            Nothing if there are too few trials within reach.
         """
         matched = self.matched()
         if matched is None:
@@ -703,11 +712,15 @@ class FewTrials:
             examined = examination.report
             draws = examination.draws
             mode = examination.mode
+        mode_interval, identified = stated_of_modes(draws, mode, interval, self._space)
+        interval = np.stack((mode_interval[:, 0].min(axis=0), mode_interval[:, 1].max(axis=0)))
         return {
             "p_value": p_value,
             "mode": mode,
+            "identified": identified,
             "estimate": self._space.to_numbers(estimate),
             "interval": self._space.to_numbers(interval),
+            "mode_interval": self._space.to_numbers(mode_interval),
             "draws": self._space.to_numbers(draws),
             **examined,
         }

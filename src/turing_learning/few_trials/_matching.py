@@ -77,8 +77,8 @@ class Matched:
         Where further samples would tell most: parameters at some distance from those that explain
         the judgments, also where little is known.
     identified : (P,) bool
-        Whether the judgments say something of the parameter: whether its draws cover less than the
-        range.
+        Whether the judgments say something of the parameter: whether the draws of each solution
+        cover less than the range.
     settled
         Whether intervals can be given: classifiers do not tell the model from the agents, halves of
         the samples agree, and the canary has its range.
@@ -296,7 +296,8 @@ def match(
     # What is stated.
     middle = np.median(best.points, axis=0)
     low_z, high_z = best.ends
-    identified = high_z - low_z < UNTOLD_WIDTH
+    mode = modes(best.points, best.likelihood.without_canary)
+    identified = tells(best.points, mode, UNTOLD_WIDTH)
     at_middle = np.append(middle, 0.0)[None]
     leverage = float(best.likelihood.emulator.predict(at_middle)[1].mean())
     distance, p_value = samples.distance(best.likelihood, remoteness, leverage, rng)
@@ -318,8 +319,21 @@ def match(
         leverage=leverage,
         canary=best.canary,
         moved=best.moved,
-        mode=modes(best.points, best.likelihood.without_canary),
+        mode=mode,
     )
+
+
+def tells(draws: np.ndarray, mode: np.ndarray, width: np.typing.ArrayLike) -> np.ndarray:
+    """Say whether draws (D, P) tell each parameter (P,).
+
+    They do if the central 90 % of those of each solution, by its number `mode` (D,), are narrower
+    than a width. Of several solutions each may be narrow though they are far apart.
+    """
+    told = np.ones(draws.shape[1], dtype=bool)
+    for number in range(int(mode.max()) + 1):
+        low, high = np.quantile(draws[mode == number], [TAIL, 1 - TAIL], axis=0)
+        told &= high - low < width
+    return told
 
 
 @dataclass(frozen=True)

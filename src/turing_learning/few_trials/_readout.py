@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ._matching import LEAST_P, Matched, combined, match
+from ._matching import LEAST_P, TAIL, UNTOLD_WIDTH, Matched, combined, match, tells
 from ._space import SearchSpace
 
 FEWEST = 50
@@ -31,6 +31,9 @@ NEAR_PER_FAR = 10
 
 AT_END = 0.05
 """Share of the walkers at an end from which on the 90 % interval reaches that end."""
+
+RANGE = 2.0
+"""Width of the range of the first models: an interval as wide as that tells nothing."""
 
 NEAR_END = 0.1
 """Distance from an end, in widths of the interval, up to which it includes the end.
@@ -195,3 +198,22 @@ def stated(
             high = np.where(reached, boundary, high)
         estimate = np.where(share > 0.5, boundary, estimate)
     return estimate, np.stack((low, high))
+
+
+def stated_of_modes(
+    draws: np.ndarray, mode: np.ndarray, interval: np.ndarray, space: SearchSpace
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the interval of each solution (M, 2, P), and which parameters (P,) are identified.
+
+    Draws (D, P) belong to the solutions that `mode` (D,) numbers. A single one has the interval
+    (2, P) of the run. A parameter that is not identified gets all of its range.
+    """
+    count = int(mode.max()) + 1
+    identified = tells(draws, mode, np.minimum(UNTOLD_WIDTH * space.widest, RANGE))
+    intervals = interval[None]
+    if count > 1:
+        ends = [TAIL, 1 - TAIL]
+        solutions = [draws[mode == number] for number in range(count)]
+        intervals = np.stack([np.quantile(solution, ends, axis=0) for solution in solutions])
+    end = np.where(space.saturated, space.end, space.widest)
+    return np.where(identified, intervals, np.stack((-end, end))), identified

@@ -167,6 +167,9 @@ class TrialsLoop:
             readout["estimate"] = self._source.to_units(readout["estimate"][None])[0]
             readout["interval"] = self._source.to_units(readout["interval"])
             readout["draws"] = self._source.to_units(readout["draws"])
+            ends = readout["mode_interval"]
+            rows = self._source.to_units(ends.reshape(-1, ends.shape[2]))
+            readout["mode_interval"] = rows.reshape(ends.shape)
         return readout
 
     def state(self) -> dict[str, np.ndarray]:

@@ -44,7 +44,14 @@ TIMINGS = ("seconds_total", "seconds_per_generation")
 """Entries of a result that differ between two runs of the same configuration and seed."""
 
 _NOT_STORED = ("path", "record")
-_OMITTED_IF_EMPTY = ("failed_simulations", "networks", "covariance", "modes", "wandering")
+_OMITTED_IF_EMPTY = (
+    "failed_simulations",
+    "networks",
+    "covariance",
+    "modes",
+    "not_identified",
+    "wandering",
+)
 
 
 @dataclass(frozen=True)
@@ -422,10 +429,16 @@ class Posterior(Result):
     modes
         Its solutions, that of most draws first, each with an interval of its own; none where the
         run has not settled. `estimate` is that of the first.
+    not_identified
+        Names of parameters of which the run says too little. `interval`, and those of the modes,
+        are all of the range that was searched, which may be wider than that of the first models.
+        The draws of such a parameter may cover less, but that is not known. Not in `result.json`
+        if there are none.
     """
 
     covariance: dict[str, dict[str, float]] | None = None
     modes: tuple[Mode, ...] = ()
+    not_identified: tuple[str, ...] = ()
 
     @property
     def length(self) -> str:
@@ -436,6 +449,14 @@ class Posterior(Result):
     def progress(self) -> tuple[int, int]:
         """Trials that are spent, and the budget."""
         return self.trials, self.configuration.run.trials
+
+    @property
+    def unknown(self) -> str:
+        """Also which parameters are not identified."""
+        if not self.not_identified:
+            return super().unknown
+        listed = ", ".join(self.not_identified)
+        return f"Not identified, so the interval is the whole range: {listed}."
 
     @property
     def settled(self) -> bool:
@@ -537,6 +558,7 @@ def result_from_json(content: Mapping[str, Any], record: Record) -> Result:
     values["record"] = record
     if record.configuration.run.trials:
         values["modes"] = tuple(Mode(**mode) for mode in content.get("modes", ()))
+        values["not_identified"] = tuple(content.get("not_identified", ()))
         return Posterior(**values)
     values["wandering"] = replace_unknown(UNKNOWN, content["wandering"])
     return Evolution(**values)

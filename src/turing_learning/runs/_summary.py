@@ -102,25 +102,32 @@ def _posterior(traces: Traces, ending: Ending, record: Record) -> Posterior:
     inferred = readout.get("estimate", typical[-1])
     covariance = None
     modes: tuple[Mode, ...] = ()
+    not_identified: tuple[str, ...] = ()
     if "interval" in readout:
         low, high = readout["interval"]
         covariance = _covariance(names, readout["draws"])
         modes = modes_of(names, readout)
+        # runs of 0.2.0 do not say
+        identified = readout.get("identified", np.ones(len(names), dtype=bool))
+        not_identified = tuple(np.array(names)[~identified].tolist())
     else:
         low, high = np.full((2, len(names)), np.nan)
         doubt = doubt or Verdict.MOVING
     verdicts = [] if doubt is None else [doubt]
     if len(modes) > 1:
-        verdicts = [Verdict.SEVERAL]
+        verdicts.append(Verdict.SEVERAL)
         inferred = np.array(list(modes[0].estimate.values()))
         bounds = np.array([list(mode.interval.values()) for mode in modes])
         low = np.minimum(low, bounds[:, :, 0].min(axis=0))
         high = np.maximum(high, bounds[:, :, 1].max(axis=0))
+    if not_identified:
+        verdicts.append(Verdict.UNIDENTIFIED)
     between = dict(zip(names, np.stack((low, high), axis=1).tolist(), strict=True))
     return Posterior(
         interval=replace_unknown(UNKNOWN, between),
         covariance=covariance,
         modes=modes,
+        not_identified=not_identified,
         trials=configuration.trials_after(traces.completed),
         **_common(traces, ending, record, inferred, typical, verdicts),
     )
@@ -225,12 +232,15 @@ def modes_of(names: tuple[str, ...], readout: Mapping[str, np.ndarray]) -> tuple
     modes = []
     for number in range(int(numbers.max()) + 1):
         members = draws[numbers == number]
-        bounds = np.quantile(members, (0.05, 0.95), axis=0).T
+        # runs of 0.2.0 do not say
+        bounds = np.quantile(members, (0.05, 0.95), axis=0)
+        if "mode_interval" in readout:
+            bounds = readout["mode_interval"][number]
         modes.append(
             Mode(
                 weight=float(len(members) / len(draws)),
                 estimate=named(names, np.median(members, axis=0)),
-                interval=dict(zip(names, bounds.tolist(), strict=True)),
+                interval=dict(zip(names, bounds.T.tolist(), strict=True)),
             )
         )
     return tuple(modes)

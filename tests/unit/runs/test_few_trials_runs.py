@@ -272,6 +272,14 @@ def walked(tmp_path_factory):
     return speeds(tmp_path_factory.mktemp("runs") / "walked", trials=60)
 
 
+def test_a_parameter_that_is_not_identified_keeps_a_run_from_converging(walked):
+    _, result = walked
+    assert result.verdict == "not identified"
+    assert result.not_identified == ("inert",)
+    assert result.modes[0].interval == result.interval
+    assert "the whole range: inert" in str(result)
+
+
 def test_a_run_stops_within_its_tolerance_and_can_be_extended(tmp_path):
     known, result = speeds(tmp_path / "run", tolerance=0.1)
     assert result.complete
