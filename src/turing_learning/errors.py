@@ -302,7 +302,6 @@ def number(
     above: float | None = None,
     most: float | None = None,
     below: float | None = None,
-    remedy: Text = "",
     place: str = "",
     error: type[RefusedError] = RefusedError,
 ) -> float:
@@ -328,7 +327,7 @@ def number(
         return converted
     rules = [f"{words} {bound:g}" for words, _, bound in bounds if bound is not None]
     rule = f"be a finite number {' and '.join(rules)}".rstrip()
-    refuse(name, rule, brief(value), remedy, place=place, error=error)
+    refuse(name, rule, brief(value), place=place, error=error)
 
 
 def choice(

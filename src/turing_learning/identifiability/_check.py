@@ -34,7 +34,7 @@ FEWEST = 6
 
 
 def sides_rejected(
-    differences: np.ndarray, above: np.ndarray, rng: np.random.Generator, *, level: float = LEVEL
+    differences: np.ndarray, above: np.ndarray, rng: np.random.Generator
 ) -> tuple[bool, bool]:
     """Say whether a panel tells a parameter's values below the estimate, and those above it, better than the estimate.
 
@@ -55,8 +55,6 @@ def sides_rejected(
         Which values are above the estimate; the others are below.
     rng
         For the signs.
-    level
-        How often a side may be rejected where no value of it is told apart.
     """
     differences = array("differences", differences, "V G")
     above = array("above", above, "V", dtype=bool, V=len(differences))
@@ -77,7 +75,7 @@ def sides_rejected(
         if not side.any():
             return False
         exceeded = (chance[:, side].max(axis=1) >= observed[side].max() - 1e-9).sum()
-        return bool((1 + exceeded) / (1 + FLIPS) <= level)
+        return bool((1 + exceeded) / (1 + FLIPS) <= LEVEL)
 
     return rejected(~above), rejected(above)
 

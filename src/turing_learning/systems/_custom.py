@@ -372,9 +372,6 @@ class CustomSource(FallibleSource):
         self._workers = None
         self._executor = executor
         if executor is not None:
-            fits = callable(getattr(executor, "submit", None))
-            rule = "be an executor of concurrent.futures"
-            require(fits, "executor", rule, type(executor).__name__)
             rule = "be left out beside an executor, which has its own"
             require(workers is None, "workers", rule, workers)
         if workers is None:

@@ -74,12 +74,7 @@ def table_values(
     if isinstance(table, Mapping) or hasattr(table, "columns"):
         names = names or tuple(table.keys())
         table = np.column_stack([np.asarray(table[name], dtype=np.float64) for name in names])
-    try:
-        values = np.asarray(table, dtype=np.float64)
-    except TypeError:
-        rule = "be a DataFrame, a dict of series, or an array"
-        remedy = "A model is run, and its table returned, in a function around it."
-        refuse("table", rule, type(table).__name__, remedy)
+    values = np.asarray(table, dtype=np.float64)
     return values[:, None] if values.ndim == 1 else values
 
 
