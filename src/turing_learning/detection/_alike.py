@@ -4,8 +4,9 @@ Classifiers of a run tell genuine motion from the counterfeits that lived then. 
 knows other abnormal motion. Together, their outputs describe an individual, as statistics of its
 motion do. So each method
 
-1. describes the windows of all individuals by features, minus the median of the recording
-(`beside_fellows`);
+1. describes the windows of all individuals by features; where several are recorded together, by
+how these differ from the median of the recording (`beside_fellows`), as a whole recording may be
+slower than others;
 2. learns from normal individuals how features vary, and scores by the distance from them
 (`learn_distance`);
 3. scores each normal individual by what was learned without its recording
@@ -153,7 +154,8 @@ class NormalIndividuals:
             group = 0
             fellows = [features]
             if case.recording is not None:
-                # Who is too short is in no group: it has no part in what any of them is judged by.
+                # Who is too short is in no group: nothing was learned from it, so that the scorer of
+                # any group has not seen it.
                 group = self.group_of.get((case.recording, case.index), 0)
                 fellows = pieces[self.recordings.index(case.recording)]
             # A case may be longer than the piece, which is as long as the motion that is judged.
@@ -315,7 +317,11 @@ class TrainedMethod:
 
 
 def _learner(method: Method, normal: NormalIndividuals) -> Learner:
-    """Return how a method learns: one recording tells less of how features go together."""
+    """Return how a method learns.
+
+    One recording has too few individuals to say how all features go together: those of single
+    signals count as independent then, in the order in which `motion_statistics` has them.
+    """
     signals = normal.pieces[0][0][..., method.columns].shape[-1]
     if not (normal.one_recording and method.learns_from_planted and signals > OWN_SIGNALS):
         return method.learn

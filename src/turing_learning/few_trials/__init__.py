@@ -21,10 +21,13 @@ A run goes in batches (`FewTrials.step`): (1) models are tried, and their sample
 classifiers evolve, and all judge the samples again; (3) outputs are condensed to moments, one or
 two for each parameter, which are 0 on average for a right model (`_jurors`); (4) Gaussian processes
 map the moments (`_map`); (5) walkers follow the density (2), and the next batch is tried around
-them (`_design`). A run whose map fits nothing searches from many places (`_search`). At the end (2)
-is solved carefully (`match`), and the draws from it are the result (`_readout`). No distance
-between behaviors is defined, and no summary of them is made by hand. Why which number:
-docs/decisions/0028.
+them (`_design`). A run whose map fits nothing leaves it for good,
+and searches from many places (`_search`).
+
+At the end the observers alone are asked, which no model was selected to fool. Their judgments
+become one composite for each parameter, which is held against that of the agents as in (2)
+(`match`). Draws from this density are the result (`_readout`). No distance between behaviors is
+defined, and no summary of them is made by hand. Why which number: docs/decisions/0028.
 
 `FewTrials`, `Batch`
     The loop; what is known after a batch of trials. `batch_schedule`: how many trials are spent

@@ -55,8 +55,8 @@ AROUND_CENTER = Share(0.2, 3.0)
 """By which the ends of searches are compared."""
 
 SHARES_AT_END = (Share(0.3, 2.5), Share(0.2, 2.0), Share(0.1, 3.0), Share(0.1, 3.0))
-"""By which the solutions that are mixed at the end of a lost run are matched. Decision 0028, "Lost
-runs"."""
+"""By which the solutions that are mixed at the end of a lost run are matched. The last part is
+matched twice, by other random numbers. Decision 0028, "Lost runs"."""
 
 
 @dataclass(frozen=True, eq=False)
