@@ -4,6 +4,8 @@
     Judged alike: how unlike normal ones individuals are, beside baselines of window statistics.
 `Detector`, `SampleVerdict`, `TimedVerdict`, `RULES`
     Rules by votes, the paper's among them.
+`MotionOutlierDetector`
+    Motion statistics as an estimator of scikit-learn, without a run.
 `Motion`, `load_motion`, `RecordedMotion`, `recorded_motion`
     Samples of named individuals, from files (`MOTION_SUFFIXES`, `holds_motion`), or windows of what
     a tracker wrote.

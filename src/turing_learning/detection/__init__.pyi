@@ -5,6 +5,7 @@ from ._motion import Motion as Motion
 from ._motion import RecordedMotion as RecordedMotion
 from ._motion import holds_motion as holds_motion
 from ._motion import load_motion as load_motion
+from ._outliers import MotionOutlierDetector as MotionOutlierDetector
 from ._ranking import Detection as Detection
 from ._ranking import Ranking as Ranking
 from ._ranking import Standing as Standing
