@@ -218,7 +218,10 @@ class RunSection(Section):
 
     @property
     def save_every(self) -> int:
-        """Number of generations, or batches of trials, after which the run is saved."""
+        """Number of generations, or batches of trials, after which the run is saved.
+
+        After each batch: a stored run has a piece of its buffer for every one.
+        """
         return 1 if self.trials else self.checkpoint_every
 
     @property

@@ -44,8 +44,8 @@ EXPLORED_POWER = 0.16
 """Power of the density that explorers follow: they lie 2.5 times wider."""
 
 LOST = 20.0
-"""A walker so far below the best, in the logarithm of the density, starts again beside another
-one."""
+"""A walker so far below the best, in the logarithm of the density, starts again where another one
+is."""
 
 STRIDE = 2.38
 """Length of a move by the difference of two walkers, for a normal density, times root 2 P (ter

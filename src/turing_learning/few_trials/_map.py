@@ -46,11 +46,12 @@ MOST_TEMPER = 2.0
 """Largest number that the logarithm of the density is divided by."""
 
 SLACK = 10.0
-"""Logarithm of the density by which a model may lie below the walkers in the wide map before this
-excludes it."""
+"""The wide map excludes a model whose log density there is lower than that of the walkers by so
+much."""
 
 HOPELESS = 50.0
-"""Logarithm of the density below the best model beyond which the wide map is not asked."""
+"""A model whose log density is lower than that of the best by so much is not looked up in the wide
+map: it is out anyway."""
 
 
 class _Bends(NamedTuple):

@@ -98,6 +98,20 @@ agents."""
 BOUND = 4.0
 """Outputs count up to that: rare events are large."""
 
+CLEARLY_BETTER = 0.6
+"""Share of the mean square of the outputs, below which a step was so good that the next may be
+longer."""
+
+LONGER = 1.5
+"""By how much the next step may be longer then."""
+
+SHORTER = 0.6
+"""By how much it has to be shorter after a step that led to nothing better."""
+
+DAMPING = (0, *10 ** np.arange(-4, 4, 0.5))
+"""Weights of the metric, as in the method of Levenberg and Marquardt: the least that makes a step
+short enough is taken."""
+
 
 @dataclass
 class Path:
@@ -109,7 +123,7 @@ class Path:
     curvature: np.ndarray  #: (P, P), mean square of the outputs' slopes
     reach: float  #: Change of the outputs that its next step may make
     steps: int = 0
-    #: Mean square of the outputs at its end; infinite while it goes on
+    #: Mean square of the outputs at its end; infinite before it has got there
     excess: float = np.inf
     ended: bool = False  #: Whether it has made its steps, or has joined another
 
@@ -298,7 +312,7 @@ class Search:
         slope = slopes @ offset / len(offset)
         path.curvature = curvature if path.steps == 0 else (path.curvature + curvature) / 2
         metric = path.metric()
-        for damping in (0, *10 ** np.arange(-4, 4, 0.5)):
+        for damping in DAMPING:
             step = -np.linalg.lstsq(curvature + (damping + 1e-6) * metric, slope, rcond=None)[0]
             if step @ metric @ step <= path.reach**2 and np.abs(step).max() < LONGEST:
                 break
@@ -323,10 +337,10 @@ class Search:
             after = (_fit(path, path.target, parameters, deviations)[0] ** 2).mean()
             if after < before:
                 path.place = path.target
-                growth = 1.5 if after < 0.6 * before else 1
-                path.reach = min(path.reach * growth, MOST_REACH)
+                if after < CLEARLY_BETTER * before:
+                    path.reach = min(path.reach * LONGER, MOST_REACH)
             else:
-                path.reach = max(path.reach * 0.6, LEAST_REACH)
+                path.reach = max(path.reach * SHORTER, LEAST_REACH)
             path.steps += 1
             path.target = np.full(len(path.place), np.nan)
             looked.append((min(before, after), path))
@@ -429,6 +443,8 @@ def _fit(
     distance = np.sqrt(square.mean()) + 1e-12
     terms = np.c_[np.ones(len(nearest)), (parameters[nearest] - center) @ factor / distance]
     nearness = 1 / (1 + square / (1.5 * distance) ** 2)
+    # Cauchy weights, three times reweighted: a few trials in which something rare happened would
+    # tilt the fit.
     weights = nearness
     ridge = np.diag(np.r_[1e-9, np.full(len(center), 1e-2)])
     for _ in range(3):

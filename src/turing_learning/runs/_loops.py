@@ -71,7 +71,7 @@ class Generations:
         return replace(generation, models=self._source.to_units(generation.models))
 
     def rows(self) -> dict[str, np.ndarray]:
-        """Return nothing."""
+        """Return nothing: populations are in the history, and the result is read from it."""
         return {}
 
     readout = rows

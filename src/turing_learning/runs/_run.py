@@ -276,7 +276,8 @@ class Run:
                     else None,
                 )
         except GeneratorExit:
-            # The block around the loop has raised
+            # Python closes a generator that a loop has left. If an error left it, `__exit__` has
+            # closed the run already; after a `break` all is saved as at the end.
             if self._closed:
                 return
         self._finish()
@@ -336,6 +337,7 @@ class Run:
     def _step(self) -> Generation | TrialBatch:
         """Run a generation; where its system fails, save those before, and say where they are."""
         folder = self.folder
+        # Only a fallible source raises what is caught below, so no other needs the state before.
         before = {}
         if self._source.fallible:
             before = self._loop.state()
@@ -514,6 +516,8 @@ class Run:
         self._blocks = folders.blocks_before(checkpoint)
         state = checkpoint.part("coevolution/")
         if self._loop.stores_rows:
+            # Runs by trials save after each batch (`RunSection.save_every`): there is a piece of
+            # the buffer for every one.
             batches = [folder.read(piece("buffer", number)) for number in range(1, done + 1)]
             for name in batches[0]:
                 state[f"buffer/{name}"] = np.concatenate([batch[name] for batch in batches])
