@@ -7,6 +7,7 @@
 `Couzin`            Zones of repulsion, orientation and attraction (Couzin et al. 2002).
 `Boids`             Collision avoidance, velocity matching and flock centering (Reynolds 1987).
 `BurstAndCoast`     A persistent random walk in kicks, each followed by a glide (Calovi et al. 2018).
+`Composed`          Motion and influences, of which each can be left out: those of `PARTS`.
 `Network`           What a network has learned from recordings, with gains (extra `networks`).
 `Robots`            The paper's robots, whose controller is a table from sensor state to wheel speeds.
 `FAMILIES`          The families of equations by name; `MODELS` has the network, too;
