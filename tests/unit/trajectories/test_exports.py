@@ -479,6 +479,45 @@ def test_flies_of_ctrax_are_read_by_frame(tmp_path):
     np.testing.assert_array_equal(read.positions[3], [[3, 6], [4, 8]])
 
 
+def flies_of_jaaba(lengths, **changes):
+    """Return `trx` as JAABA writes it, flies of so many frames, the second of which comes in frame 3."""
+    fields = ["x", "y", "theta", "x_mm", "y_mm", "firstframe", "fps"]
+    trx = np.zeros((1, len(lengths)), dtype=[(name, object) for name in fields])
+    for k, length in enumerate(lengths):
+        along = np.arange(float(length))
+        fly = {
+            "x": along,
+            "y": 2 * along,
+            "theta": along / 10,
+            "x_mm": along / 5,
+            "y_mm": along + k,
+        }
+        fly |= {"firstframe": 1 + 2 * k, "fps": 30} | changes
+        for name in fields:
+            trx[0, k][name] = np.atleast_2d(fly[name])
+    return {"trx": trx}
+
+
+def test_flies_of_jaaba_are_read_in_cm(tmp_path):
+    savemat(tmp_path / "registered_trx.mat", flies_of_jaaba((6, 4)))
+    read = load_trajectories(tmp_path / "registered_trx.mat", y_axis="up")
+    assert (read.fps, read.unit, read.first_frame) == (30, "cm", 1)
+    np.testing.assert_allclose(read.positions[:, 0, 0], np.arange(6) / 50)
+    np.testing.assert_array_equal(read.present[:, 1], [0, 0, 1, 1, 1, 1])
+    np.testing.assert_allclose(read.positions[2:, 1, 1], (np.arange(4) + 1) / 10)
+    np.testing.assert_allclose(read.headings[:, 0], np.arange(6) / 10)
+
+
+def test_flies_of_jaaba_with_fields_that_do_not_fit_are_refused(tmp_path):
+    path = tmp_path / "registered_trx.mat"
+    savemat(path, flies_of_jaaba((6, 4), theta=np.zeros(3)))
+    with pytest.raises(ValueError, match=r"as many x_mm, y_mm and theta.*trx\(1\)"):
+        load_trajectories(path, y_axis="up")
+    savemat(path, {"trx": np.array([[(1.0,)]], dtype=[("x", object)])})
+    with pytest.raises(ValueError, match="have `trx` with x, y, firstframe"):
+        load_trajectories(path, y_axis="up")
+
+
 VIA = "#filename,file_size,file_attributes,region_count,region_id,region_shape_attributes,region_attributes"
 
 

@@ -219,8 +219,10 @@ def read_archive(path: Path) -> Recording:
             from scipy.io import loadmat, whosmat
 
             stated = whosmat(path)
-            numeric = [name for name, _, dtype in stated if dtype in _NUMERIC]
             check_unpacked(sum(8 * math.prod(shape) for _, shape, _ in stated), path)
+            if (TRX, "struct") in {(name, dtype) for name, _, dtype in stated}:
+                return _trx(loadmat(path, variable_names=[TRX])[TRX].ravel(), path)
+            numeric = [name for name, _, dtype in stated if dtype in _NUMERIC]
             # structures and cells may hold anything
             read = loadmat(path, variable_names=numeric)
             contents = {name: read[name] for name in numeric}
@@ -263,6 +265,56 @@ def _ctrax(contents: Mapping[str, np.ndarray], path: Path) -> Recording:
         np.column_stack([x, y]).astype(float),
         f"{path}, position {{}}".format,
         fps=rate,
+    )
+
+
+TRX = "trx"
+"""The structure of trajectories of JAABA, one element for each fly."""
+_TRX_FIELDS = ("x", "y", "firstframe")
+MM_PER_CM = 10
+
+
+def _trx(flies: np.ndarray, path: Path) -> Recording:
+    """Read positions of flies (mm, or pixels) from the elements of `trx`, with headings and the frame rate where they are.
+
+    Source: Kabra et al. 2013, JAABA: interactive machine learning for automatic annotation of animal behavior, Nature
+    Methods 10; the fields are those of its `registered_trx.mat`. Frames count from 1 there.
+    """
+    fields = flies.dtype.names or ()
+    if not set(_TRX_FIELDS) <= set(fields):
+        rule = f"have `trx` with {', '.join(_TRX_FIELDS)}"
+        raise refusal(rule, brief(", ".join(fields)), path)
+    metric = {"x_mm", "y_mm"} <= set(fields)
+    names = ("x_mm", "y_mm") if metric else ("x", "y")
+    frames = []
+    places = []
+    headings = []
+    individuals: list[str] = []
+    for number, fly in enumerate(flies, start=1):
+        x, y = (np.asarray(fly[name], dtype=float).ravel() for name in names)
+        directions = np.full(len(x), np.nan)
+        if "theta" in fields:
+            directions = np.asarray(fly["theta"], dtype=float).ravel()
+        lengths = sorted({len(x), len(y), len(directions)})
+        if len(lengths) > 1:
+            rule = f"have as many {names[0]}, {names[1]} and theta"
+            raise refusal(rule, brief(lengths), f"{path}, trx({number})")
+        first = int(np.asarray(fly["firstframe"]).item())
+        frames.append(np.arange(first, first + len(x), dtype=float))
+        places.append(np.column_stack([x, y]))
+        headings.append(directions)
+        individuals += [str(number)] * len(x)
+    stated: dict[str, Any] = {}
+    positions = np.concatenate(places)
+    if metric:
+        positions /= MM_PER_CM
+        stated["unit"] = "cm"
+    if "theta" in fields:
+        stated["extras"] = {"headings": np.concatenate(headings)}
+    if "fps" in fields:
+        stated["fps"] = check_rate(flies[0]["fps"], path)
+    return assemble(
+        np.concatenate(frames), individuals, positions, f"{path}, position {{}}".format, **stated
     )
 
 
