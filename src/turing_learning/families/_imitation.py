@@ -2,6 +2,7 @@
 
 import copy
 import math
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -15,6 +16,7 @@ from turing_learning.kernels.imitation import (
     MEMORY_S,
     MOST_OTHERS,
     OWN,
+    PAST,
     RAYS,
     TRAITS,
     Layers,
@@ -33,6 +35,8 @@ SURROUNDINGS = 0.3
 """Weight of what comes of others and walls in this comparison; that of the own motion is 1."""
 CLOSEST = 0.005
 """Share of the distances of the nearest other below which nobody comes nearer to another."""
+FAST = 0.9
+"""Share of the time in which whoever comes and goes is slower than it would like to be."""
 OTHER_WIDTH = 32
 """Neurons of each layer that looks at another individual."""
 WIDTH = 96
@@ -87,6 +91,20 @@ def memories_of(path: np.ndarray, units: Units) -> np.ndarray:
     memories = np.empty((*path.shape[:2], MEMORIES))
     remember_path(path, units, float(np.nanmean(np.minimum(lengths, units.fastest))), memories)
     return memories
+
+
+def traits_of(path: np.ndarray, units: Units) -> np.ndarray:
+    """Return lasting averages (F, A, MEMORIES) of whoever comes and goes: how fast each is when it is fast.
+
+    Leaky averages would be a memory of having been slow, and who was slow would stay slow.
+    """
+    lengths = np.hypot(*np.moveaxis(path[PAST:] - path[:-PAST], -1, 0)) / PAST
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        fast = np.nanquantile(lengths, FAST, axis=0)
+    fast = np.where(np.isnan(fast), np.nanmedian(fast), fast)
+    traits = np.repeat(np.stack([fast, fast**2], axis=1), MEMORIES // 2, axis=1)
+    return np.tile(traits, (len(path), 1, 1))
 
 
 def learn(

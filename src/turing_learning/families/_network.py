@@ -40,9 +40,12 @@ MOST_STARTS = 200
 """Moments of the recordings that are kept for groups to start from."""
 MOMENTS = 8
 """Moments that are tried until one has somebody who stays as long as a sample."""
+BEYOND = 4.0
+"""Times the distance at which walls are near that goals lie beyond where individuals left: directions of what is reached
+are noise."""
 LEAST_ROWS = 1000
 """Steps without gaps around them that there have to be to learn from."""
-FORMAT = "turing-learning network 2"
+FORMAT = "turing-learning network 3"
 
 
 class Starts(NamedTuple):
@@ -52,6 +55,17 @@ class Starts(NamedTuple):
     memories: np.ndarray  # (K, A, MEMORIES)
     tank: np.ndarray  # (K,): in which tank
     at: np.ndarray  # (K,): the frame, of those of its recording that were learned
+    goals: np.ndarray  # (K, A, 2): where everybody goes (cm), NaN where nobody comes or goes
+
+
+class Moment(NamedTuple):
+    """One moment of `Starts`."""
+
+    path: np.ndarray  # (HISTORY + 1, A, 2)
+    memory: np.ndarray  # (A, MEMORIES)
+    goals: np.ndarray  # (A, 2)
+    tank: int
+    at: int
 
 
 class Comings(NamedTuple):
@@ -60,6 +74,8 @@ class Comings(NamedTuple):
     paths: np.ndarray  # (N, PAST + 1, 2): their first places (cm)
     tank: np.ndarray  # (N,): in which tank
     at: np.ndarray  # (N,): the frame of the first, of those of its recording that were learned
+    memories: np.ndarray  # (N, MEMORIES): at the first
+    goals: np.ndarray  # (N, 2): where each goes (cm)
     frames: (
         np.ndarray
     )  # (tanks,): number of the frames that were learned; 0 where nobody comes or goes
@@ -90,8 +106,10 @@ class Network(Family):
 
     A group starts as one was recorded at some moment of the learning part. What would lead out of the tank, or into
     another, is not chosen. Where a recording has many more individuals than are ever there at once, such as pedestrians
-    who pass, they leave as they were recorded to leave, and others come when and where others came after that moment.
-    In a group of another size more come, or fewer, in proportion. Nobody comes or leaves in another tank.
+    who pass, others come when and where others came after that moment. Each of them has what it had when it was
+    recorded: a goal, to where it left, whose direction is its course; and how fast it is when it is fast, in place of
+    the leaky averages. They leave as they were recorded to leave, or where others left. In a group of another size more
+    come, or fewer, in proportion. There is no other tank for them.
 
     The parameters are gains, 1 as recorded. `speed` multiplies all lengths. `speed_noise` and `turn_noise` multiply
     the variance of where the alike contexts led, how far and in which direction: 0 is always the most usual, above 1
@@ -118,6 +136,8 @@ class Network(Family):
         if self.tank_cm is not None:
             rule = "be None, as the network was learned without walls"
             require(self.brain.tanks.walls.any(), "tank_cm", rule, brief(self.tank_cm))
+            rule = "be None, as individuals come and go where the network was learned"
+            require(not self._open, "tank_cm", rule, brief(self.tank_cm))
         ratio = self.interval_s / self.brain.interval_s
         rule = f"be that of what was learned, {self.brain.interval_s:g} s"
         require(
@@ -167,51 +187,88 @@ class Network(Family):
         ImportError
             If PyTorch is not installed: it comes with the extra `networks`.
         """
-        from ._imitation import MOST_ROWS, in_a_mirror, learn, memories_of, units_of
-        from ._pieces import comings_and_goings, joined, pieces_of, recorded, rows_of, some_blocks
+        from ._imitation import MOST_ROWS, in_a_mirror, learn, memories_of, traits_of, units_of
+        from ._pieces import (
+            comings_and_goings,
+            goals_of,
+            joined,
+            last_places,
+            pieces_of,
+            recorded,
+            rows_of,
+            some_blocks,
+            with_borrowed,
+        )
 
         recordings = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
         _check_recordings(recordings, windows)
         paths = [_without_jumps(recording) for recording in recordings]
         grids, walls = _grids(paths, tanks)
-        shapes = tanks_of(grids, walls)
         learned = windows.frames("learning")
         learned_paths = [
             np.where(steps_learned[..., None], path, np.nan)
             for path, steps_learned in zip(paths, learned, strict=True)
         ]
         units = units_of(learned_paths, windows.interval_s)
-        memories = [memories_of(path, units) for path in paths]
+        moves = [comings_and_goings(recording.present) for recording in recordings]
+        beyond = BEYOND * units.wall
+        goals = [
+            goals_of(path, gone, beyond)
+            for path, (_, gone) in zip(learned_paths, moves, strict=True)
+        ]
+        left = []
+        for path, (_, gone) in zip(learned_paths, moves, strict=True):
+            places = last_places(path, gone)
+            left.append(places[np.isfinite(places[:, 0])])
+        shapes = tanks_of(grids, walls, left)
+        memories = []
+        for path, places in zip(paths, left, strict=True):
+            memory_of = traits_of if len(places) else memories_of
+            memories.append(memory_of(path, units))
         rng = np.random.default_rng([seed, 46])
         batches = []
         frames = []
-        starts: list[tuple[np.ndarray, np.ndarray, int, int]] = []
+        starts: list[Moment] = []
         comings = []
         all_rows = [
             rows_of(path, steps_learned) for path, steps_learned in zip(paths, learned, strict=True)
         ]
+        for k, rows in enumerate(all_rows):
+            # with a course that is not that to the goal, a step would be another one
+            if len(left[k]):
+                all_rows[k] = rows[np.isfinite(goals[k][rows[:, 1], 0])]
         count = sum(map(len, all_rows))
         rule = f"have at least {LEAST_ROWS} steps with {PAST} steps before them and no gap"
         require(
             count >= LEAST_ROWS, "recordings", rule, count, "Bridge gaps, or record for longer."
         )
         for k, (path, memory, rows) in enumerate(zip(paths, memories, all_rows, strict=True)):
-            come, gone = comings_and_goings(recordings[k].present)
+            come, gone = moves[k]
             # a clock that stands still where nothing may be learned
             clock = np.cumsum(learned[k].any(axis=1)) - 1
-            comings.append(_comings(learned_paths[k], come, clock, k))
+            going = with_borrowed(goals[k], learned_paths[k])
+            comings.append(_comings(learned_paths[k], memory, going, come, clock, k))
             if not len(rows):
                 continue
             some = some_blocks(rows, MOST_ROWS / count, rng)
-            batches.append(
-                recorded(
-                    path, learned_paths[k], memory, some, shapes, k, units, windows.interval_s, gone
-                )
+            batch = recorded(
+                path,
+                learned_paths[k],
+                memory,
+                some,
+                shapes,
+                k,
+                units,
+                windows.interval_s,
+                gone,
+                goals[k],
             )
+            batches.append(batch)
             frames.append(len(path))
             starts += _moments(
                 path,
                 memory,
+                going,
                 rows,
                 k,
                 math.ceil(MOST_STARTS * len(rows) / count),
@@ -339,8 +396,8 @@ class Network(Family):
 
     @property
     def _open(self) -> bool:
-        """Whether individuals come and go: not in a tank that was never recorded."""
-        return self.tank_cm is None and bool(self.brain.comings.frames.any())
+        """Whether individuals come and go."""
+        return bool(self.brain.comings.frames.any())
 
     def _moved(self, gains: np.ndarray, rngs: Sequence[np.random.Generator]) -> np.ndarray:
         """Return where groups with these gains (M, 7) are (M, F, A, 2), each with random numbers of its own."""
@@ -351,29 +408,35 @@ class Network(Family):
         keys = np.empty(count, dtype=np.uint64)
         begun = []
         for m, own_rng in enumerate(rngs):
-            path, memory, which[m], at = self._start(own_rng)
+            moment = self._start(own_rng)
+            which[m] = moment.tank
             keys[m] = own_rng.integers(2**64, dtype=np.uint64)
-            coming = self._coming(int(which[m]), at, own_rng) if self._open else []
-            begun.append((path, memory, coming))
+            coming = self._coming(moment.tank, moment.at, own_rng) if self._open else []
+            begun.append((moment, coming))
         individuals = self.individuals + max((len(coming) for *_, coming in begun), default=0)
         frames = HISTORY + 1 + self.moves
         rule = f"make at most {MOST_PLACES} places of {individuals} who come and go"
         fits = frames * individuals <= MOST_PLACES
         require(fits, "steps", rule, f"{frames * individuals}", "Take a shorter duration.")
         paths = np.full((count, frames, individuals, 2), np.nan)
-        memories = np.empty((count, individuals, MEMORIES))
-        for m, (path, memory, coming) in enumerate(begun):
+        memories = np.zeros((count, individuals, MEMORIES))
+        goals = np.full((count, individuals, 2), np.nan)
+        for m, (moment, coming) in enumerate(begun):
             # lengths before the start are those of a faster group, too
             speed = gains[m, 0]
+            path = moment.path
             paths[m, : HISTORY + 1, : self.individuals] = path[-1] + speed * (path - path[-1])
-            memories[m] = np.nanmean(memory, axis=0)
-            memories[m, : self.individuals] = memory
-            memories[m] *= np.repeat((speed, speed**2), MEMORIES // 2)
-            for column, (after, first_places) in enumerate(coming, self.individuals):
+            memories[m, : self.individuals] = moment.memory
+            goals[m, : self.individuals] = moment.goals
+            for column, (after, n) in enumerate(coming, self.individuals):
                 begin = HISTORY + after
                 end = min(begin + PAST + 1, frames)
+                first_places = brain.comings.paths[n]
                 places = first_places[0] + speed * (first_places - first_places[0])
+                memories[m, column] = brain.comings.memories[n]
+                goals[m, column] = brain.comings.goals[n]
                 paths[m, begin:end, column] = places[: end - begin]
+            memories[m] *= np.repeat((speed, speed**2), MEMORIES // 2)
         leaving = brain.comings.frames[which] > 0 if self._open else np.zeros(count, dtype=bool)
         run_range(
             move_range,
@@ -381,6 +444,7 @@ class Network(Family):
             None,
             paths,
             memories,
+            goals,
             keys,
             gains,
             which,
@@ -392,8 +456,8 @@ class Network(Family):
         )
         return paths[:, HISTORY + self.settling_steps :]
 
-    def _coming(self, tank: int, at: int, rng: np.random.Generator) -> list[tuple[int, np.ndarray]]:
-        """Return after how many steps individuals come into a tank after a moment, and their first places.
+    def _coming(self, tank: int, at: int, rng: np.random.Generator) -> list[tuple[int, int]]:
+        """Return after how many steps individuals come into a tank after a moment, and their numbers among `Comings`.
 
         After the end of what was learned it begins anew. Where the group is larger or smaller than it was, those of
         several moments come, and of the last of these a share.
@@ -415,21 +479,22 @@ class Network(Family):
                 after = (int(brain.comings.at[n]) - begin - earliest) % cycle + earliest
                 while after <= self.moves:
                     if rng.random() < ratio - k:
-                        coming.append((after, brain.comings.paths[n]))
+                        coming.append((after, int(n)))
                     after += cycle
         return coming
 
-    def _start(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, int, int]:
-        """Return the last places, memories, tank and moment of a group that starts: absent individuals come last."""
+    def _start(self, rng: np.random.Generator) -> Moment:
+        """Return the moment from which a group starts: absent individuals come last."""
         starts = self.brain.starts
         recorded = starts.paths.shape[2]
         moment = int(rng.integers(len(starts.paths)))
         if self.tank_cm is None and self.individuals == recorded:
             order = rng.permutation(recorded)
             order = order[np.argsort(np.isnan(starts.paths[moment, -1, order, 0]), kind="stable")]
-            return (
+            return Moment(
                 starts.paths[moment][:, order],
                 starts.memories[moment, order],
+                starts.goals[moment, order],
                 int(starts.tank[moment]),
                 int(starts.at[moment]),
             )
@@ -442,11 +507,12 @@ class Network(Family):
         moments, individuals = np.nonzero(alike[:, None] & np.isfinite(starts.paths[:, -1, :, 0]))
         chosen = rng.integers(len(moments), size=self.individuals)
         path = starts.paths[moments[chosen], :, individuals[chosen]].swapaxes(0, 1)
+        goals = starts.goals[moments[chosen], individuals[chosen]]
         if self.tank_cm is not None:
             places = rng.random((self.individuals, 2)) * np.array(self.tank_cm)
             path = path - path[-1] + places
-        at = int(starts.at[moment])
-        return path, starts.memories[moments[chosen], individuals[chosen]], tank, at
+        memory = starts.memories[moments[chosen], individuals[chosen]]
+        return Moment(path, memory, goals, tank, int(starts.at[moment]))
 
 
 PARTS: dict[str, Any] = {
@@ -531,13 +597,14 @@ def _rectangular_tank(width_cm: float, height_cm: float) -> Tanks:
 def _moments(
     path: np.ndarray,
     memory: np.ndarray,
+    goals: np.ndarray,
     rows: np.ndarray,
     tank: int,
     count: int,
     rng: np.random.Generator,
     clock: np.ndarray,
     busy: float,
-) -> list[tuple[np.ndarray, np.ndarray, int, int]]:
+) -> list[Moment]:
     """Return moments to start from: not the share `busy` with the fewest individuals whose past is there."""
     frames, present = np.unique(rows[:, 0], return_counts=True)
     usable = frames[present >= np.quantile(present, busy)]
@@ -546,41 +613,54 @@ def _moments(
     for frame in chosen:
         past = path[frame - HISTORY : frame + 1].copy()
         past[:, np.isnan(past[-1 - PAST :]).any(axis=(0, 2))] = np.nan
-        moments.append((past, memory[frame], tank, int(clock[frame])))
+        moments.append(Moment(past, memory[frame], goals, tank, int(clock[frame])))
     return moments
 
 
-def _joined(moments: Sequence[tuple[np.ndarray, np.ndarray, int, int]]) -> Starts:
+def _joined(moments: Sequence[Moment]) -> Starts:
     """Return moments as arrays with room for the most individuals that one of them has.
 
     Those who are there come first, and NaN fills the rest.
     """
-    most_present = max(int(np.isfinite(path[-1, :, 0]).sum()) for path, *_ in moments)
+    most_present = max(int(np.isfinite(moment.path[-1, :, 0]).sum()) for moment in moments)
     paths = np.full((len(moments), HISTORY + 1, most_present, 2), np.nan)
     memories = np.zeros((len(moments), most_present, MEMORIES))
-    for k, (path, memory, _, _) in enumerate(moments):
-        present = np.flatnonzero(np.isfinite(path[-1, :, 0]))
-        paths[k, :, : len(present)] = path[:, present]
-        memories[k, : len(present)] = memory[present]
-    tanks = np.array([tank for _, _, tank, _ in moments])
-    return Starts(paths, memories, tanks, np.array([at for *_, at in moments]))
+    goals = np.full((len(moments), most_present, 2), np.nan)
+    for k, moment in enumerate(moments):
+        present = np.flatnonzero(np.isfinite(moment.path[-1, :, 0]))
+        paths[k, :, : len(present)] = moment.path[:, present]
+        memories[k, : len(present)] = moment.memory[present]
+        goals[k, : len(present)] = moment.goals[present]
+    tanks = np.array([moment.tank for moment in moments])
+    return Starts(paths, memories, tanks, np.array([moment.at for moment in moments]), goals)
 
 
-def _comings(path: np.ndarray, come: np.ndarray, clock: np.ndarray, tank: int) -> Comings:
+def _comings(
+    path: np.ndarray,
+    memory: np.ndarray,
+    goals: np.ndarray,
+    come: np.ndarray,
+    clock: np.ndarray,
+    tank: int,
+) -> Comings:
     """Return who came into a recording, by first frames `come` (A,), and when by the clock (F,) of what was learned."""
     places = []
     at = []
+    comers = []
     for individual in np.flatnonzero(come >= 0):
         begin = come[individual]
         first_places = path[begin : begin + PAST + 1, individual]
         if len(first_places) == PAST + 1 and np.isfinite(first_places).all():
             places.append(first_places)
             at.append(clock[begin])
+            comers.append(individual)
     open_frames = int(clock[-1]) + 1 if places else 0
     return Comings(
         np.array(places).reshape(-1, PAST + 1, 2),
         np.full(len(places), tank),
         np.array(at, dtype=np.int64),
+        memory[come[comers], comers],
+        goals[comers],
         np.array([open_frames]),
     )
 

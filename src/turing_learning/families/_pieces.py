@@ -57,6 +57,8 @@ class Recorded:
     stretch: np.ndarray
 
 
+BORROWED_STEPS = 20
+"""Times that the first steps of two individuals are prolonged to see whether they go to the same place."""
 MANY = 2
 """Individuals for each that is there at once, from which on they come and go."""
 OUTCOMES = len(HORIZONS_S) + len(OTHERS_AFTER) + 1
@@ -89,11 +91,11 @@ def some_blocks(rows: np.ndarray, share: float, rng: np.random.Generator) -> np.
 
 def recorded(
     path: np.ndarray, learned_path: np.ndarray, memories: np.ndarray, rows: np.ndarray, tanks: Tanks, tank: int,
-    units: Units, interval_s: float, gone: np.ndarray,
+    units: Units, interval_s: float, gone: np.ndarray, goals: np.ndarray,
 ) -> Recorded:  # fmt: skip
     """Return what was perceived and done at these frames and individuals of a recording.
 
-    `gone` (A,) are the frames from which on individuals are gone for good.
+    `gone` (A,) are the frames from which on individuals are gone for good, and `goals` (A, 2) where they go.
 
     What came of it is taken from `learned_path`, which is NaN where nothing may be learned.
     """
@@ -102,7 +104,9 @@ def recorded(
     traits = np.zeros((count, MOST_OTHERS, TRAITS), dtype=np.float32)
     others_seen = np.zeros(count, dtype=np.int64)
     answers = np.zeros((count, 2))
-    perceive(path, memories, rows, tanks, tank, units, own_inputs, traits, others_seen, answers)
+    perceive(
+        path, memories, goals, rows, tanks, tank, units, own_inputs, traits, others_seen, answers
+    )  # fmt: skip
     follows = np.zeros(count, dtype=bool)
     follows[:-1] = (np.diff(rows, axis=0) == (1, 0)).all(axis=1)
     then = np.where(follows, np.arange(1, count + 1), -1)
@@ -138,6 +142,47 @@ def comings_and_goings(present: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     comes = np.where(was_present & (begin > 0), begin, -1)
     goes = np.where(was_present & (stop < frames), stop, -1)
     return comes, goes
+
+
+def last_places(path: np.ndarray, gone: np.ndarray) -> np.ndarray:
+    """Return where individuals left (A, 2), by paths (F, A, 2) and the frames from which on they are gone, or NaN."""
+    places = np.full(path.shape[1:], np.nan)
+    leaving = np.flatnonzero(gone > 0)
+    places[leaving] = path[gone[leaving] - 1, leaving]
+    return places
+
+
+def goals_of(path: np.ndarray, gone: np.ndarray, beyond: float) -> np.ndarray:
+    """Return where individuals go (A, 2): from their last place on as they went in the end, so far (cm); NaN if unknown."""
+    goals = last_places(path, gone)
+    for individual in np.flatnonzero(np.isfinite(goals[:, 0])):
+        before = path[max(gone[individual] - 1 - HISTORY, 0) : gone[individual], individual]
+        before = before[np.isfinite(before[:, 0])]
+        way = before[-1] - before[0]
+        length = np.hypot(*way)
+        if length > 0:
+            goals[individual] += way * (beyond / length)
+    return goals
+
+
+def with_borrowed(goals: np.ndarray, path: np.ndarray) -> np.ndarray:
+    """Return goals (A, 2) where whoever has none has that of another, whose first steps led to a place near by."""
+    ahead = np.full_like(goals, np.nan)
+    for newcomer, there in enumerate(np.isfinite(path[..., 0]).T):
+        if there.any():
+            first_places = path[there.argmax() : there.argmax() + PAST + 1, newcomer]
+            first_places = first_places[np.isfinite(first_places[:, 0])]
+            ahead[newcomer] = first_places[0] + BORROWED_STEPS * (
+                first_places[-1] - first_places[0]
+            )
+    lenders = np.flatnonzero(np.isfinite(goals[:, 0]) & np.isfinite(ahead[:, 0]))
+    if not len(lenders):
+        return goals
+    goals = goals.copy()
+    for individual in np.flatnonzero(np.isnan(goals[:, 0]) & np.isfinite(ahead[:, 0])):
+        distances = np.hypot(*(ahead[lenders] - ahead[individual]).T)
+        goals[individual] = goals[lenders[distances.argmin()]]
+    return goals
 
 
 def joined(batches: Sequence[Recorded], frames: Sequence[int]) -> Recorded:

@@ -16,8 +16,11 @@ WIDEST_HOLE = 0.1
 """Share of the shorter side up to whose diameter unvisited places count as tank, and corners as round."""
 OUTLIERS = 0.0005
 """Share of the positions at either end of x and y that may lie beyond the walls: mistakes of trackers."""
+EXIT_CELLS = 3
+"""Cells around a last place that belong to an exit."""
 LEAST_PART = 0.01
-"""Share of the positions that a separate part of a tank has at least; one with fewer is mistakes of trackers."""
+"""Share of the positions that a separate part of a tank has at least, or of last places an exit; one with fewer is
+mistakes of trackers."""
 
 
 def recorded_grid(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
@@ -83,20 +86,40 @@ def wall_distances(inside: np.ndarray, cell: float) -> np.ndarray:
     return distances
 
 
-def tanks_of(grids: Sequence[tuple[np.ndarray, np.ndarray, float]], walls: Sequence[bool]) -> Tanks:
-    """Return tanks, ready for kernels, on grids of a common size."""
+def exit_cells(places: np.ndarray, grid: tuple[np.ndarray, np.ndarray, float]) -> np.ndarray:
+    """Return the cells (X, Y) of a grid near which individuals left, by their last places (N, 2)."""
+    corner, inside, cell = grid
+    left = np.zeros(inside.shape)
+    cells = np.floor((places - corner) / cell).astype(int)
+    cells = np.clip(cells, 0, np.array(inside.shape) - 1)
+    np.add.at(left, tuple(cells.T), 1.0)
+    near = scipy.ndimage.convolve(left, np.ones((2 * EXIT_CELLS + 1,) * 2), mode="constant")
+    return near >= max(LEAST_PART * len(places), 1.0)
+
+
+def tanks_of(
+    grids: Sequence[tuple[np.ndarray, np.ndarray, float]],
+    walls: Sequence[bool],
+    left: Sequence[np.ndarray] = (),
+) -> Tanks:
+    """Return tanks, ready for kernels, on grids of a common size; `left` are last places of whoever left them."""
     shape = np.max([inside.shape for _, inside, _ in grids], axis=0)
     inside = np.zeros((len(grids), *shape), dtype=bool)
     distance = np.zeros((len(grids), *shape, DIRECTIONS), dtype=np.float32)
+    exits = np.zeros_like(inside)
     for k, (_, cells, cell) in enumerate(grids):
         columns, rows = cells.shape
         inside[k, :columns, :rows] = cells
         if walls[k]:
             distance[k, :columns, :rows] = wall_distances(cells, cell)
+    for k, places in enumerate(left):
+        columns, rows = grids[k][1].shape
+        exits[k, :columns, :rows] = exit_cells(places, grids[k])
     return Tanks(
         walls=np.array(walls, dtype=bool),
         corner=np.array([corner for corner, _, _ in grids], dtype=float),
         cell=np.array([cell for _, _, cell in grids], dtype=float),
         inside=inside,
         distance=distance,
+        exits=exits,
     )

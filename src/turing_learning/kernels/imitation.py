@@ -1,7 +1,8 @@
 """Individuals that a learned network moves: what they perceive, what it answers, and where they go.
 
 Perception does not depend on the number or the order of the others. All that is seen is turned into the frame of the
-individual, whose axis is the direction of its last displacement.
+individual, whose axis is its course: the direction of its last displacement, or where individuals come and go, that of
+its goal.
 """
 
 import math
@@ -75,6 +76,7 @@ class Tanks(NamedTuple):
     distance: (
         np.ndarray
     )  # (N, X, Y, DIRECTIONS) float32: from the center of a cell to the wall (cm)
+    exits: np.ndarray  # (N, X, Y) bool: near where individuals left
 
 
 class Layers(NamedTuple):
@@ -121,8 +123,10 @@ def compressed(value: float) -> float:
 
 
 @inlined
-def course(path: np.ndarray, frame: int, i: int) -> float:
-    """Return the direction (rad) of the last displacement."""
+def course(path: np.ndarray, frame: int, i: int, goal: np.ndarray) -> float:
+    """Return the direction (rad) to the goal (2,), or where that is NaN, of the last displacement."""
+    if not math.isnan(goal[0]):
+        return math.atan2(goal[1] - path[frame, i, 1], goal[0] - path[frame, i, 0])
     x = 0.0
     y = 0.0
     for back in range(COURSE_WEIGHTS.shape[0]):
@@ -147,6 +151,15 @@ def may_be_at(tanks: Tanks, tank: int, x: float, y: float) -> bool:
     column = cell_of(tanks, tank, 0, x)
     row = cell_of(tanks, tank, 1, y)
     return column >= 0 and row >= 0 and tanks.inside[tank, column, row]
+
+
+@inlined
+def may_leave_at(tanks: Tanks, tank: int, x: float, y: float) -> bool:
+    """Whether a place outside of a tank is at an exit; beyond the grid its nearest cell counts."""
+    size = tanks.cell[tank]
+    column = min(max(math.floor((x - tanks.corner[tank, 0]) / size), 0), tanks.inside.shape[1] - 1)
+    row = min(max(math.floor((y - tanks.corner[tank, 1]) / size), 0), tanks.inside.shape[2] - 1)
+    return tanks.exits[tank, column, row]
 
 
 @inlined
@@ -178,10 +191,16 @@ def see_walls(
 
 @inlined
 def see_own(
-    path: np.ndarray, frame: int, i: int, memory: np.ndarray, units: Units, own_inputs: np.ndarray
+    path: np.ndarray,
+    frame: int,
+    i: int,
+    goal: np.ndarray,
+    memory: np.ndarray,
+    units: Units,
+    own_inputs: np.ndarray,
 ) -> float:
     """Write the own displacements and the memory; return the course."""
-    angle = course(path, frame, i)
+    angle = course(path, frame, i, goal)
     cosine = math.cos(angle)
     sine = math.sin(angle)
     for lag in range(LAGS):
@@ -427,9 +446,10 @@ def outcome(r: int, pieces: Pieces, units: Units, which: int) -> float:
 
 @inlined
 def stays_inside(
-    tanks: Tanks, tank: int, x: float, y: float, angle: float, speed: float, ahead: np.ndarray, moments: int
+    tanks: Tanks, tank: int, x: float, y: float, angle: float, speed: float, ahead: np.ndarray, moments: int,
+    leaving: bool,
 ) -> bool:  # fmt: skip
-    """Whether what was recorded after a step would stay in the tank, as far as it was."""
+    """Whether what was recorded after a step would stay in the tank, as far as it was, or where `leaving`, by an exit."""
     cosine = speed * math.cos(angle)
     sine = speed * math.sin(angle)
     for k in range(moments):
@@ -437,10 +457,10 @@ def stays_inside(
         left = ahead[k, 1]
         if math.isnan(forward):
             break
-        if not may_be_at(
-            tanks, tank, x + forward * cosine - left * sine, y + forward * sine + left * cosine
-        ):
-            return False
+        new_x = x + forward * cosine - left * sine
+        new_y = y + forward * sine + left * cosine
+        if not may_be_at(tanks, tank, new_x, new_y):
+            return leaving and may_leave_at(tanks, tank, new_x, new_y)
     return True
 
 
@@ -489,19 +509,20 @@ def _remember_path(path: np.ndarray, units: Units, start: float, memories: np.nd
 
 
 def _perceive(
-    path: np.ndarray, memories: np.ndarray, rows: np.ndarray, tanks: Tanks, tank: int, units: Units,
+    path: np.ndarray, memories: np.ndarray, goals: np.ndarray, rows: np.ndarray, tanks: Tanks, tank: int, units: Units,
     own_inputs: np.ndarray, traits: np.ndarray, others_seen: np.ndarray, answers: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill what individuals of a recording perceive and do.
 
-    `rows` (N, 2) are frames and individuals; `own_inputs` (N, OWN) and `traits` (N, MOST_OTHERS, TRAITS) what they perceive,
-    `others_seen` (N,) how many others, `answers` (N, 2) length and turn of the step that follows.
+    `goals` (A, 2) are NaN where nobody comes or goes. `rows` (N, 2) are frames and individuals; `own_inputs` (N, OWN)
+    and `traits` (N, MOST_OTHERS, TRAITS) what they perceive, `others_seen` (N,) how many others, `answers` (N, 2) length
+    and turn of the step that follows.
     """
     nearest = np.empty((MOST_OTHERS, 2))
     for n in range(rows.shape[0]):
         frame = rows[n, 0]
         i = rows[n, 1]
-        angle = see_own(path, frame, i, memories[frame, i], units, own_inputs[n])
+        angle = see_own(path, frame, i, goals[i], memories[frame, i], units, own_inputs[n])
         see_walls(tanks, tank, path[frame, i, 0], path[frame, i, 1], angle, units, own_inputs[n])
         others_seen[n] = see_others(path, frame, i, angle, units, nearest, traits[n])
         dx = path[frame + 1, i, 0] - path[frame, i, 0]
@@ -542,15 +563,18 @@ def _measure_reach(pieces: Pieces) -> None:
 
 
 def _move_range(
-    start: int, stop: int, paths: np.ndarray, memories: np.ndarray, keys: np.ndarray, gains: np.ndarray,
-    which_tank: np.ndarray, leaving: np.ndarray, tanks: Tanks, units: Units, layers: Layers, pieces: Pieces,
+    start: int, stop: int, paths: np.ndarray, memories: np.ndarray, goals: np.ndarray, keys: np.ndarray,
+    gains: np.ndarray, which_tank: np.ndarray, leaving: np.ndarray, tanks: Tanks, units: Units, layers: Layers,
+    pieces: Pieces,
 ) -> None:  # fmt: skip
     """Move the groups `start` to `stop`: fill `paths` (M, F, A, 2) after its first HISTORY + 1 frames.
 
-    `memories` (M, A, MEMORIES) are those at the last frame that is given, and move along. `gains` (M, 7): speed,
-    noise of length and of turn, walls, places and velocities of the others, memory. `keys` (M,) name streams of random
-    numbers. Where a path has places already, as those of whoever comes later, it keeps them; other places are NaN.
-    `leaving` (M,) tells in which groups an individual is gone after a last step. Units and pieces are for a speed of 1.
+    `memories` (M, A, MEMORIES) are those at the last frame that is given, and move along, except of those who have a
+    goal. `goals` (M, A, 2) are NaN where nobody comes or goes. `gains` (M, 7): speed, noise of length and of turn, walls,
+    places and velocities of the others, memory. `keys` (M,) name streams of random numbers. Where a path has places
+    already, as those of whoever comes later, it keeps them; other places are NaN.
+    `leaving` (M,) tells in which groups an individual is gone after a last step, or through an exit. Units and pieces
+    are for a speed of 1.
     """
     individuals = paths.shape[2]
     own_inputs = np.empty(OWN)
@@ -600,7 +624,7 @@ def _move_range(
                     continue
                 x = paths[m, frame, i, 0]
                 y = paths[m, frame, i, 1]
-                angle = see_own(paths[m], frame, i, memories[m, i], mine, own_inputs)
+                angle = see_own(paths[m], frame, i, goals[m, i], memories[m, i], mine, own_inputs)
                 for k in range(MEMORIES):
                     own_inputs[2 * LAGS + k] *= recall
                 see_walls(tanks, tank, x, y, angle, mine, own_inputs)
@@ -634,7 +658,7 @@ def _move_range(
                         difference = pieces.context[d, r] - context[d]
                         square += difference * difference
                     if square > FOLLOWED * pieces.reach[r] or not stays_inside(
-                        tanks, tank, x, y, angle, speed, pieces.ahead[r], FOLLOWED_AHEAD
+                        tanks, tank, x, y, angle, speed, pieces.ahead[r], FOLLOWED_AHEAD, leaving[m]
                     ):
                         r = -1
                 follows = r >= 0
@@ -660,7 +684,7 @@ def _move_range(
                             k += 1
                         r = alike[k]
                         if careful and not stays_inside(
-                            tanks, tank, x, y, angle, speed, pieces.ahead[r], AHEAD
+                            tanks, tank, x, y, angle, speed, pieces.ahead[r], AHEAD, leaving[m]
                         ):
                             continue
                     length = speed * pieces.length[r]
@@ -669,7 +693,12 @@ def _move_range(
                         length *= 1.0 - (attempt - TRIES // 2) / (TRIES // 2 - 1)
                     new_x = x + length * math.cos(angle + pieces.turn[r])
                     new_y = y + length * math.sin(angle + pieces.turn[r])
-                    if may_be_at(tanks, tank, new_x, new_y) and (
+                    outside = not may_be_at(tanks, tank, new_x, new_y)
+                    if leaving[m] and outside and may_leave_at(tanks, tank, new_x, new_y):
+                        new_x = math.nan
+                        new_y = math.nan
+                        break
+                    if not outside and (
                         not careful or keeps_apart(paths[m], frame, i, new_x, new_y, units.closest)
                     ):
                         break
@@ -679,7 +708,7 @@ def _move_range(
             for i in range(individuals):
                 dx = paths[m, frame + 1, i, 0] - paths[m, frame, i, 0]
                 dy = paths[m, frame + 1, i, 1] - paths[m, frame, i, 1]
-                if not math.isnan(dx):
+                if not math.isnan(dx) and math.isnan(goals[m, i, 0]):
                     remember(math.hypot(dx, dy), mine, memories[m, i])
 
 

@@ -219,10 +219,16 @@ def passing(seconds=240):
     return Trajectories(positions, present, fps=10, individuals=names)
 
 
-def test_people_come_and_go_as_they_were_recorded_to():
+@pytest.fixture(scope="module")
+def people():
+    """A recording of passing people, and the network that learned from it."""
     pytest.importorskip("torch")
     recording = passing()
-    network = Network.learned(recording, recording.windows(length_s=2), steps=100)
+    return recording, Network.learned(recording, recording.windows(length_s=2), steps=100)
+
+
+def test_people_come_and_go_as_they_were_recorded_to(people):
+    recording, network = people
     longer = replace(network, steps=200)
     present = np.isfinite(longer.simulate(values(network, 4), np.random.default_rng(1))[..., 0])
     at_once = present.sum(axis=2).mean()
@@ -232,10 +238,40 @@ def test_people_come_and_go_as_they_were_recorded_to():
     samples = network(values(network, 20), np.random.default_rng(1))
     assert np.isfinite(samples).all()
     for individuals in (2, 12):
-        crowd = network.in_group(individuals, steps=200, settling_steps=100)
-        positions = crowd.simulate(values(crowd, 8), np.random.default_rng(1))
+        crowd = network.in_group(individuals, steps=300, settling_steps=100)
+        positions = crowd.simulate(values(crowd, 30), np.random.default_rng(1))
         present = np.isfinite(positions[..., 0])
         assert present.sum(axis=2).mean() == pytest.approx(individuals, rel=0.25)
+
+
+def speeds(positions):
+    """Displacements (cm) in four frames of (F, A, 2) with NaN."""
+    moved = np.linalg.norm(positions[4:] - positions[:-4], axis=-1)
+    return moved[np.isfinite(moved)]
+
+
+def test_people_keep_their_speed_and_their_way(people):
+    recording, network = people
+    longer = replace(network, steps=600)
+    positions = longer.simulate(values(network, 2), np.random.default_rng(2))
+    walked = np.where(recording.present[..., None], recording.positions, np.nan)
+    for group in positions:
+        late = group[400:]
+        assert np.median(speeds(late)) == pytest.approx(np.median(speeds(walked)), rel=0.1)
+        assert np.quantile(speeds(late), 0.1) > 0.8 * np.quantile(speeds(walked), 0.1)
+        # whoever has come and gone was on its way to the other end
+        last = np.isfinite(group[..., 0]).cumsum(axis=0).argmax(axis=0)
+        first = np.isfinite(group[..., 0]).argmax(axis=0)
+        passed = np.flatnonzero((first > 0) & (last < len(group) - 1))
+        ways = group[last[passed], passed, 0] - group[first[passed], passed, 0]
+        assert len(passed) > 20
+        assert (np.abs(ways) > 600).mean() > 0.9
+
+
+def test_another_tank_for_people_who_come_and_go_is_refused(people):
+    _, network = people
+    with pytest.raises(ValueError, match="`tank_cm` must be None, as individuals come and go"):
+        network.in_group(5, (300.0, 200.0))
 
 
 def test_learning_again_gives_the_same_bits():
