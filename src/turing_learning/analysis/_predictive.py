@@ -37,6 +37,9 @@ STILL = 0.3
 SURROUNDED = 6.0
 """Distance, in standard deviations of simulated samples, within which genuine ones that hardly vary are among them."""
 
+FOLDS = 10
+"""Parts of the samples, each of which is whitened by what the others say."""
+
 RIDGE = 1e-3
 """Penalty of the regression, for each sample."""
 
@@ -146,11 +149,15 @@ def predictive_check(
 
     # how far means of so many samples of the model are from what is expected
     rows = rng.choice(len(fit.rest), size=(CHANCES, count), p=fit.weights)
-    by_chance = _row_means(fit.rest, rows) * np.sqrt(count * variances[chosen])
-    means = np.concatenate((differences[chosen][None], by_chance))
-    worst = int(np.argmax(np.abs(means[0] / fit.deviation)))
-    p_value = _surprise(means, fit.deviation, fit.whitening)
-    return PredictiveCheck(p_value, labels[worst], float((means[0] / fit.deviation)[worst]))
+    spread = np.sqrt(count * variances[chosen])
+    difference = differences[chosen]
+    single = np.concatenate((difference[None], _row_means(fit.rest, rows) * spread))
+    single = single / fit.deviation
+    whitened = np.concatenate(
+        ((difference @ fit.whitening)[None], _row_means(fit.whitened_rest, rows) * spread)
+    )
+    worst = int(np.argmax(np.abs(single[0])))
+    return PredictiveCheck(_surprise(single, whitened), labels[worst], float(single[0, worst]))
 
 
 def resemblance(
@@ -171,7 +178,8 @@ def resemblance(
         exchanged.append(rng.permutation(len(scores))[:count])
     of_first = _row_means(scores, np.stack(exchanged))
     of_second = (total - count * of_first) / len(second)
-    return _surprise(of_first - of_second, deviation, whitening)
+    differences = of_first - of_second
+    return _surprise(differences / deviation, differences @ whitening)
 
 
 @dataclass(frozen=True)
@@ -184,6 +192,8 @@ class _Regression:
     inverse: np.ndarray
     weights: np.ndarray  # (S,), of the samples; their sum is 1
     rest: np.ndarray  # (S, F), what the regression leaves of the scores
+    # (S, F), the same uncorrelated, by what the samples of other folds say
+    whitened_rest: np.ndarray
     deviation: np.ndarray  # (F,), standard deviations of these
     # (F, F), turns scores into uncorrelated ones of variance 1
     whitening: np.ndarray
@@ -215,8 +225,35 @@ def _regression(
     weights = weights / weights.sum()
     residuals = scores - terms @ coefficients
     residuals -= weights @ residuals
-    deviation, whitening = _whitened((residuals * weights[:, None]).T @ residuals)
-    return _Regression(center, coefficients, inverse, weights, residuals, deviation, whitening)
+    # few samples are fitted too well
+    effective = 1 / (weights**2).sum()
+    residuals *= np.sqrt(effective / max(effective - terms.shape[1], effective / 4))
+    deviation, whitening = _whitened(_covariance(residuals, weights))
+    whitened = _whitened_by_others(residuals, weights)
+    return _Regression(
+        center, coefficients, inverse, weights, residuals, whitened, deviation, whitening
+    )
+
+
+def _covariance(residuals: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return the covariance (F, F) of residuals (S, F) whose mean is 0, with weights (S,)."""
+    covariance: np.ndarray = (residuals * weights[:, None]).T @ residuals / weights.sum()
+    return covariance
+
+
+def _whitened_by_others(residuals: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return residuals (S, F) of weights (S,), made uncorrelated by what other folds say.
+
+    Where samples are few, their own covariance makes them more alike than further samples, as the
+    genuine ones are.
+    """
+    whitened = np.empty_like(residuals)
+    fold = np.arange(len(residuals)) % FOLDS
+    for number in range(FOLDS):
+        inside = fold == number
+        covariance = _covariance(residuals[~inside], weights[~inside])
+        whitened[inside] = residuals[inside] @ _whitened(covariance)[1]
+    return whitened
 
 
 def _whitened(covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -224,13 +261,18 @@ def _whitened(covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     deviation = np.sqrt(np.diag(covariance)) + 1e-9
     values, vectors = np.linalg.eigh(covariance / np.outer(deviation, deviation))
     # directions in which nearly nothing varies are as uncertain as a part of the rest
-    return deviation, vectors / np.sqrt(np.maximum(values, 0) + FLOOR) / deviation[:, None]
+    scaled = vectors / np.sqrt(np.maximum(values, 0) + FLOOR)
+    # back to the statistics, so that folds may be mixed
+    return deviation, scaled @ vectors.T / deviation[:, None]
 
 
-def _surprise(means: np.ndarray, deviation: np.ndarray, whitening: np.ndarray) -> float:
-    """Return the share of differences (C, F) that surprise as much as the first: by one statistic, or by all together."""
-    by_one = _exceeding(np.abs(means / deviation).max(axis=1))
-    by_all = _exceeding(((means @ whitening) ** 2).sum(axis=1))
+def _surprise(single: np.ndarray, whitened: np.ndarray) -> float:
+    """Return the share of differences (C, F) that surprise as much as the first.
+
+    By one statistic, in its standard deviations, or by all together, without their correlations.
+    """
+    by_one = _exceeding(np.abs(single).max(axis=1))
+    by_all = _exceeding((whitened**2).sum(axis=1))
     smaller = np.minimum(by_one, by_all)
     return float((smaller <= smaller[0]).mean())
 

@@ -99,3 +99,28 @@ def test_samples_of_one_step_are_told_by_their_directions():
     genuine = line(np.tile([0.0, 0.0], (80, 1)), rng)
     assert check(genuine, draws_around([0.0, 0.3], 0.01, rng), line).p_value < 0.005
     assert check(genuine, draws_around([0.0, 0.0], 0.02, rng), line).p_value > 0.005
+
+
+def test_few_samples_of_many_signals_do_not_reject_the_right_model():
+    rng = np.random.default_rng(8)
+
+    def signals(parameters, rng):
+        noise = rng.standard_normal((len(parameters), 30, 4))
+        return parameters[:, None, :1] + noise * [1, 1, 2, 2]
+
+    rejected = 0
+    for _ in range(8):
+        genuine = signals(np.full((20, 1), 5.0), rng)
+        draws = draws_around([5.0], 0.05, rng)
+        check = predictive_check(
+            genuine,
+            signals(draws[:30], rng),
+            draws[:30],
+            draws,
+            names=("a", "b", "c", "d"),
+            rng=rng,
+            others=(signals(draws[-60:], rng), draws[-60:]),
+        )
+        rejected += check.p_value < 0.01
+    # before: eight of eight
+    assert rejected <= 1
