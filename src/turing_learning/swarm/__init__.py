@@ -7,7 +7,7 @@ and what it senses;
 names them all. `WORLDS` are settings of simulators under a name, see `Scenario.in_world`.
 `initial_poses` places a swarm (`Start` says where), `simulate` runs trials of it and returns a
 `Simulation`, with networks as `Drivers` of robots that are not reactive; `observe` only measures
-speeds.
+speeds, and `Cycles` moves robots one control cycle at a time.
 `Trials` says who executes what, from which poses, with which noise (`mixed`, `alone`,
 `execution_of`); an `Execution` has a controller for each robot, `AGENT` stands for that of the
 agents.

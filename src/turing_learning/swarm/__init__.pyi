@@ -14,6 +14,7 @@ from ._scenario import Start as Start
 from ._scenario import Tracking as Tracking
 from ._scenario import Trial as Trial
 from ._trials import AGENT as AGENT
+from ._trials import Cycles as Cycles
 from ._trials import Drivers as Drivers
 from ._trials import Execution as Execution
 from ._trials import MixedSwarm as MixedSwarm

@@ -275,6 +275,44 @@ def _world_of(
     return build_world(scenario, robots, objects, wheel_noise, views)
 
 
+class Cycles:
+    """Robots that move one control cycle at a time, by other controllers in each: an emulated laboratory has clocks of its own.
+
+    The constants of the trials are computed once, which takes longer than a cycle of a few robots.
+
+    Parameters
+    ----------
+    scenario
+        As for `simulate`, without objects, items and networks.
+    robots
+        Number of robots A.
+    """
+
+    def __init__(self, scenario: Scenario, robots: int) -> None:
+        self._scenario = scenario
+        somewhere = np.zeros((1, robots, 3))
+        noise = scenario.robot.wheel_noise
+        self._world = _world_of(scenario, robots, somewhere, noise, None)
+
+    def move(
+        self, poses: np.ndarray, controllers: np.ndarray, seed: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return poses (A, 3) and sensor readings (A,) after a cycle that `simulate` would begin at poses (A, 3).
+
+        Arguments are taken as they are; controllers are (A, 2 n), poses lie within the walls.
+        """
+        robots = len(poses)
+        start = poses[None].copy()
+        start[..., 2] = _wrapped(start[..., 2])
+        keys = np.random.SeedSequence(seed).generate_state(1, np.uint64)
+        recorded = np.empty((1, 2, robots, 3))
+        sensors = np.empty((1, 2, robots), np.int8)
+        outputs = _new_speeds(1, robots, 1), recorded, sensors
+        trial = self._scenario, self._world, controllers[None], start, keys
+        _run(record_trials, *trial, None, 1, *outputs)
+        return recorded[0, 1], sensors[0, 1]
+
+
 def tracked_speeds(scenario: Scenario, poses: np.ndarray, keys: np.ndarray) -> np.ndarray:
     """Return the speeds (R, A, T, 2) that the scenario's tracker measures of robots at poses (R, T + 1, A, 3).
 

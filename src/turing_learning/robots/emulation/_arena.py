@@ -14,7 +14,7 @@ from turing_learning.purposes import WHEELS
 from turing_learning.robots._clock import VirtualClock
 from turing_learning.robots.tracking._camera import Calibration, CameraError, Lens, cv2
 from turing_learning.robots.tracking._markers import Markers, Shapes
-from turing_learning.swarm import AGGREGATION, Arena, Robot, Scenario, Trial, simulate
+from turing_learning.swarm import AGGREGATION, Arena, Cycles, Robot, Scenario, Trial
 
 from ._emulated_robot import SENSOR_ANGLES, avoid_walls
 
@@ -75,7 +75,7 @@ class Drives:
         self._robot = robot
         self._factors = np.ones((robots, 2, 2))
         self._waiting = deque([np.zeros((robots, 2))] * robot.actuation_lag_cycles * parts)
-        self._at_once = replace(
+        at_once = replace(
             scenario,
             robot=replace(
                 robot, wheel_scale_spread=0.0, actuation_lag_cycles=0, wheel_noise=0.0, slip=0.0
@@ -87,6 +87,8 @@ class Drives:
                 physics_steps=max(trial.physics_steps // parts, 1),
             ),
         )
+        self._states = scenario.sensor.states
+        self._cycles = Cycles(at_once, robots)
 
     def move(
         self,
@@ -97,7 +99,7 @@ class Drives:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return poses (A, 3) after a part of a cycle in which wheel speeds (A, 2) are commanded, and readings I (A,) at its end.
 
-        The part is a trial of one step. Cycles of the robots `acting` begin with it.
+        Cycles of the robots `acting` begin with it.
         """
         # As in the kernel, but for a whole cycle of each robot: noise, the largest speed, slip.
         chance = np.random.default_rng(seed).uniform(size=self._factors.shape)
@@ -107,12 +109,8 @@ class Drives:
         if self._robot.clamp_wheel_speeds:
             turned = np.clip(turned, -1, 1)
         self._waiting.append(turned * (1 - self._robot.slip * slip))
-        states = self._at_once.sensor.states
-        controllers = np.tile(self._waiting.popleft(), (1, states))[None]
-        trial = simulate(
-            self._at_once, controllers, poses[None], control_steps=1, seed=seed, threads=1
-        )
-        return trial.poses[0, 1], trial.sensors[0, 1]
+        controllers = np.tile(self._waiting.popleft(), (1, self._states))
+        return self._cycles.move(poses, controllers, seed)
 
 
 def move_alone(
