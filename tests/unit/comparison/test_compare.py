@@ -13,6 +13,8 @@ from turing_learning.examination import QUICK
 from turing_learning.families import BurstAndCoast, as_recorded
 from turing_learning.store import RunFolderError
 
+pytestmark = pytest.mark.usefixtures("few_kernels", "few_moves")
+
 MINE = """
 import numpy as np
 

@@ -18,7 +18,7 @@ from turing_learning.identifiability import Effort
 from turing_learning.store import RunFolderError
 from turing_learning.systems import CustomSystemError
 
-pytestmark = pytest.mark.usefixtures("few_kernels")
+pytestmark = pytest.mark.usefixtures("few_kernels", "few_moves")
 
 SMALL = {
     "scenario.agents": 2,
