@@ -212,6 +212,11 @@ class Recording(Sampling):
         model = str(self.model)
         rule = f"be one of {', '.join(families)}, or parts as kicks+walls"
         remedy = nearest(model, (*families, *tl.families.PARTS))
+        if ":" in model:
+            remedy = (
+                'A simulator of your own goes with tl.infer(genuine=windows, simulate="module:name")'
+                " in Python, a program with --simulate-command."
+            )
         require(tl.families.is_model(model), "--model", rule, repr(model), remedy)
         windows, family, recordings = motion.opened(progress=tell_learning)
         parameters, unusual_ranges = motion.parameters(family, recordings)

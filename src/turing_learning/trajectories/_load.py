@@ -475,7 +475,7 @@ def _refuse_encoding(glance: Glance, path: Path) -> None:
         remedy = "Save it with line ends of Unix or Windows."
         raise refusal("have line ends of one kind", "a carriage return inside a line", path, remedy)
     if "\N{REPLACEMENT CHARACTER}" in text:
-        remedy = "It may be in Latin-1 or another encoding: save it as UTF-8."
+        remedy = "Save it as UTF-8."
         raise refusal("be text in UTF-8", "other bytes in its first lines", path, remedy)
     if glance.container == "text" and not text:
         remedy = "If it is text in UTF-16, save it as UTF-8."

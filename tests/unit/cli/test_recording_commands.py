@@ -219,6 +219,15 @@ def test_options_of_several_recordings_that_make_no_sense_are_refused(call, more
     assert message in err
 
 
+def test_who_names_a_simulator_as_a_family_is_told_where_it_goes(call):
+    write_group("a.csv", 1)
+    options = without(given("a.csv", 10), "--model")
+    code, _, err = call("infer", *options, "--model", "mine:simulate", "--out", "run")
+    assert code == 2
+    assert "simulate=" in err
+    assert "--simulate-command" in err
+
+
 def test_what_is_found_in_a_recording_is_told_before_it_is_learned_from(call):
     rng = np.random.default_rng(1)
     steps = np.cumsum(rng.normal(0.6, 0.2, (400, 20, 2)), axis=0)
