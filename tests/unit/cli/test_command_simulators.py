@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.usefixtures("few_kernels", "wide")
+pytestmark = pytest.mark.usefixtures("few_kernels", "few_moves", "wide")
 SMALL = ["--set", "models.population=8", "--set", "classifiers.population=8", "--threads", "1"]
 PROGRAM = """
 import random, sys

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 import turing_learning as tl
 from turing_learning.config import ConfigurationError
 
-pytestmark = pytest.mark.usefixtures("few_kernels", "wide")
+pytestmark = pytest.mark.usefixtures("few_kernels", "few_moves", "wide")
 
 TERMITES = Path(__file__).parents[2] / "reference/data/tracktor/termite_video_idtracked.txt"
 RECORDED = [
