@@ -71,7 +71,8 @@ _MEANINGS = {
     ),
     Verdict.SEVERAL: "Separate regions of the parameters explain the motion equally well: `result.modes` states each.",
     Verdict.UNIDENTIFIED: (
-        "The interval of one or more parameters is as wide as its range: give more trials, or other signals."
+        "The interval of one or more parameters is as wide as its range, and the others' may be too "
+        "narrow: give more trials, or other signals."
     ),
     Verdict.UNTESTED: (
         "Fresh classifiers would often miss a clearly wrong model here: run longer, record more, or hold out more."

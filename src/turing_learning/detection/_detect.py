@@ -209,7 +209,10 @@ def _planted_into_recording(
         changed = plant(recording, k, planted_kind, rng)
         try:
             planted = motion_of(changed, run, run.smooth_frames, [k], usual, jump_factor=None)
-        except RefusedError:
+        except RefusedError as error:
+            # too few frames for a window are expected; anything else is a mistake
+            if error.refusal is None or error.refusal.name != "steps":
+                raise
             continue
         cases.append(Case(_windows(planted, with_company)[0], r, k, planted_kind))
     return cases
