@@ -40,6 +40,8 @@ TIME_STEP_TOLERANCE = 0.01
 
 _REMEDY = "Define it at the top level of a module, or leave `workers` out."
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,60}")
+# families that are put together are named as kicks+walls
+_SYSTEM_NAME = re.compile(r"[A-Za-z0-9_+-]{1,60}")
 
 
 def same_time_step(one_s: float, other_s: float) -> bool:
@@ -51,9 +53,9 @@ def same_time_step(one_s: float, other_s: float) -> bool:
 class CustomSystem(System, Settings):
     """A system that was observed, and how models of it are simulated; what is not described here: see `System`."""
 
-    name: str  #: Of 1 to 60 letters, digits, _ and -
+    name: str  #: Of 1 to 60 letters, digits, _, + and -
     title: str
-    #: In the order of the simulator's columns; P >= 1, with names like `name`
+    #: In the order of the simulator's columns; P >= 1, with names of letters, digits, _ and -
     parameters: dict[str, Parameter]
     signals: tuple[str, ...]
     steps: int
@@ -81,8 +83,8 @@ class CustomSystem(System, Settings):
     step_unit = ", in halves of its initial range"
 
     def __post_init__(self) -> None:
-        rule = "be of 1 to 60 letters, digits, _ and -"
-        require(_NAME.fullmatch(self.name), "name", rule, brief(self.name))
+        rule = "be of 1 to 60 letters, digits, _, + and -"
+        require(_SYSTEM_NAME.fullmatch(self.name), "name", rule, brief(self.name))
         require(self.parameters, "parameters", "name one parameter or more", brief(self.parameters))
         rule = "have names of 1 to 60 letters, digits, _ and -"
         remedy = "Give the unit to `Parameter`."

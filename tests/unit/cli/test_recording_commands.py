@@ -117,7 +117,7 @@ def test_several_recordings_make_one_run(call):
     options = [
         *without(options, "--model"),
         "--model",
-        "couzin",
+        "kicks+walls+social",
         "--signals",
         "speed, neighbor_distance",
     ]
@@ -134,7 +134,7 @@ def test_several_recordings_make_one_run(call):
     code, out, err = call("infer", *options, *SMALL, "--generations", "2", "--out", "run")
     assert (code, err) == (0, "")
     config = Path("run/config.toml").read_text()
-    assert 'title = "monday/fish.csv and 2 more, as couzin"' in config
+    assert 'title = "monday/fish.csv and 2 more, as kicks+walls+social"' in config
     assert 'signals = ["speed", "neighbor_distance"]' in config
     assert call("resume", "run", *options)[0] == 0
     assert call("resume", "run", *without(options, "--signals"))[0] == 0

@@ -440,7 +440,10 @@ def test_a_setting_that_breaks_its_rule_is_refused(options, message):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"name": "my fish"}, "`name` must be of 1 to 60 letters, digits, _ and -; got 'my fish'."),
+        (
+            {"name": "my fish"},
+            "`name` must be of 1 to 60 letters, digits, _, + and -; got 'my fish'.",
+        ),
         ({"parameters": {}}, "`parameters` must name one parameter or more; got {}."),
         (
             {"parameters": {"v (cm)": Parameter(0, 1)}},
