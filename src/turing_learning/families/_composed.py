@@ -186,7 +186,6 @@ class _Kicks(_Motion):
     def __init__(
         self, family: Composed, values: dict[str, np.ndarray], rngs: Sequence[np.random.Generator]
     ) -> None:
-        self._values = values
         self._interval_s = family.interval_s
         # no division by zero
         self._glide_time = np.maximum(values["glide_time"], 1e-300)
@@ -247,6 +246,11 @@ class _Persistent(_Motion):
         kept = self._kept[:, None]
         renewed = np.sqrt(1 - kept**2) * self._normals[:, step]
         self._state = kept * self._state + renewed
+
+
+def parts_of(name: str) -> tuple[str, ...]:
+    """Return the parts of a name such as ``kicks+walls``."""
+    return tuple(name.split("+"))
 
 
 def check_parts(parts: Sequence[str], name: str) -> None:

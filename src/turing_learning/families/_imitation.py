@@ -93,7 +93,7 @@ def memories_of(path: np.ndarray, units: Units) -> np.ndarray:
     return memories
 
 
-def traits_of(path: np.ndarray, units: Units) -> np.ndarray:
+def traits_of(path: np.ndarray) -> np.ndarray:
     """Return lasting averages (F, A, MEMORIES) of whoever comes and goes: how fast each is when it is fast.
 
     Leaky averages would be a memory of having been slow, and who was slow would stay slow.

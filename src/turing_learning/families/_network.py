@@ -211,20 +211,19 @@ class Network(Family):
         ]
         units = units_of(learned_paths, windows.interval_s)
         moves = [comings_and_goings(recording.present) for recording in recordings]
-        beyond = BEYOND * units.wall
-        goals = [
-            goals_of(path, gone, beyond)
-            for path, (_, gone) in zip(learned_paths, moves, strict=True)
-        ]
+        goals = []
         left = []
         for path, (_, gone) in zip(learned_paths, moves, strict=True):
             places = last_places(path, gone)
+            goals.append(goals_of(path, gone, places, BEYOND * units.wall))
             left.append(places[np.isfinite(places[:, 0])])
         shapes = tanks_of(grids, walls, left)
         memories = []
         for path, places in zip(paths, left, strict=True):
-            memory_of = traits_of if len(places) else memories_of
-            memories.append(memory_of(path, units))
+            if len(places):
+                memories.append(traits_of(path))
+            else:
+                memories.append(memories_of(path, units))
         rng = np.random.default_rng([seed, 46])
         batches = []
         frames = []

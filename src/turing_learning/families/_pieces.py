@@ -152,9 +152,9 @@ def last_places(path: np.ndarray, gone: np.ndarray) -> np.ndarray:
     return places
 
 
-def goals_of(path: np.ndarray, gone: np.ndarray, beyond: float) -> np.ndarray:
-    """Return where individuals go (A, 2): from their last place on as they went in the end, so far (cm); NaN if unknown."""
-    goals = last_places(path, gone)
+def goals_of(path: np.ndarray, gone: np.ndarray, places: np.ndarray, beyond: float) -> np.ndarray:
+    """Return where individuals go (A, 2): so far (cm) beyond their last places, as they went in the end; NaN if unknown."""
+    goals = places.copy()
     for individual in np.flatnonzero(np.isfinite(goals[:, 0])):
         before = path[max(gone[individual] - 1 - HISTORY, 0) : gone[individual], individual]
         before = before[np.isfinite(before[:, 0])]

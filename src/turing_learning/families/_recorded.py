@@ -17,7 +17,7 @@ from turing_learning.trajectories import LONGEST_REST_S
 from ..models import Parameter
 from ..systems import imported
 from ..trajectories import SIGNALS, Trajectories, Windows, pooled_windows
-from ._composed import PARTS, Composed, check_parts
+from ._composed import PARTS, Composed, check_parts, parts_of
 from ._family import NEIGHBOR, Family, Particles
 from ._kinds import FAMILIES
 from ._network import Network
@@ -131,7 +131,7 @@ def as_recorded(
 
 def is_model(name: str) -> bool:
     """Return whether a family has this name, or is put together from the parts that it names, as kicks+walls."""
-    return name in MODELS or not set(name.split("+")).isdisjoint(PARTS)
+    return name in MODELS or not set(parts_of(name)).isdisjoint(PARTS)
 
 
 def model_named(name: str) -> Any:
@@ -142,7 +142,7 @@ def model_named(name: str) -> Any:
     require(is_model(name), "model", rule, repr(name), nearest(name, (*MODELS, *PARTS)))
     if name in MODELS:
         return MODELS[name]
-    check_parts(name.split("+"), "model")
+    check_parts(parts_of(name), "model")
     return Composed
 
 
@@ -268,7 +268,7 @@ class RecordedSystem:
                 return windows, network or _learned(likely, windows, tanks, progress), motion
             settings: dict[str, Any] = {}
             if chosen is Composed:
-                settings["parts"] = tuple(self.options["model"].split("+"))
+                settings["parts"] = parts_of(self.options["model"])
             asked = option("tank") or []
             # without walls a group would spread, and neighbors be farther away than in the tank
             confined = NEIGHBOR & set(windows.names) or "walls" in settings.get("parts", ())

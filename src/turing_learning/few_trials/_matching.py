@@ -329,11 +329,15 @@ def tells(draws: np.ndarray, mode: np.ndarray, width: np.typing.ArrayLike) -> np
     They do if the central 90 % of those of each solution, by its number `mode` (D,), are narrower
     than a width. Of several solutions each may be narrow though they are far apart.
     """
-    told = np.ones(draws.shape[1], dtype=bool)
-    for number in range(int(mode.max()) + 1):
-        low, high = np.quantile(draws[mode == number], [TAIL, 1 - TAIL], axis=0)
-        told &= high - low < width
+    low, high = ends_of_modes(draws, mode).swapaxes(0, 1)
+    told: np.ndarray = (high - low < width).all(axis=0)
     return told
+
+
+def ends_of_modes(draws: np.ndarray, mode: np.ndarray) -> np.ndarray:
+    """Return the ends (M, 2, P) of the central 90 % of the draws (D, P) of each solution, by its number `mode` (D,)."""
+    solutions = [draws[mode == number] for number in range(int(mode.max()) + 1)]
+    return np.stack([np.quantile(solution, [TAIL, 1 - TAIL], axis=0) for solution in solutions])
 
 
 @dataclass(frozen=True)

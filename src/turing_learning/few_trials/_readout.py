@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ._matching import LEAST_P, TAIL, UNTOLD_WIDTH, Matched, combined, match, tells
+from ._matching import LEAST_P, UNTOLD_WIDTH, Matched, combined, ends_of_modes, match, tells
 from ._space import SearchSpace
 
 FEWEST = 50
@@ -208,12 +208,9 @@ def stated_of_modes(
     Draws (D, P) belong to the solutions that `mode` (D,) numbers. A single one has the interval
     (2, P) of the run. A parameter that is not identified gets all of its range.
     """
-    count = int(mode.max()) + 1
     identified = tells(draws, mode, np.minimum(UNTOLD_WIDTH * space.widest, RANGE))
     intervals = interval[None]
-    if count > 1:
-        ends = [TAIL, 1 - TAIL]
-        solutions = [draws[mode == number] for number in range(count)]
-        intervals = np.stack([np.quantile(solution, ends, axis=0) for solution in solutions])
+    if mode.max() > 0:
+        intervals = ends_of_modes(draws, mode)
     end = np.where(space.saturated, space.end, space.widest)
     return np.where(identified, intervals, np.stack((-end, end))), identified

@@ -209,26 +209,7 @@ def simulate(
     if scenario.arena.bounded:
         _check_inside(scenario, world, poses)
     keys = np.random.SeedSequence(seed).generate_state(trials, np.uint64)
-    result = Simulation(
-        poses=np.empty((trials, control_steps + 1, bodies, 3)),
-        sensors=np.empty((trials, control_steps + 1, robots), np.int8),
-        speeds=_new_speeds(trials, robots, control_steps),
-    )
-    poses = poses.copy()
-    poses[..., 2] = _wrapped(poses[..., 2])
-    _run(
-        record_trials,
-        scenario,
-        world,
-        controllers,
-        poses,
-        keys,
-        drivers,
-        threads,
-        result.speeds,
-        result.poses,
-        result.sensors,
-    )
+    result = _recorded(scenario, world, controllers, poses, keys, drivers, control_steps, threads)
     if not scenario.tracker.perfect:
         result.speeds[:] = tracked_speeds(scenario, result.poses[:, :, :robots], keys)
     return result
@@ -301,16 +282,10 @@ class Cycles:
 
         Arguments are taken as they are; controllers are (A, 2 n), poses lie within the walls.
         """
-        robots = len(poses)
-        start = poses[None].copy()
-        start[..., 2] = _wrapped(start[..., 2])
         keys = np.random.SeedSequence(seed).generate_state(1, np.uint64)
-        recorded = np.empty((1, 2, robots, 3))
-        sensors = np.empty((1, 2, robots), np.int8)
-        outputs = _new_speeds(1, robots, 1), recorded, sensors
-        trial = self._scenario, self._world, controllers[None], start, keys
-        _run(record_trials, *trial, None, 1, *outputs)
-        return recorded[0, 1], sensors[0, 1]
+        trial = self._scenario, self._world, controllers[None], poses[None], keys
+        result = _recorded(*trial, None, 1, 1)
+        return result.poses[0, 1], result.sensors[0, 1]
 
 
 def tracked_speeds(scenario: Scenario, poses: np.ndarray, keys: np.ndarray) -> np.ndarray:
@@ -377,6 +352,30 @@ def _new_speeds(trials: int, robots: int, steps: int) -> np.ndarray:
     """Return room for speeds (R, A, T, 2), in memory robot by robot, as they are judged."""
     # Room for two at least: else the layout of a single trial would be another.
     return np.empty((robots, max(trials, 2), steps, 2))[:, :trials].transpose(1, 0, 2, 3)
+
+
+def _recorded(
+    scenario: Scenario,
+    world: World,
+    controllers: np.ndarray,
+    poses: np.ndarray,
+    keys: np.ndarray,
+    drivers: Drivers | None,
+    control_steps: int,
+    threads: int | None,
+) -> Simulation:
+    """Run trials whose arguments are those of `_run`, and return all that is recorded of them."""
+    trials, robots = controllers.shape[:2]
+    result = Simulation(
+        poses=np.empty((trials, control_steps + 1, poses.shape[1], 3)),
+        sensors=np.empty((trials, control_steps + 1, robots), np.int8),
+        speeds=_new_speeds(trials, robots, control_steps),
+    )
+    poses = poses.copy()
+    poses[..., 2] = _wrapped(poses[..., 2])
+    outputs = result.speeds, result.poses, result.sensors
+    _run(record_trials, scenario, world, controllers, poses, keys, drivers, threads, *outputs)
+    return result
 
 
 def _run(
