@@ -34,6 +34,7 @@ def reproduce(
     /,
     *,
     fast: bool = False,
+    as_printed: bool = False,
     out: Path | None = None,
     workers: Integer | None = None,
     page: Path | None = None,
@@ -51,6 +52,7 @@ def reproduce(
 
     :param experiment: Section of the paper, or all; without it, the experiments are listed.
     :param fast: A small form, in seconds, which shows that it works.
+    :param as_printed: With the paper's algorithm as it is, in the paper's world.
     :param out: Folder of the experiments; experiments/ by default.
     :param workers: Number of worker processes; one for each processor by default.
     :param page: Write the page of all claims (Markdown) to this file as well, and that of each experiment.
@@ -66,12 +68,12 @@ def reproduce(
     console = plain_console()
     if experiment is None:
         rows = []
-        for standing in tl.reproduction.standings(out, fast=fast):
+        for standing in tl.reproduction.standings(out, fast=fast, as_printed=as_printed):
             listed = standing.experiment
             rows.append((listed.id, listed.title, listed.cost, standing.state))
         print_table(console, ("experiment", "title", "cost", "state"), rows)
     else:
-        _print_outcomes(console, _repeated(experiment, fast, out, workers))
+        _print_outcomes(console, _repeated(experiment, fast, as_printed, out, workers))
     if page is not None:
         folder = out or tl.reproduction.default_folder(fast=fast)
         trouble = f"`page` must be a file that can be written; got {page}"
@@ -80,14 +82,20 @@ def reproduce(
 
 
 def _repeated(
-    experiment: str, fast: bool, out: Path | None, workers: int | None
+    experiment: str, fast: bool, as_printed: bool, out: Path | None, workers: int | None
 ) -> "tuple[tl.reproduction.Standing, ...]":
     """Repeat experiments, and return their standings."""
     ahead = "the same command resumes"
     try:
         with stopping(ahead) as should_stop:
             return tl.reproduction.reproduce(
-                experiment, fast=fast, out=out, workers=workers, should_stop=should_stop, say=print
+                experiment,
+                fast=fast,
+                as_printed=as_printed,
+                out=out,
+                workers=workers,
+                should_stop=should_stop,
+                say=print,
             )
     except tl.reproduction.Stopped as error:
         raise Interrupted(f"stopped at {error}; {ahead}") from error

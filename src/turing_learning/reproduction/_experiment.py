@@ -37,7 +37,7 @@ Compute = Callable[..., Finding | None]
 """A function of a module: `should_stop`, then what it is given -> arrays by name, None if it was stopped."""
 PIECES = FolderKind("experiment", "store.json", identity=("experiment", "form", "sizes"))
 PRESETS = ("default", "paper")
-"""The first one decides; the other stands beside it."""
+"""Presets of an experiment that names none; the first one decides, the other stands beside it."""
 MODEL_KINDS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
 """What a run infers, and its errors in the result of the run; the first is the paper's rule, and decides."""
 _ARRAY_PREFIX = "found/"
@@ -67,6 +67,32 @@ class Work:
         self._workers = workers
         self._say = say or (lambda text: None)
         self._seconds: dict[str, float] = {}
+
+    @property
+    def presets(self) -> tuple[str, ...]:
+        """Presets of the runs; the first one decides, any other stands beside it."""
+        return tuple(self.sizes.get("presets", PRESETS))
+
+    def in_world(self, scenario: Scenario) -> Scenario:
+        """Return a scenario in the world of the experiment: its own, unless the sizes name another."""
+        world = self.sizes.get("world")
+        if world is None:
+            return scenario
+        return scenario.in_world(world)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Settings of a run that puts its scenario into the world of the experiment."""
+        world = self.sizes.get("world")
+        if world is None:
+            return {}
+        return {"scenario.world": world}
+
+    def variant_of(self, preset: str) -> str:
+        """Return what a verdict with a preset is about; nothing for the one that counts."""
+        if preset == self.presets[0]:
+            return ""
+        return f"preset {preset}"
 
     @property
     def seconds(self) -> float:
@@ -192,7 +218,7 @@ class Work:
             runs=runs or sizes["runs"],
             generations=generations or sizes["generations"],
             first_seed=sizes["first_seed"],
-            settings={**sizes["settings"], **settings},
+            settings={**sizes["settings"], **self.settings, **settings},
             preset=preset,
         )
         results = [run.result for run in result.runs if run.result is not None]
@@ -201,7 +227,9 @@ class Work:
         for readout, error in MODEL_KINDS.items():
             models[readout] = np.array([list(inferred[readout].values()) for inferred in results])
             errors[readout] = np.array([list(inferred[error].values()) for inferred in results])
-        return Runs(preset, names, tuple(run.seed for run in result.runs), models, errors, result)
+        seeds = tuple(run.seed for run in result.runs)
+        beside = self.variant_of(preset)
+        return Runs(preset, names, seeds, models, errors, result, beside)
 
 
 def _timed(compute: Callable[[], Finding | None]) -> dict[str, Any] | None:
@@ -268,6 +296,8 @@ class Experiment:
     conduct: Callable[[Work, Findings], None]
     # What is compared, where the paper has nothing to be held against
     conditions: Sequence[str] = ()
+    # Whether it has the paper's algorithm as it is, in the paper's world
+    as_printed: bool = False
     packages: Sequence[str] = ()  # beyond those of the installation
     extra: str = ""  # that brings them
 
@@ -275,13 +305,6 @@ class Experiment:
     def missing(self) -> tuple[str, ...]:
         """Packages that are not installed."""
         return tuple(package for package in self.packages if find_spec(package) is None)
-
-
-def variant_of(preset: str) -> str:
-    """Return what a verdict with a preset is about; nothing for the one that counts."""
-    if preset == PRESETS[0]:
-        return ""
-    return f"preset {preset}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,15 +317,16 @@ class Runs:
     models: dict[str, np.ndarray]  # kind -> (R, P), by the kinds of `MODEL_KINDS`
     errors: dict[str, np.ndarray]  # kind -> (R, P), their absolute errors
     result: Any = None  # of the study
+    # What verdicts on these runs are about; nothing for those that count
+    beside: str = ""
 
     def __len__(self) -> int:
         return len(self.seeds)
 
     def variant(self, readout: str = "best_model") -> str:
         """Return what a verdict on models of a kind is about; nothing for the one that counts."""
-        return ", ".join(
-            filter(None, (variant_of(self.preset), "" if readout == "best_model" else readout))
-        )
+        subset = "" if readout == "best_model" else readout
+        return ", ".join(filter(None, (self.beside, subset)))
 
     def maes(self, readout: str) -> np.ndarray:
         """Return the mean absolute error of each run (R,)."""

@@ -29,10 +29,12 @@ from turing_learning.targets import refuse_target
 
 from ._experiment import PIECES, Experiment, Findings, Shown
 from ._verdicts import RULES, Claim, ClaimVerdict, load_claims, prose
-from .experiments import EXPERIMENTS
+from .experiments import EXPERIMENTS, EXPERIMENTS_AS_PRINTED
 
 FORMAT_VERSION = 1
 FULL, FAST = "full", "fast"
+AS_PRINTED = "as-printed"
+"""Folder of the experiments with the paper's algorithm as it is, among the others."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,6 +171,8 @@ def readme(experiment: Experiment, folder: ExperimentFolder) -> str:
     results = folder.results()
     # Four spaces make it a block of code in Markdown.
     command = f"    turing-learning reproduce {experiment.id}"
+    if experiment.as_printed:
+        command += " --as-printed"
     if results is None:
         state = f"**Not run yet.** Expected: {experiment.cost} on two cores."
     elif results.form == FULL:
@@ -242,7 +246,14 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
         links |= {
             claim: f"[{claim}]({link}/{experiment.id}/README.md)" for claim in experiment.claims
         }
+    printed: dict[str, Results] = {}
+    for id in EXPERIMENTS_AS_PRINTED:
+        results = ExperimentFolder(in_home(experiments) / AS_PRINTED / id).results()
+        if results is not None and results.form == FULL:
+            printed[id] = results
     blocks = ["# Reproduction", *_score(claims, finished, links), prose()["introduction"].rstrip()]
+    if printed:
+        blocks += ["## The paper's algorithm in the paper's world", *_as_printed(printed, link)]
     blocks += ["## All claims", _table(_claim_rows(claims, finished, links))]
     for experiment in EXPERIMENTS.values():
         blocks.append(f"## {experiment.id} {experiment.title}")
@@ -261,6 +272,21 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
                 pictures[picture.claim] = picture
         blocks += _pictures(reversed(pictures.values()), f"{link}/{experiment.id}/figures")
     return "\n\n".join(blocks) + "\n"
+
+
+def _as_printed(printed: Mapping[str, Results], link: str) -> list[str]:
+    """Say how claims fare with the paper's algorithm as it is, and list them."""
+    verdicts = _verdicts_that_count(printed)
+    agree = sum(verdict.agrees for verdict in verdicts.values())
+    count = f"Of the {len(verdicts)} claims that were held against it **{agree} agree**."
+    rows: list[tuple[str, ...]] = [("claim", "verdict", "printed", "came out")]
+    for id, results in printed.items():
+        for verdict in results.verdicts:
+            if not verdict.variant:
+                name = f"[{verdict.claim}]({link}/{AS_PRINTED}/{id}/README.md)"
+                word = f"**{verdict.word}**"
+                rows.append((name, word, verdict.printed, verdict.observed))
+    return [f"{prose()['as_printed']['introduction'].strip()} {count}", _table(rows)]
 
 
 def _claim_rows(
@@ -310,6 +336,10 @@ def write_page(experiments: str | Path, path: str | Path, *, force: bool = False
     refuse_page_path(target, force=force)
     for experiment in EXPERIMENTS.values():
         write_readme(experiment, ExperimentFolder(experiments / experiment.id))
+    for experiment in EXPERIMENTS_AS_PRINTED.values():
+        folder = ExperimentFolder(experiments / AS_PRINTED / experiment.id)
+        if folder.results() is not None:
+            write_readme(experiment, folder)
     link = Path(os.path.relpath(experiments, target.parent)).as_posix()
     write_atomically(target, page(experiments, link).encode())
     return target

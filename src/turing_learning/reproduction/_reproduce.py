@@ -9,8 +9,8 @@ from turing_learning.errors import require
 from turing_learning.store import storage, writable
 
 from ._experiment import Experiment, Findings, Say, Stop, Work
-from ._page import ExperimentFolder, Results, write_readme
-from .experiments import EXPERIMENTS
+from ._page import AS_PRINTED, ExperimentFolder, Results, write_readme
+from .experiments import EXPERIMENTS, EXPERIMENTS_AS_PRINTED
 
 ALL = "all"
 
@@ -46,24 +46,30 @@ class Standing:
         return f"{agree} of {len(verdicts)} claims agree{form}"
 
 
-def default_folder(*, fast: bool = False) -> Path:
+def default_folder(*, fast: bool = False, as_printed: bool = False) -> Path:
     """Return where experiments go: "experiments", as in the repository; their fast forms under "runs"."""
-    return Path("runs/reproduction-fast" if fast else "experiments")
+    folder = Path("runs/reproduction-fast" if fast else "experiments")
+    if as_printed:
+        return folder / AS_PRINTED
+    return folder
 
 
-def standings(out: str | Path | None = None, *, fast: bool = False) -> tuple[Standing, ...]:
+def standings(
+    out: str | Path | None = None, *, fast: bool = False, as_printed: bool = False
+) -> tuple[Standing, ...]:
     """Return how all experiments stand.
 
-    `out` is the folder that holds a folder for each experiment; by default, and by `fast`, that of
-    `default_folder`.
+    `out` is the folder that holds a folder for each experiment; by default that of
+    `default_folder`. The other arguments are those of `reproduce`.
     """
-    path = default_folder(fast=fast) if out is None else in_home(out)
-    return tuple(Standing.of(experiment, path) for experiment in EXPERIMENTS.values())
+    path = default_folder(fast=fast, as_printed=as_printed) if out is None else in_home(out)
+    experiments = EXPERIMENTS_AS_PRINTED if as_printed else EXPERIMENTS
+    return tuple(Standing.of(experiment, path) for experiment in experiments.values())
 
 
 def reproduce(
-    experiment: str = ALL, *, fast: bool = False, out: str | Path | None = None, workers: int | None = None,
-    should_stop: Stop | None = None, say: Say | None = None,
+    experiment: str = ALL, *, fast: bool = False, as_printed: bool = False, out: str | Path | None = None,
+    workers: int | None = None, should_stop: Stop | None = None, say: Say | None = None,
 ) -> tuple[Standing, ...]:  # fmt: skip
     """Conduct an experiment, or all, and leave tables, figures, results and a page in a folder for each.
 
@@ -76,6 +82,10 @@ def reproduce(
         Id of an experiment, the section of the paper, or "all": those whose packages are installed.
     fast
         Whether to conduct the fast form, which takes about 10 s and proves nothing.
+    as_printed
+        Whether runs have the paper's algorithm as it is, in the world in which the paper's numbers
+        come out: preset and world `paper`. Otherwise they have the default preset in the default
+        world, and the preset `paper` stands beside it.
     out
         The folder that holds a folder for each experiment; see `default_folder`.
     workers
@@ -101,8 +111,8 @@ def reproduce(
 
     # Rejects a wrong number before anything is done.
     ExecutorChoice(workers)
-    chosen = possible_experiments(experiment, say)
-    path = default_folder(fast=fast) if out is None else in_home(out)
+    chosen = possible_experiments(experiment, say, as_printed=as_printed)
+    path = default_folder(fast=fast, as_printed=as_printed) if out is None else in_home(out)
     # Folders that cannot be used are rejected before the first experiment, which may take hours.
     begun = []
     with writable("out", path):
@@ -123,15 +133,18 @@ def reproduce(
     return tuple(Standing.of(section, path) for section in chosen)
 
 
-def possible_experiments(name: str, say: Say | None = None) -> list[Experiment]:
+def possible_experiments(
+    name: str, say: Say | None = None, *, as_printed: bool = False
+) -> list[Experiment]:
     """Return the experiment of that name; of all, those that are possible, and `say` which are left out."""
-    names = [*EXPERIMENTS, ALL]
+    experiments = EXPERIMENTS_AS_PRINTED if as_printed else EXPERIMENTS
+    names = [*experiments, ALL]
     rule = f"be one of {', '.join(names)}"
     require(name in names, "experiment", rule, repr(name), error=ConfigurationError)
     if name == ALL:
-        chosen = list(EXPERIMENTS.values())
+        chosen = list(experiments.values())
     else:
-        chosen = [EXPERIMENTS[name]]
+        chosen = [experiments[name]]
     possible = []
     for experiment in chosen:
         if not experiment.missing:

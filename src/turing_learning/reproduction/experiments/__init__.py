@@ -1,5 +1,7 @@
 """The experiments of the paper, in its order."""
 
+from typing import Any
+
 from turing_learning.config import merged
 
 from .._experiment import Experiment
@@ -21,10 +23,33 @@ _IN_ORDER = {
 }
 
 
-EXPERIMENTS: dict[str, Experiment] = {
-    id: Experiment(
-        id=id, conduct=_IN_ORDER[id], **about | {"fast": merged(about["full"], about["fast"])}
-    )
-    for id, about in ((id, prose()["experiments"][id]) for id in _IN_ORDER)
-}
+def _described(id: str) -> tuple[dict[str, Any], list[str]]:
+    """Return what experiments.toml says of an experiment, and its deviations with the default preset."""
+    about = dict(prose()["experiments"][id])
+    beyond = about.pop("default_deviations", [])
+    about |= {"id": id, "conduct": _IN_ORDER[id], "fast": merged(about["full"], about["fast"])}
+    return about, beyond
+
+
+def _with_defaults(id: str) -> Experiment:
+    about, beyond = _described(id)
+    about["deviations"] = beyond + about["deviations"]
+    return Experiment(**about)
+
+
+def _as_printed(id: str, changes: dict[str, Any]) -> Experiment:
+    about, _ = _described(id)
+    common = prose()["as_printed"]
+    about["deviations"] = common["deviations"] + about["deviations"]
+    about["full"] = merged(about["full"], common["sizes"] | changes)
+    about["fast"] = merged(about["fast"], common["sizes"])
+    return Experiment(as_printed=True, **about)
+
+
+EXPERIMENTS = {id: _with_defaults(id) for id in _IN_ORDER}
 """Experiments by their sections."""
+
+EXPERIMENTS_AS_PRINTED = {
+    id: _as_printed(id, changes) for id, changes in prose()["as_printed"]["experiments"].items()
+}
+"""Those with the paper's algorithm as it is, in the paper's world."""

@@ -25,7 +25,6 @@ from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
 from .._experiment import (
     MODEL_KINDS,
-    PRESETS,
     Findings,
     Runs,
     Sizes,
@@ -65,6 +64,7 @@ def conduct_snapshots(work: Work, findings: Findings) -> None:
             clustering_later_s,
         ),
     ):
+        scenario = work.in_world(scenario)
         compute = partial(_simulated, scenario, robots, times_s, later_s, sizes)
         measured = work.piece(f"snapshots-{scenario.name}", compute)
         largest = np.array(measured["largest_cluster"])
@@ -200,7 +200,8 @@ class Outcome:
 def conduct_case_studies(work: Work, findings: Findings) -> None:
     """Conduct the studies, and measure shares and dispersion."""
     cases = []
-    for scenario, key in ((AGGREGATION, "aggregation"), (OBJECT_CLUSTERING, "clustering")):
+    for behavior, key in ((AGGREGATION, "aggregation"), (OBJECT_CLUSTERING, "clustering")):
+        scenario = work.in_world(behavior)
         shares = work.piece(
             f"shares-{scenario.name}", partial(_mean_shares, scenario, work.sizes["shares"])
         )
@@ -223,7 +224,7 @@ def conduct_case_studies(work: Work, findings: Findings) -> None:
                 np.array(repeated),
             )
         )
-    outcomes = [_outcome(work, case, preset) for preset in PRESETS for case in cases]
+    outcomes = [_outcome(work, case, preset) for preset in work.presets for case in cases]
     verdicts = findings.verdicts
     for outcome in outcomes:
         runs = outcome.runs
@@ -232,7 +233,7 @@ def conduct_case_studies(work: Work, findings: Findings) -> None:
         verdicts += [
             errors_verdict(claim, runs.errors[k], runs.names, runs.variant(k)) for k in MODEL_KINDS
         ]
-    for preset in PRESETS:
+    for preset in work.presets:
         verdicts.append(
             convergence_verdict([outcome for outcome in outcomes if outcome.runs.preset == preset])
         )

@@ -14,16 +14,7 @@ from turing_learning.figures.one_run import accuracy_figure
 from turing_learning.interaction import STIMULATED
 from turing_learning.swarm import AGGREGATION
 
-from .._experiment import (
-    PRESETS,
-    Findings,
-    Sizes,
-    Work,
-    compare_columns,
-    seeds_of,
-    stacked,
-    variant_of,
-)
+from .._experiment import Findings, Sizes, Work, compare_columns, seeds_of, stacked
 from .._post_evaluation import count_agents, decision_accuracies, grid_models
 from .._verdicts import REASONS, ClaimVerdict, Spreads, verdict_on
 
@@ -87,7 +78,7 @@ def conduct_accuracy(work: Work, findings: Findings) -> None:
     means = {}
     frames = {}
     populations = {}
-    for preset in PRESETS:
+    for preset in work.presets:
         populations[preset] = run_populations(work, sizes["runs"], preset, sizes["generations"])
     for preset, (accuracy, archived) in _accuracies(work, populations).items():
         # The best of the archived classifiers that judged in each generation; 0 without any.
@@ -96,7 +87,7 @@ def conduct_accuracy(work: Work, findings: Findings) -> None:
             referees.append(np.where(run["judging"], accuracies, 0.0).max(axis=1, initial=0.0))
         fitness = np.stack([run["fitness"] for run in populations[preset]])
         best = BestAccuracies.of(
-            variant_of(preset), sizes["generations"], accuracy, fitness, referees
+            work.variant_of(preset), sizes["generations"], accuracy, fitness, referees
         )
         findings.verdicts += accuracy_verdicts(best)
         mean_of_all = accuracy.mean(axis=(0, 2))
@@ -116,10 +107,11 @@ def conduct_accuracy(work: Work, findings: Findings) -> None:
     findings.table("accuracy-runs", stacked(frames, "preset", "seed"))
 
 
-def configuration_of(sizes: Sizes, preset: str, seed: int) -> Configuration:
+def configuration_of(work: Work, sizes: Sizes, preset: str, seed: int) -> Configuration:
     """Return the configuration of a run."""
     settings = {"run.generations": sizes["generations"], "run.seed": seed, "run.history": "thin"}
-    return load_configuration(None, preset, sizes["settings"] | settings, scenario=AGGREGATION.name)
+    settings = sizes["settings"] | work.settings | settings
+    return load_configuration(None, preset, settings, scenario=AGGREGATION.name)
 
 
 def run_populations(
@@ -133,7 +125,9 @@ def run_populations(
     """
     populations = []
     for seed in seeds_of(sizes):
-        compute = partial(_conducted, work, configuration_of(sizes, preset, seed), generations)
+        compute = partial(
+            _conducted, work, configuration_of(work, sizes, preset, seed), generations
+        )
         populations.append(work.piece(f"run-{preset}-seed{seed}", compute, "npz"))
     return populations
 
@@ -184,14 +178,16 @@ def _accuracies(
     # All classifiers judge the same trials: differences are theirs, not those of the trials.
     genomes = np.concatenate(groups)
     first_seed = sizes["runs"]["first_seed"]
-    classifier = classifier_of(configuration_of(sizes["runs"], PRESETS[0], first_seed))
+    configuration = configuration_of(work, sizes["runs"], work.presets[0], first_seed)
+    classifier = classifier_of(configuration)
+    swarm = work.in_world(AGGREGATION)
     bounds = [len(models) * k // sizes["parts"] for k in range(sizes["parts"] + 1)]
 
     def counted(chunk: int) -> dict[str, np.ndarray] | None:
         counts = count_agents(
             classifier,
             genomes,
-            AGGREGATION,
+            swarm,
             models,
             chunk=slice(bounds[chunk], bounds[chunk + 1]),
             trials=sizes["trials"],
@@ -207,7 +203,7 @@ def _accuracies(
         counts.append(
             work.piece(f"grid-part{chunk + 1:02d}", partial(counted, chunk), "npz")["agents"]
         )
-    accuracy = decision_accuracies(np.asarray(sum(counts)), AGGREGATION, len(models))
+    accuracy = decision_accuracies(np.asarray(sum(counts)), swarm, len(models))
     accuracies = iter(np.split(accuracy, np.cumsum([len(group) for group in groups])[:-1]))
     # In the order in which the groups were joined above.
     by_preset = {}
@@ -297,7 +293,7 @@ def conduct_interaction(work: Work, findings: Findings) -> None:
         runs = {}
         for form, settings in FORMS.items():
             how: dict[str, Any] = {"generations": generations, "settings": settings}
-            runs[form] = work.runs(f"{name}-{form}", name, PRESETS[0], names, **how)
+            runs[form] = work.runs(f"{name}-{form}", name, work.presets[0], names, **how)
         errors = {form: form_runs.errors[COMPARED_MODEL] for form, form_runs in runs.items()}
         tests[name] = _tests_of_interaction(names, errors)
         better = _clearly_smaller(tests[name])

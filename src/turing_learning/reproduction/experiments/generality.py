@@ -13,11 +13,10 @@ from turing_learning.analysis import DYNAMIC_READINGS as READINGS
 from turing_learning.analysis import Comparison, compare, dynamic_outputs, response_error
 from turing_learning.figures import many_runs as figures
 from turing_learning.models import ElmanModel
-from turing_learning.swarm import AGGREGATION, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60
+from turing_learning.swarm import AGGREGATION, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60, Scenario
 
 from .._experiment import (
     MODEL_KINDS,
-    PRESETS,
     Findings,
     Runs,
     Sizes,
@@ -53,7 +52,7 @@ def conduct_morphology(work: Work, findings: Findings) -> None:
     errors = {}
     for preset in work.sizes["presets"]:
         for claim, scenario in FIELDS_OF_VIEW.items():
-            number = work.sizes["runs" if preset == PRESETS[0] else "beside"]
+            number = work.sizes["runs" if preset == work.presets[0] else "beside"]
             study = f"study-{scenario.name}-{preset}"
             runs = work.runs(study, scenario.name, preset, scenario.parameter_names, runs=number)
             findings.verdicts += [
@@ -288,7 +287,7 @@ def conduct_behaviors(work: Work, findings: Findings) -> None:
     runs_of = {}
     behaviors = {}
     summary = {}
-    for preset in PRESETS:
+    for preset in work.presets:
         number = work.sizes["runs"][preset]
         runs = work.runs(f"study-{preset}", "random-behaviors", preset, NAMES, runs=number)
         runs_of[preset] = runs
@@ -297,10 +296,11 @@ def conduct_behaviors(work: Work, findings: Findings) -> None:
         for readout in MODEL_KINDS:
             summary[preset, readout] = _summary_frame(runs, readout)
         _show_behaviors(findings, runs, truth)
-    decisive = runs_of[PRESETS[0]]
-    compute = partial(_shares_of_seeing, behaviors[PRESETS[0]], work.sizes["shares"])
+    decisive = runs_of[work.presets[0]]
+    truths = behaviors[work.presets[0]]
+    compute = partial(_shares_of_seeing, work.in_world(AGGREGATION), truths, work.sizes["shares"])
     sees = np.array(work.piece("shares", compute)["shares"])
-    frame = seeded(decisive.seeds, behaviors[PRESETS[0]], NAMES)
+    frame = seeded(decisive.seeds, truths, NAMES)
     rank = np.argsort(np.argsort(sees)) + 1
     frame = frame.assign(estimate_mae=decisive.maes("estimate"), share_of_I_1=sees, rank=rank)
     failures = frame[frame["estimate_mae"] >= GOOD]
@@ -341,11 +341,11 @@ def _show_behaviors(findings: Findings, runs: Runs, truth: np.ndarray) -> None:
     findings.picture("{preset}-errors", RANDOM, boxes, **words)
 
 
-def _shares_of_seeing(behaviors: np.ndarray, sizes: Sizes) -> dict[str, Any]:
+def _shares_of_seeing(scenario: Scenario, behaviors: np.ndarray, sizes: Sizes) -> dict[str, Any]:
     """Return how often a robot of a swarm with each behavior sees another one."""
     shares = []
     for behavior in behaviors:
-        swarm = replace(AGGREGATION, controller=tuple(map(float, behavior)))
+        swarm = replace(scenario, controller=tuple(map(float, behavior)))
         shares.append(float(sensor_shares(swarm, **sizes)[..., 1].mean()))
     return {"shares": shares}
 

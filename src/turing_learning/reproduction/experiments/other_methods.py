@@ -67,6 +67,7 @@ def _checked_statements(cases: int) -> dict[str, Any]:
 
 
 def _baseline(work: Work, scenario: Scenario, claim: str) -> Baseline:
+    scenario = work.in_world(scenario)
     how = {name: work.sizes[name] for name in ("generations", "parents", "offspring")}
 
     def inferred(seed: int) -> dict[str, Any] | None:
