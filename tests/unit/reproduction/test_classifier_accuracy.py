@@ -150,14 +150,14 @@ def test_a_run_that_is_stopped_leaves_nothing(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_accuracies_are_those_of_each_run_on_its_own(rows):
+def test_accuracies_are_those_of_each_run_on_its_own(rows, tmp_path):
     sizes = EXPERIMENTS["4.4"].fast
     found = [
         row
         for row in rows("4.4", "accuracy-runs")
         if (row["preset"], row["seed"]) == ("paper", "2002")
     ]
-    configuration = configuration_of(sizes["runs"], "paper", 2002)
+    configuration = configuration_of(Work(tmp_path, sizes), sizes["runs"], "paper", 2002)
     history = infer(
         "aggregation", preset="paper", generations=12, seed=2002, settings=sizes["runs"]["settings"]
     ).history

@@ -13,6 +13,7 @@ from turing_learning.reproduction import _reproduce as door
 from turing_learning.reproduction._page import ExperimentFolder
 from turing_learning.reproduction.experiments import EXPERIMENTS
 from turing_learning.store import RunFolderError, RunStorageError
+from turing_learning.studies import StudyFolder
 
 POSSIBLE = [name for name, one in EXPERIMENTS.items() if not one.missing]
 """Those whose packages are installed: the others are left out of all."""
@@ -119,6 +120,17 @@ def test_nothing_has_been_run_in_an_empty_folder(tmp_path):
 def test_the_fast_form_does_not_go_where_full_results_go():
     assert default_folder().as_posix() == "experiments"
     assert default_folder(fast=True).as_posix() == "runs/reproduction-fast"
+
+
+def test_as_printed_has_the_papers_algorithm_in_the_papers_world(tmp_path):
+    (standing,) = reproduce("4.6.3", fast=True, as_printed=True, out=tmp_path)
+    assert {verdict.variant for verdict in standing.results.verdicts} == {"", "estimate"}
+    study = next(tmp_path.glob("4.6.3/pieces/study-mixed-*"))
+    run = StudyFolder(study).plan().configuration(1)
+    assert (run.scenario.world, run.coevolution.archive) == ("paper", 0)
+    assert (run.classifiers.renewal, run.models.minimum_step_size) == (0, 0)
+    assert "--as-printed" in (tmp_path / "4.6.3" / "README.md").read_text()
+    assert default_folder(as_printed=True).as_posix() == "experiments/as-printed"
 
 
 def test_an_unknown_experiment_is_refused(tmp_path):
