@@ -5,6 +5,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import IntEnum
 from itertools import pairwise
 from typing import Any
 
@@ -116,6 +117,18 @@ MIXTURES_SOUGHT = (8, 16, 24)
 REFINED = 3
 """Batches after which a lost run that has settled is matched anew."""
 _READ_OUT = 1_000_000  # batch whose random numbers intervals are drawn with
+
+
+class _Stream(IntEnum):
+    """Random numbers of what is read out, a stream for each purpose; results depend on the numbers."""
+
+    CENTERS = 1  # which center of the search is followed
+    EXAMINATION = 2  # the look at the estimate from outside
+    SYMMETRIES = 3  # which images of the solution are as good
+    MIXTURE = 4  # of which images the draws are a mixture
+    FOLDED = 5  # the solution in one region
+    HOLDING = 6  # whether the group that was followed is one
+    UNFOLDED = 7  # the solution if it is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -644,7 +657,9 @@ class FewTrials:
         centers = self.search.centers if undecided else self.search.centers[:0]
         if len(centers):
             centers = self._in_region(centers)
-        best = best_center(evidence, Cloud.of(self._walkers), centers, lambda: self._match_rng(1))
+        best = best_center(
+            evidence, Cloud.of(self._walkers), centers, lambda: self._match_rng(_Stream.CENTERS)
+        )
         if undecided or best.usable:
             self.settle(best.draws)
 
@@ -707,7 +722,7 @@ class FewTrials:
         examined: dict[str, np.ndarray] = {}
         if self._examiner is not None:
             examination = self._examiner.examine(
-                matched, group, self.buffer, self.trials, self._match_rng(2)
+                matched, group, self.buffer, self.trials, self._match_rng(_Stream.EXAMINATION)
             )
             examined = examination.report
             draws = examination.draws
@@ -733,35 +748,48 @@ class FewTrials:
         Where there are several, trials of all of them tell of one. Without that a parameter of one
         of two parts that may be exchanged could not be predicted from what classifiers say.
         """
-        draws = matched.draws[matched.mode == 0]
         followed = self._group
-        if followed is not None and not examiner.holds(
-            followed, draws, self.trials, self._match_rng(6)
-        ):
-            # it was taken for a symmetry while draws were still broad
-            followed = None
-            within = evidence_within(self._evidence_of(self.buffer.parameters[self.buffer.usable]))
-            cloud = Cloud.of(draws)
-            matched = solution(within, cloud, self._match_rng(7), lost=self.search.needed)
-            draws = matched.draws[matched.mode == 0]
-        group = examiner.symmetries(draws, first_trials, self.trials, self._match_rng(3), followed)
-        if group is None and followed is None:
-            group = examiner.mixture(draws, first_trials, self.trials, self._match_rng(4))
+        if followed is not None:
+            draws = matched.main_draws
+            rng = self._match_rng(_Stream.HOLDING)
+            if not examiner.holds(followed, draws, self.trials, rng):
+                # It was taken for a symmetry while draws were still broad.
+                followed = None
+                matched = self._solved_again(None, draws, _Stream.UNFOLDED)
+        draws = matched.main_draws
+        rng = self._match_rng(_Stream.SYMMETRIES)
+        group = examiner.symmetries(draws, first_trials, self.trials, rng, followed)
+        if followed is not None:
+            if group is None:
+                # Regions that are images of each other, but do not lie apart, are one.
+                images = examiner.with_images([draws], followed)
+                return matched.spread(np.concatenate(images)), None
+            if len(group.members) == len(followed.members):
+                # The run has looked in one of these regions already.
+                return matched, group
         if group is None:
-            if followed is None:
-                return matched, None
-            # regions that are images of each other, but do not lie apart
-            images = examiner.with_images([draws], followed)
-            return matched.spread(np.concatenate(images)), None
-        if followed is not None and len(group.members) == len(followed.members):
-            return matched, group
-        parameters = group.folded(self.buffer.parameters[self.buffer.usable])
-        within = evidence_within(self._evidence_of(parameters))
-        cloud = Cloud(group.reference, group.scale)
-        folded = solution(within, cloud, self._match_rng(5), lost=self.search.needed)
+            rng = self._match_rng(_Stream.MIXTURE)
+            group = examiner.mixture(draws, first_trials, self.trials, rng)
+        if group is None:
+            return matched, None
+        folded = self._solved_again(group, draws, _Stream.FOLDED)
         if folded.settled and examiner.apart(folded.draws, group):
             return folded, group
-        return matched, group if examiner.apart(draws, group) else None
+        if examiner.apart(draws, group):
+            return matched, group
+        return matched, None
+
+    def _solved_again(
+        self, group: SymmetryGroup | None, draws: np.ndarray, stream: "_Stream"
+    ) -> Matched:
+        """Return the solution with all trials turned into one region of a group; without one near draws (D, P)."""
+        parameters = self.buffer.parameters[self.buffer.usable]
+        cloud = Cloud.of(draws)
+        if group is not None:
+            parameters = group.folded(parameters)
+            cloud = Cloud(group.reference, group.scale)
+        evidence = evidence_within(self._evidence_of(parameters))
+        return solution(evidence, cloud, self._match_rng(stream), lost=self.search.needed)
 
     def _first(self) -> Evidence:
         """Return what observers say of the first models, which are anywhere."""

@@ -46,6 +46,9 @@ ALIKE = 10.0
 FARTHEST = 20.0
 """Distance up to which they are solutions at all."""
 
+LEAST_DEVIATION = 1e-4
+"""Standard deviation over the samples below which an output of a classifier does not vary."""
+
 ROUNDS = 4
 """How often samples near the solution are chosen anew, at most."""
 
@@ -116,6 +119,11 @@ class Matched:
     def usable(self) -> bool:
         """Whether it says anything: it is settled, and rests on a sample or more."""
         return self.settled and self.leverage <= 1
+
+    @property
+    def main_draws(self) -> np.ndarray:
+        """Draws (N, P) of the solution that has most of them."""
+        return self.draws[self.mode == 0]
 
     def spread(self, draws: np.ndarray) -> "Matched":
         """Return what is stated of further draws (N, P), as of one solution."""
@@ -245,71 +253,38 @@ def match(
     require(len(g) > 1, "genuine_outputs", "be of at least 2 samples", str(len(g)))
     require(averaged >= 1, "averaged", "be 1 or more", str(averaged))
 
-    # All parameters on [-1, 1], and the canary, which no simulation knows, as the last one.
     units = (high - low) / 2
-    z = (parameters - low) / units - 1
-    model = np.unique(z, axis=0, return_inverse=True)[1].reshape(-1)
-    models = model.max() + 1
-    fold = rng.permutation(models)[model] % FOLDS
-    canary = rng.uniform(-1, 1, models)[model]
-    varies = x.std(axis=0) > 1e-4
-    x = x[:, varies]
-    mean = x.mean(axis=0)
-    scale = x.std(axis=0)
-    reaches = REACHES if farther and len(z) // 3 > size else REACHES[:1]
-    samples = JudgedSamples(
-        z=np.c_[z, canary],
-        x=(x - mean) / scale,
-        g=(g[:, varies] - mean) / scale,
-        fold=fold,
-        averaged=averaged,
-        size=min(max(size, len(z) // 3), max(len(z) // 2, 250)),
-    )
-
-    # Broad fits: which samples are near the agents?
+    samples = _prepared((parameters - low) / units - 1, x, g, averaged, size, rng)
+    # The canary is looked for in all its range.
     middle = np.append((start - low) / units - 1, 0.0)
     width = np.append(spread / units, 1.0)
-    remoteness: np.ndarray = (((samples.z - middle) / width) ** 2).sum(axis=1)
-    logs = None
-    for _ in range(ROUNDS):
-        broad = samples.fit(remoteness, logs, FAR_SHARE)
-        logs = broad.emulator.logs
-        remoteness = broad.remoteness(samples.z)
-        points = draw(broad.log_likelihood, broad.points, draws, rng)
-        before = middle
-        middle = np.median(points, axis=0)
-        if (np.abs(middle - before) / points.std(axis=0)).max() < STEADY:
-            break
-    optimistic = partial(broad.log_likelihood, optimistic=True)
-    proposals = draw(optimistic, broad.points, draws, rng, PROPOSED)[:, :-1]
+    broad = _broad_fit(samples, middle, width, draws, rng)
+    optimistic = partial(broad.likelihood.log_likelihood, optimistic=True)
+    proposals = draw(optimistic, broad.likelihood.points, draws, rng, PROPOSED)[:, :-1]
 
-    # Fine fits, by the nearest samples: which parameters explain the judgments?
-    fits = []
-    for reach in reaches:
-        fine = replace(samples.fit(remoteness, logs, 0.0, reach), region=broad)
-        if not np.isfinite(fine.log_likelihood(fine.points)).any():
-            # The two fits contradict each other
-            fine = broad
-        fits.append(_solved(fine, points, draws, rng))
+    reaches = REACHES if farther and len(parameters) // 3 > size else REACHES[:1]
+    fits = [_fine_fit(samples, broad, reach, draws, rng) for reach in reaches]
     best = min(fits, key=lambda fit: (fit.doubtful, fit.log_volume))
 
-    # What is stated.
-    middle = np.median(best.points, axis=0)
-    low_z, high_z = best.ends
     mode = modes(best.points, best.likelihood.without_canary)
     identified = tells(best.points, mode, UNTOLD_WIDTH)
+    middle = np.median(best.points, axis=0)
     at_middle = np.append(middle, 0.0)[None]
     leverage = float(best.likelihood.emulator.predict(at_middle)[1].mean())
-    distance, p_value = samples.distance(best.likelihood, remoteness, leverage, rng)
+    distance, p_value = samples.distance(best.likelihood, broad.remoteness, leverage, rng)
     settled = p_value >= LEAST_P and not best.doubtful
-    unknown = np.full(len(low), np.nan)
+    # Of what classifiers do not tell the whole range is stated, of a fit in doubt nothing.
+    interval_low = np.full(len(low), np.nan)
+    interval_high = np.full(len(low), np.nan)
+    if settled:
+        ends = low + units * (best.ends + 1)
+        interval_low = np.where(identified, ends[0], low)
+        interval_high = np.where(identified, ends[1], high)
     return Matched(
         estimate=low + units * (middle + 1),
         covariance=np.atleast_2d(np.cov(best.points.T)) * np.outer(units, units),
-        interval_low=np.where(identified, low + units * (low_z + 1), low) if settled else unknown,
-        interval_high=np.where(identified, low + units * (high_z + 1), high)
-        if settled
-        else unknown,
+        interval_low=interval_low,
+        interval_high=interval_high,
         draws=low + units * (best.points + 1),
         proposals=low + units * (proposals + 1),
         identified=identified,
@@ -321,6 +296,81 @@ def match(
         moved=best.moved,
         mode=mode,
     )
+
+
+def _prepared(
+    z: np.ndarray, x: np.ndarray, g: np.ndarray, averaged: int, size: int, rng: np.random.Generator
+) -> JudgedSamples:
+    """Return samples with parameters (S, P) on [-1, 1] as regressions need them.
+
+    The canary, which no simulation knows, is added as the last parameter. Samples of one model are
+    in one fold, and have one canary: they are no independent witnesses. Outputs that never vary say
+    nothing, and go; the others get mean 0 and standard deviation 1.
+    """
+    model = np.unique(z, axis=0, return_inverse=True)[1].reshape(-1)
+    models = model.max() + 1
+    fold = rng.permutation(models)[model] % FOLDS
+    canary = rng.uniform(-1, 1, models)[model]
+    varies = x.std(axis=0) > LEAST_DEVIATION
+    x = x[:, varies]
+    mean = x.mean(axis=0)
+    scale = x.std(axis=0)
+    return JudgedSamples(
+        z=np.c_[z, canary],
+        x=(x - mean) / scale,
+        g=(g[:, varies] - mean) / scale,
+        fold=fold,
+        averaged=averaged,
+        size=min(max(size, len(z) // 3), max(len(z) // 2, 250)),
+    )
+
+
+@dataclass(frozen=True)
+class _BroadFit:
+    """A fit to samples near and far, which says which samples are near the agents."""
+
+    likelihood: Likelihood
+    #: (S,) squared distance of each sample from the agents, as the fit sees it
+    remoteness: np.ndarray
+    points: np.ndarray  #: draws (D, P + 1), the canary last
+
+
+def _broad_fit(
+    samples: JudgedSamples,
+    middle: np.ndarray,
+    width: np.ndarray,
+    draws: int,
+    rng: np.random.Generator,
+) -> _BroadFit:
+    """Fit again and again to the samples nearest to the solution, until its middle keeps its place.
+
+    The first fit is to those nearest to `middle` (P + 1,), in units of `width` (P + 1,).
+    """
+    remoteness: np.ndarray = (((samples.z - middle) / width) ** 2).sum(axis=1)
+    logs = None
+    for _ in range(ROUNDS):
+        likelihood = samples.fit(remoteness, logs, FAR_SHARE)
+        logs = likelihood.emulator.logs
+        remoteness = likelihood.remoteness(samples.z)
+        points = draw(likelihood.log_likelihood, likelihood.points, draws, rng)
+        before = middle
+        middle = np.median(points, axis=0)
+        if (np.abs(middle - before) / points.std(axis=0)).max() < STEADY:
+            break
+    return _BroadFit(likelihood, remoteness, points)
+
+
+def _fine_fit(
+    samples: JudgedSamples, broad: _BroadFit, reach: float, draws: int, rng: np.random.Generator
+) -> "_Solution":
+    """Fit to the samples nearest to the agents alone, within what the broad fit does not rule out."""
+    logs = broad.likelihood.emulator.logs
+    nearest = samples.fit(broad.remoteness, logs, 0.0, reach)
+    fine = replace(nearest, region=broad.likelihood)
+    if not np.isfinite(fine.log_likelihood(fine.points)).any():
+        # The two fits contradict each other.
+        fine = broad.likelihood
+    return _solved(fine, broad.points, draws, rng)
 
 
 def tells(draws: np.ndarray, mode: np.ndarray, width: np.typing.ArrayLike) -> np.ndarray:
