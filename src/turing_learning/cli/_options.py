@@ -338,7 +338,7 @@ def require_scenario(scenario: str | None, config: Path | None, names: Iterable[
 
 
 def watched(scenario: str | None, passive: str) -> "tl.interaction.StimulatedSystem":
-    """Return a system with stimuli that classifiers only watch: "random", "constant", or under those of a file."""
+    """Return a system with stimuli that classifiers only watch: "random", "constant", "own", or under those of a file."""
     from turing_learning.interaction import read_stimuli
 
     systems = tl.interaction.STIMULATED
@@ -347,6 +347,6 @@ def watched(scenario: str | None, passive: str) -> "tl.interaction.StimulatedSys
     require(scenario in systems, "--passive", rule, repr(scenario), remedy)
     with refusing_as(RefusedError, name="--passive"):
         system = systems[str(scenario)]
-        if passive not in ("random", "constant"):
+        if passive not in ("random", "constant", "own"):
             return read_stimuli(Path(passive), system)
         return replace(system, stimulus=replace(system.stimulus, passive=passive))  # type: ignore[arg-type]

@@ -73,8 +73,8 @@ def infer(
     :param threads: Number of threads, or all; the result is the same.
     :param out: Folder of the run; a new one under runs/ by default.
     :param force: Replace a run that is in the folder already.
-    :param passive: Of a system with stimuli: classifiers only watch, under random or constant stimuli, or those of a CSV
-        file, see `turing-learning docs interaction`. By default they choose the stimuli.
+    :param passive: Of a system with stimuli: classifiers only watch, under random or constant stimuli, the system's own,
+        or those of a CSV file, see `turing-learning docs interaction`. By default they choose the stimuli.
     :param settings: Any setting, for example models.parents=20. Repeatable.
     """
     from turing_learning.config import (

@@ -12,7 +12,7 @@ from ..arrays import array
 from ..classifiers import ElmanClassifier
 from ..errors import choice, integer, refuse, require
 
-PASSIVE = ("random", "constant", "recorded")
+PASSIVE = ("random", "constant", "own", "recorded")
 """Who chooses stimuli where the classifiers only watch; see `Stimulus`."""
 
 
@@ -31,10 +31,13 @@ class Stimulus(Settings):
     #: 0 for any value of the range; n for one of n evenly spaced values, both ends included
     levels: int = 0
     #: Empty if the classifiers choose. "random": anew in every step, uniformly; "constant": once
-    #: for a trial, uniformly; "recorded": a row of `recorded`
-    passive: Literal["", "random", "constant", "recorded"] = ""
+    #: for a trial, uniformly; "own": the system itself, by the method `own` of its step;
+    #: "recorded": a row of `recorded`
+    passive: Literal["", "random", "constant", "own", "recorded"] = ""
     #: (R, T, S): Series, each as long as a trial
     recorded: tuple[tuple[tuple[float, ...], ...], ...] = ()
+    #: Whether the stimuli are inputs of the classifiers, beside the answers
+    shown: bool = True
 
     def __post_init__(self) -> None:
         require(self.ranges, "stimulus", "name one stimulus or more", self.ranges)
@@ -66,6 +69,11 @@ class Stimulus(Settings):
     def names(self) -> tuple[str, ...]:
         """Names of the S stimuli."""
         return tuple(self.ranges)
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the stimuli that are inputs of classifiers."""
+        return self.names if self.shown else ()
 
     @cached_property
     def low(self) -> np.ndarray:
@@ -118,8 +126,8 @@ class Stimulus(Settings):
 class Interrogator:
     """What an Elman network judges, and with O further outputs of the same hidden neurons which stimulus comes next.
 
-    A genome is that of the network, whose inputs are the signals of the response, then the stimuli;
-    then come the weights (O, H) and biases (O) of the further logistic outputs. They are 0 to 1 of
+    A genome is that of the network, whose inputs are the signals of the response, then the stimuli
+    if they are shown; then come the weights (O, H) and biases (O) of the further logistic outputs. They are 0 to 1 of
     a stimulus' range, or, of one of n levels, the largest of n outputs counts. The first stimulus
     is chosen with all hidden activations 0. Source: paper, section 3.1, footnote 1; Li, Gauci and
     Gross, A coevolutionary approach to learn animal behavior through controlled interaction (2013).
@@ -177,8 +185,9 @@ class Dialogue:
         signals = responses.shape[2]
         scaled = responses / self._scale[:signals]
         np.clip(scaled, -_LARGEST_INPUT, _LARGEST_INPUT, out=self._taken_in[..., :signals])
-        stimuli = (self.stimuli - self._stimulus.center) / self._scale[signals:]
-        self._taken_in[..., signals : self._inputs] = stimuli
+        if self._stimulus.shown:
+            stimuli = (self.stimuli - self._stimulus.center) / self._scale[signals:]
+            self._taken_in[..., signals : self._inputs] = stimuli
         activations = _logistic(self._taken_in @ self._inward + self._bias)
         self._taken_in[..., self._inputs :] = activations
         self.stimuli = self._chosen()

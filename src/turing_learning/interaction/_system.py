@@ -1,6 +1,6 @@
 """Systems that answer to stimuli: as frozen data, and as trials in which classifiers choose them or only watch."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
@@ -16,7 +16,7 @@ from ..errors import Setting, Text, brief, integer, refuse, require
 from ..models import Parameter
 from ..purposes import GENUINE
 from ..systems import CustomOptions, CustomSystem, CustomSystemError, Given, Range, System
-from . import _examples
+from . import _epuck, _examples
 from ._stimulus import PASSIVE, Dialogue, Interrogator, Stimulus
 
 # Trials in which the scale of what is observed is found.
@@ -28,12 +28,15 @@ Step = Callable[[Any, np.ndarray, np.ndarray, np.random.Generator], tuple[Any, n
 for n trials at once.
 
 The first state is `initial(n, rng)`, where the function has such a method; else zeros (n,
-states)."""
+states). What it does where nobody chooses, with passive="own", is its method `own(state,
+parameters)` -> (n, S)."""
 
 BEHAVIORS: dict[str, Step] = {
     "light-response": _examples.LightResponse(),
     "light-response-stochastic": _examples.LightResponse(stochastic=True),
     "sensor-configuration": _examples.SensorConfiguration(),
+    "infrared-sensors": _epuck.InfraredSensors(),
+    "rangefinder-response": _epuck.RangefinderResponse(),
 }
 _NOT_FOR_STIMULI = (
     "length",
@@ -58,7 +61,8 @@ _NOT_FINITE = "an answer was not finite"
 class StimulatedSystem(CustomSystem):
     """A system that answers to stimuli, and how models of it do.
 
-    Signals are what is observed, and then the stimuli: classifiers that only watch see both.
+    Signals are what is observed, and then the stimuli if they are shown: classifiers that only watch
+    see both.
     """
 
     stimulus: Stimulus  #: What can be done to it, and who chooses
@@ -84,7 +88,7 @@ class StimulatedSystem(CustomSystem):
         count = len(self.parameters)
         fits = len(self.true) in (0, count)
         require(fits, "true", f"be {count} numbers, or none", len(self.true))
-        names = self.stimulus.names
+        names = self.stimulus.inputs
         final = self.signals[self.observed :]
         require(final == names, "signals", f"end with the stimuli, {', '.join(names)}", final)
         steps = np.shape(self.stimulus.recorded)[1:2]
@@ -94,7 +98,7 @@ class StimulatedSystem(CustomSystem):
     @property
     def observed(self) -> int:
         """Number of the signals that are no stimuli."""
-        return len(self.signals) - len(self.stimulus.names)
+        return len(self.signals) - len(self.stimulus.inputs)
 
     @property
     def truth(self) -> tuple[float, ...] | None:
@@ -182,6 +186,12 @@ class StimulatedSystem(CustomSystem):
         step = given.simulate
         if self.behavior_name:
             step = BEHAVIORS[self.behavior_name]
+        if self.stimulus.passive == "own":
+            rule = 'have a method own(state, parameters) with passive="own"'
+            remedy = 'Or set scenario.stimulus.passive="random".'
+            for function in (step, None if self.true else given.genuine):
+                has_own = function is None or hasattr(function, "own")
+                require(has_own, "simulate", rule, self.name, remedy)
         return StimulatedSource(self, step, None if self.true else given.genuine)
 
 
@@ -269,9 +279,11 @@ class StimulatedSource(FallibleSource):
         arrays = {"ranges": np.stack((system.stimulus.low, system.stimulus.high), 1)}
         if system.stimulus.passive:
             trials = _Trials(self, 1, estimate[None], rng)
-            watched = system.stimulus.drawn(1, system.steps, rng)[:, None].repeat(2, axis=1)
-            stimuli = [watched[:, :, t] for t in range(system.steps)]
-            answers = [trials.answer(stimulus) for stimulus in stimuli]
+            stimuli = []
+            answers = []
+            for stimulus in self._unchosen(trials, 1, rng):
+                stimuli.append(np.broadcast_to(stimulus, (2, stimulus.shape[1]))[None])
+                answers.append(trials.answer(stimuli[-1]))
         else:
             best, arrays["accuracy"] = self._best_interrogators(classifiers, estimate, rng)
             trials = _Trials(self, len(estimate), np.tile(estimate, (len(estimate), 1)), rng)
@@ -316,12 +328,28 @@ class StimulatedSource(FallibleSource):
         system = self.system
         count = genuine + len(parameters)
         trials = _Trials(self, genuine, parameters, rng)
-        stimuli = system.stimulus.drawn(count, system.steps, rng)
         samples = np.empty((count, system.steps, len(system.signals)))
-        for t in range(system.steps):
-            samples[:, t, : system.observed] = trials.answer(stimuli[:, t][None])[0]
-        samples[:, :, system.observed :] = stimuli - system.stimulus.center
+        for t, stimuli in enumerate(self._unchosen(trials, count, rng)):
+            samples[:, t, : system.observed] = trials.answer(stimuli[None])[0]
+            if system.stimulus.shown:
+                samples[:, t, system.observed :] = stimuli - system.stimulus.center
         return samples, trials.failed.ravel()
+
+    def _unchosen(
+        self, trials: "_Trials", count: int, rng: np.random.Generator
+    ) -> Iterator[np.ndarray]:
+        """Yield the stimuli (count, S) of each step, which nobody chooses.
+
+        Where the system itself does, there are stimuli of all trials.
+        """
+        system = self.system
+        if system.stimulus.passive == "own":
+            for _ in range(system.steps):
+                yield trials.own_stimuli()
+        else:
+            stimuli = system.stimulus.drawn(count, system.steps, rng)
+            for t in range(system.steps):
+                yield stimuli[:, t]
 
 
 class _Trials:
@@ -361,6 +389,13 @@ class _Trials:
     def failed(self) -> np.ndarray:
         """Which models (N, k), in their arrangement, have answered something that is not finite."""
         return self._arranged(self._failed)[1]
+
+    def own_stimuli(self) -> np.ndarray:
+        """Return what the system and the models do by themselves in the next step (g + k, S)."""
+        stimuli = []
+        for name, step, parameters, _ in self._steps:
+            stimuli.append(step.own(self._states[name], *parameters))
+        return np.concatenate(stimuli)
 
     def answer(self, stimuli: np.ndarray) -> np.ndarray:
         """Return centered observations (N, g + k, D) of the next step, under stimuli (N, g + k, S).
@@ -418,10 +453,11 @@ def _system_of(
     The inputs that are stimuli have half their range as a scale.
     """
     half = (stimulus.high - stimulus.low) / 2
+    inputs = len(stimulus.inputs)
     return StimulatedSystem(
-        signals=(*signals, *stimulus.names),
-        center=(*center, *stimulus.center.tolist()),
-        input_scale=(*scale, *half.tolist()),
+        signals=(*signals, *stimulus.inputs),
+        center=(*center, *stimulus.center[:inputs].tolist()),
+        input_scale=(*scale, *half[:inputs].tolist()),
         samples=0,
         samples_per_generation=0,
         stimulus=stimulus,
@@ -517,7 +553,7 @@ def read_stimuli(path: Path, system: StimulatedSystem) -> StimulatedSystem:
             path, delimiter=",", names=True, dtype=np.float64, encoding="utf-8"
         )
     except (OSError, ValueError) as error:
-        refuse("passive", f"be one of {', '.join(PASSIVE[:2])}, or a file", f"{path} ({error})")
+        refuse("passive", f"be one of {', '.join(PASSIVE[:-1])}, or a file", f"{path} ({error})")
     columns = table.dtype.names or ()
     names = system.stimulus.names
     fits = set(names) <= set(columns)
@@ -559,6 +595,28 @@ _SENSORS: dict[str, Any] = {
     "steps": 100,
     "interval_s": 0.1,
 }
+_WHEELS = {"left_wheel": (-1.0, 1.0), "right_wheel": (-1.0, 1.0)}
+# As published: classifiers see readings as they are, and not what the wheels do.
+_INFRARED: dict[str, Any] = {
+    "stimulus": Stimulus(_WHEELS, shown=False),
+    "signals": tuple(f"reading{k}" for k in range(1, 9)),
+    "center": (0.0,) * 8,
+    "scale": (1.0,) * 8,
+    "parameters": _epuck.INFRARED_PARAMETERS,
+    "true": _epuck.INFRARED_TRUTH,
+    "steps": 100,
+    "interval_s": 0.1,
+}
+_RANGEFINDER: dict[str, Any] = {
+    "stimulus": Stimulus(_WHEELS, shown=False),
+    "signals": ("answer",),
+    "center": (0.0,),
+    "scale": (1.0,),
+    "parameters": _epuck.RANGEFINDER_PARAMETERS,
+    "true": _epuck.RANGEFINDER_TRUTH,
+    "steps": 100,
+    "interval_s": 0.1,
+}
 
 
 def _named(name: str, title: str, fields: Mapping[str, Any]) -> StimulatedSystem:
@@ -571,5 +629,9 @@ STIMULATED: dict[str, StimulatedSystem] = {
         "light-response-stochastic", "Response to light, by chance", _LIGHT
     ),
     "sensor-configuration": _named("sensor-configuration", "Sensors of a robot", _SENSORS),
+    "infrared-sensors": _named("infrared-sensors", "Infrared sensors of an e-puck", _INFRARED),
+    "rangefinder-response": _named(
+        "rangefinder-response", "Rangefinder of an e-puck", _RANGEFINDER
+    ),
 }
 """Systems with stimuli, by name: what classifiers may interrogate."""

@@ -6,5 +6,7 @@ noise, and moves free robots in closed form, and `stepping` finds the bodies tha
 something, and advances them in small steps. With many bodies, searches go through `tiles` instead
 of all pairs. `world` holds what is constant and what changes.
 
+`court`: one robot among posts that it can push, and its infrared sensors.
+
 Judging: `elman` and `elman_source`. For both: `compile` and `parallel`.
 """

@@ -58,7 +58,7 @@ class CustomOptions(TypedDict, total=False):
     provenance: Mapping[str, Any]
     stimulus: Mapping[str, tuple[float, float]]  #: Name -> (low, high) of each
     levels: int  #: 0, or one of how many values
-    #: Empty where the classifiers choose, "random", "constant", or series (R, T, S)
+    #: Empty where the classifiers choose, "random", "constant", "own", or series (R, T, S)
     passive: Any
     steps: int  #: Of a trial
     states: int  #: Numbers of a state

@@ -121,8 +121,8 @@ def test_a_file_with_which_nothing_says_what_is_to_run_is_refused(text, written)
     assert refused(path) == (
         f"`scenario` must be named, in the file or as an argument; got neither [{path}]. Write "
         'scenario = "aggregation", or [scenario] and name = "aggregation" below it. Choose from: aggregation, '
-        "aggregation-field-of-view-0, aggregation-field-of-view-60, light-response, light-response-stochastic, "
-        "object-clustering, sensor-configuration."
+        "aggregation-field-of-view-0, aggregation-field-of-view-60, infrared-sensors, light-response, "
+        "light-response-stochastic, object-clustering, rangefinder-response, sensor-configuration."
     )
     assert (
         load_configuration(path, scenario="object-clustering").scenario.name == "object-clustering"
@@ -326,7 +326,8 @@ def test_all_threads_are_none():
             '[scenario]\nname = "mine"',
             "`scenario.title` must be given, as 'mine' is no known scenario; got nothing [{path}:1]. Set it, or begin with a known "
             "scenario by scenario.preset. Choose from: aggregation, aggregation-field-of-view-0, aggregation-field-of-view-60, "
-            "light-response, light-response-stochastic, object-clustering, sensor-configuration.",
+            "infrared-sensors, light-response, light-response-stochastic, object-clustering, rangefinder-response, "
+            "sensor-configuration.",
         ),
         (
             '[scenario]\nname = "agregation"',

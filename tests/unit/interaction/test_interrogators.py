@@ -83,7 +83,7 @@ def test_passive_stimuli_are_those_that_are_asked_for():
         ({"ranges": {"light": (1.0, 1.0)}}, r"`stimulus` must have a low end below the high one; got \(1.0, 1.0\) \['light'\]"),
         ({"ranges": {}}, "`stimulus` must name one stimulus or more"),
         ({"ranges": {"light": (0.0, 1.0)}, "levels": 1}, "`levels` must be 0, or 2 or more; got 1"),
-        ({"ranges": {"light": (0.0, 1.0)}, "passive": "sometimes"}, "`passive` must be one of random, constant, recorded"),
+        ({"ranges": {"light": (0.0, 1.0)}, "passive": "sometimes"}, "`passive` must be one of random, constant, own, recorded"),
         ({"ranges": {"light": (0.0, 1.0)}, "passive": "recorded"}, "`recorded` must be given with passive"),
         (
             {"ranges": {"light": (0.0, 1.0)}, "passive": "recorded", "recorded": (((0.5,), (1.5,)),)},

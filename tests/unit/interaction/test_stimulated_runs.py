@@ -216,7 +216,7 @@ def test_no_classifier_accepts_a_model_that_fails():
         ({"stimulus": {"light": (1, 0)}}, "`stimulus` must have a low end below the high one"),
         ({"stimulus": {"light": (0, np.nan)}}, "`stimulus` must be finite"),
         ({"stimulus": {}}, "`stimulus` must name one stimulus or more"),
-        ({"passive": "now and then"}, "`passive` must be one of random, constant, recorded"),
+        ({"passive": "now and then"}, "`passive` must be one of random, constant, own, recorded"),
         (
             {"passive": np.full((2, 30, 1), 1.5)},
             r"`recorded` must be from 0 to 1; got 1.5 \[series 0, step 0, light\]",
@@ -290,7 +290,7 @@ def test_the_command_line_infers_watches_shows_and_resumes(call, tmp_path):
     ("arguments", "text", "message"),
     [
         (("aggregation", "--passive", "random"), "", "`--passive` must be given for a system with stimuli; got 'aggregation'"),
-        (("light-response", "--passive", "none.csv"), "", "`--passive` must be one of random, constant, or a file; got none.csv"),
+        (("light-response", "--passive", "none.csv"), "", "must be one of random, constant, own, or a file; got none.csv"),
         (("light-response", "--passive", "some.csv"), "dark\n1\n", "must have the columns light"),
         (("light-response", "--passive", "some.csv"), "light\n1\n0\n", "must hold series of 100 steps"),
         (("light-response", "--passive", "some.csv"), "light\n" + "2\n" * 100, "must be from 0 to 1; got 2.0 [series 0, step 0"),
