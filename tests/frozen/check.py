@@ -45,6 +45,7 @@ POPULATION = {
     "initial_high": 1.0,
     "initial_step_size": 1.0,
     "minimum_step_size": 0.01,
+    "adaptation": 0.5,
 }
 METHOD: dict[str, Any] = {
     **{

@@ -8,11 +8,18 @@ CHILDREN = 20_000
 DIMENSION = 4
 
 
-def children_of(parents: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def children_of(
+    parents: np.ndarray, steps: np.ndarray, adaptation: float = 0.5
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the parameters and step sizes of many children of the given parents."""
     mu, dimension = parents.shape
     strategy = EvolutionStrategy(
-        dimension, parents=mu, offspring=CHILDREN, seed=11, minimum_step_size=0.0
+        dimension,
+        parents=mu,
+        offspring=CHILDREN,
+        seed=11,
+        minimum_step_size=0.0,
+        adaptation=adaptation,
     )
     state = strategy.state()
     state["population"][:mu] = parents
@@ -38,6 +45,14 @@ def test_logarithms_of_step_sizes_have_the_variance_of_both_mutations():
     common, own = 1 / (8 * DIMENSION), 1 / (8 * np.sqrt(DIMENSION))  # tau'^2, tau^2
     # a variance estimated from n normal numbers has the relative standard error sqrt(2 / n)
     np.testing.assert_allclose(logs.var(axis=0), common + own, rtol=5 * np.sqrt(2 / CHILDREN))
+
+
+def test_adaptation_multiplies_the_learning_rates():
+    steps = children_of(np.zeros((1, DIMENSION)), np.ones((1, DIMENSION)), adaptation=1.0)[1]
+    # Eiben and Smith (2003): tau'^2 = 1 / (2 n), tau^2 = 1 / (2 sqrt(n))
+    variance = 1 / (2 * DIMENSION) + 1 / (2 * np.sqrt(DIMENSION))
+    tolerance = 5 * np.sqrt(2 / CHILDREN)
+    np.testing.assert_allclose(np.log(steps).var(axis=0), variance, rtol=tolerance)
 
 
 def test_step_sizes_of_a_child_share_the_common_mutation():

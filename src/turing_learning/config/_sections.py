@@ -17,6 +17,7 @@ LARGEST_SEED = 2**63 - 1
 # Inputs and hidden neurons, as in `classifiers.ElmanClassifier`
 LARGEST_NEURONS = 255
 LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
+FASTEST_ADAPTATION = 10.0  # the same
 LARGEST_START = 1e6  # of the range of the first population
 LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
 NETWORKS_STEP_SIZE = 0.3  # initial, of models that are networks: decision 0017
@@ -87,6 +88,9 @@ class PopulationSection(Section):
     """standard deviation of the first mutations; 0.3 if models are networks"""
     minimum_step_size: float = Field(default=0.01, ge=0)
     """no mutation has a smaller standard deviation"""
+    adaptation: Annotated[float, Field(gt=0, le=FASTEST_ADAPTATION)] = 0.5
+    """learning rates of the step sizes; 1: those of the textbook that the paper cites (Eiben and
+    Smith 2003), 0.5: those of the group's public code"""
     optimizer: str = OPTIMIZERS[0]
     """what improves the population: "evolution-strategy", the paper's; "cma", CMA-ES; or
     "module:function", see docs/your-own-parts.md. The settings of step sizes and of children are

@@ -144,6 +144,7 @@ def optimizer_of(
             offspring=section.offspring,
             initial_step_size=section.initial_step_size,
             minimum_step_size=section.minimum_step_size,
+            adaptation=section.adaptation,
             **start,
             **parts,
         )

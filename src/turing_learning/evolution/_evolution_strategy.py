@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..arrays import array
-from ..errors import integer, require
+from ..errors import integer, number, require
 from ._checks import (
     PARAMETER_LIMIT,
     Seed,
@@ -22,6 +22,9 @@ from ._parts import FitnessMemory, Jumper, PhasedMating
 STEP_SIZE_LIMIT = 1e6
 """Largest step size, as of `PARAMETER_LIMIT`; far above all that a useful search reaches."""
 
+FASTEST_ADAPTATION = 10.0
+"""Largest `adaptation`; with more, step sizes are drawn rather than adapted."""
+
 
 class EvolutionStrategy(Turns):
     """(mu + lambda) evolution strategy with self-adaptive mutation strengths, one for each parameter.
@@ -30,16 +33,18 @@ class EvolutionStrategy(Turns):
     mu best are the parents of lambda children. What a child inherits is up to the `mating`; its step sizes
     are the means of its parents'. Then::
 
-        sigma_i <- max(sigma_i exp(tau' N(0, 1) + tau N_i(0, 1)), minimum step size)      tau' = 1 / (2 sqrt(2
-        n)) x_i     <- x_i + sigma_i N_i(0, 1)                                                tau  = 1 / (2
-        sqrt(2 sqrt(n)))
+        sigma_i <- max(sigma_i exp(tau' N(0, 1) + tau N_i(0, 1)), minimum step size)
+        x_i     <- x_i + sigma_i N_i(0, 1)
+        tau'     = adaptation / sqrt(2 n)
+        tau      = adaptation / sqrt(2 sqrt(n))
 
     with n parameters, one N(0, 1) for all parameters of a child and one N_i(0, 1) for each. Among equally fit
     individuals the older come first; a population in which all are equally fit keeps its parents and does not
     drift.
 
     Source: paper, section 3.2.4. The paper leaves recombination, learning rates and initial values open; those
-    used here are those of the group's public code (repository wawachen/Turing_learning, TL_source).
+    used here are those of the group's public code (repository wawachen/Turing_learning, TL_source). With
+    `adaptation` 1 the rates are those of Eiben and Smith, Introduction to Evolutionary Computing (2003).
 
     Parameters
     ----------
@@ -55,6 +60,8 @@ class EvolutionStrategy(Turns):
         Step sizes of the first individuals, from `minimum_step_size` to 1e6.
     minimum_step_size : () or (dimension,)
         No step size falls below it; >= 0.
+    adaptation
+        Learning rates of the step sizes, in units of the textbook's; above 0, at most 10.
     mating
         Who has which parents; None: two parents, and each parameter from one of them, as in the paper.
     jumper
@@ -67,7 +74,8 @@ class EvolutionStrategy(Turns):
         self, dimension: int, *, parents: int = 50, offspring: int = 50, seed: Seed = 0,
         initial_low: np.typing.ArrayLike = -1.0, initial_high: np.typing.ArrayLike = 1.0,
         initial_step_size: np.typing.ArrayLike = 1.0, minimum_step_size: np.typing.ArrayLike = 0.01,
-        mating: PhasedMating | None = None, jumper: Jumper | None = None, memory: FitnessMemory | None = None,
+        adaptation: float = 0.5, mating: PhasedMating | None = None, jumper: Jumper | None = None,
+        memory: FitnessMemory | None = None,
     ) -> None:  # fmt: skip
         self.dimension = integer("dimension", dimension, 1)
         self.parents = integer("parents", parents, 1)
@@ -83,8 +91,9 @@ class EvolutionStrategy(Turns):
         rule = f"be above 0, at least `minimum_step_size`, and at most {STEP_SIZE_LIMIT:g}"
         require(fits, "initial_step_size", rule, f"{steps.min()} to {steps.max()}")
         low, high = check_range(initial_low, initial_high, dimension)
-        self._common_rate = 1 / (2 * np.sqrt(2 * dimension))
-        self._own_rate = 1 / (2 * np.sqrt(2 * np.sqrt(dimension)))
+        adaptation = number("adaptation", adaptation, above=0, most=FASTEST_ADAPTATION)
+        self._common_rate = adaptation / np.sqrt(2 * dimension)
+        self._own_rate = adaptation / np.sqrt(2 * np.sqrt(dimension))
         self._population = generation_rng(self._seed, 0).uniform(low, high, (self.size, dimension))
         self._steps = np.tile(steps, (self.size, 1))
         self._asked_steps = self._steps
