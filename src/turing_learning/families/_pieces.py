@@ -53,10 +53,13 @@ class Recorded:
     #: (N,): number of the step of the same individual that came next, -1 if there is none
     then: np.ndarray
     last: np.ndarray  #: (N,) bool: whether the individual was gone after the step
+    brisk: np.ndarray  #: (N,) bool: whether somebody who goes somewhere was not held up before it
     #: (N,): where in a recording; steps of one stretch follow each other
     stretch: np.ndarray
 
 
+BRISK = 0.5
+"""Share of its usual speed from which on somebody is not held up."""
 BORROWED_STEPS = 20
 """Times that the first steps of two individuals are prolonged to see whether they go to the same place."""
 MANY = 2
@@ -111,6 +114,10 @@ def recorded(
     follows[:-1] = (np.diff(rows, axis=0) == (1, 0)).all(axis=1)
     then = np.where(follows, np.arange(1, count + 1), -1)
     outcomes, ahead = _outcomes(learned_path, rows, answers, tanks, tank, interval_s)
+    frame, individual = rows.T
+    moved = np.linalg.norm(path[frame, individual] - path[frame - PAST, individual], axis=1) / PAST
+    # of those who have a goal, memories are how fast they are when they are fast
+    brisk = np.isfinite(goals[individual, 0]) & (moved >= BRISK * memories[frame, individual, 0])
     return Recorded(
         own_inputs.astype(np.float32),
         traits,
@@ -119,8 +126,9 @@ def recorded(
         outcomes,
         ahead,
         then,
-        rows[:, 0] + 2 == gone[rows[:, 1]],
-        rows[:, 0],
+        frame + 2 == gone[individual],
+        brisk,
+        frame,
     )
 
 
@@ -188,7 +196,7 @@ def with_borrowed(goals: np.ndarray, path: np.ndarray) -> np.ndarray:
 def joined(batches: Sequence[Recorded], frames: Sequence[int]) -> Recorded:
     """Return steps of several recordings, of so many frames, as one."""
     columns = {}
-    for name in ("own", "traits", "seen", "answers", "outcomes", "ahead", "last"):
+    for name in ("own", "traits", "seen", "answers", "outcomes", "ahead", "last", "brisk"):
         columns[name] = np.concatenate([getattr(batch, name) for batch in batches])
     first_row = np.cumsum([0, *(len(batch.then) for batch in batches)])
     first_frame = np.cumsum([0, *frames])
@@ -276,6 +284,7 @@ def pieces_of(examples: Recorded, mirrored: Recorded, layers: Layers, seed: int)
         centers=np.ascontiguousarray(centers.T),
         begin=np.searchsorted(labels[order], np.arange(len(centers) + 1)),
         reach=np.zeros(2 * count, dtype=np.float32),
+        brisk=np.concatenate([examples.brisk, examples.brisk])[order],
         then=np.where(then < 0, -1, place[then])[order].astype(np.int32),
         last=np.concatenate([examples.last, examples.last])[order],
         length=np.concatenate([lengths, lengths])[order],

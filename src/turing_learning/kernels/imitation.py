@@ -49,6 +49,8 @@ PROBES = 4
 """Cells, the nearest, in which they are sought."""
 FOLLOWED = 2.0
 """A recorded piece is followed as long as its context is as near as this many times the `reach` (squared)."""
+FOLLOWED_BRISK = 8.0
+"""The same of a piece of somebody who goes somewhere and is not held up."""
 AHEAD = 3
 """Moments in the future for which it is known where a recorded step led."""
 FOLLOWED_AHEAD = 2
@@ -107,6 +109,7 @@ class Pieces(NamedTuple):
     )  # (D, C) float32: of cells, into which contexts are sorted to find near ones
     begin: np.ndarray  # (C + 1,): first step of each cell, and R
     reach: np.ndarray  # (R,) float32: squared distance of the farthest of the nearest contexts
+    brisk: np.ndarray  # (R,) bool: whether somebody who goes somewhere was not held up before it
     then: np.ndarray  # (R,): which step was done next, -1 if none was recorded
     last: np.ndarray  # (R,) bool: whether the individual was gone after it
     length: np.ndarray  # (R,): of the step (cm)
@@ -657,7 +660,8 @@ def _move_range(
                     for d in range(context.shape[0]):
                         difference = pieces.context[d, r] - context[d]
                         square += difference * difference
-                    if square > FOLLOWED * pieces.reach[r] or not stays_inside(
+                    times = FOLLOWED_BRISK if pieces.brisk[r] else FOLLOWED
+                    if square > times * pieces.reach[r] or not stays_inside(
                         tanks, tank, x, y, angle, speed, pieces.ahead[r], FOLLOWED_AHEAD, leaving[m]
                     ):
                         r = -1
