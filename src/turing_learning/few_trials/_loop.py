@@ -182,7 +182,7 @@ class FewTrials:
         of each time before. Until n trials are spent it is a run of N trials; then its phases are
         those of one of `trials`, of which n are spent.
     observers
-        Random classifiers beside the evolved ones; None: evolved ones only.
+        Random classifiers beside the evolved ones.
     genuine : (K, T, D)
         All genuine samples there are, for a system that is not observed anew in each trial. None
         takes those that come with each batch.
@@ -226,7 +226,7 @@ class FewTrials:
         seed: int,
         tolerance: float = 0.0,
         extended: Sequence[tuple[int, int]] = (),
-        observers: Observers | None = None,
+        observers: Observers,
         genuine: np.ndarray | None = None,
         examiner: Examiner | None = None,
         together: int = 1,
@@ -243,7 +243,7 @@ class FewTrials:
         self._fixed = genuine
         self._examiner = examiner
         self._tolerance = tolerance
-        self._searches = searches and observers is not None
+        self._searches = searches
         self._archive = ClassifierArchive(ARCHIVED, seed=(ARCHIVE, self._seed))
         explorers = 0.0 if genuine is None else EXPLORERS
         self._design = TrialDesign(space, seed=(DESIGN, self._seed), explorers=explorers)
@@ -255,8 +255,8 @@ class FewTrials:
         self.tolerated = False
         self._number = 0
         # genomes of the observers, and what both kinds of classifiers say of all samples
-        self._drawn = np.empty((0, 0 if observers is None else observers.parameters))
-        self._observed = None if observers is None else JudgmentRecord(observers)
+        self._drawn = np.empty((0, observers.parameters))
+        self._observed = JudgmentRecord(observers)
         self._jury = JudgmentRecord(classifier)
         self.present = np.empty((0, classifier.parameters))
         self._density = Density(None)
@@ -343,12 +343,6 @@ class FewTrials:
         The third are the indices (S,) of these trials.
         """
         usable = np.flatnonzero(self.buffer.usable)
-        if self._observed is None:
-            return (
-                np.empty((len(usable), 0), np.float32),
-                np.empty((len(self.buffer.genuine), 0), np.float32),
-                usable,
-            )
         return self._observed.counterfeit[usable], self._observed.genuine, usable
 
     # The story of a batch
@@ -424,7 +418,7 @@ class FewTrials:
             genuine = genuine[:0]
         rng = self._rng(BUFFER, *portion_number)
         indices = self.buffer.append(models, samples.counterfeit, genuine, rng, usable)
-        if self._observers is not None and len(self._drawn) == 0:
+        if len(self._drawn) == 0:
             counterfeit = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
             genuine_rows = indices[rng.permutation(len(indices))[: len(counterfeit)]]
             self._drawn = self._observers.draw(
@@ -511,7 +505,7 @@ class FewTrials:
         Else no parameter of one of two parts that may be exchanged could be predicted from what
         classifiers say.
         """
-        if self._examiner is None or self._observed is None:
+        if self._examiner is None:
             return
         if self._group is not None or self.search.needed:
             return
@@ -541,10 +535,7 @@ class FewTrials:
         self, trials: np.ndarray, rng: np.random.Generator, points: int = INDUCING
     ) -> tuple[MomentField, np.ndarray]:
         """Return a map of the moments of some trials, and how much a trial tells (P,)."""
-        if self._observed is None:
-            records = [self._jury]
-        else:
-            records = [self._observed, self._jury]
+        records = [self._observed, self._jury]
         outputs = np.concatenate([record.counterfeit[trials] for record in records], axis=1)
         system = np.concatenate([record.genuine for record in records], axis=1)
         parameters = self._parameters_of(trials)
@@ -562,7 +553,7 @@ class FewTrials:
         say the same of all models that are left. Systems that are observed anew keep theirs: in
         object clustering others cost accuracy (decision 0037).
         """
-        if self._observers is None or self._observed is None or self._fixed is None:
+        if self._fixed is None:
             return
         usable = np.flatnonzero(self.buffer.usable)
         density = self._density(self._parameters_of(usable))
@@ -583,8 +574,7 @@ class FewTrials:
 
     def _observe(self) -> None:
         """Let the observers judge what is new to them."""
-        if self._observed is not None:
-            self._observed.update(self._drawn, self.buffer)
+        self._observed.update(self._drawn, self.buffer)
 
     def _judge(self) -> None:
         """Let archived and present classifiers judge what is new to them."""
@@ -875,7 +865,7 @@ class FewTrials:
             self.search.restore(searches)
         group = state_part(state, "group/")
         self._group = SymmetryGroup.restored(group) if group else None
-        self._observed = None if self._observers is None else JudgmentRecord(self._observers)
+        self._observed = JudgmentRecord(self._observers)
         self._jury = JudgmentRecord(self._classifier)
         self.batch = None
         if self._number:

@@ -98,10 +98,6 @@ def test_observers_are_drawn_anew_for_recorded_samples_only(monkeypatch, recorde
     assert (run.state()["drawn"] == drawn).all() != recorded
 
 
-def test_evolved_classifiers_do_without_observers():
-    assert np.abs(finished(begun(150, observers=None)).estimate - TRUTH).max() < 0.3
-
-
 def test_failed_trials_count_and_are_not_matched():
     run = finished(begun(100))
     assert 0 < (~run.buffer.usable).sum() < 30
@@ -209,9 +205,8 @@ def test_a_state_of_a_run_that_knew_no_searches_is_that_of_one_that_is_not_lost(
     assert not restored.search.needed
 
 
-def test_a_run_that_does_not_search_and_one_without_observers_are_not_lost(lost):
-    for run in (begun(60), begun(60, searches=True, observers=None)):
-        assert not finished(run).search.needed
+def test_a_run_that_does_not_search_is_not_lost(lost):
+    assert not finished(begun(60)).search.needed
 
 
 @pytest.mark.parametrize(
