@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._recording import Format, Options, Recording, assemble, refusal
+from .._recording import Format, Options, Recording, YAxis, assemble, refusal
 from ._arrays import MOST_BYTES, dataset, member, open_hdf5, refuse_large, text, texts, whole
 from ._columns import choose
-from ._layouts import CM_PER_UNIT
+from ._layouts import in_unit
 from ._long import read_long
 from ._sheets import sheet_of
 from ._tables import frame_sheet
@@ -29,17 +29,27 @@ ONE_EACH = "Where an image shows several individuals, the annotations have to na
 
 def _attribute(attributes: Mapping[str, Any], names: Sequence[str]) -> Any:
     """Return the first of these attributes that there is, None if there is none."""
-    stated = [attributes[name] for name in names if attributes.get(name) is not None]
-    return stated[0] if stated else None
+    for name in names:
+        if attributes.get(name) is not None:
+            return attributes[name]
+    return None
+
+
+def _individual_of(attributes: Mapping[str, Any]) -> str:
+    """Return the name of the individual, which is the only one where no attribute names it."""
+    track = _attribute(attributes, TRACKS)
+    return "1" if track is None else str(track)
 
 
 def _frame_of(attributes: Mapping[str, Any], file_name: str, where: str) -> float:
     """Return the number of the frame that an image shows."""
     stated = _attribute(attributes, FRAMES)
+    if stated is not None:
+        return float(stated)
     numbers = re.findall("[0-9]+", Path(file_name).stem)
-    if stated is None and not numbers:
+    if not numbers:
         raise refusal("number the frames, as frame_0012.png does", file_name, where)
-    return float(numbers[-1] if stated is None else stated)
+    return float(numbers[-1])
 
 
 def _refuse_videos(file_names: Sequence[str], path: Path) -> None:
@@ -83,8 +93,7 @@ def read_via(path: Path, options: Options) -> Recording:
             if shape:
                 points.append(_center(shape, where))
                 frames.append(_frame_of(image, file_name, where))
-                who = _attribute(region, TRACKS)
-                individuals.append("1" if who is None else str(who))
+                individuals.append(_individual_of(region))
                 confidence.append(float(region.get("confidence", np.nan)))
                 lines.append(row)
     if not points:
@@ -143,13 +152,13 @@ def _coco(content: Mapping[str, Any], options: Options, path: Path) -> Recording
         got = f"{len(videos)} by video_id"
         raise refusal("hold one recording", got, path, "Write a file for each of them.")
     _refuse_videos([str(image.get("file_name", "")) for image in images.values()], path)
-    frame_of = {
-        key: _frame_of(image, image.get("file_name", ""), f"{path}, image {key}")
-        for key, image in images.items()
-    }
-    names = [
-        name for category in content.get("categories", ()) for name in category.get("keypoints", ())
-    ]
+    frame_of = {}
+    for key, image in images.items():
+        frame_of[key] = _frame_of(image, image.get("file_name", ""), f"{path}, image {key}")
+    names: list[str] = []
+    for category in content.get("categories", ()):
+        names += category.get("keypoints", ())
+    # several categories may have the same points
     names = list(dict.fromkeys(names))
     node = names.index(choose(options.keypoint, names, path)) if names else None
     annotations = content["annotations"]
@@ -159,8 +168,8 @@ def _coco(content: Mapping[str, Any], options: Options, path: Path) -> Recording
     for annotation in annotations:
         frames.append(frame_of[annotation["image_id"]])
         points.append(_point_of(annotation, node))
-        who = _attribute({**annotation.get("attributes", {}), **annotation}, TRACKS)
-        individuals.append("1" if who is None else str(who))
+        attributes = annotation.get("attributes", {})
+        individuals.append(_individual_of({**attributes, **annotation}))
     if not points:
         raise refusal("hold at least one annotation", "none", path)
     scores = np.array([float(annotation.get("score", np.nan)) for annotation in annotations])
@@ -195,25 +204,19 @@ def read_slp(path: Path, options: Options) -> Recording:
     Source: Pereira et al. 2022, SLEAP, Nature Methods 19; sleap-io, module slp.
     """
     with open_hdf5(path) as file:
-        frames, instances, labeled, predicted = (
-            member(file, name, path)[()]
-            for name in ("frames", "instances", "points", "pred_points")
-        )
+        frames = member(file, "frames", path)[()]
+        instances = member(file, "instances", path)[()]
+        labeled = member(file, "points", path)[()]
+        predicted = member(file, "pred_points", path)[()]
         metadata = member(file, "metadata", path).attrs
         content = json.loads(text(metadata["json"]))
         version = float(metadata.get("format_id", 1.0))
         tracks = [json.loads(track)[-1] for track in texts(file, "tracks_json", path)]
-        several = [
-            noun
-            for noun, count in (
-                ("videos", len(np.unique(frames["video"]))),
-                ("skeletons", len(content["skeletons"])),
-            )
-            if count != 1
-        ]
-        if several:
-            remedy = "Export the analysis of one video from SLEAP."
-            raise refusal("hold one video and one skeleton", f"several {several[0]}", path, remedy)
+        counts = {"videos": len(np.unique(frames["video"])), "skeletons": len(content["skeletons"])}
+        for noun, count in counts.items():
+            if count != 1:
+                remedy = "Export the analysis of one video from SLEAP."
+                raise refusal("hold one video and one skeleton", f"several {noun}", path, remedy)
         nodes = [content["nodes"][node["id"]]["name"] for node in content["skeletons"][0]["nodes"]]
         node = nodes.index(choose(options.keypoint, nodes, path))
         by_user = instances["instance_type"] == 0
@@ -225,11 +228,11 @@ def read_slp(path: Path, options: Options) -> Recording:
             [frame_of[frame] for frame in instances["frame_id"].tolist()], dtype=float
         )
         corrected = set(zip(numbers[by_user], instances["track"][by_user], strict=True))
-        rows = [
-            row
-            for row in np.flatnonzero(chosen)
-            if by_user[row] or (numbers[row], instances["track"][row]) not in corrected
-        ]
+        rows = []
+        for row in np.flatnonzero(chosen):
+            # what the user has corrected stands there twice, as it was predicted and as it is
+            if by_user[row] or (numbers[row], instances["track"][row]) not in corrected:
+                rows.append(row)
         points = np.full((len(rows), 3), np.nan)
         for k, row in enumerate(rows):
             source = labeled if by_user[row] else predicted
@@ -240,7 +243,9 @@ def read_slp(path: Path, options: Options) -> Recording:
         if version < OLD_CORNERS:
             points[:, :2] -= 0.5
         names = [tracks[instances["track"][row]] if tracked[row] else "1" for row in rows]
-    remark = f"{untracked} instances are left out: they are of no track"
+    choices: tuple[str, ...] = ()
+    if untracked and tracks:
+        choices = (f"{untracked} instances are left out: they are of no track",)
     return assemble(
         numbers[rows],
         names,
@@ -248,7 +253,7 @@ def read_slp(path: Path, options: Options) -> Recording:
         lambda k: f"{path}, instance {rows[k]}",
         extras={"confidence": points[:, 2]},
         twice="Without tracks a frame may show one instance: track them in SLEAP.",
-        choices=(remark,) if untracked and tracks else (),
+        choices=choices,
     )
 
 
@@ -288,13 +293,9 @@ def read_nwb(path: Path, options: Options) -> Recording:
     sheet = frame_sheet(pd.concat(tables, ignore_index=True), str(path))
     # what a person says of columns is for tables
     recording = read_long(sheet, replace(options, columns=None, keypoint=None))
-    return replace(
-        recording,
-        positions=recording.positions * CM_PER_UNIT.get(unit, 1.0),
-        unit="cm" if unit in CM_PER_UNIT else None,
-        y_axis="down" if series[SERIES[0]] else None,
-        columns={"x, y": ", ".join(chosen)},
-    )
+    # poses are of images, other series in the axes of an experiment
+    y_axis: YAxis | None = "down" if series[SERIES[0]] else None
+    return replace(in_unit(recording, unit), y_axis=y_axis, columns={"x, y": ", ".join(chosen)})
 
 
 def _series(name: str, item: Any, path: Path) -> Any:

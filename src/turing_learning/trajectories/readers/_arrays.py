@@ -69,19 +69,13 @@ def names_in(path: Path) -> frozenset[str]:
     with open_hdf5(path) as file:
         import h5py
 
-        hard_links = [
-            name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)
-        ]
-        return frozenset(
-            [
-                *file,
-                *(
-                    ["pandas_type"]
-                    if any("pandas_type" in file[name].attrs for name in hard_links)
-                    else []
-                ),
-            ]
-        )
+        names = set(file)
+        for name in file:
+            # what a link leads to outside of the file is not opened
+            inside = isinstance(file.get(name, getlink=True), h5py.HardLink)
+            if inside and "pandas_type" in file[name].attrs:
+                names.add("pandas_type")
+        return frozenset(names)
 
 
 def member(file: Any, name: str, path: Path) -> Any:
@@ -196,10 +190,9 @@ def read_idtracker_h5(path: Path, options: Options) -> Recording:
 MATLAB = b"MATLAB 5.0 MAT-file"
 """Beginning of a file of MATLAB that is not HDF5."""
 _NUMERIC = (
-    "double",
-    "single",
-    *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)),
-)
+    "double", "single", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64",
+)  # fmt: skip
+"""Types of arrays of numbers in files of MATLAB."""
 _PLACES = ("trajectories", "positions")
 _RATES = ("frames_per_second", "fps", "framerate")
 
@@ -387,7 +380,9 @@ def refuse_transposed(positions: np.ndarray, where: str) -> None:
     for axis in (0, 1):
         lengths = np.hypot(*np.moveaxis(np.diff(positions.astype(np.float64), axis=axis), -1, 0))
         known_lengths = lengths[np.isfinite(lengths)]
-        steps.append(float(np.median(known_lengths)) if len(known_lengths) else math.nan)
+        if not len(known_lengths):
+            return
+        steps.append(float(np.median(known_lengths)))
     if steps[1] < CLOSER * steps[0]:
         got = f"{positions.shape}, with steps of {steps[0]:.3g} along its first axis and of {steps[1]:.3g} along its second"
         remedy = "If individuals come first, exchange the two: positions.transpose(1, 0, 2)."
@@ -425,10 +420,14 @@ _WANTED = ("X", "Y", "frame", "time", "missing", "ANGLE", "frame_rate")
 
 def _points(arrays: Iterable[str]) -> dict[str, str]:
     """Return the points of the body that have X and Y, "head" without a suffix, else what is after the #; each with its suffix."""
-    points = sorted(
-        (name[2:] or HEAD, name[1:]) for name in arrays if name.partition("#")[0] == "X"
-    )
-    return {point: suffix for point, suffix in points if f"Y{suffix}" in arrays}
+    suffixes = {}
+    for name in sorted(arrays):
+        axis, _, point = name.partition("#")
+        suffix = name[1:]
+        if axis == "X" and f"Y{suffix}" in arrays:
+            suffixes[point or HEAD] = suffix
+    # sorted, because messages list them
+    return dict(sorted(suffixes.items()))
 
 
 def _is_track(arrays: Iterable[str]) -> bool:
@@ -444,11 +443,10 @@ def read_trex(path: Path, options: Options) -> Recording:
     """
     files = sorted(files_of(path), key=lambda file: natural(file.name)) if path.is_dir() else [path]
     contents = {file: _arrays(file) for file in files}
-    tracks = {
-        file: _track(file, arrays, options)
-        for file, arrays in contents.items()
-        if _is_track(arrays)
-    }
+    tracks = {}
+    for file, arrays in contents.items():
+        if _is_track(arrays):
+            tracks[file] = _track(file, arrays, options)
     if not tracks:
         raise refusal("hold arrays `frame`, X and Y", "none", path)
     rates = {rate for _, rate in tracks.values() if rate is not None}
@@ -470,14 +468,18 @@ def read_trex(path: Path, options: Options) -> Recording:
     if unknown and all("ANGLE" in contents[file] for file in tracks):
         remarks = (f"headings are left out: {unknown} positions come without one",)
     skipped = len(contents) - len(tracks)
-    remarks += (f"{skipped} npz files of the folder hold no track",) if skipped else ()
+    if skipped:
+        remarks += (f"{skipped} npz files of the folder hold no track",)
+    extras = {}
+    if not unknown:
+        extras["headings"] = np.where(np.isfinite(headings), headings, 0.0)
     return assemble(
         rows[:, 0],
         np.repeat(np.array(names, dtype=object), lengths).tolist(),
         rows[:, 1:3],
         place,
-        extras={} if unknown else {"headings": np.where(np.isfinite(headings), headings, 0.0)},
-        fps=rates.pop() if rates else None,
+        extras=extras,
+        fps=next(iter(rates), None),
         unit="cm",
         remarks=remarks,
     )
@@ -511,11 +513,10 @@ def _track(
 ) -> tuple[np.ndarray, float | None]:
     """Return frame, x, y, not a number where missing, and heading (rows, 4) of an individual, and the frame rate."""
     available = _points(arrays)
-    suffix = available[
-        choose(
-            options.keypoint or (CENTROID if CENTROID in available else None), [*available], path
-        )
-    ]
+    wanted = options.keypoint
+    if not wanted and CENTROID in available:
+        wanted = CENTROID
+    suffix = available[choose(wanted, [*available], path)]
     values = {}
     for name in ("frame", f"X{suffix}", f"Y{suffix}", "ANGLE", "missing", "time"):
         if name in arrays:
@@ -532,9 +533,8 @@ def _track(
         raise refusal("have arrays of one length, not empty", lengths, path)
     unknown = np.full(lengths["frame"], np.nan)
     rows = np.column_stack([*list(values.values())[:3], values.get("ANGLE", unknown)])
-    rows[np.isinf(rows[:, 1:3]).any(axis=1) | (values.get("missing", np.zeros(1)) != 0), 1:3] = (
-        np.nan
-    )
+    absent = np.isinf(rows[:, 1:3]).any(axis=1) | (values.get("missing", np.zeros(1)) != 0)
+    rows[absent, 1:3] = np.nan
     rate = check_rate(arrays["frame_rate"], path) if "frame_rate" in arrays else None
     if rate is None and "time" in values:
         rate = stated_rate(values["time"], values["frame"])
@@ -599,14 +599,14 @@ def _appendable(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]
     """Return frames, labels and values of a table to which rows can be appended, as DeepLabCut writes it."""
     rows = member(group, "table", path)
     blocks = [name for name in rows.dtype.names or () if name.startswith("values_block_")]
-    indexes = [_Plain(io.BytesIO(bytes(rows.attrs[f"{name}_kind"]))).load() for name in blocks]
-    labels = [tuple(map(str, label)) for index in indexes for label in index]
     table = rows[()]
-    return (
-        table["index"],
-        labels,
-        np.concatenate([table[name].reshape(len(table), -1) for name in blocks], axis=1),
-    )
+    labels: Labels = []
+    values = []
+    for name in blocks:
+        index = _Plain(io.BytesIO(bytes(rows.attrs[f"{name}_kind"]))).load()
+        labels += [tuple(map(str, label)) for label in index]
+        values.append(table[name].reshape(len(table), -1))
+    return table["index"], labels, np.concatenate(values, axis=1)
 
 
 def _fixed(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
@@ -616,12 +616,9 @@ def _fixed(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
     for block in range(int(group.attrs["nblocks"])):
         columns = []
         for level in range(int(group.attrs[f"block{block}_items_nlevels"])):
-            names = [
-                text(name) for name in member(group, f"block{block}_items_level{level}", path)[()]
-            ]
-            columns.append(
-                [names[k] for k in member(group, f"block{block}_items_label{level}", path)[()]]
-            )
+            names = list(map(text, member(group, f"block{block}_items_level{level}", path)[()]))
+            numbers = member(group, f"block{block}_items_label{level}", path)[()]
+            columns.append([names[number] for number in numbers])
         labels += list(zip(*columns, strict=True))
         blocks.append(member(group, f"block{block}_values", path)[()])
     return member(group, "axis1", path)[()], labels, np.concatenate(blocks, axis=1)
@@ -633,6 +630,9 @@ DEEPLABCUT_H5_FORMAT = Format(
     read_deeplabcut_h5,
     has_keypoints=True,
 )
+
+
+_NO_COORDINATES = b"This is a netCDF dimension"
 
 
 def read_movement(path: Path, options: Options) -> Recording:
@@ -656,22 +656,25 @@ def read_movement(path: Path, options: Options) -> Recording:
             if item is not None:
                 if item.dtype.kind not in "fiu":
                     raise refusal("hold numbers", item.dtype, f"{path}, {name}")
-                dimensions = [
-                    text(scale[0].name).lstrip("/") if len(scale) else "unnamed"
-                    for scale in item.dims
-                ]
+                dimensions = []
+                for scale in item.dims:
+                    dimensions.append(text(scale[0].name).lstrip("/") if len(scale) else "unnamed")
                 variables[name] = (dimensions, item[()])
-        for name in sorted({name for dimensions, _ in variables.values() for name in dimensions}):
+        names = {name for dimensions, _ in variables.values() for name in dimensions}
+        for name in sorted(names):
             scale = member(file, name, path)
-            if scale is not None and not bytes(scale.attrs.get("NAME", b"")).startswith(
-                b"This is a netCDF dimension"
-            ):
-                coordinates[name] = (
-                    scale[()] if scale.dtype.kind in "fiu" else texts(file, name, path)
-                )
-        stated = {
-            name: _plain(value) for name, value in file.attrs.items() if not name.startswith("_")
-        }
+            # NetCDF writes so where a dimension has a length and no coordinates
+            if scale is None or bytes(scale.attrs.get("NAME", b"")).startswith(_NO_COORDINATES):
+                continue
+            if scale.dtype.kind in "fiu":
+                coordinates[name] = scale[()]
+            else:
+                coordinates[name] = texts(file, name, path)
+        stated = {}
+        for name, value in file.attrs.items():
+            # those of the library begin with an underscore
+            if not name.startswith("_"):
+                stated[name] = _plain(value)
         dataset = xr.Dataset(variables, coordinates, stated)
     return read_dataset(dataset, options, str(path))
 
@@ -732,19 +735,18 @@ def read_dataset(dataset: "xr.Dataset", options: Options, source: str = "") -> R
             brief(keypoint),
             place=source,
         )
-    confidence, headings = (
-        dataset[name].transpose("time", "individuals").values.astype(np.float64)
-        if name in dataset
-        else None
-        for name in ("confidence", "heading")
-    )
+    beside: dict[str, np.ndarray] = {}
+    for name in ("confidence", "heading"):
+        if name in dataset:
+            values = dataset[name].transpose("time", "individuals").values
+            beside[name] = values.astype(np.float64)
     unit = dataset.attrs.get("length_unit")
     return from_array(
         dataset["position"].transpose("time", "individuals", "space").values.astype(np.float64),
         tuple(str(name) for name in dataset["individuals"].values),
         f"{source or 'dataset'}, position",
-        confidence=None if confidence is None or np.isnan(confidence).all() else confidence,
-        headings=headings,
+        confidence=beside.get("confidence"),
+        headings=beside.get("heading"),
         fps=rate,
         first_frame=first_frame,
         unit=unit if unit in ("cm", "px") else None,

@@ -57,9 +57,12 @@ from which on nobody follows a path."""
 
 def named(names: Sequence[str], columns: Mapping[str, str] | None, file: object) -> list[str]:
     """Return the names of columns, those of which `columns` says what they are by that."""
-    stated = dict(columns or {})
-    # another column of that name is not meant
-    renamed = ["" if name.lower() in stated else name for name in names]
+    stated = columns or {}
+    renamed = list(names)
+    for k, name in enumerate(names):
+        # another column of that name is not meant
+        if name.lower() in stated:
+            renamed[k] = ""
     for role, column in stated.items():
         spelled = [k for k, name in enumerate(names) if name == column]
         in_any_case = [k for k, name in enumerate(names) if name.lower() == column.lower()]
@@ -105,9 +108,13 @@ def of_key_point(sheet: Sheet, keypoint: str | None) -> Sheet:
         numbers: Sequence[int], texts: Sequence[int] = ()
     ) -> tuple[np.ndarray, list[list[str]]]:
         values, words = sheet.read(numbers, texts)
-        return values[rows], [[column[row] for row in rows] for column in words]
+        chosen = []
+        for column in words:
+            chosen.append([column[row] for row in rows])
+        return values[rows], chosen
 
-    names = ["" if k == columns[0] else name for k, name in enumerate(sheet.names)]
+    names = list(sheet.names)
+    names[columns[0]] = ""
     return replace(sheet, names=names, read=read, at=lambda row: sheet.at(int(rows[row])))
 
 
@@ -227,10 +234,8 @@ def choose_individuals(
     """
     codes = {name: numbered(texts) for name, texts in columns.items()}
     names = list(codes)
-    if all(
-        _finer(codes[names[0]], rival) and _finer(rival, codes[names[0]])
-        for rival in codes.values()
-    ):
+    leader = codes[names[0]]
+    if all(_finer(leader, rival) and _finer(rival, leader) for rival in codes.values()):
         return names[0], ""
     shares = _shares_of_jumps(codes, frames, positions)
     best = min(shares.values())
@@ -241,10 +246,8 @@ def choose_individuals(
         if all(_finer(codes[rival], codes[name]) for rival in likely):
             if name == "id":
                 return name, ""
-            alternatives = " and ".join(
-                f"{shares[rival]:.0%} by {rival}" for rival in names if rival != name
-            )
-            jumps = f"{shares[name]:.0%} of the steps are jumps by it, {alternatives}"
+            alternatives = [f"{shares[rival]:.0%} by {rival}" for rival in names if rival != name]
+            jumps = f"{shares[name]:.0%} of the steps are jumps by it, {' and '.join(alternatives)}"
             return name, f"the column {name} names the individuals: {jumps}"
     remedy: Text = ("Say which, for example ", Setting("columns", {"id": names[-1]}), ".")
     many = "several" if likely else "none"

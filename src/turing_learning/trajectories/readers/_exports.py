@@ -14,7 +14,7 @@ from turing_learning.errors import brief, require
 
 from .._recording import Format, Options, Recording, natural, refusal
 from ._arrays import refuse_large, whole
-from ._layouts import CM_PER_UNIT, TREX, Layout
+from ._layouts import TREX, Layout, in_unit
 from ._long import read_long
 from ._sheets import HEAD_BYTES, MISSING, encoding_of, number_of, separator_of, sheet_of
 from ._tables import frame_sheet, names_of
@@ -60,8 +60,13 @@ def read_ethovision(path: Path, options: Options) -> Recording:
     if not 2 <= count < len(lines):
         raise refusal("have as many header lines as it says, and rows below", count, f"{path}:1")
     separator = separator_of(lines[0])
-    header = [[cell.strip().strip('"') for cell in line.split(separator)] for line in lines[:count]]
-    facts = {row[0].rstrip(":").lower(): row[1] for row in header[: count - 2] if len(row) > 1}
+    header = []
+    for line in lines[:count]:
+        header.append([cell.strip().strip('"') for cell in line.split(separator)])
+    facts = {}
+    for fact, *values in header[: count - 2]:
+        if values:
+            facts[fact.rstrip(":").lower()] = values[0]
     names = [name.lower() for name in header[count - 2]]
     units = dict(zip(names, header[count - 1], strict=False))
     points = [name[2:] for name in names if name.startswith("x ") and f"y {name[2:]}" in names]
@@ -69,7 +74,8 @@ def read_ethovision(path: Path, options: Options) -> Recording:
     if time not in names or not points:
         rule = "have the columns Trial time, X center and Y center"
         raise refusal(rule, ", ".join(filter(None, names)), f"{path}:{count - 1}")
-    point = options.keypoint or (CENTER if CENTER in points else points[0])
+    usual = CENTER if CENTER in points else points[0]
+    point = options.keypoint or usual
     require(
         point in points, "keypoint", f"be one of {', '.join(points)}", brief(point), place=str(path)
     )
@@ -89,19 +95,16 @@ def read_ethovision(path: Path, options: Options) -> Recording:
     columns = [table[names.index(name)] for name in (time, x, y)]
     rows = pd.DataFrame(dict(zip(("time (s)", "x", "y"), columns, strict=True)))
     recording = read_long(frame_sheet(rows, str(path)), _of_table(options))
-    unit = units.get(x, "").lower()
     who = facts.get("subject name") or "1"
+    # the table has one individual because the file does, and not for want of a column
+    remarks = [line for line in recording.remarks if not line.startswith("without a column id")]
     return replace(
-        recording,
-        positions=recording.positions * CM_PER_UNIT.get(unit, 1.0),
+        in_unit(recording, units.get(x, "").lower()),
         individuals=(who,),
-        unit="cm" if unit in CM_PER_UNIT else None,
         y_axis="up",
         columns={"time": time, "x": x, "y": y},
         unread=tuple(name for name in names if name and name not in (time, x, y)),
-        remarks=tuple(
-            remark for remark in recording.remarks if not remark.startswith("without a column id")
-        ),
+        remarks=tuple(remarks),
     )
 
 
@@ -168,14 +171,8 @@ def read_trackmate_xml(path: Path, options: Options) -> Recording:
         raise refusal("hold detections of particles", "none", path)
     table = pd.DataFrame(rows, columns=["id", "frame", "x", "y", "z"])
     recording = read_long(frame_sheet(table, str(path)), replace(options, columns={"id": "id"}))
-    unit = root.get("spaceUnits", "").lower()
-    return replace(
-        recording,
-        positions=recording.positions * CM_PER_UNIT.get(unit, 1.0),
-        unit="cm" if unit in CM_PER_UNIT else None,
-        y_axis="down",
-        fps=_rate_of(root, path),
-    )
+    recording = in_unit(recording, root.get("spaceUnits", "").lower())
+    return replace(recording, y_axis="down", fps=_rate_of(root, path))
 
 
 def _rate_of(root: ElementTree.Element, path: Path) -> float | None:
@@ -218,10 +215,8 @@ def read_trex_csv(path: Path, options: Options) -> Recording:
 
 def csv_files(folder: Path) -> list[Path]:
     """Return the CSV files of a folder, in natural order; nothing that is no file, such as a pipe, is opened."""
-    return sorted(
-        (file for file in folder.glob("*.csv") if file.is_file()),
-        key=lambda file: natural(file.name),
-    )
+    files = filter(Path.is_file, folder.glob("*.csv"))
+    return sorted(files, key=lambda file: natural(file.name))
 
 
 def joined(recordings: Sequence[Recording], path: Path) -> Recording:
@@ -229,7 +224,13 @@ def joined(recordings: Sequence[Recording], path: Path) -> Recording:
     earliest, *later = recordings
     if not later:
         return earliest
-    names = [name for recording in recordings for name in recording.individuals]
+    names: list[str] = []
+    remarks: list[str] = []
+    choices: list[str] = []
+    for recording in recordings:
+        names += recording.individuals
+        remarks += recording.remarks
+        choices += recording.choices
     if len(set(names)) < len(names):
         raise refusal("have files whose names end with different numbers", ", ".join(names), path)
     begin = min(recording.first_frame for recording in recordings)
@@ -238,12 +239,6 @@ def joined(recordings: Sequence[Recording], path: Path) -> Recording:
     for who, recording in enumerate(recordings):
         start = recording.first_frame - begin
         positions[start : start + len(recording.positions), who] = recording.positions[:, 0]
-    remarks = tuple(
-        dict.fromkeys(remark for recording in recordings for remark in recording.remarks)
-    )
-    choices = tuple(
-        dict.fromkeys(choice for recording in recordings for choice in recording.choices)
-    )
     rates = {recording.fps for recording in recordings}
     if len(rates) > 1:
         raise refusal("state one frame rate for all individuals", sorted(map(str, rates)), path)
@@ -252,8 +247,9 @@ def joined(recordings: Sequence[Recording], path: Path) -> Recording:
         positions=positions,
         individuals=tuple(names),
         first_frame=begin,
-        remarks=remarks,
-        choices=choices,
+        # what holds for several files is said once
+        remarks=tuple(dict.fromkeys(remarks)),
+        choices=tuple(dict.fromkeys(choices)),
     )
 
 

@@ -2,9 +2,9 @@
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from .._recording import YAxis
+from .._recording import Recording, YAxis
 from ._columns import WHO
 from ._times import TIME
 
@@ -172,6 +172,13 @@ def unit_of(name: str) -> str:
     match = _UNIT.fullmatch(name)
     unit = (match[2] or match[3]) if match else ""
     return "px" if unit.startswith("p") else unit
+
+
+def in_unit(recording: Recording, unit: str) -> Recording:
+    """Return a recording whose positions are in a unit, in cm where it is a length."""
+    if unit not in CM_PER_UNIT:
+        return replace(recording, unit=None)
+    return replace(recording, positions=recording.positions * CM_PER_UNIT[unit], unit="cm")
 
 
 def plain_roles(names: Sequence[str], *, project: bool) -> dict[str, str]:

@@ -41,15 +41,15 @@ from ._times import (
 EXTRAS = {"heading": "headings", "confidence": "confidence"}
 
 
+_OF_SOMEBODY = re.compile(
+    r"[xy][0-9]+|[xy][ _.:](?!min$|max$).+|(?!pos_).+[ _.:](x|y|likelihood|confidence)"
+)
+"""Names of columns of an individual in a wide table; x_min is of a box, and pos_x is a position by itself."""
+
+
 def is_wide(names: Collection[str]) -> bool:
     """Return whether all columns but those of frames and times are of x, y and confidence of somebody."""
-    return all(
-        re.fullmatch(
-            r"[xy][0-9]+|[xy][ _.:](?!min$|max$).+|(?!pos_).+[ _.:](x|y|likelihood|confidence)",
-            name,
-        )
-        for name in names
-    )
+    return all(map(_OF_SOMEBODY.fullmatch, names))
 
 
 def is_long(names: Collection[str]) -> bool:
@@ -135,28 +135,28 @@ class _LongTable:
         self.stated_columns = options.columns or {}
         #: Names by roles where that is said, else in small letters
         names = [name.lower() for name in named(sheet.names, self.stated_columns, sheet.origin)]
-        self.units = {
-            role: sheet.units.get(name.lower(), "")
-            for role, name in zip(names, sheet.names, strict=True)
-        }
+        self.units: dict[str, str] = {}
+        for role, name in zip(names, sheet.names, strict=True):
+            self.units[role] = sheet.units.get(name.lower(), "")
         if layout.columns and not layout.fits(names):
-            roles = {
-                role: patterns[0].replace("\\", "") for role, patterns in layout.columns.items()
-            }
-            needed = ", ".join(
-                name for role, name in roles.items() if role in ("frame", "time", "x", "y")
-            )
-            raise refusal(f"have the columns {needed}", sheet.names, sheet.origin)
+            needed = []
+            for role in ("frame", "time", "x", "y"):
+                if role in layout.columns:
+                    needed.append(layout.columns[role][0].replace("\\", ""))
+            raise refusal(f"have the columns {', '.join(needed)}", sheet.names, sheet.origin)
         roles = layout.roles(names) or plain_roles(names, project=options.project)
         if layout.single:
             _refuse_bodies(names, roles, layout, sheet)
         roles = {role: name for role, name in roles.items() if role not in self.stated_columns}
-        self.names_by_role = roles | {
-            role: name.lower() for role, name in self.stated_columns.items()
-        }
+        self.names_by_role = dict(roles)
+        for role, name in self.stated_columns.items():
+            self.names_by_role[role] = name.lower()
         role_of = {name: role for role, name in roles.items()}
-        # another column that is called as a role is not meant
-        self.names = [role_of.get(name, "" if name in roles else name) for name in names]
+        self.names = []
+        for name in names:
+            # another column that is called as a role is not meant
+            own_name = "" if name in roles else name
+            self.names.append(role_of.get(name, own_name))
         self._choose_columns()
         for name in {*self.wanted, *self.texts}:
             if self.names.count(name) > 1:
@@ -241,8 +241,11 @@ class _LongTable:
         for axis in self.plain:
             name = self.names_by_role.get(axis, axis)
             # a unit that is not known, as inch of what ImageJ took for one, is not stated
+            unit = unit_of(name)
             below = self.units.get(name, "")
-            units.add(unit_of(name) or (below if below in CM_PER_UNIT else ""))
+            if not unit and below in CM_PER_UNIT:
+                unit = below
+            units.add(unit)
         if self._units_in_cells():
             units = (units | self._units_in_cells()) - {""}
         if len(units) > 1:
@@ -365,7 +368,9 @@ class _LongTable:
         return rows, words
 
     def _rows(self) -> int:
-        return len(self.words[self.when] if self.when in self.words else self.numbers["frame"])
+        if self.when in self.words:
+            return len(self.words[self.when])
+        return len(self.numbers["frame"])
 
     def visible(self) -> np.ndarray:
         """Return the numbers of the rows that a column does not call invisible, as outliers in tables of Movebank."""
@@ -407,12 +412,12 @@ class _LongTable:
     def read_from(self, who: str) -> dict[str, str]:
         """Return role -> name of the column, as the file spells it."""
         spelled = dict(zip(self.names, self.sheet.names, strict=True))
-        roles = {"frame" if self.when == "frame" else "time": self.when}
+        clock = "frame" if self.when == "frame" else "time"
+        roles = {clock: self.when}
         if who:
             roles["id"] = who
-        boxed = dict(self.box)
-        roles |= boxed if boxed else {axis: axis for axis in self.plain}
-        roles |= {name: name for name in self.extra}
+        roles |= self.box or dict(zip(self.plain, self.plain, strict=True))
+        roles |= dict(zip(self.extra, self.extra, strict=True))
         return {role: spelled[name] for role, name in roles.items()}
 
     def unread(self, who: str) -> list[str]:

@@ -1,6 +1,7 @@
 """Positions as they were measured to those that are used: projected from the globe, evenly spaced in time."""
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -84,11 +85,10 @@ def resampled(
     if count > MOST_CELLS:
         rule = f"make at most {MOST_CELLS} frames"
         refuse("resample", rule, f"{fps:g} per second, {count:.0f} frames", place=str(file))
-    # turns the shorter way
-    turned = {
-        name: np.exp(1j * values) if name == "headings" else values
-        for name, values in extras.items()
-    }
+    turned = dict(extras)
+    if "headings" in turned:
+        # as points of a circle, between which a heading turns the shorter way
+        turned["headings"] = np.exp(1j * turned["headings"])
     tracks: list[tuple[np.ndarray, list[str], np.ndarray, dict[str, np.ndarray]]] = []
     names = np.asarray(who, dtype=object)
     for name in sorted(set(who), key=natural):
@@ -112,13 +112,12 @@ def resampled(
         )
         values_at = {}
         for extra, values in turned.items():
-            components = [
-                np.interp(at, own_times, component(values[rows]))
-                for component in (np.real, np.imag)
-            ]
-            values_at[extra] = (
-                np.arctan2(components[1], components[0]) if extra == "headings" else components[0]
-            )
+            if extra == "headings":
+                east = np.interp(at, own_times, values[rows].real)
+                north = np.interp(at, own_times, values[rows].imag)
+                values_at[extra] = np.arctan2(north, east)
+            else:
+                values_at[extra] = np.interp(at, own_times, values[rows])
         tracks.append((frames, [name] * len(frames), points, values_at))
     if not sum(len(frames) for frames, *_ in tracks):
         remedy = ("Resample at a lower rate: ", Setting("resample"), ".")
@@ -126,11 +125,9 @@ def resampled(
             "have two positions of somebody near to each other in time", "none", file, remedy
         )
     frames = np.concatenate([track[0] for track in tracks])
-    individuals = [name for track in tracks for name in track[1]]
+    individuals = list(chain.from_iterable(track[1] for track in tracks))
     points = np.concatenate([track[2] for track in tracks])
-    return (
-        frames,
-        individuals,
-        points,
-        {name: np.concatenate([track[3][name] for track in tracks]) for name in extras},
-    )
+    joined = {}
+    for extra in extras:
+        joined[extra] = np.concatenate([track[3][extra] for track in tracks])
+    return frames, individuals, points, joined

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import chain, islice
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -107,16 +107,22 @@ class TableText:
         if not commented:
             titles = _titles([line, *islice(lines, MOST_TITLES)])
         text = "".join(comments)
+        fps = None
         rate = _RATE_IN_COMMENT.search(text)
-        unit = _UNIT_IN_COMMENT.search(text)
+        if rate:
+            fps = float(rate[1])
+        unit = ""
+        named = _UNIT_IN_COMMENT.search(text)
+        if named:
+            unit = UNITS_IN_COMMENTS[named[1].lower()[0]]
         return cls(
             path,
             encoding,
             skipped + len(comments) + len(titles) - commented,
             commented,
             tuple(title for title in titles if title),
-            None if rate is None else float(rate[1]),
-            "" if unit is None else UNITS_IN_COMMENTS[unit[1].lower()[0]],
+            fps,
+            unit,
         )
 
     def first_lines(self, count: int) -> list[str]:
@@ -205,9 +211,8 @@ def _titles(lines: Sequence[str]) -> list[str]:
     """Return the lines above the names of columns that have one cell alone, as Imaris writes "Position"."""
     for count, line in enumerate(lines[:-1]):
         if re.search("[,;\t]", line):
-            return [
-                title.strip() for title in lines[:count] if _names_columns(line, lines[count + 1])
-            ]
+            above = lines[:count] if _names_columns(line, lines[count + 1]) else []
+            return [title.strip() for title in above]
     return []
 
 
@@ -279,23 +284,21 @@ def text_sheet(
         words: list[list[str]] = [[] for _ in texts]
         lines = islice(text.lines(), skip, None)
         while block := list(islice(lines, ROWS)):
-            cells = list(
-                chain.from_iterable(
-                    cells_of(line, separator, path, number, width) for number, line in block
-                )
-            )
-            columns = [
-                _numbers(cells[k::width], absent, decimal_comma=decimal_comma) for k in numbers
-            ]
-            blocks.append(np.column_stack(columns) if columns else np.zeros((len(block), 0)))
-            for row, column in np.argwhere(np.isinf(blocks[-1])):
+            cells: list[str] = []
+            for number, line in block:
+                cells += cells_of(line, separator, path, number, width)
+            values = np.zeros((len(block), len(numbers)))
+            for column, k in enumerate(numbers):
+                values[:, column] = _numbers(cells[k::width], absent, decimal_comma=decimal_comma)
+            blocks.append(values)
+            for row, column in np.argwhere(np.isinf(values)):
                 cell = cells[row * width + numbers[column]].strip()
                 remedy = "Write decimals with a point." if "," in cell else ""
                 raise refusal(
                     "have finite numbers or NaN", repr(cell[:40]), f"{path}:{block[row][0]}", remedy
                 )
-            for column, k in zip(words, texts, strict=True):
-                column += map(str.strip, cells[k::width])
+            for column_of_words, k in zip(words, texts, strict=True):
+                column_of_words += map(str.strip, cells[k::width])
         if not blocks:
             raise refusal("have at least one row", "none", path)
         return np.concatenate(blocks), words
@@ -306,13 +309,16 @@ def text_sheet(
         remarks.append(f"lines above the names of columns are no rows: {', '.join(text.titles)}")
     if text.encoding == "cp1252":
         remarks.append("the text is no UTF-8 and was read as Windows-1252")
+    units = {}
+    if text.unit:
+        units = {"x": text.unit, "y": text.unit}
     return Sheet(
         names,
         read,
         f"{path}:{text.skipped + 1}",
         lambda row: f"{path}:{first_row + row}",
         remark="; ".join(remarks),
-        units=dict.fromkeys("xy", text.unit) if text.unit else {},
+        units=units,
         fps=text.fps,
         decimal_comma=decimal_comma,
     )
@@ -337,7 +343,10 @@ def _numbers(cells: list[str], absent: Sequence[str], *, decimal_comma: bool) ->
         decimals = word.partition(",")[2]
         if decimal_comma and decimals.isdigit():
             word = word.replace(",", ".")
-        values.append(np.nan if word.lower() in absent else number_of(word))
+        number = number_of(word)
+        if word.lower() in absent:
+            number = np.nan
+        values.append(number)
     return np.array(values)
 
 

@@ -5,6 +5,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import chain, product
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -66,19 +67,18 @@ def names_of(glance: "Glance") -> set[str]:
 
 def _is_tidy(glance: "Glance") -> bool:
     names = names_of(glance)
+    # a table of a program is read by its own layout, unless somebody renamed its columns to x and y
     if not {"x", "y"} <= names and any(layout.fits(names) for layout in LAYOUTS):
         return False
     other_names = names - {frame_column(names) or "frame", "frame", *TIME}
-    wide = (
-        bool(other_names) and is_wide(other_names) and not (_is_csv(glance) or _is_animalta(glance))
-    )
+    if other_names == names:
+        return False
+    # sorted, because of two columns that may both be x the first one is taken
     listed = sorted(names)
-    long = (
-        is_long(names)
-        or {"x", "y"} <= plain_roles(listed, project=False).keys()
-        or bool(angles(listed))
-    )
-    return other_names < names and (long or wide)
+    if is_long(names) or {"x", "y"} <= plain_roles(listed, project=False).keys() or angles(listed):
+        return True
+    by_program = _is_csv(glance) or _is_animalta(glance)
+    return bool(other_names) and is_wide(other_names) and not by_program
 
 
 def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
@@ -164,9 +164,9 @@ COORDINATES = {"x": 0, "y": 1, "probid": 2, "likelihood": 2, "confidence": 2}
 
 def _is_csv(glance: "Glance") -> bool:
     names = glance.cells(",")
-    if names:
-        return ["x1", "y1"] in (names[:2], names[1:3] if names[0] in ("time", "seconds") else [])
-    return False
+    if names[:1] in (["time"], ["seconds"]):
+        names = names[1:]
+    return names[:2] == ["x1", "y1"]
 
 
 def read_csv(path: Path, options: Options) -> Recording:
@@ -184,14 +184,11 @@ def read_csv(path: Path, options: Options) -> Recording:
     return read_wide(sheet_of(path, ","), "x1, y1, x2, y2, ... after the time", options, fps=fps)
 
 
-_WIDE = tuple(
-    re.compile(pattern, re.IGNORECASE)
-    for pattern in (
-        r"(?P<what>x|y|probid)(?P<who>[0-9]+)",
-        r"(?P<what>x|y)_(?P<who>arena[0-9]+_.+)",
-        r"(?P<who>.+)[ _.:](?P<what>x|y|likelihood|confidence)",
-        r"(?P<what>x|y)[ _.:](?P<who>(?!min$|max$).+)",
-    )
+_WIDE = (
+    re.compile(r"(?P<what>x|y|probid)(?P<who>[0-9]+)", re.IGNORECASE),
+    re.compile(r"(?P<what>x|y)_(?P<who>arena[0-9]+_.+)", re.IGNORECASE),
+    re.compile(r"(?P<who>.+)[ _.:](?P<what>x|y|likelihood|confidence)", re.IGNORECASE),
+    re.compile(r"(?P<what>x|y)[ _.:](?P<who>(?!min$|max$).+)", re.IGNORECASE),
 )
 """Names of columns of an individual: x1, X_Arena0_Ind1, fish_x, x_fish."""
 
@@ -208,11 +205,13 @@ def read_wide(
     columns, clocks = _wide_columns(sheet, rule, widths)
     individuals = sorted(columns, key=natural)
     width = len(columns[individuals[0]])
-    spelled = {
-        who: [sheet.names[columns[who][0]], sheet.names[columns[who][1]]] for who in individuals
-    }
+    spelled = {}
+    wanted: list[int] = []
+    for who in individuals:
+        numbers_of_columns = [columns[who][coordinate] for coordinate in range(width)]
+        spelled[who] = [sheet.names[column] for column in numbers_of_columns[:2]]
+        wanted += numbers_of_columns
     refuse_points(spelled, sheet.origin)
-    wanted = [columns[who][coordinate] for who in individuals for coordinate in range(width)]
     when = clocks.get("frame", clocks.get("time"))
     if options.resample is not None:
         when = clocks.get("time", when)
@@ -222,7 +221,7 @@ def read_wide(
         [*numbered, *wanted], [clocks[name] for name in clocks if name == "time"]
     )
     values = numbers[:, len(numbered) :].reshape(len(numbers), len(individuals), width)
-    units = {sheet.units.get(name.lower(), "") for pair in spelled.values() for name in pair}
+    units = {sheet.units.get(name.lower(), "") for name in chain.from_iterable(spelled.values())}
     unit = None
     if len(units) == 1 and units <= CM_PER_UNIT.keys():
         values[..., :2] *= CM_PER_UNIT[units.pop()]
@@ -257,16 +256,20 @@ def read_wide(
             "Its frames are even.",
             place=sheet.origin,
         )
-    sure = values[..., 2] if width > 2 else np.zeros(())
-    estimated = int((sure < 0).sum())
-    complete = width > 2 and bool((sure >= 0).all(where=~np.isnan(values[..., 0])))
-    if estimated:
-        remarks += (f"{estimated} positions were estimated by idTracker (negative ProbId)",)
+    confidence = None
+    if width > 2:
+        sure = values[..., 2]
+        estimated = int((sure < 0).sum())
+        if estimated:
+            remarks += (f"{estimated} positions were estimated by idTracker (negative ProbId)",)
+        # a confidence is one of all positions, or of none
+        if (sure >= 0).all(where=~np.isnan(values[..., 0])):
+            confidence = sure
     return from_array(
         values[..., :2],
         tuple(individuals),
         sheet.at,
-        confidence=sure if complete else None,
+        confidence=confidence,
         fps=rate,
         first_frame=first_frame,
         numbered=when is not None,
@@ -291,7 +294,11 @@ def _wide_columns(
     for column, name in enumerate(sheet.names):
         matches = filter(None, (pattern.fullmatch(name) for pattern in _WIDE))
         match = next(matches, None)
-        role = "frame" if name.lower() == "frame" else "time" if name.lower() in TIME else ""
+        role = ""
+        if name.lower() == "frame":
+            role = "frame"
+        elif name.lower() in TIME:
+            role = "time"
         if match is None and role and role not in clocks:
             clocks[role] = column
             continue
@@ -304,9 +311,8 @@ def _wide_columns(
             refuse_column(name)
         columns[match["who"]][coordinate] = column
     width = len(next(iter(columns.values()), ()))
-    if width not in widths or any(
-        sorted(coordinates) != list(range(width)) for coordinates in columns.values()
-    ):
+    complete = all(sorted(coordinates) == list(range(width)) for coordinates in columns.values())
+    if width not in widths or not complete:
         refuse_column(sheet.names[-1])
     return columns, clocks
 
@@ -435,10 +441,10 @@ def read_toxtrac(path: Path, options: Options) -> Recording:
     integers = numbers[:, [1, 2, 5]]
     rule = "have whole numbers for arena, track and label (columns 2, 3, 6)"
     refuse_first((np.floor(integers) != integers).any(axis=1), sheet.at, rule, integers)
-    several = len(np.unique(arena)) > 1
-    individuals = [
-        f"{int(a)}:{int(t)}" if several else str(int(t)) for a, t in zip(arena, track, strict=True)
-    ]
+    individuals = [str(int(number)) for number in track]
+    if len(np.unique(arena)) > 1:
+        # tracks are numbered anew in each arena
+        individuals = [f"{int(a)}:{who}" for a, who in zip(arena, individuals, strict=True)]
     unlabeled = int((label == 0).sum())
     remarks = (f"{unlabeled} rows have the label 0",) if unlabeled else ()
     return assemble(frames, individuals, np.column_stack([x, y]), sheet.at, remarks=remarks)
@@ -510,12 +516,15 @@ def _numbered_by_images(sheet: Sheet) -> Sheet:
 
 def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
     """Read one key point of each animal from columns with labels, after one that numbers the frames."""
-    labels = [label if len(label) > 3 else (label[0], "1", *label[1:]) for label in labels]
+    if {len(label) for label in labels} == {3}:
+        # of a single animal, whom no label names
+        labels = [(scorer, "1", *label) for scorer, *label in labels]
     points = list(dict.fromkeys(label[2] for label in labels))
     point = choose(options.keypoint, points, sheet.origin.rpartition(":")[0] or sheet.origin)
     animals = list(dict.fromkeys(label[1] for label in labels if label[2] == point))
     columns = []
-    for wanted in ((animal, point, coordinate) for animal in animals for coordinate in COORDS):
+    for animal, coordinate in product(animals, COORDS):
+        wanted = (animal, point, coordinate)
         matching = [k for k, label in enumerate(labels, start=1) if label[1:] == wanted]
         if len(matching) != 1:
             got = f"{len(matching)} columns {wanted}"
@@ -525,13 +534,16 @@ def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
     count, frames = len(animals), numbers[:, 0]
     values = numbers[:, 1:].reshape(-1, 3)
     left_out = len({label[1] for label in labels}) - count
+    remarks: tuple[str, ...] = ()
+    if left_out:
+        remarks = (f"{left_out} of the individuals have no key point {point!r}",)
     return assemble(
         np.repeat(frames, count),
         animals * len(frames),
         values[:, :2],
         lambda row: sheet.at(row // count),
         extras={"confidence": values[:, 2]},
-        remarks=(f"{left_out} of the individuals have no key point {point!r}",) if left_out else (),
+        remarks=remarks,
     )
 
 
@@ -586,13 +598,12 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
         sheet = frame_sheet(frame.reset_index(names="frame", allow_duplicates=True))
         return replace(read_points(labels, sheet, options), **stated)
     if levels == 2:
-        frame = frame.set_axis(
-            [
-                f"{who}_{coordinate}" if coordinate else str(who)
-                for who, coordinate in frame.columns
-            ],
-            axis=1,
-        )
+        names_of_columns = []
+        for who, coordinate in frame.columns:
+            # a column of times has no second name
+            joined = f"{who}_{coordinate}" if coordinate else str(who)
+            names_of_columns.append(joined)
+        frame = frame.set_axis(names_of_columns, axis=1)
     if any(name is not None for name in frame.index.names):
         frame = frame.reset_index()
     names = {str(name).lower() for name in frame.columns}
@@ -621,10 +632,11 @@ def frame_sheet(frame: "pd.DataFrame", source: str = "DataFrame") -> Sheet:
                 raise refusal(
                     "have finite numbers or NaN", repr(series.iloc[row]), f"{source}, row {row}"
                 )
-        return values, [
-            ["" if pd.isna(cell) else str(cell) for cell in frame.iloc[:, column]]
-            for column in texts
-        ]
+        words = []
+        for column in texts:
+            words.append(["" if pd.isna(cell) else str(cell) for cell in frame.iloc[:, column]])
+        return values, words
 
-    names = [str(name if not isinstance(name, tuple) else name[0]) for name in frame.columns]
+    # after `reset_index` of a table with several lines of names a name is one of several texts
+    names = [str(name[0] if isinstance(name, tuple) else name) for name in frame.columns]
     return Sheet(names, read, source, f"{source}, row {{}}".format)

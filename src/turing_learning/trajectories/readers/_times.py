@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import product
 from typing import NoReturn
 
 import numpy as np
@@ -16,14 +17,20 @@ _UNITS = {
     "\N{MICRO SIGN}s": 1e6, "ns": 1e9, "min": 1 / 60, "minutes": 1 / 60, "h": 1 / 3600, "hours": 1 / 3600,
 }  # fmt: skip
 _CLOCKS = ("time", "timestamp", "t", "elapsed", "elapsed time", "elapsed_time")
+
+
+def _clocks_with_units() -> dict[str, float]:
+    """Return names such as "time (ms)", and how many of the unit are a second."""
+    names = {}
+    for clock, (unit, per_s) in product(_CLOCKS, _UNITS.items()):
+        for form in ("{}_{}", "{} ({})", "{} [{}]", "{}({})", "{}[{}]"):
+            names[form.format(clock, unit)] = per_s
+    return names
+
+
 IN_UNITS = {
     "seconds": 1.0, "sec": 1.0, "milliseconds": 1e3, "minutes": 1 / 60, "hours": 1 / 3600, "%time": 1e9, "__time": 1.0,
-    **{
-        form.format(clock, unit): per_s
-        for clock in _CLOCKS
-        for unit, per_s in _UNITS.items()
-        for form in ("{}_{}", "{} ({})", "{} [{}]", "{}({})", "{}[{}]")
-    },
+    **_clocks_with_units(),
 }  # fmt: skip
 """Names of columns of times that say the unit, and how many of it are a second."""
 TIME = ("time", *IN_UNITS, "t", "timestamp", "datetime", "date_time", "date")
@@ -131,6 +138,11 @@ def _ask(rate: float, file: object, name: str, counts: bool) -> NoReturn:
     )
 
 
+def _away(seconds: np.ndarray, rate: float) -> np.ndarray:
+    """Return by how many frames times are beside those of their frames."""
+    return np.abs(seconds * rate - np.round(seconds * rate))
+
+
 def frames_at(
     times: np.ndarray, fps: float | None, name: str, file: object, at: Callable[[int], str]
 ) -> tuple[np.ndarray, float | None]:
@@ -150,15 +162,16 @@ def frames_at(
     since, span = times - moments[0], float(moments[-1] - moments[0])
     rates = [fps or 1.0]
     if fps is None and span > 0:
-        steps = np.diff(moments)  # every frame has somebody, or gaps are whole frames
-        rates = [
-            max(1, round(span / step)) / span
-            for step in (span / len(steps), np.median(steps), steps.min())
-        ]
-    off = [np.abs(since * rate - np.round(since * rate)) for rate in rates]
-    rate, away = next(
-        (pair for pair in zip(rates, off, strict=True) if pair[1].max() <= LATE), (rates[0], off[0])
-    )
+        steps = np.diff(moments)
+        # every frame has somebody, or gaps are whole frames
+        frames_between = [span / len(steps), np.median(steps), steps.min()]
+        rates = [max(1, round(span / step)) / span for step in frames_between]
+    rate = rates[0]
+    for candidate in rates:
+        if _away(since, candidate).max() <= LATE:
+            rate = candidate
+            break
+    away = _away(since, rate)
     rule = f"have times (s) that are whole frames apart, at {rate:.6g} per second"
     typical = rounded(1 / float(np.median(np.diff(moments)))) if len(moments) > 1 else rate
     remedy: list[str | Setting] = [
