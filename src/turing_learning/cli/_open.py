@@ -43,8 +43,13 @@ def system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
     if not system.resuming:
         rule = "be left out for a run on simulated robots, which needs nothing but its folder"
         recording.refuse_beside(rule)
+    own = "simulate" in folder.known_parts()
     # a network is that of the run: to learn it again would take minutes
-    windows, family, motion = recording.motion().opened(
+    windows, family, motion = recording.motion(own=own).opened(
         system.steps, system.signals, network=folder.network()
     )
-    return {"genuine": windows, "simulate": family, "recording": motion}
+    opened_system = {"genuine": windows, "simulate": family, "recording": motion}
+    if family is None:
+        # the run names it
+        del opened_system["simulate"]
+    return opened_system

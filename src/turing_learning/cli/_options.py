@@ -177,16 +177,18 @@ class Recording(Sampling):
     """File of a tracker; several times for several recordings, each with individuals of its own."""
     model: str | None = None
     """Family of models, see `turing-learning docs families`."""
+    # of a run that Python began, no option
+    cut: Annotated[Mapping[str, Any] | None, Parameter(parse=False)] = None
 
-    def motion(self) -> "RecordedSystem":
-        """Return what the options name; reject them where they do not name recordings and a model."""
+    def motion(self, *, own: bool = False) -> "RecordedSystem":
+        """Return what the options name; reject them where they do not name recordings, and a model unless it is one's `own`."""
         from turing_learning.families import RecordedSystem
 
         recording = "--trajectories fish.txt --fps 25 --pixels-per-cm 12.3"
         example = f"For example: {recording} --model couzin"
         if not self.trajectories:
             refuse("--trajectories", "be given for recorded motion", "none", example)
-        if self.model is None:
+        if self.model is None and not own:
             remedy = (example, *self._missing_options())
             refuse("--model", "be given for recorded motion", "none", remedy)
         return RecordedSystem(self.given)
@@ -249,7 +251,7 @@ class Recording(Sampling):
         from turing_learning.families import RecordedSystem
 
         stored = tl.runs.RunFolder(run).manifest().get("recording")
-        if not isinstance(stored, Mapping):
+        if not (isinstance(stored, Mapping) and "trajectories" in stored["options"]):
             return self
         remedy = "Give its path with --trajectories."
         elsewhere = bool(self.trajectories)

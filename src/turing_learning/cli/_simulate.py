@@ -166,7 +166,7 @@ def _write_animals(
     call = "families.virtual_group(simulate, load_run({run}).estimate)"
     system = system_of(run, Recording(), call)
     rule = "be on recorded animals, or on a swarm"
-    require("recording" in system, "run", rule, "one on another simulator", place=str(run))
+    require("simulate" in system, "run", rule, "one on another simulator", place=str(run))
     names = list(result.configuration.system.parameters)
     group = virtual_group(
         system["simulate"],

@@ -87,7 +87,7 @@ def run_subjects(results: Mapping[str, Result]) -> dict[str, Subject]:
     Parameters
     ----------
     results
-        Name -> result of a run in a folder, begun by a command.
+        Name -> result of a run in a folder.
 
     Raises
     ------
@@ -102,8 +102,9 @@ def run_subjects(results: Mapping[str, Result]) -> dict[str, Subject]:
         require(result.complete, "run", "be finished", "a stopped one", remedy, place=name)
         assert result.path is not None
         stored = RunFolder(result.path).manifest().get("recording")
-        rule = "be on recorded motion, and begun by a command"
-        require(isinstance(stored, Mapping), "run", rule, "another one", place=name)
+        rule = "be on recordings in files, with a family of models"
+        options = stored["options"] if isinstance(stored, Mapping) else {}
+        require("model" in options, "run", rule, "another one", place=name)
         assert isinstance(stored, Mapping)
         systems[name] = RecordedSystem.remembered(stored)
         digests[name] = stored["sha256"]

@@ -15,7 +15,7 @@ from turing_learning.errors import RefusedError, Setting, nearest, refuse, refus
 from turing_learning.trajectories import LONGEST_REST_S
 
 from ..models import Parameter
-from ..systems import imported
+from ..systems import importable_name, imported
 from ..trajectories import SIGNALS, Trajectories, Windows, pooled_windows
 from ._composed import PARTS, Composed, check_parts, parts_of
 from ._family import NEIGHBOR, Family, Particles
@@ -151,17 +151,52 @@ class RecordedSystem:
     """Recordings, how they are cut into samples, and the family of models that imitates them.
 
     `options` are those of commands that are given, by their names in Python: `trajectories`, a list of paths,
-    and `model` at least.
+    and `model` at least. Of a run that Python began also `cut`, see `Windows`, and those may be missing that
+    commands cannot say.
     """
 
     options: dict[str, Any]
+
+    @classmethod
+    def begun_in_python(cls, windows: Windows, simulate: Any) -> Self | None:
+        """Return what commands need to know of windows and of what imitates them, as far as they can.
+
+        None where the windows do not say what they were cut from. Without `trajectories` where the recordings were
+        in no files, or read differently; without `model` where they do not lead to the same simulator.
+        """
+        readings = [recording.reading for recording in windows.sources]
+        if not readings:
+            return None
+        shared = readings[0].options.items()
+        options = {}
+        for name, value in shared:
+            if all(reading.options.get(name) == value for reading in readings):
+                options[name] = value
+        alike = all(reading.options == options for reading in readings)
+        if not (alike and windows.cut and all(reading.path for reading in readings)):
+            return cls(options) if options else None
+        options["trajectories"] = [Path(reading.path) for reading in readings]
+        options["cut"] = {**windows.cut, "headings": windows.headings}
+        if windows.cut["longest_rest_s"] is not None:
+            options["longest_rest"] = windows.cut["longest_rest_s"]
+        network = simulate if isinstance(simulate, Network) else None
+        chosen = cls(options | _family_options(simulate, windows.sources))
+        if "model" not in chosen.options:
+            return cls(options)
+        try:
+            _, again, _ = chosen.opened(recordings=windows.sources, network=network)
+        except RefusedError:
+            return cls(options)
+        return chosen if again == simulate else cls(options)
 
     @classmethod
     def remembered(
         cls, stored: Mapping[str, Any], remedy: Any = "", *, elsewhere: bool = False
     ) -> Self:
         """Return what `entry` wrote; reject a recording that is gone or has changed, unless it is `elsewhere` now."""
-        paths = [Path(path) for path in stored["options"]["trajectories"]]
+        rule = "be on recordings in files"
+        paths = [Path(path) for path in stored["options"].get("trajectories", ())]
+        require(paths, "run", rule, "one on others", "Give `genuine` and `simulate`.")
         options = stored["options"] | {"trajectories": paths}
         if elsewhere:
             return cls(options)
@@ -176,8 +211,10 @@ class RecordedSystem:
     @property
     def entry(self) -> dict[str, Any]:
         """What a stored run remembers: the options that are given, and digests of the files."""
-        paths = self.options["trajectories"]
-        options = {**self.options, "trajectories": [str(path.absolute()) for path in paths]}
+        options = dict(self.options)
+        paths = options.get("trajectories", ())
+        if paths:
+            options["trajectories"] = [str(path.absolute()) for path in paths]
         return {"options": options, "sha256": [_digest(path) for path in paths]}
 
     def same_motion(self, stored: Mapping[str, Any] | None) -> bool:
@@ -216,15 +253,18 @@ class RecordedSystem:
         recordings: Sequence[Trajectories] | None = None,
         network: Network | None = None,
         progress: Callable[[int, int], None] | None = None,
-    ) -> tuple[Windows, Family | Replicates, tuple[Trajectories, ...]]:
+    ) -> tuple[Windows, Any, tuple[Trajectories, ...]]:
         """Open the recordings, unless they are given, cut them into windows, and fit the family of models to them.
 
-        Windows have `steps` and `signals` by default. Headings are not measured if the individuals of the family have none.
-        A network is learned, with `progress`, unless it is given.
+        Without `model` there is no family, but None. Windows have `steps` and `signals` by default. Headings are not
+        measured if the individuals of the family have none. A network is learned, with `progress`, unless it is given.
         """
         option = self.options.get
         paths = self.options["trajectories"]
-        chosen: Any = model_named(self.options["model"])
+        cut = dict(option("cut") or {})
+        chosen: Any = None
+        if "model" in self.options:
+            chosen = model_named(self.options["model"])
         names = listed(option("signals"), "signals", "names")
         apart = listed(option("hold_out_individuals"), "hold_out_individuals", "names")
         numbers = listed(option("hold_out_recordings"), "hold_out_recordings", "numbers")
@@ -236,29 +276,31 @@ class RecordedSystem:
             recordings = [read_recording(path, "trajectories", self.options) for path in paths]
         motion = tuple(recordings)
         # Models that have no headings are measured by displacements, and so is the recording then.
-        if not getattr(chosen, "headings", False):
+        if not cut.pop("headings", getattr(chosen, "headings", False)):
             motion = tuple(replace(recording, headings=None) for recording in motion)
         length_s = None
         if steps is None or "window" in self.options:
             steps = None
             length_s = option("window", WINDOW_S)
-        if not (names or signals):
+        signals = names or signals or cut.get("signals")
+        if not signals:
             # signals of neighbors say most of groups whose models take notice of each other
             lonely = any(len(recording.individuals) == 1 for recording in motion)
             social = getattr(chosen, "social", True) and not lonely
             signals = tuple(SIGNALS) if social else ("speed", "turn")
         rest_s = option("longest_rest", LONGEST_REST_S)
+        if not cut:
+            cut = {
+                "length_s": length_s,
+                "smooth_frames": option("smooth", 1),
+                "longest_rest_s": rest_s,
+                "hold_out_individuals": apart,
+                "hold_out_recordings": [int(number) - 1 for number in numbers],
+            }
+        cut["steps"] = steps or cut.get("steps")
+        cut["signals"] = signals
         with refusing_as(RefusedError):
-            windows = pooled_windows(
-                motion,
-                steps=steps,
-                length_s=length_s,
-                signals=names or signals,
-                smooth_frames=self.options.get("smooth", 1),
-                longest_rest_s=rest_s,
-                hold_out_individuals=apart,
-                hold_out_recordings=[int(number) - 1 for number in numbers],
-            )
+            windows = pooled_windows(motion, **cut)
             likely = [recording.cleared(longest_rest_s=rest_s) for recording in motion]
             # A function of the user's says itself what a sample is.
             if not (isinstance(chosen, type) and issubclass(chosen, Family)):
@@ -280,6 +322,31 @@ class RecordedSystem:
             tanks = [_tank(text, likely[min(k, count - 1)]) for k, text in enumerate(asked)]
             family = as_recorded(chosen, likely, windows, tanks=tanks, **settings)
         return windows, family, motion
+
+
+def _family_options(simulate: Any, recordings: Sequence[Trajectories]) -> dict[str, Any]:
+    """Return `model` and `tank` by which `RecordedSystem` may make a simulator again; nothing for others."""
+    groups = getattr(simulate, "groups", (simulate,))
+    family = type(groups[0])
+    name = importable_name(family)
+    for model, builtin in MODELS.items():
+        if builtin is family:
+            name = model
+    if family is Composed:
+        name = "+".join(groups[0].parts)
+    if name is None or not issubclass(family, Family):
+        return {}
+    if not issubclass(family, Particles):
+        return {"model": name}
+    tanks = []
+    for recording in recordings:
+        tank = "none"
+        for group in groups:
+            if group.individuals == recording.at_once and group.tank_cm is not None:
+                width, height = group.tank_cm
+                tank = f"{width!r}x{height!r}"
+        tanks.append(tank)
+    return {"model": name, "tank": tanks}
 
 
 def _learned(

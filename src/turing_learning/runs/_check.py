@@ -434,7 +434,8 @@ def check(
         Of a custom system, as when the run began; needed where the run was loaded from a folder.
     recording
         The recording that the samples are from, or several, to compare distances of neighbors and
-        polarization, too. The simulator has to say where everybody was, as model families do.
+        polarization, too; by default those that windows were cut from. The simulator has to say
+        where everybody was, as model families do.
     groups : (K,)
         Labels of the samples, of any kind; those with the same one are alike, for example of one
         individual. None takes the individuals of windows of recorded motion, and each sample for
@@ -499,6 +500,8 @@ def check(
     say = stage or (lambda text: None)
     if isinstance(recording, Trajectories):
         recording = (recording,)
+    if recording is None and hasattr(functions.simulate, "interval_s"):
+        recording = getattr(functions.genuine, "sources", ())
     recordings = tuple(recording or ())
     with ExitStack() as stack:
         if folder is not None:

@@ -87,6 +87,15 @@ def how_to_resume(path: Path, configuration: Configuration) -> Call | str:
     return f"`{resume_command(path)}`"
 
 
+def _recorded_options(manifest: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return how the recording was read, and by what it is imitated, see `RecordedSystem`; nothing without."""
+    recorded = manifest.get(RECORDING)
+    if not isinstance(recorded, Mapping):
+        return {}
+    options = recorded.get("options")
+    return options if isinstance(options, Mapping) else {}
+
+
 @dataclass(frozen=True)
 class Checkpoint:
     """The state of a run after so many completed generations: name -> array."""
@@ -264,9 +273,13 @@ class RunFolder(Store):
         """Return which of "genuine" and "simulate" can be found by what the manifest says."""
         manifest = self._unverified_head() or {}
         functions = {"genuine", "simulate"}
-        if RECORDING in manifest:
-            return functions
-        return functions & manifest.keys()
+        names = {*manifest}
+        options = _recorded_options(manifest)
+        if "trajectories" in options:
+            names.add("genuine")
+            if "model" in options:
+                names.add("simulate")
+        return functions & names
 
     def remembered(self, given: Given) -> Given:
         """Return what is given of a custom system.
@@ -275,7 +288,7 @@ class RunFolder(Store):
         """
         manifest = self.manifest()
         functions: dict[str, Any] = {}
-        if given.genuine is None and given.simulate is None and RECORDING in manifest:
+        if given.genuine is None and "trajectories" in _recorded_options(manifest):
             system = self.configuration().system
             motion = RecordedSystem.remembered(
                 manifest[RECORDING], "Put it back, or give `genuine` and `simulate`."
@@ -284,7 +297,8 @@ class RunFolder(Store):
                 system.steps, system.signals, network=self.network()
             )
             functions["genuine"] = genuine
-            functions["simulate"] = simulate
+            if given.simulate is None and simulate is not None:
+                functions["simulate"] = simulate
         elif given.simulate is None and (network := self.network()) is not None:
             functions["simulate"] = network
         for name in ("genuine", "simulate"):

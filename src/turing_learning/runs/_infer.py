@@ -14,7 +14,7 @@ from turing_learning.config import Configuration, ConfigurationError, require_vi
 from turing_learning.config.parts import part_named
 from turing_learning.config.settings import refuse_unknown, resolved, single_settings
 from turing_learning.errors import brief, check, refusing_as
-from turing_learning.families import Network
+from turing_learning.families import Network, RecordedSystem
 from turing_learning.interaction import describe_stimulated
 from turing_learning.store import RunFolderError, check_folder
 from turing_learning.swarm import Scenario
@@ -28,9 +28,11 @@ from turing_learning.systems import (
     describe,
     importable_name,
     imported,
+    observed,
 )
+from turing_learning.trajectories import Windows
 
-from ._folder import NETWORK, RunFolder, resume_command
+from ._folder import NETWORK, RECORDING, RunFolder, resume_command
 from ._progress import Observer, watched
 from ._result import Result
 from ._run import Run, conduct, refuse_given_source
@@ -207,6 +209,11 @@ def infer(
             system: CustomSystem = describe_stimulated(genuine, simulate, parameters or {}, options)
         else:
             system, data = describe(genuine, parameters or {}, options, columns)
+            windows = observed(genuine)
+            if out is not None and not provenance and isinstance(windows, Windows):
+                recorded = RecordedSystem.begun_in_python(windows, simulate)
+                if recorded is not None:
+                    entries[RECORDING] = recorded.entry
     configuration = resolve(system)
     with refusing_as(ConfigurationError):
         opened = configuration.system.open(replace(given, genuine=data))

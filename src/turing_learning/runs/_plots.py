@@ -231,6 +231,8 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
     interval = float(motion["interval_s"])
     swarms = []
     stride = max(1, round(1 / (2 * FRAMES_PER_S * interval)))
+    if "recorded" in motion and "tank" not in motion:
+        motion = {**motion, "replicas": _among(motion["replicas"], motion["recorded"])}
     for name, name_shown in (
         ("recorded", "Recorded individuals"),
         ("replicas", "Replicas of the inferred model"),
@@ -266,6 +268,21 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
         walls_cm=None if tank is None else (0.0, 0.0, float(tank[0]), float(tank[1])),
         robotic=False,
     )
+
+
+def _among(replicas: np.ndarray, recorded: np.ndarray) -> np.ndarray:
+    """Return positions of replicas (F, A, 2) with 0 where those of recorded individuals (F, A', 2) are lowest.
+
+    Who does not begin within reach of these simulates without a place: the group is moved to where they begin.
+    """
+    low = np.nanmin(recorded, axis=(0, 1))
+    high = np.nanmax(recorded, axis=(0, 1))
+    begin = np.nanmean(replicas[0], axis=0)
+    if not ((low <= begin) & (begin <= high)).all():
+        anyone = np.isfinite(recorded).all(axis=2).any(axis=1)
+        first = recorded[int(np.argmax(anyone))]
+        replicas = replicas + np.nanmean(first, axis=0) - begin
+    return replicas - low
 
 
 def swarm_replay(

@@ -143,8 +143,10 @@ def load_file(
 
     Under "words" it may say why these are taken.
     """
+    file = ""
     if isinstance(path, (str, Path)):
         recording, name, source = _from_file(Path(path), options, format)
+        file = str(Path(path).absolute())
     else:
         recording, name, source = _from_memory(path, options, format)
     confidence = recording.confidence
@@ -153,7 +155,7 @@ def load_file(
     _check_order(recording, source)
     if options.min_confidence is not None:
         recording = _confident(recording, options.min_confidence, source)
-    return _finish(recording, name, source, options, usual or {})
+    return _finish(recording, name, source, options, usual or {}, file)
 
 
 def _from_memory(table: Any, options: Options, format: str | None) -> tuple[Recording, str, str]:
@@ -254,9 +256,17 @@ _MEANT = {
 
 
 def _finish(
-    recording: Recording, format: str, source: str, options: Options, usual: Mapping[str, Any]
+    recording: Recording,
+    format: str,
+    source: str,
+    options: Options,
+    usual: Mapping[str, Any],
+    file: str,
 ) -> Trajectories:
-    """Bring together what a file and the user state; refuse all that neither does, and what both do, differently."""
+    """Bring together what a file and the user state; refuse all that neither does, and what both do, differently.
+
+    `file` is its path, empty of data in memory.
+    """
     fps = options.fps
     scale = options.pixels_per_cm
     y_axis = options.y_axis or recording.y_axis or usual.get("y_axis")
@@ -314,6 +324,18 @@ def _finish(
         if headings is not None:
             headings = -headings
         remarks += ("y pointed down in the file and was turned upwards",)
+    reading = replace(
+        _reading(recording, options, scale, y_axis, str(usual.get("words", "as in the run"))),
+        path=file,
+        options=_said(
+            options,
+            fps=fps and float(fps),
+            scale=None if in_cm or in_pixels else per_cm,
+            format=file and format,
+        ),
+    )
+    if recording.y_axis is None:
+        reading = reading.followed_by(y_axis=y_axis)
     with refusing_as(RefusedError, place=source):
         return Trajectories(
             positions=np.where(present[..., None], positions, 0.0),
@@ -328,10 +350,23 @@ def _finish(
             format=format,
             remarks=remarks,
             choices=(*recording.choices, *_doubts(recording, per_cm)),
-            reading=_reading(
-                recording, options, scale, y_axis, str(usual.get("words", "as in the run"))
-            ),
+            reading=reading,
         )
+
+
+def _said(options: Options, **stated: Any) -> dict[str, Any]:
+    """Return what was said of a file, by the options of commands; `stated` are fps, scale and format, if any."""
+    columns = [f"{role}={name}" for role, name in (options.columns or {}).items()]
+    said = stated | {
+        "y_axis": options.y_axis,
+        "keypoint": options.keypoint,
+        "min_confidence": options.min_confidence,
+        "column": columns,
+        "heading": ",".join(options.heading or ()),
+        "resample": options.resample,
+        "project": options.project,
+    }
+    return {name: value for name, value in said.items() if value}
 
 
 def _reading(

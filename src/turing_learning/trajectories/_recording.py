@@ -56,6 +56,13 @@ class Reading:
     fps: str = ""  #: Where the frame rate comes from
     scale: str = ""  #: Where the scale comes from
     y_axis: str = ""  #: Where y points in the file, and who says so
+    path: str = ""  #: Absolute, of the file or folder; empty of data in memory
+    #: What was said of the file and done to the recording since, by the options of commands: "fps" -> 25.0
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def followed_by(self, **options: Any) -> "Reading":
+        """Return the reading of a recording to which something was done, by the options of commands."""
+        return replace(self, options={**self.options, **options})
 
 
 ROLES = (

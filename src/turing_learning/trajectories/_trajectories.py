@@ -310,14 +310,18 @@ class Trajectories:
             arrays["headings"] = self.headings.copy()
             arrays["headings"][filled] = start + share * turn
         remark = f"{len(frame)} positions in gaps of up to {max_gap} frames were interpolated"
-        return replace(self, **arrays, remarks=(*self.remarks, remark))
+        reading = self.reading.followed_by(bridge=max_gap)
+        return replace(self, **arrays, remarks=(*self.remarks, remark), reading=reading)
 
     def thinned(self, every: int) -> "Trajectories":
         """Return a copy of one frame in `every`, at the lower frame rate that follows; the first with anybody is one of them."""
         every = integer("every", every, 1, len(self.positions))
         start = int(np.argmax(self.present.any(axis=1))) % every
         remark = f"one frame in {every} was kept, frame numbers count those"
-        arrays = self._arrays(slice(start, None, every))
+        arrays: dict[str, Any] = self._arrays(slice(start, None, every))
+        arrays["reading"] = self.reading.followed_by(
+            every=every * self.reading.options.get("every", 1)
+        )
         return replace(
             self, **arrays, fps=self.fps / every, first_frame=0, remarks=(*self.remarks, remark)
         )
@@ -347,6 +351,7 @@ class Trajectories:
         arrays["positions"] = np.where(arrays["present"][..., None], arrays["positions"], 0.0)
         gaps = len(names) - len(self.individuals)
         remark = f"{counted(gaps, 'gap')} of more than {longest_gap_s:g} s: individuals count as others after them"
+        arrays["reading"] = self.reading.followed_by(split_gaps=longest_gap_s)
         return replace(self, **arrays, individuals=tuple(names), remarks=(*self.remarks, remark))
 
     def selected(self, individuals: Sequence[str]) -> "Trajectories":
@@ -460,11 +465,17 @@ class Trajectories:
             unlikely = likely._unlikely(jump_factor, LONGEST_REST_S)
             jumps = likely._steps(jump_factor, ~(unlikely.stand_ins | unlikely.outside))[1]
         excerpt_frames = slice(int(EXCERPT_S * self.fps) + 1)
+        cut = {
+            "steps": steps, "stride": stride, "signals": list(signals), "hold_out": hold_out,
+            "individuals": None if individuals is None else list(individuals),
+            "hold_out_individuals": list(apart), "gap": gap, "smooth_frames": smooth_frames,
+            "jump_factor": jump_factor, "longest_rest_s": longest_rest_s,
+        }  # fmt: skip
         return cut_windows(
             usable, chosen, jumps, steps=steps, stride=stride, hold_out=hold_out, gap=gap, half=smooth_frames // 2,
             lead=int(self.headings is None and bool({"turn", "neighbor_bearing"} & set(signals))),
             apart=[self._place(name) for name in apart], interval_s=1 / self.fps, headings=self.headings is not None,
-            smooth_frames=smooth_frames,
+            smooth_frames=smooth_frames, sources=(self,), cut=cut,
             excerpt=np.where(likely.present[excerpt_frames, :, None], likely.positions[excerpt_frames], np.nan),
         )  # fmt: skip
 

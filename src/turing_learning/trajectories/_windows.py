@@ -1,7 +1,7 @@
 """Signals to samples: windows for learning and for testing, with no frame in common."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -40,6 +40,9 @@ class Windows:
     #: (F, A, 2): Positions (cm) in the first `EXCERPT_S` of the first recording, if any; NaN where one is absent
     excerpt: np.ndarray | None = None
     smooth_frames: int = 1  #: Frames over which positions were averaged
+    sources: tuple[Any, ...] = ()  #: The R recordings, `Trajectories`, that they were cut from
+    #: The arguments by which `pooled_windows` cuts them again, JSON; empty if those of recordings differ
+    cut: Mapping[str, Any] = field(default_factory=dict)
 
     def __str__(self) -> str:
         counts = f"{len(self.learning)} windows for learning and {len(self.held_out)} held out"
@@ -110,6 +113,9 @@ def join_windows(recordings: Sequence[Windows], hold_out: Collection[int] = ()) 
             whole_side = learning_side if hold_out else side
             blocks.append((begin + start[1], end + start[1], whole_side))
         start = start + recording.recordings.sum(axis=0)
+    cut: dict[str, Any] = {}
+    if all(recording.cut == template.cut for recording in recordings):
+        cut = {**template.cut, "hold_out_recordings": list(map(int, hold_out))}
     return replace(
         template,
         learning=np.concatenate(samples[SIDES[0]]),
@@ -120,6 +126,8 @@ def join_windows(recordings: Sequence[Windows], hold_out: Collection[int] = ()) 
         steps_with_jump=sum(recording.steps_with_jump for recording in recordings),
         blocks=tuple(blocks),
         recordings=counts,
+        sources=tuple(source for recording in recordings for source in recording.sources),
+        cut=cut,
     )
 
 

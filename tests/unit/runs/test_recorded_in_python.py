@@ -1,0 +1,63 @@
+"""A run that Python begins on a recording knows as much of it as one that a command begins."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import turing_learning as tl
+from turing_learning.families import RecordedSystem, Vicsek, as_recorded
+from turing_learning.runs import RunFolder
+from turing_learning.runs._plots import recorded_replay
+
+SMALL = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
+
+
+class Flock(Vicsek):
+    """One's own family, which another process can import."""
+
+
+def fish(folder):
+    """Return a recording of three that wander around (60, 40) cm, read from a file in pixels."""
+    walk = np.cumsum(np.random.default_rng(1).normal(0, 2, (400, 3, 2)), axis=0) + np.array([600, 400])
+    rows = ["frame,id,x,y"]
+    for (frame, who), (x, y) in zip(np.ndindex(400, 3), walk.reshape(-1, 2), strict=True):
+        rows.append(f"{frame},{who},{x},{y}")
+    path = folder / "fish.csv"
+    path.write_text("\n".join(rows) + "\n")
+    return tl.load_trajectories(path, fps=5, pixels_per_cm=10, y_axis="up").bridged(3)
+
+
+@pytest.mark.parametrize("family", [Vicsek, Flock])
+def test_a_folder_knows_recording_scale_and_family_and_replicas_are_beside_it(tmp_path, family):
+    recording = fish(tmp_path)
+    windows = recording.windows(length_s=4.0, stride=7, hold_out=0.3)
+    models = as_recorded(family, recording, windows)
+    where = tmp_path / "run"
+    begun = tl.infer(
+        genuine=windows,
+        simulate=models,
+        parameters=models.parameters,
+        generations=2,
+        settings=SMALL,
+        out=where,
+    )
+    options = RunFolder(where).manifest()["recording"]["options"]
+    assert (options["fps"], options["scale"], options["bridge"]) == (5, 10, 3)
+    loaded = tl.load_run(where)
+    drawn = [result.plot.distributions(Figure().subplots(1, 2)) for result in (begun, loaded)]
+    extents = [[axes.dataLim.bounds for axes in panels] for panels in drawn]
+    assert extents[0] == extents[1]
+    recorded, replicas = recorded_replay(RunFolder(where).read("motion.npz")).swarms
+    reach = recorded.poses[..., :2].max(axis=(0, 1))
+    begin = replicas.poses[0, :, :2].mean(axis=0)
+    assert (begin >= 0).all()
+    assert (begin <= reach).all()
+
+
+def test_of_a_table_in_memory_scale_and_rate_are_kept(tmp_path):
+    recording = tl.load_trajectories(
+        fish(tmp_path).positions * 10, fps=5, pixels_per_cm=10, y_axis="up"
+    )
+    windows = recording.windows(length_s=4.0)
+    begun = RecordedSystem.begun_in_python(windows, as_recorded(Vicsek, recording, windows))
+    assert begun.options == {"fps": 5.0, "scale": 10.0, "y_axis": "up"}
