@@ -21,7 +21,7 @@ from ..trajectories import SIGNALS
 from ..workers import NotImportable, WorkerDied, Workers, packed
 from ._calls import Answer, Failed, Simulator, answer
 from ._executor import answers_by
-from ._genuine import Genuine, cut_samples, names_of, observed, value_text
+from ._genuine import Genuine, cut_samples, names_of, observed, table_names, value_text
 from ._per_model import value_of_parameter, with_columns
 from ._system import CustomSystemError, FallibleSource, Given, Source, System
 
@@ -228,7 +228,8 @@ class CustomSystem(System, Settings):
         rule = f"be {noun}, as when the run began"
         require(callable(genuine) == self.live, "genuine", rule, f"a {type(genuine).__name__}")
         if self.live:
-            data = Genuine(np.zeros((1, self.steps, len(self.signals))), held_out, genuine)
+            nothing = np.zeros((1, self.steps, len(self.signals)))
+            data = Genuine(nothing, held_out, genuine, names=table_names(self.signals))
             return replace(given, genuine=data)
         steps = np.shape(getattr(genuine, "learning", ()))[1:2]
         if steps:

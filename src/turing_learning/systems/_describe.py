@@ -11,7 +11,15 @@ from ..models import Parameter
 from ..purposes import GENUINE
 from ..trajectories import DIRECTED
 from ._custom import CustomSystem, headings_of
-from ._genuine import Genuine, SplitSamples, cut_samples, observed, read_genuine
+from ._genuine import (
+    Genuine,
+    SplitSamples,
+    cut_samples,
+    observed,
+    read_genuine,
+    table_names,
+    unnamed,
+)
 from ._system import Source
 
 _LOGGER = logging.getLogger("turing_learning")
@@ -82,6 +90,14 @@ def describe(
         Of samples that are tables: which ones are signals, all by default.
     """
     genuine = observed(genuine)
+    stated: Sequence[str] = options.get("signals") or getattr(genuine, "names", None) or ()
+    # The letters of a text would be taken for names.
+    rule = "be a tuple of names"
+    remedy = f"For one signal: ({stated!r},)."
+    require(not isinstance(stated, str), "signals", rule, brief(stated), remedy)
+    if callable(genuine):
+        # Stored runs know no other names of a live source's tables.
+        columns = columns or table_names(stated)
     data = read_genuine(
         genuine,
         length=options.get("length"),
@@ -89,8 +105,7 @@ def describe(
         columns=columns,
         rng=np.random.default_rng(GENUINE),
     )
-    names = options.get("signals") or getattr(genuine, "names", None) or data.names
-    signals = _signals(names, data)
+    signals = tuple(stated) or data.names or unnamed(data.samples.shape[2])
     center, scale = data.scales()
     name = options.get("name", "own-system")
     headings: Literal["", "with", "without"] = ""
@@ -126,17 +141,6 @@ def describe(
         )
         _LOGGER.warning(message, constant, remedy)
     return system, data
-
-
-def _signals(names: Any, data: Genuine) -> tuple[str, ...]:
-    """Return names of the D signals: those given, or signal0, signal1, ..."""
-    # The letters of a text would be taken for names.
-    rule = "be a tuple of names"
-    fits = not isinstance(names, str)
-    require(fits, "signals", rule, brief(names), f"For one signal: ({names!r},).")
-    if names:
-        return tuple(names)
-    return tuple(f"signal{d}" for d in range(data.samples.shape[2]))
 
 
 def describe_simulated(

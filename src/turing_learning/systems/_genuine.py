@@ -105,15 +105,16 @@ def read_genuine(
     """Check the samples of a system, cut them to one length, and choose those that are held out for testing.
 
     They are (K, T, D), or K arrays (T, D) or tables, or `SplitSamples`, or a live source, a function
-    rng -> (K, T, D). `columns` are those of tables, all of the first one by default. For `length` and
+    rng -> (K, T, D). `columns` are those of tables, all of the first one by default, also of a live source. For `length` and
     `held_out` see `CustomOptions`; `rng` draws the samples that are held out, and feeds a live source.
     """
     if callable(genuine):
         rule = "be left out for a live source, which is observed anew each time"
         require(held_out is None, "held_out", rule, brief(held_out))
-        names = tuple(columns)
-        observation = cut_samples(genuine(rng), length, names)
-        return Genuine(observation, np.empty(0, dtype=np.int64), genuine, names=names)
+        observation = genuine(rng)
+        names = tuple(columns) or names_of(observation)
+        samples = cut_samples(observation, length, names)
+        return Genuine(samples, np.empty(0, dtype=np.int64), genuine, names=names)
     names = names_of(genuine, columns)
     samples = cut_samples(genuine, length, names)
     if isinstance(genuine, SplitSamples):
@@ -133,6 +134,18 @@ def names_of(samples: Any, columns: Sequence[str] = ()) -> tuple[str, ...]:
         if names:
             return tuple(columns) or names
     return ()
+
+
+def unnamed(count: int) -> tuple[str, ...]:
+    """Return names of D signals that have none: signal0, signal1, ..."""
+    return tuple(f"signal{d}" for d in range(count))
+
+
+def table_names(signals: Sequence[str]) -> tuple[str, ...]:
+    """Return the columns by which tables of these signals are read; none of signals without names."""
+    if tuple(signals) == unnamed(len(signals)):
+        return ()
+    return tuple(signals)
 
 
 def cut_samples(

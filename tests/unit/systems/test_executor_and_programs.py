@@ -283,6 +283,34 @@ def test_columns_are_those_of_the_same_name_from_the_begin_of_a_run(columns, fun
         np.testing.assert_array_equal(sample[:, system.signals.index("out")], -5.0)
 
 
+def test_tables_of_a_live_source_are_read_by_name_also_when_resumed():
+    """A later observation has another order, and the simulator's tables a third one."""
+    orders = iter([["low", "high"], ["high", "low"], ["high", "low"], ["low"]])
+
+    def observe(rng):
+        table = pd.DataFrame({"low": [1.0, 2.0], "high": [101.0, 102.0]})
+        return [table[next(orders)]] * 2
+
+    def run_one(mean, sd, seed):
+        return {"high": [100.0 + mean, 100.0], "low": [mean, 0.0]}
+
+    system, data = describe(observe, PARAMETERS, {"vectorized": False})
+    assert system.signals == ("low", "high")
+    simulate = per_model(run_one, PARAMETERS)
+    for genuine in (data, observe):
+        with system.open(Given(genuine, simulate)) as opened:
+            samples = collect(opened)
+            seen = samples.genuine + system.center
+            counterfeit = samples.counterfeit + system.center
+        np.testing.assert_array_equal(seen[0], [[1, 101], [2, 102]])
+        assert (counterfeit[..., 0] < 50).all()
+        assert (counterfeit[..., 1] >= 100).all()
+    message = "have the columns low, high; got low"
+    opened = system.open(Given(observe, simulate))
+    with opened, pytest.raises(CustomSystemError, match=message):
+        collect(opened)
+
+
 def test_a_column_that_the_other_side_lacks_is_refused_at_the_first_call():
     genuine = [{"in": np.ones(6), "inflow": np.ones(6)} for _ in range(3)]
     simulate = per_model(flows, PARAMETERS)
