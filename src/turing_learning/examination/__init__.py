@@ -18,6 +18,8 @@
     Who judges: anything that has `fit` and `score`. The panel of a test, and that of a quick look.
 `Telling`
     Signals, statistics and time scales by which one set is told from the other.
+`telling_statistics`, `told_by`
+    The statistics alone, of samples that are told already; and the sentence that names them.
 
 The module `present` has the page of a test.
 

@@ -15,6 +15,8 @@ from ._panel import Member as Member
 from ._panel import examine as examine
 from ._samples import paths_of as paths_of
 from ._telling import Telling as Telling
+from ._telling import telling_statistics as telling_statistics
+from ._telling import told_by as told_by
 from ._test import TuringTest as TuringTest
 from ._test import test as test
 from ._test import test_held_out as test_held_out

@@ -1,6 +1,6 @@
 """What gives one set of samples away: signals, statistics, time scales, and single windows."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,6 +104,49 @@ def what_tells(samples: Given, seed: int) -> list[Telling]:
     return [*statistics_that_tell(subset), *_signals(subset), *_scales(subset)]
 
 
+def telling_statistics(
+    real: np.ndarray,
+    simulated: np.ndarray,
+    groups: np.ndarray,
+    *,
+    names: Sequence[str],
+    units: Mapping[str, str],
+    interval_s: float = 0.0,
+    seed: int = 0,
+) -> tuple[Telling, ...]:
+    """Return what gives simulated samples away, as `test` does, but without its panel.
+
+    Parameters
+    ----------
+    real, simulated : (K, T, D), (L, T, D)
+        Samples of both; at most 300 of each are looked at.
+    groups : (K,)
+        Which real samples belong together. Each simulated one is a group of its own.
+    names, units
+        Of the D signals; units by name, where they have some.
+    interval_s
+        Duration of a step (s); 0 if it is not known.
+    seed
+        Of all random numbers.
+
+    Returns
+    -------
+    tuple of Telling
+        Statistics, the most telling first.
+    """
+    numbers = np.unique(groups, return_inverse=True)[1].ravel()
+    own_groups = 1 + numbers.max() + np.arange(len(simulated))
+    samples = Given(
+        np.concatenate((real, simulated)),
+        np.repeat([1.0, 0.0], (len(real), len(simulated))),
+        np.concatenate((numbers, own_groups)),
+        tuple(names),
+        dict(units),
+        interval_s,
+    )
+    return tuple(statistics_that_tell(samples.some(np.random.default_rng((seed, 3)))))
+
+
 def statistics_that_tell(samples: Given) -> list[Telling]:
     """Return the statistics that tell most, each alone; those that say the same as a better one are left out."""
     names, values = named_statistics(samples.windows, samples.names, samples.interval_s or 1.0)
@@ -187,10 +230,10 @@ def _balanced(right: np.ndarray, labels: np.ndarray) -> list[float]:
 
 
 def told_by(telling: Sequence[Telling]) -> str:
-    """Say in a sentence what gives the simulated samples away; empty if nothing clearly does."""
+    """Say in a sentence what gives away simulated samples that are told."""
     statistics = [cue for cue in telling if cue.kind == "statistic" and cue.accuracy >= 0.55]
     if not statistics:
-        return ""
+        return "No single statistic tells it; the examiners need several together."
     clear = [cue for cue in statistics if cue.accuracy >= CLEARLY] or statistics[:1]
     listed = ", ".join(f"{cue.what} ({cue.words})" for cue in clear[:3])
     return f"Told by (simulated against real): {listed}."

@@ -78,10 +78,7 @@ class TuringTest(Tabular):
             noticed = f"It would have noticed an accuracy of {power:.2f} in 80 % of such tests."
         if self.verdict == "told apart":
             sentences = [f"The simulated motion is told from the real one ({numbers})."]
-            sentences += [
-                told_by(self.telling)
-                or "No single statistic tells it; the examiners need several together."
-            ]
+            sentences.append(told_by(self.telling))
         elif self.verdict == "cannot tell":
             sentences = [
                 f"The panel cannot tell the simulated motion from the real one ({numbers}).",

@@ -10,6 +10,7 @@ from pydantic import TypeAdapter
 
 from turing_learning.analysis import LEVEL, UNKNOWN, Judgment, Verdict, replace_unknown
 from turing_learning.arrays import array
+from turing_learning.examination import Telling, told_by
 from turing_learning.report import Judged, counted, shown
 from turing_learning.report.tabular import judged
 
@@ -295,6 +296,8 @@ class Check(Judged):
     unfinished: tuple[int, int] | None = None
     #: What the run says of itself, and the last pool that it was in; not in `check.json`
     said: tuple[Verdict, ...] = ()
+    #: Statistics that give an estimate away that does not fit, the most telling first, as of `turing_learning.test`
+    telling: tuple[Telling, ...] = ()
 
     def __post_init__(self) -> None:
         # nothing is known of the parameters of a model that does not fit
@@ -342,6 +345,8 @@ class Check(Judged):
     def text(self) -> str:
         """What was found, in sentences."""
         sentences = [*self.judgment.sentences]
+        if self.telling:
+            sentences.append(told_by(self.telling))
         if self.unfinished is not None:
             done, asked = self.unfinished
             unit = "generations" if self.parameters[0].sides is None else "trials"

@@ -21,6 +21,7 @@ from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config.settings import refuse_unknown, resolved
 from turing_learning.errors import check as check_setting
 from turing_learning.errors import integer, refusing_as, reject
+from turing_learning.examination import Telling, telling_statistics
 from turing_learning.identifiability import (
     Check,
     Effort,
@@ -145,6 +146,9 @@ class _Checker:
             self._write(content)
         content["parameters"] = self._pinned_down(content)
         check = read_check(content, self.result.said)
+        if check.judgment.fits is False and "telling" not in content:
+            content["telling"] = [asdict(cue) for cue in self._telling(model)]
+            check = read_check(content, self.result.said)
         content |= {
             "parameters": [asdict(each) for each in check.parameters],
             "verdicts": check.verdicts,
@@ -234,6 +238,25 @@ class _Checker:
                     )
         self._write(begun)
         return begun
+
+    def _telling(self, model: np.ndarray) -> tuple[Telling, ...]:
+        """Return what gives a model (P,) away that does not fit."""
+        evidence = self.evidence
+        genuine = np.concatenate((evidence.testing, evidence.learning))
+        # nothing is said of which samples for learning belong together
+        own_groups = 1 + evidence.groups.max() + np.arange(len(evidence.learning))
+        rng = stream(self.seed, evidences.COMPARING, 2)
+        models = np.tile(model, (2 * self.effort.samples, 1))
+        simulated = evidence.simulate(models, rng)
+        return telling_statistics(
+            genuine,
+            simulated.reshape(-1, *simulated.shape[-2:]),
+            np.concatenate((evidence.groups, own_groups)),
+            names=evidence.names,
+            units=self.configuration.system.signal_units,
+            interval_s=self.configuration.system.interval_s,
+            seed=self.seed,
+        )
 
     def _quantities(self, model: np.ndarray) -> tuple[Quantity, ...]:
         if self.configuration.system.simulated is not None:

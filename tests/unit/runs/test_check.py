@@ -212,7 +212,7 @@ def test_what_is_not_known_of_a_run_that_has_not_moved_is_said_in_file_figure_an
 
 def test_other_settings_are_refused_unless_forced(tmp_path):
     result = infer(out=tmp_path / "run")
-    result.check(effort=BRIEF, recoveries=0)
+    result.check(effort=replace(BRIEF, references=4), recoveries=0)
     with pytest.raises(
         RunFolderError, match="`run` must be checked with the settings that its check began with"
     ):
@@ -224,17 +224,17 @@ def test_other_settings_are_refused_unless_forced(tmp_path):
 def test_a_check_of_unfinished_trials_speaks_of_trials(stop_after):
     options = {"genuine": recorded(), "simulate": walk, "parameters": RANGES, "seed": 1}
     stopped = tl.infer(**options, trials=40, should_stop=stop_after(3))
-    found = stopped.check(effort=BRIEF, recoveries=0)
+    found = stopped.check(effort=replace(BRIEF, references=4), recoveries=0)
     assert found.unfinished == (stopped.trials, 40)
     assert f"that after {stopped.trials} of 40 trials." in str(found)
 
 
 def test_a_check_of_a_run_that_goes_on_says_so(tmp_path, stop_after):
     stopped = infer(out=tmp_path / "run", should_stop=stop_after(3))
-    found = stopped.check(effort=BRIEF, recoveries=0)
+    found = stopped.check(effort=replace(BRIEF, references=4), recoveries=0)
     assert found.unfinished == (3, 6)
     assert "The run was not finished: the estimate is that after 3 of 6 generations." in str(found)
-    assert stopped.check(effort=BRIEF, recoveries=0) == found
+    assert stopped.check(effort=replace(BRIEF, references=4), recoveries=0) == found
     tl.resume(stopped.path, genuine=recorded(), simulate=walk)
     given = {"genuine": recorded(), "simulate": walk, "effort": BRIEF, "recoveries": 0}
     with pytest.raises(
@@ -436,6 +436,21 @@ def test_a_field_of_view_is_checked_over_its_whole_range_and_recovered_as_that_o
 def test_what_is_no_setting_is_refused(stored, options, message):
     with pytest.raises(ConfigurationError, match=message):
         stored[0].check(**options)
+
+
+def test_a_check_names_what_gives_a_model_away_as_a_test_does():
+    def too_fast(parameters, rng):
+        return walk(parameters * [10, 1], rng)
+
+    checked = tl.infer(
+        genuine=recorded(), simulate=too_fast, parameters=RANGES, generations=1, settings=SETTINGS
+    ).check(effort=replace(BRIEF, references=4), recoveries=0)
+    assert checked.judgment.fits is False
+    said = re.search(r"Told by \(simulated against real\): (.*?) \(", checked.text)[1]
+    fast = too_fast(np.tile([5.0, 0.6], (40, 1)), np.random.default_rng(1))
+    names = ["signal0", "signal1"]
+    tested = tl.test(recorded(), fast, names=names, examiners=tl.examination.QUICK)
+    assert said == tested.telling[0].what
 
 
 def test_too_few_held_out_samples_are_refused():
