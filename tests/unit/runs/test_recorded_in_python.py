@@ -18,7 +18,8 @@ class Flock(Vicsek):
 
 def fish(folder):
     """Return a recording of three that wander around (60, 40) cm, read from a file in pixels."""
-    walk = np.cumsum(np.random.default_rng(1).normal(0, 2, (400, 3, 2)), axis=0) + np.array([600, 400])
+    walk = np.cumsum(np.random.default_rng(1).normal(0, 2, (400, 3, 2)), axis=0)
+    walk += [600, 400]
     rows = ["frame,id,x,y"]
     for (frame, who), (x, y) in zip(np.ndindex(400, 3), walk.reshape(-1, 2), strict=True):
         rows.append(f"{frame},{who},{x},{y}")
