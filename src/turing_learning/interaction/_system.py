@@ -101,6 +101,11 @@ class StimulatedSystem(CustomSystem):
         return len(self.signals) - len(self.stimulus.inputs)
 
     @property
+    def dialogue_names(self) -> tuple[str, ...]:
+        """Names of what is observed, then of stimuli, shown or not."""
+        return (*self.signals[: self.observed], *self.stimulus.names)
+
+    @property
     def truth(self) -> tuple[float, ...] | None:
         """The true parameters; None where they are not known."""
         return self.true or None

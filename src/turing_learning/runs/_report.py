@@ -196,7 +196,11 @@ def draw(
         drawn = one_run.error_figure(*errors, trials=trials)
         pictures.append(Picture("error", f"Mean absolute error over {over}", caption, drawn))
     if dialogues:
-        caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
+        caption = "Classifiers only watched: one trial of the system and one of the estimate"
+        # A system that acts by itself has a stimulus of its own in each trial.
+        if np.array_equal(dialogues["stimuli"][:, 0], dialogues["stimuli"][:, 1]):
+            caption += " under the same stimulus"
+        caption += "."
         if "outputs" in dialogues:  # the classifiers chose
             caption = (
                 "For each parameter the classifier, of the fittest of 50 generations, that tells the system best from "
@@ -206,7 +210,7 @@ def draw(
         rows = tuple(system.parameters)
         interval_s = system.interval_s
         drawn = one_run.dialogues_figure(
-            dialogues, names=system.signals, rows=rows, interval_s=interval_s
+            dialogues, names=system.dialogue_names, rows=rows, interval_s=interval_s
         )
         pictures.append(Picture("stimuli", "Stimulus and answer", caption, drawn, wide=True))
     drawn = draw_fitness(history, configuration)

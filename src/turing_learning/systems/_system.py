@@ -100,6 +100,11 @@ class System:
         return None
 
     @property
+    def dialogue_names(self) -> tuple[str, ...]:
+        """Names of what is observed, then of stimuli, in what `Source.dialogues` returns."""
+        return self.signals
+
+    @property
     def signal_units(self) -> Mapping[str, str]:
         """Units of the signals by name, where they are known."""
         return {}
