@@ -123,22 +123,8 @@ class _Checker:
             self.stage("distributions, genuine beside simulated")
             content["quantities"] = [each.to_json() for each in self._quantities(model)]
             self._write(content)
-        for index, name in enumerate(self.result.estimate if self.profiled else ()):
-            if name in content["profiles"]:
-                continue
-            self.stage(f"fresh classifiers where {name} is moved")
-            try:
-                options: dict[str, Any] = {
-                    "seed": self.seed,
-                    "beyond": self.by_trials,
-                    "plausible": self.plausible,
-                }
-                profiled = profile(self.evidence, self.estimate, index, self.effort, **options)
-                content["profiles"][name] = profiled.to_json()
-            except CustomSystemError as error:
-                remedy = "Or check without profiles, with points=0 in `effort` and force=True."
-                raise CustomSystemError(f"{error} {remedy}") from error
-            self._write(content)
+        if self.profiled:
+            self._profile(content)
         recoveries = self.settings["recoveries"]
         for k in range(len(content["recoveries"]), recoveries):
             self.stage(f"a run whose truth is the estimate, {k + 1} of {recoveries}")
@@ -158,6 +144,25 @@ class _Checker:
         if self.folder is None:
             self.result.stored().beside[CHECK] = content
         return check
+
+    def _profile(self, content: dict[str, Any]) -> None:
+        """Move each parameter, but for those whose profiles are stored."""
+        for index, name in enumerate(self.result.estimate):
+            if name in content["profiles"]:
+                continue
+            self.stage(f"fresh classifiers where {name} is moved")
+            try:
+                options: dict[str, Any] = {
+                    "seed": self.seed,
+                    "beyond": self.by_trials,
+                    "plausible": self.plausible,
+                }
+                profiled = profile(self.evidence, self.estimate, index, self.effort, **options)
+                content["profiles"][name] = profiled.to_json()
+            except CustomSystemError as error:
+                remedy = "Or check without profiles, with points=0 in `effort` and force=True."
+                raise CustomSystemError(f"{error} {remedy}") from error
+            self._write(content)
 
     def _ahead(self, content: dict[str, Any], test_s: float) -> str:
         """Return in words what is still to be done, and how long it takes.
@@ -273,10 +278,9 @@ class _Checker:
         group = evidences.recorded_quantities(
             self.recording, self.given.simulate, self.estimate, seed=self.seed
         )
-        return (
-            *comparisons,
-            *(comparison for comparison in group if comparison.name not in system.signals),
-        )
+        # signals are among the quantities of a group, too
+        of_groups = [quantity for quantity in group if quantity.name not in system.signals]
+        return (*comparisons, *of_groups)
 
     def _recovery(self, k: int) -> dict[str, Any]:
         """Run once more, with the estimate as the truth."""
@@ -306,15 +310,17 @@ class _Checker:
             # Resumed as a check, not as a run of its own
             with stored_in(self.folder.path):
                 raise error.__cause__ from None
+        # a run of generations states no interval: its models wander
+        interval = recovered.interval
+        if isinstance(recovered, Evolution):
+            interval = recovered.wandering
         shares = np.abs(self._numbers(recovered.estimate) - self._numbers(self.result.estimate)) / 2
         return Recovery(
             seed=seed,
             generations=recovered.generations,
             truth=self.result.estimate,
             estimate=recovered.estimate,
-            interval=recovered.wandering
-            if isinstance(recovered, Evolution)
-            else recovered.interval,
+            interval=interval,
             error_share=dict(zip(recovered.estimate, shares.tolist(), strict=True)),
             **self._told(k, configuration, changed, recovered),
         ).to_json()
@@ -350,32 +356,33 @@ class _Checker:
 
     def _numbers(self, values: Mapping[str, float]) -> np.ndarray:
         """Return values as numbers from -1 to 1 over the initial ranges."""
-        parameters = self.evidence.parameters
-        return np.array(
-            [float(parameters[name].to_numbers(np.array(value))) for name, value in values.items()]
-        )
+        numbers = []
+        for name, value in values.items():
+            numbers.append(float(self.evidence.parameters[name].to_numbers(np.array(value))))
+        return np.array(numbers)
 
     def _pinned_down(self, content: dict[str, Any]) -> list[dict[str, Any]]:
         interval = self.result.interval
-        bounds = [
-            self._numbers({name: ends[side] for name, ends in interval.items()}) for side in (0, 1)
-        ]
-        widths = np.minimum(np.abs(bounds[1] - bounds[0]) / 2, 1.0)
+        low_ends = self._numbers({name: low for name, (low, _) in interval.items()})
+        high_ends = self._numbers({name: high for name, (_, high) in interval.items()})
+        # an interval may reach beyond the initial range
+        widths = np.minimum(np.abs(high_ends - low_ends) / 2, 1.0)
         errors = [recovery["error_share"] for recovery in content["recoveries"]]
         entries = []
         for (name, value), width in zip(self.result.estimate.items(), widths, strict=True):
-            low, high = content["profiles"].get(name, {}).get("rejected", (False, False))
+            facts: dict[str, Any] = {"open_share": None}
+            if self.profiled:
+                facts["open_share"] = Profile(**content["profiles"][name]).open_share
+            if not self.result.networks:
+                facts["bound"] = self.evidence.parameters[name].bound_at(value)
+            if self.by_trials:
+                rejected = content["profiles"].get(name, {}).get("rejected", (False, False))
+                facts["sides"] = tuple(rejected)
             entry = PinnedDown(
                 parameter=name,
                 interval_share=float(width) if is_known(width) else None,
-                open_share=Profile(**content["profiles"][name]).open_share
-                if self.profiled
-                else None,
                 recovery_error=max(shares[name] for shares in errors) if errors else None,
-                bound=""
-                if self.result.networks
-                else self.evidence.parameters[name].bound_at(value),
-                sides=(low, high) if self.by_trials else None,
+                **facts,
             )
             entries.append(asdict(entry))
         return entries
@@ -540,16 +547,8 @@ def check(
             )
         elif recordings:
             reject("recording", "be left out for simulated robots", "one")
-        for each in recordings if system.interval_s > 0 else ():
-            rule = f"have the frame rate of the samples, {1 / system.interval_s:.6g} per second"
-            same = same_time_step(system.interval_s, 1 / each.fps)
-            check_setting(
-                same,
-                "recording",
-                rule,
-                f"{each.fps:.6g}",
-                "Give the recording that the samples are from.",
-            )
+        if system.interval_s > 0:
+            _refuse_other_rates(recordings, system.interval_s)
         effort = effort or Effort()
         settings = {
             "estimate": result.estimate,
@@ -576,6 +575,15 @@ def check(
     return checked
 
 
+def _refuse_other_rates(recordings: Sequence[Trajectories], interval_s: float) -> None:
+    """Refuse recordings that are not of the samples, by their frame rates."""
+    rule = f"have the frame rate of the samples, {1 / interval_s:.6g} per second"
+    remedy = "Give the recording that the samples are from."
+    for recording in recordings:
+        same = same_time_step(interval_s, 1 / recording.fps)
+        check_setting(same, "recording", rule, f"{recording.fps:.6g}", remedy)
+
+
 def begin_or_resume(configuration: Configuration, path: Path | None, given: Given) -> Result:
     """Run a configuration, in a folder or in memory.
 
@@ -591,11 +599,13 @@ def begin_or_resume(configuration: Configuration, path: Path | None, given: Give
 
 def refuse_unknown_part(options: Mapping[str, Any]) -> None:
     """Raise ConfigurationError if there is an option that no check has."""
-    for name in (
-        effort_field.name for effort_field in fields(Effort) if effort_field.name in options
-    ):
-        example = f"Give effort=turing_learning.identifiability.Effort({name}={options[name]!r})."
-        reject(name, "be a part of the effort", f"{options[name]!r} beside it", example)
+    for effort_field in fields(Effort):
+        name = effort_field.name
+        if name in options:
+            example = (
+                f"Give effort=turing_learning.identifiability.Effort({name}={options[name]!r})."
+            )
+            reject(name, "be a part of the effort", f"{options[name]!r} beside it", example)
     refuse_unknown(options, list(signature(check).parameters)[1:])
 
 

@@ -401,11 +401,10 @@ def resumed(manifest: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """
     before = (manifest.get("resumed") or [manifest])[-1].get("versions") or {}
     now_versions = versions()
-    changed = [
-        f"{name} {before[name]}, now {now_versions.get(name)}"
-        for name in before
-        if before[name] != now_versions.get(name)
-    ]
+    changed = []
+    for name, version in before.items():
+        if version != now_versions.get(name):
+            changed.append(f"{name} {version}, now {now_versions.get(name)}")
     entries: dict[str, Any] = {"process": this_process()}
     if changed:
         text = "%s was run with %s: the result may not be that of a run that never stopped."
@@ -431,10 +430,11 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -
     content = buffer.getvalue()
     path = folder / f"generation-{checkpoint.generation:06d}-{digest_of(content)[:16]}.npz"
     write_atomically(path, content)
-    for old in [older for _, older in _newest_first(folder) if older != path][
-        0 if alone else KEPT - 1 :
-    ]:
-        old.unlink(missing_ok=True)
+    older = [file for _, file in _newest_first(folder) if file != path]
+    if not alone:
+        older = older[KEPT - 1 :]
+    for file in older:
+        file.unlink(missing_ok=True)
     return path
 
 

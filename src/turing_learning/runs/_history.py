@@ -144,10 +144,10 @@ class HistoryRecorder:
 def memory_arrays(layout: Layout, generations: int | None = None) -> dict[str, np.ndarray]:
     """Return arrays for a history that is kept in memory, or for so many of its generations."""
     count = layout.generations if generations is None else generations
-    return {
-        name: np.empty((count, *layout.shape(name)), dtype=dtype)
-        for name, (_, dtype, _) in FULL.items()
-    }
+    arrays = {}
+    for name, (_, dtype, _) in FULL.items():
+        arrays[name] = np.empty((count, *layout.shape(name)), dtype=dtype)
+    return arrays
 
 
 def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
@@ -165,12 +165,12 @@ def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
 
     for name, (dimensions, dtype, _) in FULL.items():
         shape = (layout.generations, *layout.shape(name))
-        # No fill value, which xarray would turn into NaN; written at once: in few files
-        codes = dtype == "<i1"
-        chunk = layout.chunk * (
-            max(1, layout.generations // (MOST_FILES * layout.chunk)) if codes else 1
-        )
-        options: dict[str, Any] = {"dtype": dtype, "fill_value": None if codes else np.nan}
+        chunk = layout.chunk
+        options: dict[str, Any] = {"dtype": dtype, "fill_value": np.nan}
+        if dtype == "<i1":
+            # codes: no fill value, which xarray would turn into NaN; written at once, in few files
+            chunk *= max(1, layout.generations // (MOST_FILES * layout.chunk))
+            options["fill_value"] = None
         create(
             name,
             (GENERATION, *dimensions),
@@ -215,11 +215,10 @@ def damaged_generations(
     """Return which of so many generations are not as the seals say, as (first, behind the last); None if none can be read."""
     try:
         arrays = open_store(path)
-        fits = all(
-            arrays[name].shape == (layout.generations, *layout.shape(name))
-            and arrays[name].dtype == np.dtype(dtype)
-            for name, (_, dtype, _) in FULL.items()
-        )
+        fits = True
+        for name, (_, dtype, _) in FULL.items():
+            fits &= arrays[name].shape == (layout.generations, *layout.shape(name))
+            fits &= arrays[name].dtype == np.dtype(dtype)
         named = [str(name) for name in arrays["parameter"][:]] == list(layout.parameters)
         counted = np.array_equal(arrays[GENERATION][:], np.arange(layout.generations))
     except Exception:
@@ -238,13 +237,10 @@ def damaged_generations(
         if start >= generations:
             break
         # Zarr takes a chunk that is lost for one that was never written
-        chunks = {
-            name: (start // arrays[name].chunks[0], *(0,) * (arrays[name].ndim - 1))
-            for name in FULL
-        }
-        sound = all(
-            (path / name / ".".join(map(str, chunk))).is_file() for name, chunk in chunks.items()
-        )
+        sound = True
+        for name in FULL:
+            chunk = (start // arrays[name].chunks[0], *(0,) * (arrays[name].ndim - 1))
+            sound &= (path / name / ".".join(map(str, chunk))).is_file()
         try:
             sound = (
                 sound and _checksum({name: arrays[name][start:stop] for name in FULL}) == checksum
@@ -292,15 +288,16 @@ def dataset_in_memory(
     """
     import xarray
 
-    variables = THIN if isinstance(arrays, Traces) else FULL
     coordinates = {GENERATION: np.arange(completed), "parameter": np.array(parameters)}
-    return xarray.Dataset(
-        {
-            name: ((GENERATION, *dimensions), arrays[name][:completed], ATTRIBUTES.get(name, {}))
-            for name, (dimensions, *_) in variables.items()
-        },
-        coords=coordinates | ({"quantile": np.array(QUANTILES)} if variables is THIN else {}),
-    )
+    kept = FULL
+    if isinstance(arrays, Traces):
+        kept = THIN
+        coordinates["quantile"] = np.array(QUANTILES)
+    variables = {}
+    for name, (dimensions, *_) in kept.items():
+        attributes = ATTRIBUTES.get(name, {})
+        variables[name] = ((GENERATION, *dimensions), arrays[name][:completed], attributes)
+    return xarray.Dataset(variables, coords=coordinates)
 
 
 def dataset_on_disk(path: Path, completed: int) -> "xarray.Dataset":
@@ -321,9 +318,9 @@ def with_units(history: "xarray.Dataset", units: Sequence[str]) -> "xarray.Datas
 
     Fitness is a share, of unit 1.
     """
-    names = {"quantile": "share of the population below"} | {
-        name: description for name, (_, _, description) in (FULL | THIN).items()
-    }
+    names = {"quantile": "share of the population below"}
+    for name, (_, _, description) in (FULL | THIN).items():
+        names[name] = description
     for name in map(str, history.variables):
         history[name].attrs["long_name"] = names.get(name, name)
         unit = ""
@@ -352,7 +349,10 @@ def values_of(step: Generation | TrialBatch) -> dict[str, np.ndarray]:
             "typical_model": step.estimate,
             "selection": np.array(SELECTION_CODES["active"], dtype=np.int8),
         }
-    values = {name: getattr(step, f"{name}s" if name in PLURAL else name) for name in FULL}
+    values = {}
+    for name in FULL:
+        attribute = f"{name}s" if name in PLURAL else name
+        values[name] = getattr(step, attribute)
     values["selection"] = np.array(SELECTION_CODES[step.selection], dtype=np.int8)
     return values
 
@@ -368,13 +368,11 @@ class Traces:
             "model_fitness_quantiles": len(QUANTILES),
         }
         sizes |= {"classifier_fitness_quantiles": len(QUANTILES), "model_spread": parameters}
-        self._arrays: dict[str, np.ndarray] = {
-            name: np.zeros((capacity, size)) for name, size in sizes.items()
-        }
-        self._arrays |= {
-            "selection": np.full(capacity, NOT_RUN, dtype=np.int8),
-            "seconds": np.zeros(capacity),
-        }
+        self._arrays: dict[str, np.ndarray] = {}
+        for name, size in sizes.items():
+            self._arrays[name] = np.zeros((capacity, size))
+        self._arrays["selection"] = np.full(capacity, NOT_RUN, dtype=np.int8)
+        self._arrays["seconds"] = np.zeros(capacity)
 
     def record(self, values: Mapping[str, np.ndarray], seconds: float) -> None:
         """Append the `values_of` of a generation and the time it took (s)."""

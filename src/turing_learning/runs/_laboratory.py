@@ -78,10 +78,11 @@ def start_laboratory(
     ------
     Paper, section 5.
     """
-    replaced = {"open_replica": open_replica, "tracker": tracker}
-    named = {
-        name: part_named(component) for name, component in replaced.items() if component is not None
-    }
+    named = {}
+    if open_replica is not None:
+        named["open_replica"] = part_named(open_replica)
+    if tracker is not None:
+        named["tracker"] = part_named(tracker)
     laboratory = replace(laboratory, setup=laboratory.setup.model_copy(update=named))
     folder = RunFolder(out)
     setup = laboratory.setup
@@ -296,7 +297,8 @@ def awaits_robots(path: str | Path) -> bool:
     if unfinished or configuration.run.trials:
         # With a tolerance also before its length
         return unfinished and folder.manifest()["state"] != FINISHED
-    return setup.evaluation.repeats > (0 if again is None else len(again.fitness))
+    observed = 0 if again is None else len(again.fitness)
+    return setup.evaluation.repeats > observed
 
 
 def _source(

@@ -211,10 +211,10 @@ def search_space(configuration: Configuration, source: Source) -> SearchSpace:
     candidates: list[list[Symmetry]] = []
     if source.genuine is not None:
         parameters = configuration.system.parameters
-        bounded = [
-            parameter.initial == (parameter.low, parameter.high)
-            for parameter in parameters.values()
-        ]
+        bounded = []
+        for parameter in parameters.values():
+            # else the initial range is a guess, and values beyond it are as likely
+            bounded.append(parameter.initial == (parameter.low, parameter.high))
         limits = np.array(bounded)
         symmetries = walked_symmetries(parameters)
         candidates = candidate_symmetries(parameters)

@@ -133,17 +133,14 @@ def _panels(ax: Any, titles: Sequence[str], height: float) -> Panels:
         )
     array = np.array(ax, dtype=object)
     axes = list(array.flat)
-    fits = len(axes) == len(titles) and all(
-        hasattr(artist, "get_legend_handles_labels") for artist in axes
-    )
+    drawable = all(hasattr(artist, "get_legend_handles_labels") for artist in axes)
     got = f"{array.size} of {type(axes[0]).__name__}" if axes else "none"
-    check(
-        fits,
-        "ax",
-        "be matplotlib axes" if len(titles) == 1 else f"be {len(titles)} matplotlib axes",
-        got,
-    )
-    panels = Panels(axes[0].figure, axes, array.shape[-1] if array.ndim else 1, callers_axes=True)
+    rule = "be matplotlib axes"
+    if len(titles) != 1:
+        rule = f"be {len(titles)} matplotlib axes"
+    check(drawable and len(axes) == len(titles), "ax", rule, got)
+    columns = array.shape[-1] if array.ndim else 1
+    panels = Panels(axes[0].figure, axes, columns, callers_axes=True)
     return titled(panels, titles, fontweight="bold", parse_math=False)
 
 
@@ -152,10 +149,8 @@ def draw_parameters(
 ) -> "Figure":
     """Draw the parameters of the best and of the typical models of a history."""
     system = configuration.system
-    best, typical = (
-        configuration.described(history[name].to_numpy())
-        for name in ("best_model", "typical_model")
-    )
+    best = configuration.described(history["best_model"].to_numpy())
+    typical = configuration.described(history["typical_model"].to_numpy())
     over: dict[str, Any] = {
         "truth": system.truth,
         "trials": configuration.spent(len(best)),
@@ -171,10 +166,9 @@ def draw_fitness(
 
     Of all individuals, or of a thin one the quantiles, which have the same quartiles.
     """
-    names = [f"{of}_fitness" for of in ("model", "classifier")]
-    models, classifiers = (
-        history[name if name in history else f"{name}_quantiles"].to_numpy() for name in names
-    )
+    suffix = "" if "model_fitness" in history else "_quantiles"
+    models = history[f"model_fitness{suffix}"].to_numpy()
+    classifiers = history[f"classifier_fitness{suffix}"].to_numpy()
     stopped = history["selection"].to_numpy() != SELECTION_CODES["active"]
     trials = configuration.spent(len(models))
     return fitness_figure(models, classifiers, stopped=stopped, trials=trials, panels=panels)
@@ -187,25 +181,29 @@ def distributions_of(
 
     Name and unit -> edges of bins, shares of genuine and simulated values.
     """
-    names = [
-        f"{quantity.name.replace('_', ' ')} ({quantity.unit})" if quantity.unit else quantity.name
-        for quantity in quantities
-    ]
-    drawn = [
-        (np.array(quantity.edges), np.array(quantity.genuine), np.array(quantity.simulated))
-        for quantity in quantities
-    ]
-    return dict(zip(names, drawn, strict=True))
+    distributions = {}
+    for quantity in quantities:
+        name = quantity.name
+        if quantity.unit:
+            name = f"{name.replace('_', ' ')} ({quantity.unit})"
+        distributions[name] = (
+            np.array(quantity.edges),
+            np.array(quantity.genuine),
+            np.array(quantity.simulated),
+        )
+    return distributions
 
 
 def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
     """Let a swarm of agents, where they are known, and one of replicas of a model (P,) move from common initial poses."""
     scenario = configuration.swarm
     rng = np.random.default_rng((REPLAY, configuration.run.seed))
-    swarms = ({"Agents": False} if scenario.known else {}) | {
-        "Replicas of the inferred model": True
-    }
-    # By agents, and by replicas of the one model
+    title = f"{scenario.title}: replicas"
+    swarms = {"Replicas of the inferred model": True}
+    if scenario.known:
+        title = f"{scenario.title}: agents beside replicas"
+        swarms = {"Agents": False, **swarms}
+    # -1 stands for agents, 0 for replicas of the one model
     executed = [[replica - 1] for replica in swarms.values()]
     model = configuration.representation.behavior(estimate[None])
     robots = execution_of(scenario, model, np.repeat(executed, scenario.individuals, axis=1))
@@ -214,7 +212,7 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
         replace(robots, controllers=np.clip(robots.controllers, -LARGEST_SPEED, LARGEST_SPEED)),
         np.repeat(initial_poses(scenario, 1, rng), len(swarms), axis=0),
         swarms,
-        title=f"{scenario.title}: {'agents beside replicas' if scenario.known else 'replicas'}",
+        title=title,
         duration_s=REPLAY_DURATION_S,
         seed=configuration.run.seed,
         threads=configuration.threads,
@@ -252,20 +250,24 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
                 )
             )
     tank = motion.get("tank")
+    walls_cm = None
     if tank is None:
         sides = np.ptp(swarms[0].poses[..., :2], axis=(0, 1))
     else:
         sides = tank
+        walls_cm = (0.0, 0.0, float(tank[0]), float(tank[1]))
+    # a share of the longer side, so that bodies are seen in any tank; above 0 where nobody moves
     radius = max(0.012 * float(np.max(sides)), 1e-6)
+    title = "Replicas of the inferred model"
+    if "recorded" in motion:
+        title = "Recorded individuals beside replicas"
     return report.Replay(
-        title="Recorded individuals beside replicas"
-        if "recorded" in motion
-        else "Replicas of the inferred model",
+        title=title,
         robot_radius_cm=radius,
         object_radius_cm=radius,
         interval_s=stride * interval,
         swarms=tuple(swarms),
-        walls_cm=None if tank is None else (0.0, 0.0, float(tank[0]), float(tank[1])),
+        walls_cm=walls_cm,
         robotic=False,
     )
 
@@ -314,21 +316,22 @@ def swarm_replay(
     count = robots.controllers.shape[1]
     width = scenario.arena.width_cm
     height = scenario.arena.height_cm
-    pairs = zip(swarms.items(), moved, strict=True)
+    walls_cm = None
+    if width is not None and height is not None:
+        walls_cm = (0.0, 0.0, width, height)
+    items = []
+    for name, item in scenario.items.items():
+        visible = scenario.sensor.reading_of(name) > 0
+        items.append(report.ShownItems(name, item.count, item.radius_cm, visible))
+    shown = []
+    for (name, replica), path in zip(swarms.items(), moved, strict=True):
+        shown.append(report.Swarm(name, path, count, np.full(count, replica)))
     return report.Replay(
         title=title,
         robot_radius_cm=scenario.robot.radius_cm,
         object_radius_cm=scenario.objects.radius_cm,
-        items=tuple(
-            report.ShownItems(
-                name, item.count, item.radius_cm, scenario.sensor.reading_of(name) > 0
-            )
-            for name, item in scenario.items.items()
-        ),
+        items=tuple(items),
         interval_s=stride * interval,
-        swarms=tuple(
-            report.Swarm(name, poses, count, np.full(count, replica))
-            for (name, replica), poses in pairs
-        ),
-        walls_cm=None if width is None or height is None else (0.0, 0.0, width, height),
+        swarms=tuple(shown),
+        walls_cm=walls_cm,
     )

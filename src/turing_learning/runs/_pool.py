@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -146,11 +147,9 @@ class Pooled(Judged):
         values = np.stack(list(self.chains.values()))
         dims = ("chain", "draw")
         seeds = {"chain": list(self.chains)}
-        long = list(self.labels.values())
-        variables = {
-            name: (dims, values[..., k], {"long_name": long[k]})
-            for k, name in enumerate(self.estimate)
-        }
+        variables = {}
+        for k, (name, label) in enumerate(self.labels.items()):
+            variables[name] = (dims, values[..., k], {"long_name": label})
         coordinates = seeds | {"draw": np.arange(values.shape[1])}
         return xarray.Dataset(variables, coords=coordinates, attrs={"scenario": self.scenario})
 
@@ -162,12 +161,10 @@ class Pooled(Judged):
     @property
     def counts(self) -> dict[Verdict, int]:
         """What is said of how many runs; without "converged"."""
-        counts = Counter(verdict for verdicts in self.found for verdict in verdicts)
-        return {
-            verdict: counts[verdict]
-            for verdict in Verdict
-            if counts[verdict] and verdict is not Verdict.CONVERGED
-        }
+        counts = Counter(chain.from_iterable(self.found))
+        del counts[Verdict.CONVERGED]
+        # in the order in which verdicts are shown
+        return {verdict: counts[verdict] for verdict in Verdict if counts[verdict]}
 
     @property
     def judgment(self) -> Judgment:
@@ -182,7 +179,8 @@ class Pooled(Judged):
             voters = self.checked if verdict in OF_CHECKS else len(self.found)
             if 2 * count >= voters:
                 verdicts.append(verdict)
-        verdicts += [Verdict.DISAGREE] if "disagree" in self.runs_agree.values() else []
+        if "disagree" in self.runs_agree.values():
+            verdicts.append(Verdict.DISAGREE)
         return Judgment(tuple(verdicts), dissent=bool(self.counts))
 
     @property
@@ -193,30 +191,36 @@ class Pooled(Judged):
 
         For the Birge ratio of runs of trials the bounds are 1.5 and 2.
         """
-        most_agreeing, least_disagreeing = (
-            (AGREE, DISAGREE) if self.trials is None else (AGREE_BIRGE, DISAGREE_BIRGE)
-        )
-        words = {
-            name: "unclear" if is_known(value) else "unknown"
-            for name, value in self.agreement.items()
-        }
-        words |= {name: "agree" for name, value in self.agreement.items() if value <= most_agreeing}
-        return words | {
-            name: "disagree" for name, value in self.agreement.items() if value > least_disagreeing
-        }
+        most_agreeing = AGREE
+        least_disagreeing = DISAGREE
+        if self.trials is not None:
+            most_agreeing = AGREE_BIRGE
+            least_disagreeing = DISAGREE_BIRGE
+        words = {}
+        for name, value in self.agreement.items():
+            if not is_known(value):
+                words[name] = "unknown"
+            elif value <= most_agreeing:
+                words[name] = "agree"
+            elif value > least_disagreeing:
+                words[name] = "disagree"
+            else:
+                words[name] = "unclear"
+        return words
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter.
 
         Estimate, ends of its 90 % interval, R-hat or Birge ratio, and what else is known.
         """
+        measure = "r_hat" if self.trials is None else "birge"
         return parameter_table(
             unit=self.units,
             estimate=self.estimate,
             interval=self.interval,
             truth=self.truth,
             absolute_error=self.estimate_absolute_error,
-            **{"r_hat" if self.trials is None else "birge": self.agreement},
+            **{measure: self.agreement},
             runs=self.runs_agree,
         )
 
@@ -227,6 +231,11 @@ class Pooled(Judged):
         if self.trials is not None:
             length = counted(self.trials, "trial")
             word = "Birge"
+        agreement_shown = {}
+        agreement = {}
+        for name, value in self.agreement.items():
+            agreement_shown[name] = shown(value, "{:.2f}".format)
+            agreement[name] = [value]
         headings, rows = parameter_rows(
             self.labels,
             {
@@ -234,25 +243,17 @@ class Pooled(Judged):
                 "90 %": self.interval,
                 "true": self.truth,
                 "error": self.estimate_absolute_error,
-                word: {
-                    name: shown(value, "{:.2f}".format) for name, value in self.agreement.items()
-                },
+                word: agreement_shown,
                 "runs": self.runs_agree,
             },
         )
-        apart = {
-            name: self.estimates[name]
-            for name, word in self.runs_agree.items()
-            if word == "disagree"
-        }
-        remarks = [
-            f"runs disagree on {name}: {', '.join(map(shown, values))}"
-            for name, values in apart.items()
-        ]
-        agreement = {name: [value] for name, value in self.agreement.items()}
-        if self.trials is None:
-            why = {}
-        else:
+        remarks = []
+        for name, agree in self.runs_agree.items():
+            if agree == "disagree":
+                estimates = ", ".join(map(shown, self.estimates[name]))
+                remarks.append(f"runs disagree on {name}: {estimates}")
+        why = {}
+        if self.trials is not None:
             why = {"why": "at most one run has settled; resume them with more trials"}
         remarks += [
             describe_unknown(self.interval, **why),
@@ -261,7 +262,9 @@ class Pooled(Judged):
         head = f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {length}: {self.verdict}"
         runs = len(self.found)
         for verdict, count in self.counts.items():
-            remarks += [f"{count} of {runs} runs: {verdict}"] if count < runs else []
+            # what is said of all runs is said in the judgment
+            if count < runs:
+                remarks.append(f"{count} of {runs} runs: {verdict}")
         return head, headings, rows, [*filter(None, remarks), judged(self.judgment)]
 
 
@@ -315,13 +318,15 @@ def pool(runs: Sequence[Result]) -> Pooled:
     else:
         together = _wandering(runs)
     truth = configuration.scenario.truth
-    error = None
+    errors: dict[str, Any] = {"estimate_absolute_error": None, "estimate_mae": None}
     if truth is not None:
         error = absolute_error(together.estimate, np.asarray(truth, dtype=float))
-    agreement = {
-        name: value if is_known(value) else UNKNOWN
-        for name, value in named(names, together.agreement).items()
-    }
+        errors["estimate_absolute_error"] = named(names, error)
+        errors["estimate_mae"] = float(error.mean())
+    # the one object UNKNOWN instead of NaN, by which pools of the same runs are equal
+    agreement = {}
+    for name, value in named(names, together.agreement).items():
+        agreement[name] = value if is_known(value) else UNKNOWN
     interval = dict(zip(names, together.interval.tolist(), strict=True))
     pooled = Pooled(
         scenario=configuration.scenario.name,
@@ -332,13 +337,12 @@ def pool(runs: Sequence[Result]) -> Pooled:
         agreement=agreement,
         estimates={name: [run.estimate[name] for run in runs] for name in names},
         truth=runs[0].truth,
-        estimate_absolute_error=None if error is None else named(names, error),
-        estimate_mae=None if error is None else float(error.mean()),
         units=units_of(configuration.system, names),
         trials=configuration.run.trials or None,
         chains=together.chains,
         checked=sum(run.checked is not None for run in runs),
         found=tuple(_without_dissent(run.verdicts) for run in runs),
+        **errors,
     )
     _note(pooled, runs)
     return pooled

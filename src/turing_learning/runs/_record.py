@@ -107,7 +107,9 @@ class Record:
 
         Raise a KeyError or a RunFolderError without.
         """
-        return dict(self.beside[name] if self.path is None else RunFolder(self.path).read(name))
+        if self.path is None:
+            return dict(self.beside[name])
+        return dict(RunFolder(self.path).read(name))
 
     def history(self) -> "xarray.Dataset":
         """Return the history, with names and units, and trials spent where they are the budget; one on disk is verified."""
@@ -211,12 +213,14 @@ def layout_of(configuration: Configuration, weights: int | None = None) -> histo
     run = configuration.run
     models = configuration.models
     classifiers = configuration.classifiers
+    if weights is None:
+        weights = classifier_of(configuration).parameters
     return histories.Layout(
         generations=configuration.length,
         models=models.parents + models.offspring,
         parameters=configuration.parameter_names,
         classifiers=classifiers.parents + classifiers.offspring,
-        weights=classifier_of(configuration).parameters if weights is None else weights,
+        weights=weights,
         chunk=min(run.checkpoint_every, run.generations),
     )
 
@@ -242,5 +246,8 @@ def traces_of(
 
 def units_of(system: System, names: Iterable[str]) -> dict[str, str]:
     """Return the units of parameters by name, empty where they have none, as the weights of networks."""
-    parameters = system.parameters
-    return {name: parameters[name].unit if name in parameters else "" for name in names}
+    units = dict.fromkeys(names, "")
+    for name in units:
+        if name in system.parameters:
+            units[name] = system.parameters[name].unit
+    return units

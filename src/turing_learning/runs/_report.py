@@ -1,6 +1,7 @@
 """The report of a run, its figures and its check: hand the arrays to the rooms that draw."""
 
 from collections.abc import Mapping
+from itertools import product
 from pathlib import Path
 from shlex import quote
 from types import MappingProxyType
@@ -96,7 +97,8 @@ def write_report(
     pictures = draw(history, configuration, dialogues)
     if figures is not None:
         save_figures(pictures, figures)
-    again = f"see {'recording in Manifest' if 'recording' in manifest else 'Configuration'}, below"
+    section = "recording in Manifest" if "recording" in manifest else "Configuration"
+    again = f"see {section}, below"
     steps: list[tuple[str, str]] = []
     if result.path is not None and not result.in_laboratory:
         run = quote(str(result.path))
@@ -114,7 +116,16 @@ def write_report(
     begun = manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
     words = {code: word for word, code in SELECTION_CODES.items()}
     stopped = describe_selection([words[int(code)] for code in history["selection"].to_numpy()])
-    check = result.checked
+    warning = ""
+    if stopped:
+        warning = f"{stopped} Many of them near the end make the result doubtful."
+    checked: dict[str, Any] = {}
+    if result.checked is not None:
+        checked["check"] = check_listing(result.checked)
+        checked["check_figures"] = draw_check(result.checked, result)
+    moving = recorded_replay(motion)
+    if simulated:
+        moving = replay(configuration, result.simulated_model)
     page = Report(
         title=f"{configuration.scenario.title}: what Turing Learning inferred",
         summary=summary(result),
@@ -127,20 +138,13 @@ def write_report(
         ],
         listings=[run_table(result)],
         data=tables(result, history, configuration),
-        warning=f"{stopped} Many of them near the end make the result doubtful." if stopped else "",
-        check=None if check is None else check_listing(check),
-        check_figures=() if check is None else draw_check(check, result),
+        warning=warning,
         steps=steps,
-        replay=replay(configuration, result.simulated_model)
-        if simulated
-        else recorded_replay(motion),
+        replay=moving,
         figures=pictures,
         configuration=to_toml(configuration),
-        manifest=[
-            (name.replace("_", " "), in_words(value))
-            for name, value in manifest.items()
-            if value is not None
-        ],
+        manifest=[(name.replace("_", " "), text) for name, text in _items_in_words(manifest)],
+        **checked,
     )
     return pages.write_page(report_page(page), target)
 
@@ -148,14 +152,17 @@ def write_report(
 def in_words(value: Any) -> str:
     """Return a value of a manifest for a page, also one with others in it."""
     if isinstance(value, dict):
-        return ", ".join(
-            f"{name} {in_words(item)}" for name, item in value.items() if item is not None
-        )
+        return ", ".join(f"{name} {text}" for name, text in _items_in_words(value))
     if isinstance(value, list):
         return "; ".join(map(in_words, value))
     if isinstance(value, float):
         return f"{value:.2f}"
     return str(value)
+
+
+def _items_in_words(values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return names and values in words, but for values that nobody knows."""
+    return [(name, in_words(value)) for name, value in values.items() if value is not None]
 
 
 def save_figures(pictures: list[Picture], folder: Path) -> None:
@@ -181,17 +188,17 @@ def draw(
         middle = "the estimate so far"
         models = "Best model of each batch of trials, and the estimate after it"
         fitness = "Fitness of the models tried in each batch, and of the classifiers: median and quartiles."
-    models += ", steady outputs of the networks" if configuration.models.hidden else ""
+    if configuration.models.hidden:
+        models += ", steady outputs of the networks"
     models += "." if scenario.truth is None else "; the truth is dashed."
     drawn = draw_parameters(history, configuration)
     pictures = [Picture("parameters", f"Parameters over {over}", models, drawn, wide=True)]
     if scenario.truth is not None:
         truth = np.asarray(scenario.truth, dtype=float)
-        readouts = ("best_model", "typical_model")
-        errors = [
-            mean_absolute_error(configuration.described(history[name].to_numpy()), truth)
-            for name in readouts
-        ]
+        errors = []
+        for readout in ("best_model", "typical_model"):
+            models_read_out = configuration.described(history[readout].to_numpy())
+            errors.append(mean_absolute_error(models_read_out, truth))
         caption = f"Mean over the parameters, of the best model and of {middle}."
         drawn = one_run.error_figure(*errors, trials=trials)
         pictures.append(Picture("error", f"Mean absolute error over {over}", caption, drawn))
@@ -218,7 +225,8 @@ def draw(
     if "model_step_size" in history and trials is None:
         names = scenario.parameter_names
         caption = f"Median mutation strength of each parameter{system.step_unit}"
-        sizes, weights = (history[f"{of}_step_size"].to_numpy() for of in ("model", "classifier"))
+        sizes = history["model_step_size"].to_numpy()
+        weights = history["classifier_step_size"].to_numpy()
         if configuration.models.hidden:
             names = ("models",)
             caption = "Median mutation strength of the models' weights"
@@ -232,7 +240,8 @@ def draw(
 
 def summary(result: Result) -> str:
     """Say the result in one sentence, and how many simulations failed."""
-    done = f"After {result.length}{'' if result.complete else ' (the run is not complete)'} the estimate"
+    unfinished = "" if result.complete else " (the run is not complete)"
+    done = f"After {result.length}{unfinished} the estimate"
     if result.estimate_mae is not None:
         return f"{done} differs from the truth by {result.estimate_mae:.4f} in the mean over all parameters."
     count = 0
@@ -259,11 +268,8 @@ def tables(
         spent = np.arange(len(rows))
         word = "generation"
         name = "generations.csv"
-    columns = [
-        f"{of}_{parameter}"
-        for of in readouts
-        for parameter in configuration.scenario.parameter_names
-    ]
+    pairs = product(readouts, configuration.scenario.parameter_names)
+    columns = [f"{readout}_{parameter}" for readout, parameter in pairs]
     models = pd.DataFrame(rows, index=pd.Index(spent, name=word), columns=columns)
     return {
         "parameters.csv": result.to_dataframe().to_csv(),
@@ -276,38 +282,44 @@ def run_table(result: Result) -> Listing:
 
     Columns of which nothing is known are left out.
     """
-    bounds = aligned([bound for name in result.estimate for bound in result.interval[name]])
-    pairs = [
-        None if "-" in pair else " to ".join(pair)
-        for pair in zip(bounds[::2], bounds[1::2], strict=True)
-    ]
+    bounds: list[float | None] = []
+    for name in result.estimate:
+        bounds += result.interval[name]
+    # aligned together, so that all bounds have the same number of digits
+    texts = aligned(bounds)
+    intervals: dict[str, str | None] = {}
+    for name, low, high in zip(result.estimate, texts[::2], texts[1::2], strict=True):
+        # a bound that is not known is a dash
+        intervals[name] = None if "-" in (low, high) else f"{low} to {high}"
     papers = {name: f"{value:g}" for name, value in (result.paper_absolute_error or {}).items()}
     columns: list[
         tuple[str, Mapping[str, float | str | None] | None, float | None]
     ] = [  # and the mean
         ("Parameter", result.labels, None),
         ("Inferred", result.estimate, None),
-        ("90 % interval", dict(zip(result.estimate, pairs, strict=True)), None),
+        ("90 % interval", intervals, None),
         ("True", result.truth, None),
         ("Absolute error", result.estimate_absolute_error, result.estimate_mae),
         ("Paper\u2019s error", papers or None, None),
         ("Best model", result.best_model, None),
         ("Absolute error", result.absolute_error, result.mae),
     ]
-    columns = [column for column in columns if column[1] is not None]
-    cells = [
-        [values.get(name) for name in result.estimate]
-        for _, values, _ in columns
-        if values is not None
-    ]
-    foot = ["Mean", *("" if mean is None else mean for *_, mean in columns[1:])]
+    headings = []
+    cells = []
+    foot = []
+    for heading, values, mean in columns:
+        if values is not None:
+            headings.append(heading)
+            cells.append([values.get(name) for name in result.estimate])
+            foot.append("" if mean is None else mean)
+    foot[0] = "Mean"
     note = f"Paper's error: {SOURCE}, of the best model." if papers else ""
     if result.networks:
         note = "Outputs of the networks after 20 steps of each constant sensor reading."
     return Listing(
         name="result",
         heading="Inferred parameters",
-        columns=[heading for heading, *_ in columns],
+        columns=headings,
         rows=list(zip(*cells, strict=True)),
         note=f"{note} {result.unknown}".strip(),
         foot=() if result.estimate_mae is None else foot,
@@ -323,21 +335,21 @@ def draw_check(check: Check, result: Result) -> list[Picture]:
     if check.profiles:
         caption = "Accuracy on held-out samples of fresh classifiers, trained against models in which one parameter "
         caption += f"is moved across its initial range; below the dashed line they may be guessing. {result.unknown}"
-        panels = [
-            one_run.ParameterProfile(
-                name=labels[profiled.parameter],
+        panels = []
+        for profiled in check.profiles:
+            name = profiled.parameter
+            interval = result.interval[name]
+            panel = one_run.ParameterProfile(
+                name=labels[name],
                 values=np.array(profiled.values),
                 accuracies=np.array(profiled.accuracies),
                 criticals=np.array(profiled.criticals),
-                estimate=result.estimate[profiled.parameter],
-                interval=bounds
-                if is_known(*(bounds := result.interval[profiled.parameter]))
-                else None,
-                recovered=[recovery.estimate[profiled.parameter] for recovery in check.recoveries],
-                logarithmic=parameters[profiled.parameter].scale == "log",
+                estimate=result.estimate[name],
+                interval=interval if is_known(*interval) else None,
+                recovered=[recovery.estimate[name] for recovery in check.recoveries],
+                logarithmic=parameters[name].scale == "log",
             )
-            for profiled in check.profiles
-        ]
+            panels.append(panel)
         heading = "What each parameter leaves open"
         drawn = one_run.profiles_figure(panels)
         pictures.append(Picture("check-profiles", heading, caption.strip(), drawn, wide=True))
@@ -354,9 +366,11 @@ def check_listing(check: Check) -> Listing:
     forms = {"interval_share": "{:.0%}", "open_share": "at most {:.0%}", "recovery_error": "{:.1%}"}
     rows = []
     for entry in check.parameters:
-        shares = [(getattr(entry, name), form) for name, form in forms.items()]
-        cells = (None if value is None else form.format(value) for value, form in shares)
-        rows.append((entry.parameter, *cells, entry.verdict))
+        cells: list[str | None] = [entry.parameter]
+        for name, form in forms.items():
+            share = getattr(entry, name)
+            cells.append(None if share is None else form.format(share))
+        rows.append((*cells, entry.verdict))
     test = check.test
     columns = ("parameter", "interval", "left open", "missed by", "")
     note = f"{check.text} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "

@@ -261,9 +261,12 @@ class Run:
                 step = self._step()
                 if self.completed % configuration.run.save_every == 0 or self.complete:
                     self._save()
+                stepped: dict[str, Any] = {"generation": step, "batch": None}
+                if isinstance(step, TrialBatch):
+                    trials = (spent(self.completed), spent(configuration.length))
+                    stepped = {"generation": None, "batch": step, "trials": trials}
                 yield Progress(
-                    generation=step if isinstance(step, Generation) else None,
-                    batch=step if isinstance(step, TrialBatch) else None,
+                    **stepped,
                     completed=self.completed,
                     total=configuration.length,
                     parameter_names=configuration.scenario.parameter_names,
@@ -271,9 +274,6 @@ class Run:
                     seconds_per_generation=float(self._traces["seconds"][-_RECENT:].mean()),
                     recent=self._traces["typical_model"][-_RECENT:],
                     described=configuration.described,
-                    trials=(spent(self.completed), spent(configuration.length))
-                    if isinstance(step, TrialBatch)
-                    else None,
                 )
         except GeneratorExit:
             # Python closes a generator that a loop has left. If an error left it, `__exit__` has
@@ -397,11 +397,10 @@ class Run:
         if with_state:
             groups["coevolution/"] = self._loop.state()
             groups["history/"] = {} if self._recorder is None else self._recorder.seals()
-        arrays = {
-            f"{prefix}{name}": array
-            for prefix, group in groups.items()
-            for name, array in group.items()
-        }
+        arrays = {}
+        for prefix, group in groups.items():
+            for name, array in group.items():
+                arrays[f"{prefix}{name}"] = array
         arrays[COMPLETE] = np.array(self.complete)
         arrays["seconds"] = np.array(self._seconds)
         arrays[folders.CONFIGURATION] = np.array(str(folder.manifest().get("configuration_sha256")))

@@ -65,19 +65,21 @@ def stored_trials(folder: RunFolder, stage: str) -> tuple[int, list["ObservedTri
 
 def _last_attempt(folder: RunFolder, stage: str) -> tuple[int, dict[int, str]]:
     """Return the number of the last attempt at a stage, or 0, and number -> file of its trials without faults, lost ones too."""
-    files = (
-        file.relative_to(folder.path).as_posix() for file in folder.trials_path.glob("*/*/*.npz")
-    )
-    matches = [
-        match for name in {*folder.seals.names(), *files} if (match := _TRIAL.fullmatch(name))
-    ]
-    matches = [match for match in matches if match["stage"] == stage]
+    # a file that is lost still has a seal
+    names = set(folder.seals.names())
+    for file in folder.trials_path.glob("*/*/*.npz"):
+        names.add(file.relative_to(folder.path).as_posix())
+    matches = []
+    for name in names:
+        match = _TRIAL.fullmatch(name)
+        if match and match["stage"] == stage:
+            matches.append(match)
     attempt = max((int(match["attempt"]) for match in matches), default=0)
-    return attempt, {
-        int(match["number"]): match[0]
-        for match in matches
-        if match["number"] and int(match["attempt"]) == attempt
-    }
+    files = {}
+    for match in matches:
+        if match["number"] and int(match["attempt"]) == attempt:
+            files[int(match["number"])] = match[0]
+    return attempt, files
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,15 +171,15 @@ def note_event(folder: RunFolder, event: "Event") -> None:
             event.state,
             event.fault.rstrip("."),
         )
-    entry = {
-        name: getattr(event, name)
-        for name in ("kind", "stage", "attempt", "state", "fault", "asked")
-    }
-    line = json.dumps({"time": now(), **entry}) + "\n"
+    entry: dict[str, object] = {"time": now()}
+    for name in ("kind", "stage", "attempt", "state", "fault", "asked"):
+        entry[name] = getattr(event, name)
     with folder.storage(), folder.events_path.open("a+b") as file:
         file.seek(max(0, file.seek(0, os.SEEK_END) - 1))
-        cut = file.read(1) not in (b"", b"\n")  # the last line, by a kill
-        file.write((b"\n" if cut else b"") + line.encode())
+        # a kill may have cut the last line
+        if file.read(1) not in (b"", b"\n"):
+            file.write(b"\n")
+        file.write(json.dumps(entry).encode() + b"\n")
         file.flush()
         os.fsync(file.fileno())
 
@@ -188,8 +190,10 @@ def read_events(path: str | Path) -> list[dict[str, object]]:
     Each has "time", and what `robots.Event` has.
     """
     file = RunFolder(path).events_path
-    events = []
-    for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else ():
+    events: list[dict[str, object]] = []
+    if not file.exists():
+        return events
+    for line in file.read_text(encoding="utf-8").splitlines():
         with suppress(ValueError):
             events.append(json.loads(line))
     return events
