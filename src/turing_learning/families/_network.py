@@ -14,6 +14,7 @@ from turing_learning._files import write_atomically
 from turing_learning.arrays import check_tank
 from turing_learning.errors import brief, integer, refuse, require
 from turing_learning.kernels.imitation import (
+    AHEAD,
     HISTORY,
     MEMORIES,
     PAST,
@@ -28,6 +29,7 @@ from turing_learning.models import Parameter
 from turing_learning.trajectories import Trajectories, Windows
 
 from ._family import MOST_PLACES, Family
+from ._pieces import horizon_steps
 from ._tank import open_grid, recorded_grid, rectangle_grid, tanks_of
 
 GAINS = ("speed", "speed_noise", "turn_noise", "walls", "attraction", "alignment", "memory")
@@ -108,7 +110,8 @@ class Network(Family):
     another, is not chosen. Where a recording has many more individuals than are ever there at once, such as pedestrians
     who pass, others come when and where others came after that moment. Each of them has what it had when it was
     recorded: a goal, to where it left, whose direction is its course; and how fast it is when it is fast, in place of
-    the leaky averages. Who is not held up goes on for longer with what came next. They leave as they were recorded to
+    the leaky averages. Who is not held up goes on for longer with what came next, and nobody chooses what leads near to where
+    others will be. They leave as they were recorded to
     leave, or where others left. In a group of another size more come, or fewer, in proportion. There is no other tank for them.
 
     The parameters are gains, 1 as recorded. `speed` multiplies all lengths. `speed_noise` and `turn_noise` multiply
@@ -382,8 +385,10 @@ class Network(Family):
                 positions = np.pad(positions, room, constant_values=np.nan)
             positions[failed] = np.nan
             positions[failed, :, : again.shape[2]] = again
-        first_staying = np.argsort(~_stayed(positions), axis=1, kind="stable")
-        return np.take_along_axis(positions, first_staying[:, None, :, None], axis=2), None
+        # those of the start who are there still are the slow ones: others have to have the same chance
+        lots = np.array([own_rng.random(positions.shape[2]) for own_rng in rngs])
+        order = np.argsort(np.where(_stayed(positions), lots, 1.0), axis=1, kind="stable")
+        return np.take_along_axis(positions, order[:, None, :, None], axis=2), None
 
     def _gains(self, parameters: np.ndarray) -> np.ndarray:
         """Return all gains (M, 7) of models (M, P)."""
@@ -448,6 +453,7 @@ class Network(Family):
             gains,
             which,
             leaving,
+            horizon_steps(brain.interval_s)[1 : 1 + AHEAD],
             tanks,
             brain.units,
             brain.layers,

@@ -207,6 +207,14 @@ def joined(batches: Sequence[Recorded], frames: Sequence[int]) -> Recorded:
     return Recorded(**columns, then=np.concatenate(then), stretch=np.concatenate(stretch))
 
 
+def horizon_steps(interval_s: float) -> np.ndarray:
+    """Return after how many steps the times of `HORIZONS_S` are, each later than the one before."""
+    steps = [0]
+    for horizon in HORIZONS_S:
+        steps.append(max(steps[-1] + 1, round(horizon / interval_s)))
+    return np.array(steps[1:])
+
+
 def _outcomes(
     path: np.ndarray, rows: np.ndarray, answers: np.ndarray, tanks: Tanks, tank: int, interval_s: float
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
@@ -220,9 +228,7 @@ def _outcomes(
     vectors = []
     neighbors = []
     wall = np.full_like(position, np.nan)
-    steps = 0
-    for k, horizon in enumerate(HORIZONS_S):
-        steps = max(steps + 1, round(horizon / interval_s))
+    for k, steps in enumerate(horizon_steps(interval_s)):
         later = frame + steps
         next_position = np.full_like(position, np.nan)
         inside = later < len(path)

@@ -55,6 +55,10 @@ AHEAD = 3
 """Moments in the future for which it is known where a recorded step led."""
 FOLLOWED_AHEAD = 2
 """Of them, those at which a piece that is followed already must not lead out of the tank."""
+CLEAR = 1.3
+"""Times the distance to which others hardly ever come that who goes somewhere keeps from where they will be."""
+CLEAR_AHEAD = 2
+"""Moments in the future, the first ones, at which a choice keeps clear."""
 
 
 class Units(NamedTuple):
@@ -486,6 +490,40 @@ def keeps_apart(
 
 
 @inlined
+def keeps_clear(
+    path: np.ndarray, frame: int, i: int, angle: float, speed: float, ahead: np.ndarray, ahead_steps: np.ndarray,
+    nearest: np.ndarray, others_seen: int, clear: float,
+) -> bool:  # fmt: skip
+    """Whether what was recorded after a step does not lead near to others, if these go on as they went.
+
+    `ahead_steps` (AHEAD,) tells after how many steps the moments of `ahead` (AHEAD, 2) are, `nearest` who is seen.
+    Who is that near already may go away.
+    """
+    x = path[frame, i, 0]
+    y = path[frame, i, 1]
+    cosine = speed * math.cos(angle)
+    sine = speed * math.sin(angle)
+    for other in range(others_seen):
+        j = int(nearest[other, 1])
+        back = 2 if math.isnan(path[frame - PAST, j, 0]) else PAST
+        offset_x = path[frame, j, 0] - x
+        offset_y = path[frame, j, 1] - y
+        velocity_x = (path[frame, j, 0] - path[frame - back, j, 0]) / back
+        velocity_y = (path[frame, j, 1] - path[frame - back, j, 1]) / back
+        for k in range(CLEAR_AHEAD):
+            forward = ahead[k, 0]
+            left = ahead[k, 1]
+            if math.isnan(forward):
+                break
+            dx = offset_x + ahead_steps[k] * velocity_x - (forward * cosine - left * sine)
+            dy = offset_y + ahead_steps[k] * velocity_y - (forward * sine + left * cosine)
+            square = dx * dx + dy * dy
+            if square < clear * clear and square < nearest[other, 0]:
+                return False
+    return True
+
+
+@inlined
 def remember(displacement: float, units: Units, memory: np.ndarray) -> None:
     """Move the leaky averages of one individual by a step."""
     length = min(displacement, units.fastest)
@@ -567,8 +605,8 @@ def _measure_reach(pieces: Pieces) -> None:
 
 def _move_range(
     start: int, stop: int, paths: np.ndarray, memories: np.ndarray, goals: np.ndarray, keys: np.ndarray,
-    gains: np.ndarray, which_tank: np.ndarray, leaving: np.ndarray, tanks: Tanks, units: Units, layers: Layers,
-    pieces: Pieces,
+    gains: np.ndarray, which_tank: np.ndarray, leaving: np.ndarray, ahead_steps: np.ndarray, tanks: Tanks, units: Units,
+    layers: Layers, pieces: Pieces,
 ) -> None:  # fmt: skip
     """Move the groups `start` to `stop`: fill `paths` (M, F, A, 2) after its first HISTORY + 1 frames.
 
@@ -576,8 +614,8 @@ def _move_range(
     goal. `goals` (M, A, 2) are NaN where nobody comes or goes. `gains` (M, 7): speed, noise of length and of turn, walls,
     places and velocities of the others, memory. `keys` (M,) name streams of random numbers. Where a path has places
     already, as those of whoever comes later, it keeps them; other places are NaN.
-    `leaving` (M,) tells in which groups an individual is gone after a last step, or through an exit. Units and pieces
-    are for a speed of 1.
+    `leaving` (M,) tells in which groups an individual is gone after a last step, or through an exit, and `ahead_steps`
+    (AHEAD,) after how many steps the moments of `pieces.ahead` are. Units and pieces are for a speed of 1.
     """
     individuals = paths.shape[2]
     own_inputs = np.empty(OWN)
@@ -627,6 +665,7 @@ def _move_range(
                     continue
                 x = paths[m, frame, i, 0]
                 y = paths[m, frame, i, 1]
+                clear = 0.0 if math.isnan(goals[m, i, 0]) else CLEAR * units.closest
                 angle = see_own(paths[m], frame, i, goals[m, i], memories[m, i], mine, own_inputs)
                 for k in range(MEMORIES):
                     own_inputs[2 * LAGS + k] *= recall
@@ -689,6 +728,19 @@ def _move_range(
                         r = alike[k]
                         if careful and not stays_inside(
                             tanks, tank, x, y, angle, speed, pieces.ahead[r], AHEAD, leaving[m]
+                        ):
+                            continue
+                        if careful and not keeps_clear(
+                            paths[m],
+                            frame,
+                            i,
+                            angle,
+                            speed,
+                            pieces.ahead[r],
+                            ahead_steps,
+                            nearest,
+                            others_seen,
+                            clear,
                         ):
                             continue
                     length = speed * pieces.length[r]

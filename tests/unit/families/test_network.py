@@ -244,6 +244,15 @@ def test_people_come_and_go_as_they_were_recorded_to(people):
         assert present.sum(axis=2).mean() == pytest.approx(individuals, rel=0.25)
 
 
+def test_a_sample_may_be_of_one_who_came_later(people):
+    _, network = people
+    positions, _ = network._paths(values(network, 60), np.random.default_rng(3))
+    seen = positions[:, :, 0, 0]
+    walked = np.where(seen[:, -1] > seen[:, 0], seen[:, 0], 800 - seen[:, 0])
+    # whoever was there at the start has walked for 2 s, some 260 cm
+    assert 0.1 < (walked < 200).mean() < 0.9
+
+
 def speeds(positions):
     """Displacements (cm) in four frames of (F, A, 2) with NaN."""
     moved = np.linalg.norm(positions[4:] - positions[:-4], axis=-1)
