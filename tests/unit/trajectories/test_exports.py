@@ -2,6 +2,7 @@
 
 import json
 import re
+import tracemalloc
 
 import numpy as np
 import pandas as pd
@@ -9,6 +10,7 @@ import pytest
 from scipy.io import savemat
 from test_misreadings import table, walk
 from tracker_files import (
+    coco,
     deeplabcut,
     ethovision,
     fasttrack,
@@ -535,6 +537,20 @@ def test_points_of_via_are_read_and_outlines_refused(tmp_path):
     path.write_text(path.read_text().replace("point", "polygon").replace("cx", "all_points_x"))
     with pytest.raises(ValueError, match=r"have rectangles, points.*via.csv:3\]"):
         load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up")
+
+
+def test_json_has_a_bound_of_its_own_by_the_memory_that_it_takes(tmp_path):
+    path = coco(tmp_path, short_walk(frames=300))
+    tracemalloc.start()
+    load_trajectories(path, fps=25, pixels_per_cm=10)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 16 * path.stat().st_size
+    with path.open("r+b") as file:
+        # a hole, which takes no room
+        file.truncate((1 << 28) + 1)
+    with pytest.raises(ValueError, match="have at most 268435456 bytes; got 268435457"):
+        load_trajectories(path, fps=25, pixels_per_cm=10)
 
 
 def test_individuals_of_coco_without_tracks_and_other_json_are_refused(tmp_path):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._recording import Format, Options, Recording, YAxis, assemble, refusal
-from ._arrays import MOST_BYTES, dataset, member, open_hdf5, refuse_large, text, texts, whole
+from ._arrays import dataset, member, open_hdf5, refuse_large, text, texts, whole
 from ._columns import choose
 from ._layouts import in_unit
 from ._long import read_long
@@ -24,6 +24,8 @@ TRACKS = ("track", "track_id", "tracking_id", "instance_id", "object_id", "indiv
 """Attributes that name an individual."""
 FRAMES = ("frame", "frame_id", "frame_index", "frame_number")
 """Attributes that number the frame of an image; without them it is the last number in its name."""
+MOST_JSON_BYTES = 1 << 28
+"""Size of a JSON file. Reading takes 7 to 16 times as much memory, so up to 4 GiB, to which arrays may unpack as well."""
 ONE_EACH = "Where an image shows several individuals, the annotations have to name their tracks."
 
 
@@ -134,7 +136,7 @@ def read_coco(path: Path, options: Options) -> Recording:
     `track_id`, of the annotation or among its attributes, names the individual. Source: Lin et al. 2014,
     Microsoft COCO, ECCV; cocodataset.org, data format.
     """
-    refuse_large(path, MOST_BYTES)
+    refuse_large(path, MOST_JSON_BYTES)
     with whole("JSON", path):
         content = json.loads(path.read_bytes())
     if not (isinstance(content, dict) and {"images", "annotations"} <= content.keys()):
