@@ -191,7 +191,7 @@ def _from_file(path: Path, options: Options, format: str | None) -> tuple[Record
             "be a file", "a pipe or device", path, "Write what comes out of it to a file."
         )
     if path.is_dir() and not _arrays.files_of(path):
-        path = _exports.session_file(path) or path
+        path = _exports.session_file(path) or _exports.toxtrac_file(path) or path
     named = bool(options.columns)
     if format is None:
         chosen = _find(path, named)

@@ -4,6 +4,7 @@ import sys
 import h5py
 import numpy as np
 import pytest
+from scipy.io import savemat
 from tracker_files import (
     SAID,
     WRITERS,
@@ -323,6 +324,20 @@ def test_flipped_bytes_in_an_npz_are_found(tmp_path):
     path.write_bytes(content)
     with pytest.raises(ValueError, match="be a whole npz file; got Bad CRC-32"):
         load_trajectories(path)
+
+
+@pytest.mark.parametrize(("place", "damaged"), [(128 + 0x48, 255), (128 + 4, 1 << 30)])
+def test_an_element_of_no_type_in_a_file_of_matlab_is_refused_and_ends_no_process(
+    tmp_path, place, damaged
+):
+    path = tmp_path / "trajectories.mat"
+    savemat(path, {"trajectories": walk()})
+    assert len(load_trajectories(path, **SAID["toxtrac"], y_axis="up").positions) == 12
+    content = bytearray(path.read_bytes())
+    content[place : place + 4] = damaged.to_bytes(4, "little")
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match="be a whole npz or mat file; got type"):
+        load_trajectories(path, **SAID["toxtrac"], y_axis="up")
 
 
 def test_no_pickle_in_an_npz_is_opened(tmp_path):

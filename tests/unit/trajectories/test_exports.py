@@ -20,6 +20,8 @@ from tracker_files import (
     ros_csv,
     sleap,
     sleap_csv,
+    toxtrac,
+    toxtrac_csv,
     trackmate,
     trackmate_xml,
     trex_csv,
@@ -537,6 +539,21 @@ def test_points_of_via_are_read_and_outlines_refused(tmp_path):
     path.write_text(path.read_text().replace("point", "polygon").replace("cx", "all_points_x"))
     with pytest.raises(ValueError, match=r"have rectangles, points.*via.csv:3\]"):
         load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up")
+
+
+def test_a_folder_of_toxtrac_is_read_by_the_tracks_of_its_only_arena(tmp_path):
+    positions = short_walk()
+    toxtrac(tmp_path, positions)
+    pixels = load_trajectories(tmp_path, fps=25, pixels_per_cm=10)
+    toxtrac_csv(tmp_path, positions)
+    (tmp_path / "Stats_1.txt").write_text("Video FrameRate:\n25\n")
+    read = load_trajectories(tmp_path)
+    assert (pixels.format, read.format) == ("toxtrac", "toxtrac-csv")
+    np.testing.assert_allclose(read.positions, pixels.positions)
+    (tmp_path / "Tracking_RealSpace_2.txt").write_text("of another arena")
+    message = "tracks of one arena; got Tracking_RealSpace_1.txt, Tracking_RealSpace_2.txt"
+    with pytest.raises(ValueError, match=message):
+        load_trajectories(tmp_path)
 
 
 def test_json_has_a_bound_of_its_own_by_the_memory_that_it_takes(tmp_path):

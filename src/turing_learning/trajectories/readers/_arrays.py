@@ -4,6 +4,7 @@ import io
 import json
 import math
 import pickle
+import struct
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -202,6 +203,42 @@ def _begins(path: Path, mark: bytes) -> bool:
         return file.read(len(mark)) == mark
 
 
+_LISTED = 14  # An element that consists of others
+_COMPRESSED = 15
+_TYPES = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13, _LISTED, _COMPRESSED, 16, 17, 18)
+_HEADER_BYTES = 128
+
+
+def _check_elements(path: Path) -> None:
+    """Raise a ValueError for a file of MATLAB with an element of no known type, or one that is longer than its file.
+
+    scipy 1.17 looks such a type up beyond the end of its table, which ends the process. Only the 8 bytes before each
+    element are read. Source: MathWorks, MAT-File Format, version 5.
+    """
+    with path.open("rb") as file:
+        byte_order = "<" if file.read(_HEADER_BYTES).endswith(b"IM") else ">"
+        stretches = [(_HEADER_BYTES, path.stat().st_size)]
+        while stretches:
+            begin, end = stretches.pop()
+            # a few bytes of padding may be left
+            while end - begin >= 8:
+                file.seek(begin)
+                element_type, size = struct.unpack(f"{byte_order}II", file.read(8))
+                begin += 8
+                if element_type >> 16:
+                    # a small element has its bytes where the size of others is
+                    element_type &= 0xFFFF
+                    size = 0
+                if element_type not in _TYPES or size > end - begin:
+                    raise ValueError(f"type {element_type}, {size} bytes before byte {begin}")
+                if element_type == _LISTED:
+                    stretches.append((begin, begin + size))
+                begin += size
+                if element_type != _COMPRESSED:
+                    # others end at a multiple of 8 bytes
+                    begin += -size % 8
+
+
 def read_archive(path: Path) -> Recording:
     """Read the array (F, A, 2) of an npz file or of a file of MATLAB: the only one, or `trajectories` or `positions`.
 
@@ -211,6 +248,7 @@ def read_archive(path: Path) -> Recording:
         if _begins(path, MATLAB):
             from scipy.io import loadmat, whosmat
 
+            _check_elements(path)
             stated = whosmat(path)
             check_unpacked(sum(8 * math.prod(shape) for _, shape, _ in stated), path)
             if (TRX, "struct") in {(name, dtype) for name, _, dtype in stated}:

@@ -260,6 +260,24 @@ SESSION_FILES = ("without_gaps", "validated", "trajectories", "with_gaps")
 SESSION_SUFFIXES = (".h5", ".csv", ".npy")
 
 
+TOXTRAC_FILES = ("Tracking_RealSpace*.txt", "Tracking_*.txt", "Tracking.txt")
+"""Names of the tracks among what ToxTrac writes, a file for each arena; those in mm come first."""
+
+
+def toxtrac_file(folder: Path) -> Path | None:
+    """Return the file of tracks in a folder of ToxTrac; None if there is none. Several arenas are refused."""
+    for pattern in TOXTRAC_FILES:
+        files = sorted(filter(Path.is_file, folder.glob(pattern)), key=lambda file: file.name)
+        if len(files) > 1:
+            # individuals of different arenas are no neighbors
+            names = ", ".join(file.name for file in files)
+            remedy = "Give the files, each of which is a recording."
+            raise refusal("have the tracks of one arena", names, folder, remedy)
+        if files:
+            return files[0]
+    return None
+
+
 def session_file(folder: Path) -> Path | None:
     """Return the file of trajectories in a folder of idtracker.ai: HDF5 before CSV before npy; None if there is none."""
     candidates: list[tuple[int, int, str, Path]] = []
