@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Group, Parameter
 
 import turing_learning as tl
-from turing_learning.errors import RefusedError, Setting, nearest, refuse, refusing_as, require
+from turing_learning.errors import RefusedError, Setting, refuse, refusing_as, require
 
 if TYPE_CHECKING:
     from turing_learning.families import RecordedSystem
@@ -210,16 +210,7 @@ class Recording(Sampling):
     def system(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
         motion = self.motion()
-        families = tl.families.MODELS
-        model = str(self.model)
-        rule = f"be one of {', '.join(families)}, or parts as kicks+walls"
-        remedy = nearest(model, (*families, *tl.families.PARTS))
-        if ":" in model:
-            remedy = (
-                'A simulator of your own goes with tl.infer(genuine=windows, simulate="module:name")'
-                " in Python, a program with --simulate-command."
-            )
-        require(tl.families.is_model(model), "--model", rule, repr(model), remedy)
+        chosen = tl.families.model_named(str(self.model), "--model", own=False)
         windows, family, recordings = motion.opened(progress=tell_learning)
         parameters, unusual_ranges = motion.parameters(family, recordings)
         paths = self.trajectories or []
@@ -231,8 +222,7 @@ class Recording(Sampling):
             title += f" and {len(paths) - 1} more"
         for name, recording in zip(names, recordings, strict=True):
             print_problems(name, recording)
-        social = tl.families.model_named(model).social
-        if social and all(len(recording.individuals) == 1 for recording in recordings):
+        if chosen.social and all(len(recording.individuals) == 1 for recording in recordings):
             neighbors = f"what {self.model} says of neighbors"
             print(f"there is one individual: {neighbors} cannot be inferred")
         for line in unusual_ranges:

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -68,6 +69,16 @@ class Composed(Particles):
     settling_steps: int = SETTLING_STEPS
     #: Standard deviation of durations and initial speeds of kicks, as a share of their means
     variation: float = 0.5
+
+    @classmethod
+    def settings_of(cls, name: str) -> dict[str, Any]:
+        """Return the parts that a name such as ``kicks+walls`` states."""
+        return {"parts": parts_of(name)}
+
+    @classmethod
+    def needs_tank(cls, **settings: Any) -> bool:
+        """Whether walls are among the parts."""
+        return "walls" in settings["parts"]
 
     def __post_init__(self) -> None:
         super().__post_init__()

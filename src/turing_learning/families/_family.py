@@ -50,6 +50,16 @@ class Family(ABC):
     social: ClassVar[bool] = True
     """Whether individuals take notice of each other."""
 
+    @classmethod
+    def settings_of(cls, name: str) -> dict[str, Any]:
+        """Return the settings that a name of models states, as kicks+walls its parts; most state none."""
+        return {}
+
+    @classmethod
+    def needs_tank(cls, **settings: Any) -> bool:
+        """Whether models with these settings move in a tank only."""
+        return False
+
     def __post_init__(self) -> None:
         integer("individuals", self.individuals, 1)
         integer("steps", self.steps, 1)

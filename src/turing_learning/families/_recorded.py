@@ -134,12 +134,23 @@ def is_model(name: str) -> bool:
     return name in MODELS or not set(parts_of(name)).isdisjoint(PARTS)
 
 
-def model_named(name: str) -> Any:
-    """Return a family of models by its name, or what "module:name" names: a family, or a simulator as `infer` takes it."""
+def model_named(name: str, argument: str = "model", *, own: bool = True) -> Any:
+    """Return a family of models by its name, or what "module:name" names: a family, or a simulator as `infer` takes it.
+
+    An unknown name is refused, in a message on an `argument`; without `own` any "module:name" is, too.
+    """
+    rule = f"be one of {', '.join(MODELS)}, or parts as kicks+walls"
+    remedy = nearest(name, (*MODELS, *PARTS))
     if ":" in name:
-        return imported(name, "model")
-    rule = f"be one of {', '.join(MODELS)}, parts as kicks+walls, or module:name"
-    require(is_model(name), "model", rule, repr(name), nearest(name, (*MODELS, *PARTS)))
+        if own:
+            return imported(name, argument)
+        remedy = (
+            'A simulator of your own goes with tl.infer(genuine=windows, simulate="module:name")'
+        )
+        remedy += " in Python, a program with --simulate-command."
+    elif own:
+        rule += ", or module:name"
+    require(is_model(name), argument, rule, repr(name), remedy)
     if name in MODELS:
         return MODELS[name]
     check_parts(parts_of(name), "model")
@@ -308,12 +319,10 @@ class RecordedSystem:
             if issubclass(chosen, Network):
                 tanks = option("tank") or ["recorded"]
                 return windows, network or _learned(likely, windows, tanks, progress), motion
-            settings: dict[str, Any] = {}
-            if chosen is Composed:
-                settings["parts"] = parts_of(self.options["model"])
+            settings = chosen.settings_of(self.options["model"])
             asked = option("tank") or []
             # without walls a group would spread, and neighbors be farther away than in the tank
-            confined = NEIGHBOR & set(windows.names) or "walls" in settings.get("parts", ())
+            confined = NEIGHBOR & set(windows.names) or chosen.needs_tank(**settings)
             if not asked and issubclass(chosen, Particles) and confined:
                 asked = ["recorded"]
             if asked in (["recorded"], ["none"]):
@@ -332,8 +341,8 @@ def _family_options(simulate: Any, recordings: Sequence[Trajectories]) -> dict[s
     for model, builtin in MODELS.items():
         if builtin is family:
             name = model
-    if family is Composed:
-        name = "+".join(groups[0].parts)
+    # who is put together from parts names them
+    name = getattr(groups[0], "name", name)
     if name is None or not issubclass(family, Family):
         return {}
     if not issubclass(family, Particles):

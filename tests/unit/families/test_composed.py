@@ -90,3 +90,16 @@ def test_parts_that_make_no_family_are_refused(name: str, mistake: str) -> None:
 def test_walls_need_a_tank() -> None:
     with pytest.raises(ValueError, match="tank"):
         Composed(parts=("kicks", "walls"))
+
+
+def test_an_unknown_model_is_refused_in_one_place_and_a_name_states_its_parts() -> None:
+    for name, own, message in (
+        ("kikcs", True, r"`--model` must be one of .*, or parts as kicks\+walls, or module:name"),
+        ("mine:walk", False, r"`--model` must be one of .*as kicks\+walls; got 'mine:walk'. A sim"),
+    ):
+        with pytest.raises(RefusedError, match=message):
+            model_named(name, "--model", own=own)
+    settings = model_named("kicks+walls").settings_of("kicks+walls")
+    assert Composed(**settings, tank_cm=(30, 20)).name == "kicks+walls"
+    assert Composed.needs_tank(**settings)
+    assert not BurstAndCoast.needs_tank(**BurstAndCoast.settings_of("burst-and-coast"))
