@@ -6,7 +6,7 @@ from turing_learning.config import merged
 
 from .._experiment import Experiment
 from .._verdicts import prose
-from . import case_studies, classifiers, generality, laboratory, other_methods
+from . import case_studies, classifiers, generality, laboratory, other_methods, sensors
 
 _IN_ORDER = {
     "3.2": case_studies.conduct_snapshots,
@@ -20,6 +20,7 @@ _IN_ORDER = {
     "4.6.4": generality.conduct_behaviors,
     "5": laboratory.conduct,
     "interaction": classifiers.conduct_interaction,
+    "sensors": sensors.conduct,
 }
 
 
