@@ -104,14 +104,16 @@ class NormalIndividuals:
         pieces: list[Windows] = []
         recording_of_piece: list[int] = []
         for k, windows in enumerate(recordings):
-            lengths = [len(individual) for individual in windows if len(individual)]
+            lengths = list(filter(None, map(len, windows)))
             # A recording is cut in two from 1.75 times the length on.
             count = max(1, int(np.median(lengths or [0]) / max(length, 1) + 0.25))
             for portion in range(count):
                 pieces.append([_part_of(individual, portion, count) for individual in windows])
                 recording_of_piece.append(k)
-        lengths = [len(individual) for windows in pieces for individual in windows]
-        usual = float(np.median([count for count in lengths if count]))
+        lengths = []
+        for windows in pieces:
+            lengths += filter(None, map(len, windows))
+        usual = float(np.median(lengths))
         # Pieces may be longer than the motion, of which at least half is judged.
         usual = min(usual, length / SHORTEST_SHARE)
         # Chance makes the scores of short pieces high: they would hide who is abnormal.
@@ -221,21 +223,21 @@ class TrainedMethod:
         What was learned from planted ones of a kind is left out.
         """
         shares = []
-        for individual in individuals:
-            shares.append(
-                self.scorer(individual, planted) if len(individual.windows) else np.empty(0)
-            )
-        means = np.array([windows.mean() if len(windows) else np.nan for windows in shares])
+        means = np.full(len(individuals), np.nan)
+        for who, individual in enumerate(individuals):
+            windows = np.empty(0)
+            if len(individual.windows):
+                windows = self.scorer(individual, planted)
+                means[who] = windows.mean()
+            shares.append(windows)
         # With one recording, individuals are left out, not recordings.
         # How much that changes the scores of other recordings is not known.
         if not self.normal.one_recording:
             factor, offset = self._scale_of_fewer(individuals, means[~np.isnan(means)], planted)
             shares = [offset + factor * windows for windows in shares]
             means = offset + factor * means
-        return [
-            windows - usual
-            for windows, usual in zip(shares, self._usual_scores(means), strict=True)
-        ]
+        usual_scores = self._usual_scores(means)
+        return [windows - usual for windows, usual in zip(shares, usual_scores, strict=True)]
 
     def _scale_of_fewer(
         self, individuals: Sequence[Features], scores: np.ndarray, planted: str
@@ -394,13 +396,14 @@ def judge_alike(
     """
     number("false_alarms", false_alarms, above=0, below=1)
     check(any(map(len, motion)), "motion", "hold a window", "none")
-    counts = [sum(1 for individual in windows if len(individual)) for windows in (motion, *normal)]
+    # individuals with a window, of each recording
+    counts = [sum(map(bool, map(len, windows))) for windows in (motion, *normal)]
     normal_count = sum(counts[1:])
     rule = "hold at least 2 normal individuals with a window"
     check(normal_count >= 2, "genuine", rule, normal_count, "Record more of them.")
     if relative is None:
         relative = min(filter(None, counts)) >= FEWEST_FELLOWS
-    length = int(np.median([len(individual) for individual in motion if len(individual)]))
+    length = int(np.median(list(filter(None, map(len, motion)))))
     individuals = NormalIndividuals.of(normal, length)
     normal_count = len(individuals.group_of)
     rule = (
@@ -410,13 +413,12 @@ def judge_alike(
     level = None
     if promised:
         level = max(false_alarms, 1 / (normal_count + 1))
+    promised_rate = false_alarms if promised else None
     rankings = []
     for method in methods:
         trained = TrainedMethod.learn(method, individuals, cases, planted, relative)
-        promised_rate = false_alarms if promised else None
-        rankings.append(
-            rank(trained.scores(motion), names, promised_rate, individuals.least_windows)
-        )
+        scores = trained.scores(motion)
+        rankings.append(rank(scores, names, promised_rate, individuals.least_windows))
     rankings.sort(
         key=lambda ranking: -(ranking.area or 0.0) - (ranking.name == MOTION) * AREA_MARGIN
     )

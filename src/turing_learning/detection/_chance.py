@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations, count
+from itertools import combinations
 from math import ceil, comb
 
 import numpy as np
@@ -73,11 +73,10 @@ def known_needed(share: float, samples: int) -> int:
     """Return how many genuine samples are enough for a p-value as small as a share."""
     if samples == 1:
         return ceil(1 / share) - 1
-    return next(
-        genuine_count
-        for genuine_count in count(1)
-        if 1 / comb(genuine_count + samples, samples) <= share
-    )
+    genuine_count = 1
+    while 1 / comb(genuine_count + samples, samples) > share:
+        genuine_count += 1
+    return genuine_count
 
 
 @lru_cache(maxsize=2)

@@ -99,9 +99,7 @@ def detect(
     if abnormal:
         cases = []
         for recording in abnormal:
-            cases += [
-                Case(windows) for windows in _windows(recording, with_company) if len(windows)
-            ]
+            cases += map(Case, filter(len, _windows(recording, with_company)))
         in_words = f"{len(cases)} individuals that are known to be abnormal"
         normal = replace(normal, cases=cases, cases_in_words=in_words, relative=False)
     return judge_alike(
@@ -121,15 +119,18 @@ def detect(
 
 def _methods(run: RunClassifiers, with_company: bool) -> list[Method]:
     """Return the methods; signals of the run come first, those of company after them."""
-    own_columns = slice(run.signals if with_company else None)
-    methods = [
+    own_columns = slice(None)
+    # statistics of motion are those of company where that is known, of all signals otherwise
+    of_motion = slice(None)
+    if with_company:
+        own_columns = slice(run.signals)
+        of_motion = slice(run.signals, None)
+    return [
         Method(CLASSIFIERS, run.outputs, columns=own_columns),
         replace(WINDOW_STATISTICS, columns=own_columns),
+        replace(ONE_CLASS, columns=own_columns),
+        replace(MOTION_STATISTICS, columns=of_motion),
     ]
-    methods.append(replace(ONE_CLASS, columns=own_columns))
-    company = slice(run.signals, None)
-    methods.append(replace(MOTION_STATISTICS, columns=company if with_company else own_columns))
-    return methods
 
 
 def _has_company(motion: AnyMotion) -> bool:

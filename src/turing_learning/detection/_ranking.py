@@ -126,9 +126,10 @@ class Detection:
         areas = {}
         for ranking in self.rankings:
             areas[ranking.name] = ranking.area or 0.0
-            names.append(
-                ranking.name if ranking.area is None else f"{ranking.name} {ranking.area:.3f}"
-            )
+            name = ranking.name
+            if ranking.area is not None:
+                name = f"{name} {ranking.area:.3f}"
+            names.append(name)
         compared = ", ".join(names)
         if not self.cases:
             return [f"Also looked at: {compared}."]

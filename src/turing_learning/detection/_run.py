@@ -259,10 +259,8 @@ def motion_of(
     if paths.shape[1] > 1:
         steps = np.arange(run.steps)
         related = company(paths, individuals, recording.fps, usual)
-        beside = [
-            relation[begin[:, None] + steps]
-            for relation, begin in zip(related, begins, strict=True)
-        ]
+        for relation, begin in zip(related, begins, strict=True):
+            beside.append(relation[begin[:, None] + steps])
     times = (np.stack((begin, begin + run.steps), axis=1) / recording.fps for begin in begins)
     return RecordedMotion(
         individuals=names,

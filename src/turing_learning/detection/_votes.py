@@ -284,11 +284,11 @@ class Detector:
         for count in set(counts) - {0}:
             thresholds[count] = scan.threshold(count, self.false_alarms, DRAWS)
         self._warn_if_windows_are_too_few(scan, counts, thresholds)
-        individuals = zip(motion.individuals, motion.times, scores, strict=True)
-        return tuple(
-            scan.verdict(name, times, own_scores, thresholds[len(own_scores)])
-            for name, times, own_scores in individuals
-        )
+        verdicts = []
+        for name, times, own_scores in zip(motion.individuals, motion.times, scores, strict=True):
+            threshold = thresholds[len(own_scores)]
+            verdicts.append(scan.verdict(name, times, own_scores, threshold))
+        return tuple(verdicts)
 
     def _warn_if_blind(self) -> None:
         """Log a warning if genuine motion that had no part in the weights scores no higher than abnormal."""

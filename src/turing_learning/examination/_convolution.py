@@ -86,9 +86,10 @@ def _shares(
     # all ranks in all responses, of which each kernel takes its own: one call is faster than many
     quantiles = np.quantile(responses[number, drawn], np.stack(ranks), axis=1)
     thresholds = quantiles[number, :, number].astype(np.float32)
-    exceeded = [
-        (responses > thresholds[:, level, None, None]).mean(axis=2) for level in range(LEVELS)
-    ]
+    exceeded = []
+    # level by level, because all at once take as many times the memory
+    for level in range(LEVELS):
+        exceeded.append((responses > thresholds[:, level, None, None]).mean(axis=2))
     return np.stack(exceeded, axis=2).transpose(1, 0, 2).reshape(len(series), -1)
 
 

@@ -64,11 +64,13 @@ def game(
     Herbert-Read, Romenskyy and Sumpter, A Turing test for collective motion, Biology Letters 11 (2015).
     """
     integer("seed", seed)
-    sides = [recordings_of(real, "real"), recordings_of(simulated, "simulated")]
-    sides = [[recording.cleared() for recording in side] for side in sides]
-    every = [recording for side in sides for recording in side]
-    tested = test(sides[0], sides[1], smooth_frames=smooth_frames, examiners=QUICK, seed=seed)
-    sides = [same_rate(side, every, []) for side in sides]
+    real_cleared = [recording.cleared() for recording in recordings_of(real, "real")]
+    simulated_cleared = [recording.cleared() for recording in recordings_of(simulated, "simulated")]
+    every = [*real_cleared, *simulated_cleared]
+    tested = test(
+        real_cleared, simulated_cleared, smooth_frames=smooth_frames, examiners=QUICK, seed=seed
+    )
+    sides = [same_rate(side, every, []) for side in (real_cleared, simulated_cleared)]
     frames, individuals = scene_size(sides, pairs, length_s)
     rng = np.random.default_rng((seed, 5))
     scenes = [scenes_of(side, frames, individuals, pairs, smooth_frames, rng) for side in sides]

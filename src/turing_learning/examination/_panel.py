@@ -193,10 +193,10 @@ def examine_views(
     # (G, B), the true one first
     labellings = group_labellings(counts, permutations, rng)
     labels = labellings[groups]
-    scores = [
-        _cross_fitted(examiner, views.standardized[examiner.sees], labels, groups)
-        for examiner in examiners
-    ]
+    scores = []
+    for examiner in examiners:
+        views_seen = views.standardized[examiner.sees]
+        scores.append(_cross_fitted(examiner, views_seen, labels, groups))
     right = np.stack([right_answers(examiner, labels, groups) for examiner in scores])
     # both kinds weigh the same
     sides_right = (
@@ -214,10 +214,9 @@ def examine_views(
     needed = critical + ndtri(SURE) * spread
     of_best, genuine = scores[best][:, 0], labels[:, 0] > 0.5
     placement = _placements(of_best, genuine)
-    members = [
-        Member(examiner.name, float(single[k, 0]), _p_value(single[k]))
-        for k, examiner in enumerate(examiners)
-    ]
+    members = []
+    for examiner, accuracies in zip(examiners, single, strict=True):
+        members.append(Member(examiner.name, float(accuracies[0]), _p_value(accuracies)))
     return Examined(
         accuracy=float(best_accuracies[0]),
         interval=_interval(right[best, :, 0].astype(float), genuine, groups),
@@ -341,10 +340,12 @@ def _interval(values: np.ndarray, genuine: np.ndarray, groups: np.ndarray) -> tu
         _, members = np.unique(groups[side], return_inverse=True)
         residuals = np.bincount(members, weights=values[side] - mean)
         count = len(residuals)
+        # of groups, not samples, as those of a group are alike; a side has half of the weight: / 4
         own_variance = (residuals**2).sum() / side.sum() ** 2 * count / max(count - 1, 1) / 4
         middle += mean / 2
         variance += own_variance
         freedom += own_variance**2 / max(count - 1, 1)
+    # Welch and Satterthwaite: groups of two sides with unequal variances
     freedom = variance**2 / freedom if freedom > 0 else np.inf
     half = 0.0
     if variance > 0:

@@ -103,9 +103,11 @@ def pair_of(
     remedy = "Give the scale of those in px, or of none."
     require(len(units) == 1, "unit", "be the same for all recordings", " and ".join(units), remedy)
     if any(recording.headings is None for recording in every):
-        sides = [[replace(recording, headings=None) for recording in side] for side in sides]
+        # headings of some alone would tell the sides apart
+        for side in sides:
+            side[:] = [replace(recording, headings=None) for recording in side]
     sides = [same_rate(side, every, remarks) for side in sides]
-    every = [recording for side in sides for recording in side]
+    every = [*sides[0], *sides[1]]
     names = _names(names, every, of_groups=_enough(len(real), len(simulated)))
     steps = _steps(every, window_s)
     fps = every[0].fps
@@ -113,23 +115,15 @@ def pair_of(
     rng = np.random.default_rng((seed, 2))
     cut = []
     for argument, side in zip(("real", "simulated"), sides, strict=True):
+        sides_cut = []
         with refusing_as(RefusedError, name=argument):
-            sides_cut = [
-                _cut(recording, k, names, steps, smooth_frames) for k, recording in enumerate(side)
-            ]
+            for k, recording in enumerate(side):
+                sides_cut.append(_cut(recording, k, names, steps, smooth_frames))
         cut.append(_limited(_joined(sides_cut), rng))
-    of_length = {"cm": units[0]}
-    units_by_name = {
-        name: unit.replace("cm", of_length["cm"]) for name, unit in (SIGNALS | OF_GROUPS).items()
-    }
-    return Pair(
-        cut[0],
-        cut[1],
-        names,
-        {name: units_by_name[name] for name in names},
-        1 / fps,
-        tuple(remarks),
-    )
+    units_of_signals = {}
+    for name in names:
+        units_of_signals[name] = (SIGNALS | OF_GROUPS)[name].replace("cm", units[0])
+    return Pair(cut[0], cut[1], names, units_of_signals, 1 / fps, tuple(remarks))
 
 
 def pair_of_arrays(
@@ -163,6 +157,7 @@ def same_rate(
     thinned = []
     for recording in side:
         times = recording.fps / lowest
+        # stated rates are rounded: 29.97 and 30 per second are one rate
         fits = abs(times - round(times)) < 0.01 * times
         remedy = "Bring all to one frame rate: speeds and turns of another have other noise."
         rule = f"be a whole multiple of the lowest rate, {lowest:g} per second"
@@ -178,8 +173,10 @@ def same_rate(
 
 def _enough(real: int, simulated: int) -> bool:
     """Return whether so many groups of both sides can be exchanged in enough ways."""
-    # of sides of the same size each division comes twice, with the sides exchanged
-    divisions = comb(real + simulated, real) / (2 if real == simulated else 1)
+    divisions = comb(real + simulated, real)
+    if real == simulated:
+        # each division comes twice, with the sides exchanged
+        divisions //= 2
     return divisions >= FEWEST_ARRANGEMENTS
 
 
@@ -279,8 +276,10 @@ def _of_group(recording: Trajectories, name: str) -> np.ndarray:
 
 
 def _joined(sides: Sequence[Side]) -> Side:
-    names = ("samples", "recording", "individual", "start", "block", "paths")
-    return Side(**{name: np.concatenate([getattr(side, name) for side in sides]) for name in names})
+    arrays = {}
+    for name in ("samples", "recording", "individual", "start", "block", "paths"):
+        arrays[name] = np.concatenate([getattr(side, name) for side in sides])
+    return Side(**arrays)
 
 
 def _limited(side: Side, rng: np.random.Generator) -> Side:

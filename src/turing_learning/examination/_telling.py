@@ -183,6 +183,7 @@ def _unit(statistic: str, units: dict[str, str]) -> str:
         return "%"
     if not statistic.startswith(("mean ", "spread of ", "low ", "median ", "high ", "change of ")):
         return ""
+    # the longest name first: one signal's name may be part of another's
     matching = [name for name in sorted(units, key=len, reverse=True) if name in statistic]
     return units[matching[0]] if matching else ""
 
@@ -231,6 +232,7 @@ def _balanced(right: np.ndarray, labels: np.ndarray) -> list[float]:
 
 def told_by(telling: Sequence[Telling]) -> str:
     """Say in a sentence what gives away simulated samples that are told."""
+    # what tells hardly better than guessing gives nothing away
     statistics = [cue for cue in telling if cue.kind == "statistic" and cue.accuracy >= 0.55]
     if not statistics:
         return "No single statistic tells it; the examiners need several together."

@@ -101,15 +101,20 @@ class TuringTest(Tabular):
 
     def to_json(self) -> dict[str, Any]:
         """Return what the command prints with --json."""
+        telling = []
+        for cue in self.telling:
+            # what does not apply to a cue is left out
+            facts = {name: value for name, value in vars(cue).items() if value not in (None, "")}
+            telling.append(facts)
+        control = None
+        if self.control is not None:
+            control = self.control.to_json()
         return {
             **self.examined.to_json(),
-            "telling": [
-                {name: value for name, value in vars(cue).items() if value not in (None, "")}
-                for cue in self.telling
-            ],
+            "telling": telling,
             "verdict": self.verdict,
             "signals": list(self.signals),
-            "control": None if self.control is None else self.control.to_json(),
+            "control": control,
             "sentences": [*self.sentences, *self.remarks],
         }
 
@@ -130,10 +135,9 @@ class TuringTest(Tabular):
         real, simulated = self.examined.samples
         groups = " and ".join(map(str, self.examined.groups))
         samples = f"{counted(real, 'real sample')}, {simulated} simulated, in {groups} {self.examined.grouping}"
-        rows = [
-            [member.name, f"{member.accuracy:.3f}", f"p = {member.p_value:.3f}"]
-            for member in self.examined.examiners
-        ]
+        rows = []
+        for member in self.examined.examiners:
+            rows.append([member.name, f"{member.accuracy:.3f}", f"p = {member.p_value:.3f}"])
         for cue in self.telling:
             if cue.kind in ("statistic", "signal"):
                 rows.append([cue.what, f"{cue.accuracy:.3f}", cue.words or "-"])
@@ -262,11 +266,15 @@ def _tested(
     given = Given(
         views.windows, labels, np.concatenate(numbers), pair.names, pair.units, pair.interval_s
     )
+    telling = tuple(what_tells(given, seed))
+    between_halves = None
+    if control:
+        between_halves = _control(pair, owners[0], grouping, permutations, seed)
     return TuringTest(
         examined=examined,
         signals=pair.names,
-        telling=tuple(what_tells(given, seed)),
-        control=_control(pair, owners[0], grouping, permutations, seed) if control else None,
+        telling=telling,
+        control=between_halves,
         remarks=(*pair.remarks, *_remarks(grouping)),
         given=given,
         paths=(pair.real.paths, pair.simulated.paths),

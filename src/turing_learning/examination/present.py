@@ -33,12 +33,15 @@ def test_page(result: TuringTest, title: str, command: str = "") -> str:
     examined = result.examined
     low, high = examined.interval
     power = examined.power_accuracy
+    noticed = "nothing"
+    if power is not None:
+        noticed = f"an accuracy of {power:.2f}"
     facts = [
         ("Verdict", result.verdict),
         ("Accuracy", f"{examined.accuracy:.3f} ({low:.3f} to {high:.3f}); 0.5 is guessing"),
         ("p-value", f"{examined.p_value:.3f}"),
         ("Area under the ROC curve", f"{examined.auc:.3f}"),
-        ("Noticed in 80 % of tests", "nothing" if power is None else f"an accuracy of {power:.2f}"),
+        ("Noticed in 80 % of tests", noticed),
         ("Samples", f"{examined.samples[0]} real, {examined.samples[1]} simulated"),
         ("Groups", f"{examined.groups[0]} and {examined.groups[1]} {examined.grouping}"),
         ("Signals", ", ".join(result.signals)),
@@ -67,12 +70,15 @@ def test_page(result: TuringTest, title: str, command: str = "") -> str:
         rows = [[cue.what, cue.accuracy] for cue in result.telling if cue.kind == kind]
         if rows:
             listings.append(Listing(kind, heading, ["what is seen", "accuracy"], rows))
+    warning = ""
+    if result.verdict == "cannot say":
+        warning = " ".join(result.sentences[2:])
     report = Report(
         title=title,
         summary=" ".join(result.sentences[:2]),
         listings=listings,
         figures=_pictures(result, statistics),
-        warning=" ".join(result.sentences[2:]) if result.verdict == "cannot say" else "",
+        warning=warning,
         facts=facts,
     )
     return report_page(report)

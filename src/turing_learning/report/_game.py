@@ -81,7 +81,9 @@ def _content(game: Game) -> dict[str, object]:
         scenes = [_centered(real), _centered(simulated)]
         side = 2 * MARGIN * max(float(np.abs(scene).max()) for scene in scenes)
         coded = [_coded(scene / max(side, 1e-9) + 0.5) for scene in scenes]
-        pairs.append({"scenes": coded if real_left else coded[::-1], "mark": _mark(real_left, rng)})
+        if not real_left:
+            coded.reverse()
+        pairs.append({"scenes": coded, "mark": _mark(real_left, rng)})
     digest = hashlib.sha256(json.dumps(pairs).encode()).hexdigest()
     return {
         "game": digest[:8],

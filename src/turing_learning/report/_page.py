@@ -87,8 +87,14 @@ def report_page(report: Report) -> str:
         sections.append(_verdict(report.judgment))
     if report.facts:
         sections.append(f'<dl class="top">{_facts(report.facts)}</dl>')
-    sections += [_warning(doubt) for doubt in report.doubts]
-    sections += [_listing(listing) for listing in report.listings if not listing.folded]
+    sections += map(_warning, report.doubts)
+    # what is folded stands below the figures
+    folded = []
+    for listing in report.listings:
+        if listing.folded:
+            folded.append(_listing(listing))
+        else:
+            sections.append(_listing(listing))
     if report.data:
         sections.append(f'<p class="note">Data: {_downloads(report.data)}</p>')
     if report.warning:
@@ -103,21 +109,21 @@ def report_page(report: Report) -> str:
         sections.append(_replay(report.replay))
     if report.figures:
         sections.append(_section("figures", "Figures", _figures(report.figures)))
-    sections += [_listing(listing) for listing in report.listings if listing.folded]
+    sections += folded
     if report.configuration:
         code = f"<pre><code>{escape(report.configuration)}</code></pre>"
         sections.append(_folded("configuration", "Configuration", code))
     if report.manifest:
-        sections.append(
-            _folded("manifest", "Manifest", _scroll("Manifest", _manifest(report.manifest)))
-        )
+        table = _scroll("Manifest", _manifest(report.manifest))
+        sections.append(_folded("manifest", "Manifest", table))
     return _page(report.title, report.summary, sections, report.replay)
 
 
 def _facts(facts: Iterable[tuple[str, str]]) -> str:
-    return "".join(
-        f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts
-    )
+    markup = ""
+    for name, value in facts:
+        markup += f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>"
+    return markup
 
 
 def _downloads(data: Mapping[str, str]) -> str:
@@ -232,12 +238,15 @@ def page_of(title: str, summary: str, sections: Sequence[str], script: str, data
     """Return a page of sections, which are markup already, with one script and the data (JSON) that it reads."""
     # The page's policy allows this one script, by its hash, and no other.
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    paragraph = ""
+    if summary:
+        paragraph = f'<p class="summary">{escape(summary)}</p>'
     return Template(asset("_page.html")).substitute(
         generator=GENERATOR,
         policy=f"'sha256-{digest}'",
         title=escape(title),
         style=asset("_style.css"),
-        summary=f'<p class="summary">{escape(summary)}</p>' if summary else "",
+        summary=paragraph,
         sections="\n".join(filter(None, sections)),
         data=data,
         script=script,
@@ -297,7 +306,10 @@ def _row(cells: Iterable[str], listing: Listing, scopes: Sequence[str], *, stron
         style = ""
         if look == "apart" or (look and strong):
             style = f' class="{look}"'
-        markup += f'<th scope="{scope}"{style}>{cell}</th>' if scope else f"<td{style}>{cell}</td>"
+        if scope:
+            markup += f'<th scope="{scope}"{style}>{cell}</th>'
+        else:
+            markup += f"<td{style}>{cell}</td>"
     return f"<tr>{markup}</tr>"
 
 
@@ -371,20 +383,22 @@ def _embed(replay: Replay) -> str:
                 "poses": base64.b64encode(steps).decode(),
             }
         )
-    data = {
-        "interval": replay.interval_s,
-        "frames": replay.frames,
-        "robotRadius": replay.robot_radius_cm,
-        "objectRadius": replay.object_radius_cm,
-        "items": [
+    items = []
+    for k, item in enumerate(replay.items):
+        items.append(
             {
                 "count": item.count,
                 "radius": item.radius_cm,
                 "visible": item.visible,
                 "color": ITEM_LOOKS[k % len(ITEM_LOOKS)],
             }
-            for k, item in enumerate(replay.items)
-        ],
+        )
+    data = {
+        "interval": replay.interval_s,
+        "frames": replay.frames,
+        "robotRadius": replay.robot_radius_cm,
+        "objectRadius": replay.object_radius_cm,
+        "items": items,
         "view": replay.view_cm,
         "walls": replay.walls_cm,
         "swarms": swarms,

@@ -88,9 +88,7 @@ class ExecutorChoice:
     cluster: str | None = None
 
     def __post_init__(self) -> None:
-        chosen = [
-            name for name in ("workers", "executor", "cluster") if getattr(self, name) is not None
-        ]
+        chosen = [name for name, value in vars(self).items() if value is not None]
         if len(chosen) > 1:
             raise ConfigurationError(
                 f"`{chosen[0]}` must be left out beside `{chosen[1]}`; got both. Give one of them."

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
@@ -188,12 +188,11 @@ def _check_variants(variants: Sequence[Configuration]) -> None:
 def _differing_settings(every_setting: Sequence[Mapping[str, Any]]) -> tuple[dict[str, Any], ...]:
     """Return the seed of each run, and the settings that are not the same in all runs."""
     reference = every_setting[0]
-    keys = dict.fromkeys(key for settings in every_setting for key in settings)
     differing = []
-    for key in keys:
-        if key == SEED or any(
-            settings.get(key) != reference.get(key) for settings in every_setting
-        ):
+    # a dictionary and no set, so that columns of tables stay in the order of the settings
+    for key in dict.fromkeys(chain.from_iterable(every_setting)):
+        same = all(settings.get(key) == reference.get(key) for settings in every_setting)
+        if key == SEED or not same:
             differing.append(key)
     return tuple({key: settings.get(key) for key in differing} for settings in every_setting)
 
@@ -250,9 +249,8 @@ class StudyFolder(Store):
             check_folder(
                 same, file.name, rule, "a changed one", f"Restore it, {otherwise}", place=str(file)
             )
-            if not content["runs"] or any(
-                not is_integer(run["run.seed"]) for run in content["runs"]
-            ):
+            seeds = [run["run.seed"] for run in content["runs"] or ()]
+            if not seeds or not all(map(is_integer, seeds)):
                 raise TypeError("no run, or one without a seed")  # noqa: TRY301
             return Plan(
                 load_configuration(file), tuple(content["runs"]), str(content.get("simulate", ""))
@@ -303,17 +301,16 @@ def _difference(stored_plan: Plan, plan: Plan) -> str:
     """Name the first setting in which two plans differ, nothing if there is none."""
     before = flat_settings(stored_plan.base)
     after = flat_settings(plan.base)
-    compared = [
-        (key, before.get(key), after.get(key), "") for key in [*after, *before] if key not in PROSE
-    ]
+    compared: list[tuple[str, Any, Any, str]] = []
+    for key in [*after, *before]:
+        if key not in PROSE:
+            compared.append((key, before.get(key), after.get(key), ""))
     compared.append(("runs", len(stored_plan), len(plan), ""))
     compared.append(("simulate", stored_plan.simulate, plan.simulate, ""))
-    for number, (stored, asked) in enumerate(
-        zip(stored_plan.settings, plan.settings, strict=False), start=1
-    ):
-        compared += [
-            (key, stored.get(key), asked.get(key), f" in run {number}") for key in [*asked, *stored]
-        ]
+    pairs = zip(stored_plan.settings, plan.settings, strict=False)
+    for number, (stored, asked) in enumerate(pairs, start=1):
+        for key in [*asked, *stored]:
+            compared.append((key, stored.get(key), asked.get(key), f" in run {number}"))
     # The first difference is enough to tell the user what is wrong.
     for key, value, wanted, where in compared:
         if value != wanted:

@@ -151,10 +151,14 @@ def _errors(result: StudyResult) -> list[Listing]:
 
 def _estimates(result: StudyResult) -> Listing:
     """Return how much the estimates of runs differ whose truth nobody knows."""
-    estimates = [run.result["estimate"] for run in result.runs if run.result is not None]
+    values_of: dict[str, list[float]] = {}
+    for run in result.runs:
+        if run.result is not None:
+            for name, value in run.result["estimate"].items():
+                values_of.setdefault(name, []).append(value)
     rows = []
-    for name in estimates[0] if estimates else {}:
-        quartiles = np.quantile([estimate[name] for estimate in estimates], (0.5, 0.25, 0.75))
+    for name, values in values_of.items():
+        quartiles = np.quantile(values, (0.5, 0.25, 0.75))
         rows.append((name, *quartiles.tolist()))
     columns = ("Parameter", "Estimate: median", "Lower quartile", "Upper quartile")
     return Listing(

@@ -190,6 +190,10 @@ def study(
         remedy = nearest(name, signature(study).parameters)
         check(is_option, name, "be a known option of a study", value, remedy)
     lengths = {"generations": generations, "trials": trials}
+    labels = {}
+    for name, value in lengths.items():
+        if value is not None:
+            labels[f"run.{name}"] = f"argument {name}"
     plan = plan_study(
         scenario,
         runs=runs,
@@ -197,11 +201,7 @@ def study(
         preset=preset,
         config=config,
         settings=single_settings(settings, **lengths),
-        labels={
-            f"run.{name}": f"argument {name}"
-            for name, value in lengths.items()
-            if value is not None
-        },
+        labels=labels,
         grid=grid,
         genuine=genuine,
         simulate=simulate,
@@ -386,7 +386,8 @@ class StudyExecution:
                 self._stored[number] = stored_generations(checkpoints)
         total = 0
         for number in self._plan.numbers:
-            total += self._wanted[number] if number in self._ended else self._stored[number]
+            lengths = self._wanted if number in self._ended else self._stored
+            total += lengths[number]
         return total
 
     @contextmanager

@@ -500,7 +500,8 @@ def write_tables(
         summaries.append(row)
     statistics = [statistic.name for statistic in fields(ParameterSummary)][1:]
     write("summary.csv", summaries, [*keys, *statistics])
-    columns = [f"{model}_{quantity}" for quantity in ("model", "error") for model in TRACED_MODELS]
+    columns = [f"{model}_model" for model in TRACED_MODELS]
+    columns += [f"{model}_error" for model in TRACED_MODELS]
     maes = [f"{model}_mae" for model in TRACED_MODELS]
     generations = []
     for group, curves in medians:
