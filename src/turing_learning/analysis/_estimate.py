@@ -239,6 +239,7 @@ def mixed_interval(
     bounds = np.quantile(np.concatenate(draws), (0.05, 0.95), axis=0).T
     stated = np.array(intervals)
     draw_bounds = np.stack([np.quantile(draw, (0.05, 0.95), axis=0).T for draw in draws])
+    # an interval that was widened no longer follows from the draws; 1.001 allows for rounding
     widened = (np.ptp(stated, axis=2) > 1.001 * np.ptp(draw_bounds, axis=2)).any(axis=0)
     spans = np.stack((stated[..., 0].min(axis=0), stated[..., 1].max(axis=0)), axis=1)
     bounds[widened] = spans[widened]

@@ -354,5 +354,6 @@ class Judgment:
 def _limit(sample: Iterable[float], level: float) -> float:
     """Return the value that one more of a normal sample exceeds with the probability of a level."""
     values = np.array([*sample])
+    # one more value varies around a mean that varies, too: hence 1 + 1 / n
     error = max(float(values.std(ddof=1)), 1e-9) * np.sqrt(1 + 1 / len(values))
     return float(values.mean() + stdtrit(len(values) - 1, 1 - level) * error)

@@ -166,6 +166,7 @@ def resemblance(
     """Return how often samples (N, T, D) and (M, T, D) of one system would differ as much by chance: a p-value by permutation."""
     _, table = window_statistics(np.concatenate((first, second)), names)
     scores = normal_scores(table)
+    # statistics that do not vary, such as shares of an event that never happens, say nothing
     scores = scores[:, scores.std(axis=0) > 1e-6]
     count = len(first)
     of_both = (scores[:count], scores[count:])
@@ -212,6 +213,7 @@ def _regression(
     remoteness = ((models - center) ** 2).sum(axis=1)
     # as many effective samples, and at least four for each coefficient
     wanted = min(max(share * len(models), 4.0 * terms.shape[1]), 0.9 * len(models))
+    # so wide that all count nearly alike; narrowed until few enough do
     width = 10 * float(remoteness.mean()) + 1e-12
     weights = np.exp(-0.5 * remoteness / width)
     while weights.sum() ** 2 > wanted * (weights**2).sum() and width > 1e-9:
@@ -219,6 +221,7 @@ def _regression(
         weights = np.exp(-0.5 * (remoteness - remoteness.min()) / width)
     weighted = terms * weights[:, None]
     penalty = np.full(terms.shape[1], RIDGE * weights.sum())
+    # the mean is not drawn towards 0
     penalty[0] = 0
     inverse = np.linalg.inv(terms.T @ weighted + np.diag(penalty))
     coefficients = inverse @ (weighted.T @ scores)
@@ -280,6 +283,7 @@ def _surprise(single: np.ndarray, whitened: np.ndarray) -> float:
 def window_statistics(samples: np.ndarray, names: tuple[str, ...]) -> tuple[list[str], np.ndarray]:
     """Summarize samples (S, T, D) of signals with names (D,) by statistics (S, F) with names (F,)."""
     middle = np.median(samples, axis=(0, 1))
+    # of normal values 1.4826 median deviations are a standard deviation; tails do not move it
     scale = np.median(np.abs(samples - middle), axis=(0, 1)) * 1.4826
     scale = np.where(scale > 1e-12, scale, samples.std(axis=(0, 1)))
     scale = np.where(scale > 1e-12, scale, 1.0)

@@ -91,6 +91,7 @@ def rhythm_statistics(windows: np.ndarray) -> np.ndarray:
     power /= np.maximum(power.mean(axis=1, keepdims=True), 1e-12)
     columns = []
     for low, high in pairwise(_edges(length)):
+        # powers are shares of the mean; one near 0 must not have a huge logarithm
         columns.append(np.log(power[:, low:high].mean(axis=1) + 1e-3))
     for values in (windows, np.diff(windows, axis=1)):
         unit = standardized(values)

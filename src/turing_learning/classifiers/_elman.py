@@ -107,6 +107,7 @@ class ElmanClassifier:
         first_of: dict[bytes, int] = {}
         same = [first_of.setdefault(network.tobytes(), n) for n, network in enumerate(weights)]
         chosen = np.array(list(first_of.values()), dtype=np.int64)
+        # single precision: twice as many samples in a register
         outputs = np.empty((len(chosen), len(samples)), np.float32)
         if outputs.size:
             kernels = load_elman(int(self.inputs), int(self.hidden))

@@ -49,6 +49,7 @@ class ClassifierArchive:
             self.genomes = np.vstack([*self.genomes, genome])
             self.specificity = np.append(self.specificity, specificity)
         elif slot < self.capacity:
+            # who was given the arrays before keeps them as they were
             self.genomes = self.genomes.copy()
             self.specificity = self.specificity.copy()
             self.genomes[slot] = genome

@@ -588,7 +588,9 @@ def line_of(text: str, key: str) -> int | None:
             lines[table] = number
         elif assignment:
             name = _unquoted(assignment[1])
-            lines[f"{table}.{name}" if table else name] = number
+            if table:
+                name = f"{table}.{name}"
+            lines[name] = number
     # A setting that the document leaves out is looked for in its table.
     for name in ancestors(key):
         if name in lines:

@@ -197,6 +197,7 @@ class _Guarded:
         return self._array("ask()", self._optimizer.ask(), "M P")
 
     def tell(self, fitness: np.ndarray) -> np.ndarray:
+        # a copy, because an optimizer of somebody else may write into what it is given
         return self._array("tell()", self._optimizer.tell(fitness.copy()), "M")
 
 

@@ -48,6 +48,7 @@ class Turns:
     @property
     def step_sizes(self) -> np.ndarray:
         """Step sizes (size, dimension) of the population last asked for; before that, of the one to come."""
+        # copies: whoever writes into them must not change the next generation
         return self._asked_steps.copy()
 
     def _turn(self, call: str) -> None:

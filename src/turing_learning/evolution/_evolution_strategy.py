@@ -126,8 +126,10 @@ class EvolutionStrategy(Turns):
             self._memory.keep(best)
         rng = generation_rng(self._seed, generation + 1)
         parents, steps = self._population[best], self._steps[best]
+        # the order of draws is part of the method: another one gives other runs for the same seed
         pairs = self._mating.pair(generation, self.parents, self.offspring, rng)
         inherited = (steps[pairs[0]] + steps[pairs[1]]) / 2
+        # one factor for all step sizes of a child, and one for each: Schwefel's self-adaptation
         common = self._common_rate * rng.standard_normal((self.offspring, 1))
         individual = self._own_rate * rng.standard_normal(inherited.shape)
         child_steps = inherited * np.exp(common + individual)
@@ -135,6 +137,7 @@ class EvolutionStrategy(Turns):
         children = self._mating.mix(generation, parents, pairs, rng)
         children = children + child_steps * rng.standard_normal(children.shape)
         children = np.minimum(np.maximum(children, -PARAMETER_LIMIT), PARAMETER_LIMIT)
+        # after the bounds, because a jump draws within the initial range
         if self._jumper is not None:
             self._jumper.jump(generation, children, rng)
         self._population = np.concatenate((parents, children))
@@ -146,6 +149,7 @@ class EvolutionStrategy(Turns):
     def state(self) -> dict[str, np.ndarray]:
         """Return the number of completed generations, the population to be asked for next, its step sizes and its past."""
         self._turn("state")
+        # without a memory the state has an empty one, so that its arrays are always the same
         memory = self._memory or FitnessMemory(self.size, 0.0)
         return {
             "generation": np.array(self._generation, dtype=np.int64),

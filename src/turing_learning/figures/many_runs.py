@@ -260,6 +260,7 @@ def error_histogram_figure(maes: np.ndarray, *, limits: tuple[float, float]) -> 
     The axis ends at the largest error, at most three times the second limit; errors beyond share
     the last bar. As in figure 14a of the paper.
     """
+    # a little beyond the largest error, and beyond the first limit in any case
     upper = min(3 * limits[1], max(1.1 * limits[0], 1.02 * float(maes.max())))
     panels, axes = one_panel(5.2, 3.1)
     edges = np.linspace(0, upper, 31)

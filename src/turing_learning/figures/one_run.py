@@ -72,6 +72,7 @@ def parameters_figure(
             axes.axhline(truth[k], color=INK, linewidth=1.1, linestyle=DASHED, label="true value")
             limits = np.append(limits, truth[k])
         low, high = limits.min(), limits.max()
+        # a constant has no extent: a margin of its size keeps the axis from being empty
         margin = 0.12 * (high - low) or 0.1 * max(abs(high), 1.0)
         axes.set_ylim(low - margin, high + margin)
         if values.min() < low - margin or values.max() > high + margin:
@@ -241,6 +242,7 @@ def accuracy_figure(
                 generations, values.mean(axis=0), yerr=deviation, color=color, marker=marker, markersize=4, linestyle=dashes,
                 linewidth=1.3, elinewidth=0.8, capsize=2, label=name,
             )  # fmt: skip
+    # generation 0 is shown, and later ones by their logarithm
     axes.set_xscale("symlog", linthresh=1)
     limit = 1.2 * max(generations.max(), 1)
     axes.xaxis.set_major_locator(FixedLocator([0, *(10**k for k in range(7) if 10**k <= limit)]))
@@ -310,6 +312,7 @@ def profiles_figure(profiles: Sequence[ParameterProfile]) -> "Figure":
             foot = np.full(len(profile.recovered), 0.42)
             look = {"marker": "^", "markersize": 6, "linestyle": "none"}
             axes.plot(profile.recovered, foot, color=GREEN, label="recovered", **look)
+        # from below guessing (0.5) and below the marks at 0.42 to above 1
         axes.set_ylim(min(0.38, float(profile.accuracies.min()) - 0.03), 1.02)
         if profile.logarithmic:
             axes.set_xscale("log")

@@ -143,6 +143,7 @@ def panel_grid(
     count = len(titles)
     # Four panels make a square, others have three in a row.
     columns = min(count, 2 if count in (2, 4) else 3)
+    # rounded up
     rows = -(-count // columns)
     figure = make(8.4, height * rows + 0.55)
     axes = list(figure.subplots(rows, columns, sharex=sharex, squeeze=False).flat)

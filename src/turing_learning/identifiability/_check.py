@@ -75,6 +75,7 @@ def sides_rejected(
     def rejected(side: np.ndarray) -> bool:
         if not side.any():
             return False
+        # the largest over all values of a side, so that many values do not reject by chance
         exceeded = (chance[:, side].max(axis=1) >= observed[side].max() - 1e-9).sum()
         return bool((1 + exceeded) / (1 + FLIPS) <= LEVEL)
 
@@ -383,10 +384,11 @@ class Check(Judged):
 
 def read_check(content: Mapping[str, Any], said: tuple[Verdict, ...] = ()) -> Check:
     """Make a check of what `check.json` holds, beside what else is said of the run."""
-    recovered = [
-        {**recovery, "interval": replace_unknown(UNKNOWN, recovery["interval"])}
-        for recovery in content["recoveries"]
-    ]
+    recovered = []
+    for recovery in content["recoveries"]:
+        # JSON has no NaN: null stands for it
+        interval = replace_unknown(UNKNOWN, recovery["interval"])
+        recovered.append({**recovery, "interval": interval})
     fields = {"profiles": list(content["profiles"].values()), "recoveries": recovered, "said": said}
     return _reader().validate_python({**content, **fields})
 

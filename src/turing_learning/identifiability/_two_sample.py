@@ -55,6 +55,7 @@ def permutation_test(
         return difference / np.maximum(error, 1e-12), error
 
     pooled = np.concatenate((genuine, counterfeit))[None]
+    # Welch's t and no plain difference: sides may have groups of unequal spread
     drawn, _ = welch(rng.permuted(np.repeat(pooled, permutations, axis=0), axis=1))
     observed, error = (float(value[0]) for value in welch(pooled))
     return Permutation(

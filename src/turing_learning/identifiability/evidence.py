@@ -194,6 +194,7 @@ def compare_quantities(
         percentiles = np.array([np.percentile(side, CENTRAL) for side in sides])
         low = float(percentiles[:, 0].min())
         high = float(percentiles[:, 1].max())
+        # all values are the same: a bin of width 1 around them can be drawn
         if high - low < 1e-9 * max(abs(low), abs(high), 1.0):
             low -= 0.5
             high += 0.5

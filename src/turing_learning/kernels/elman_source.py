@@ -165,9 +165,9 @@ def elman_source(inputs: int, hidden: int, *, cache: bool) -> str:
         "step": (12, step),
         "output": (12, output),
     }
-    written = {
-        name: "\n".join(_indented(lines, spaces)) for name, (spaces, lines) in sections.items()
-    }
+    written = {}
+    for name, (spaces, lines) in sections.items():
+        written[name] = "\n".join(_indented(lines, spaces))
     judge = _JUDGE.format(**sizes, state=hidden * LANES, **written)
     return "\n".join([_HEADER.format(**sizes), _PACK.format(**sizes), judge])
 
@@ -177,9 +177,8 @@ def _small_step(inputs: int, hidden: int) -> list[str]:
     body = [f"x{d} = blocks[block, t, {d}, lane]" for d in range(inputs)]
     body += [f"h{j} = state[{j * LANES} + lane]" for j in range(hidden)]
     for i in range(hidden):
-        terms = [f"w{i}_{d} * x{d}" for d in range(inputs)] + [
-            f"u{i}_{j} * h{j}" for j in range(hidden)
-        ]
+        terms = [f"w{i}_{d} * x{d}" for d in range(inputs)]
+        terms += [f"u{i}_{j} * h{j}" for j in range(hidden)]
         body += [*_sigmoid(f"b{i}", terms), f"state[{i * LANES} + lane] = {_CUT}"]
     return [f"for lane in range({LANES}):", *_indented(body)]
 

@@ -165,6 +165,7 @@ class TrialsLoop:
         readout = self.trials.readout()
         if "estimate" in readout:
             readout["estimate"] = self._source.to_units(readout["estimate"][None])[0]
+            # units grow with the numbers in which is searched, so that ends stay ends
             readout["interval"] = self._source.to_units(readout["interval"])
             readout["draws"] = self._source.to_units(readout["draws"])
             ends = readout["mode_interval"]

@@ -116,6 +116,7 @@ def _posterior(traces: Traces, ending: Ending, record: Record) -> Posterior:
     verdicts = [] if doubt is None else [doubt]
     if len(modes) > 1:
         verdicts.append(Verdict.SEVERAL)
+        # a mean of several solutions would be none of them
         inferred = np.array(list(modes[0].estimate.values()))
         bounds = np.array([list(mode.interval.values()) for mode in modes])
         low = np.minimum(low, bounds[:, :, 0].min(axis=0))
