@@ -242,17 +242,22 @@ class EmulatedCamera:
         canvas = self._ground.copy()
         image = self._empty.copy()
         away = np.hypot(*(poses[:, :2] - self._calibration.position_cm[:2]).T)
-        tops = [self._covered if k in covered else top for k, top in enumerate(self._tops)]
-        for rows, columns in [self._draw(canvas, poses[k], tops[k]) for k in np.argsort(-away)]:
+        changed = []
+        # from the farthest one on, whose picture nearer ones may hide
+        for k in np.argsort(-away):
+            top = self._covered if k in covered else self._tops[k]
+            changed.append(self._draw(canvas, poses[k], top))
+        for rows, columns in changed:
             image[rows, columns] = self._expose(canvas, rows, columns)
         return self._add_noise(image)
 
     def _add_noise(self, image: np.ndarray) -> np.ndarray:
-        (width, height), (down, right) = self.image_size, self._rng.integers(0, 257, 2).tolist()
-        brighter, less = (
-            pixels[down : down + height, right : right + width] for pixels in self._noise
-        )
-        return np.asarray(cv2.subtract(cv2.add(image, brighter), less))
+        width, height = self.image_size
+        # the noise is drawn once, and shifted for each image
+        down, right = self._rng.integers(0, 257, 2).tolist()
+        window = slice(down, down + height), slice(right, right + width)
+        brighter, darker = self._noise
+        return np.asarray(cv2.subtract(cv2.add(image, brighter[window]), darker[window]))
 
     def _draw(self, canvas: np.ndarray, pose: np.ndarray, top: Shapes) -> tuple[slice, slice]:
         """Draw a robot, finely, and return the rows and columns that it changes once blurred."""

@@ -238,9 +238,9 @@ class EmulatedRobot:
             if time_s < self._turn_until:
                 return (-self._side, self._side)
             return (1.0, 1.0)
-        table = self._controller or (
-            self.executing.parameters if self.executing is not None else ()
-        )
+        table = self._controller or ()
+        if not table and self.executing is not None:
+            table = self.executing.parameters
         wheels = table[2 * sight : 2 * sight + 2]
         if self.state != "R5" or len(wheels) < 2:
             return STILL
@@ -350,10 +350,8 @@ class EmulatedRobot:
             return b""
         match letter:
             case "\x08":  # all sensors
-                moving, standing = (
-                    b"".join(map(self._obey_binary, letters))
-                    for letters in ("aAg", "tNO\x0d\x0cQb")
-                )
+                moving = b"".join(map(self._obey_binary, "aAg"))
+                standing = b"".join(map(self._obey_binary, "tNO\x0d\x0cQb"))
                 floor = self._obey_binary("M")[:6]
                 return (
                     moving
@@ -385,11 +383,9 @@ class EmulatedRobot:
             case "A" | "E" | "g" | "M" | "N" | "O" | "Q" | "U":
                 return _line(f"{letter.lower()},{','.join(map(str, self._numbers(letter)))}")
             case "b":
-                return _line(
-                    f"b,{self._charge} (87%)"
-                    if self._second
-                    else f"b,{int(self._body.battery_ok())}"
-                )
+                if self._second:
+                    return _line(f"b,{self._charge} (87%)")
+                return _line(f"b,{int(self._body.battery_ok())}")
             case "C":
                 return _line(f"c,{self._selector}")
             case "D":
@@ -453,7 +449,8 @@ class EmulatedRobot:
     @property
     def _size(self) -> int:
         """Bytes of an image; a color takes two."""
-        return self._image[1] * self._image[2] * (2 if self._image[0] else 1)
+        colored, width, height, *_ = self._image
+        return width * height * (2 if colored else 1)
 
     def _drive(self, left: int, right: int) -> None:
         self._speed = left, right

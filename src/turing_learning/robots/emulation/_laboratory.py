@@ -281,15 +281,14 @@ class EmulatedLaboratory:
         self.lock = threading.RLock()
         agents = scenario.agents
         replicas = scenario.replicas
-        roles = (("agent", agents), ("replica", replicas))
-        self.names = tuple(f"{role}-{k + 1}" for role, number in roles for k in range(number))
+        names_of_agents = [f"agent-{k + 1}" for k in range(agents)]
+        names_of_replicas = [f"replica-{k + 1}" for k in range(replicas)]
+        self.names = (*names_of_agents, *names_of_replicas)
         self.labels = tuple(labels) or ("blue",) * agents + _REPLICA_COLORS[:replicas]
         self.markers: Markers = markers or TriangleMarkers()
         self.calibration = calibration or overhead_camera(*self.arena_cm)
         streams = np.random.SeedSequence(seed).spawn(4 + 2 * scenario.individuals)
-        self._rng, self._air, placing, batteries = (
-            np.random.default_rng(stream) for stream in streams[:4]
-        )
+        self._rng, self._air, placing, batteries = map(np.random.default_rng, streams[:4])
         # Each robot and each line has its own: what one draws does not shift the others
         generators = [np.random.default_rng(stream) for stream in streams[4:]]
 
@@ -297,8 +296,9 @@ class EmulatedLaboratory:
             rng = generators[scenario.individuals + self.names.index(name)]
             return VirtualLine(robot, name, self.clock, self.conditions.latency_s, rng)
 
-        self._robots = [
-            ArenaRobot(
+        self._robots = []
+        for k, name in enumerate(self.names):
+            robot = ArenaRobot(
                 name,
                 scenario.controller if k < agents else None,
                 clock=self.clock.now,
@@ -307,8 +307,7 @@ class EmulatedLaboratory:
                 rng=generators[k],
                 make_line=make_line or open_line,
             )
-            for k, name in enumerate(self.names)
-        ]
+            self._robots.append(robot)
         clocks = np.random.default_rng([CLOCKS, seed])
         own_phases = self.conditions.own_phases
         robots = scenario.individuals
@@ -338,12 +337,13 @@ class EmulatedLaboratory:
     @property
     def commands(self) -> dict[str, Callable[..., None]]:
         """Name -> what it does: all that the operator can do by hand, and all faults."""
-        return {
-            _OTHER_NAMES.get(name, name.replace("_", "-")): method
-            for hand in (self.operator, self.faults)
-            for name, method in inspect.getmembers(hand, inspect.ismethod)
-            if not name.startswith("_") and name != "ask"
-        }
+        commands: dict[str, Callable[..., None]] = {}
+        for hand in (self.operator, self.faults):
+            for name, method in inspect.getmembers(hand, inspect.ismethod):
+                # the program asks, nobody types that
+                if not name.startswith("_") and name != "ask":
+                    commands[_OTHER_NAMES.get(name, name.replace("_", "-"))] = method
+        return commands
 
     @cached_property
     def _eye(self) -> EmulatedCamera:
@@ -564,10 +564,11 @@ def _virtual_equipment(
     laboratory: Laboratory, emulated: EmulatedLaboratory, poses: PoseSource
 ) -> Equipment:
     """Return the devices of an emulated laboratory, at the addresses of a laboratory's file."""
-    robots = zip(
-        (*laboratory.setup.agents, *laboratory.setup.replicas), emulated.names, strict=True
-    )
-    names = {str(robot.address): name for robot, name in robots if robot.address}
+    names = {}
+    robots = (*laboratory.setup.agents, *laboratory.setup.replicas)
+    for robot, name in zip(robots, emulated.names, strict=True):
+        if robot.address:
+            names[str(robot.address)] = name
     return Equipment(
         emulated.clock,
         lambda address: EPuck(emulated.link(names[address])),

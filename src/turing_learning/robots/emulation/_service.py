@@ -89,11 +89,10 @@ class ArenaService(AbstractContextManager["ArenaService"]):
         }
         sections: list[tuple[str, dict[str, Any]]] = [("camera", camera), ("timing", timing)]
         for name, label in zip(laboratory.names, laboratory.labels, strict=True):
-            replica = laboratory.number(name) >= scenario.agents
-            role = {"name": name, "role": "replica" if replica else "agent", "marker": label}
-            sections.append(
-                ("[robots]", role | ({"address": self.addresses[name]} if replica else {}))
-            )
+            robot = {"name": name, "role": "agent", "marker": label}
+            if laboratory.number(name) >= scenario.agents:
+                robot |= {"role": "replica", "address": self.addresses[name]}
+            sections.append(("[robots]", robot))
         sections.append(
             (
                 "scenario.arena",
@@ -104,7 +103,10 @@ class ArenaService(AbstractContextManager["ArenaService"]):
             ("scenario.robot", {"maximum_speed_cm_s": scenario.robot.maximum_speed_cm_s * speed})
         )
         sections.append(("scenario.trial", {"duration_s": scenario.trial.duration_s / speed}))
-        return "\n".join(line for name, content in sections for line in toml_table(name, content))
+        lines: list[str] = []
+        for name, content in sections:
+            lines += toml_table(name, content)
+        return "\n".join(lines)
 
     def write(self, folder: Path, *, force: bool = False) -> Path:
         """Write the laboratory's file and its camera's calibration into a folder; return the file's path, or

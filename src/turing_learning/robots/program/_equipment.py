@@ -183,10 +183,9 @@ def _interruptible() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {
-        number: signal.signal(number, signal.default_int_handler)
-        for number in (signal.SIGINT, signal.SIGTERM)
-    }
+    before = {}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        before[number] = signal.signal(number, signal.default_int_handler)
     try:
         yield
     finally:
@@ -417,9 +416,8 @@ def _look(subject: str, find: Callable[..., str], *arguments: object) -> Finding
 
 def _poses(poses: PoseSource, scenario: Scenario, equipment: Equipment) -> str:
     track = poses.track(equipment.clock.now(), IMAGES)
-    wrong = [
-        fault.text for fault in (*track.faults, *impossible(track, scenario.robot, scenario.arena))
-    ]
+    faults = (*track.faults, *impossible(track, scenario.robot, scenario.arena))
+    wrong = [fault.text for fault in faults]
     require(not wrong, "tracker", "see all robots", "; ".join(wrong))
     return f"all {len(track.labels)} seen, {IMAGES} times"
 

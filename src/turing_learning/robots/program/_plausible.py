@@ -157,9 +157,10 @@ class TrackCheck:
         agents = self._trials[0].speeds.shape[0] - len(self._replicas)
         same = [self._specific(replica, [agents + replica]) for replica in replicas]
         for text, (repair, length) in _MISTAKES.items():
-            repaired = [
-                self._specific(replica, [agents + replica], repair, length) for replica in replicas
-            ]
+            repaired = []
+            for replica in replicas:
+                share = self._specific(replica, [agents + replica], repair, length)
+                repaired.append(share)
             if np.mean(repaired) >= SURE and np.mean(same) < np.mean(repaired) / 2:
                 return text
         for replica in replicas:
@@ -167,13 +168,11 @@ class TrackCheck:
                 continue
             name = self._replicas[replica]
             for candidate in replicas:
-                if (
-                    candidate != replica
-                    and self._specific(replica, [agents + candidate]) >= SPECIFIC
-                ):
-                    diagnosis = (
-                        f"replica {self._replicas[candidate]} executes what replica {name} was sent"
-                    )
+                if candidate == replica:
+                    continue
+                if self._specific(replica, [agents + candidate]) >= SPECIFIC:
+                    culprit = self._replicas[candidate]
+                    diagnosis = f"replica {culprit} executes what replica {name} was sent"
                     return f"{diagnosis}. Exchange their addresses, or their markers."
             if self._specific(replica, range(agents)) >= SPECIFIC:
                 return f"an agent executes what replica {name} was sent. Exchange their markers, or their addresses."
@@ -195,11 +194,11 @@ class TrackCheck:
             wheels = repair(self._wheels(trial.speeds[individuals], length))
             valid = trial.valid[individuals]
             share_here = _shares(wheels, valid, trial.models[replica]).max()
-            shares_elsewhere = [
-                _shares(wheels, valid, another.models[replica]).max()
-                for another in self._trials
-                if another is not trial
-            ]
+            shares_elsewhere = []
+            for another in self._trials:
+                if another is not trial:
+                    shares = _shares(wheels, valid, another.models[replica])
+                    shares_elsewhere.append(shares.max())
             differences.append(share_here - np.mean(shares_elsewhere))
         return float(np.mean(differences))
 

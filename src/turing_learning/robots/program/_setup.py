@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -198,8 +198,8 @@ class LaboratorySetup(Section):
                 f"{shared[:1]} in both",
             )
         for name, whose in unique:
-            values = [getattr(robot, name) for robot in self.robots if getattr(robot, name)]
-            for value in values:
+            values = [getattr(robot, name) for robot in self.robots]
+            for value in filter(None, values):
                 require(
                     values.count(value) == 1,
                     name,
@@ -210,15 +210,10 @@ class LaboratorySetup(Section):
         remedy = "Calibrate the camera first."
         require(calibrated, "camera.calibration", "be given", "nothing", remedy)
         for replica in self.replicas:
-            twins = [
-                robot.name
-                for robot in self.robots
-                if robot.marker == replica.marker and robot != replica
-            ]
-            got = (
-                f"{replica.marker!r} of {replica.name!r} for {', '.join(map(repr, twins[:1]))} too"
-            )
-            require(not twins, "marker", "be a replica's alone", got)
+            for robot in self.robots:
+                twin = robot.marker == replica.marker and robot != replica
+                got = f"{replica.marker!r} of {replica.name!r} for {robot.name!r} too"
+                require(not twin, "marker", "be a replica's alone", got)
         return self
 
 
@@ -293,26 +288,40 @@ def read_setup(
     try:
         return LaboratorySetup.model_validate_json(text, strict=strict)
     except ValidationError as error:
-        detail = error.errors(include_url=False)[0]
-        key = ".".join(map(str, detail["loc"]))
-        got = brief(detail["input"])
-        why = Refusal(key, f"be {detail['msg'].removeprefix('Input should be ')}", got)
-        if detail["type"] == "value_error":
-            why = detail["ctx"]["error"].refusal
-        elif detail["type"] == "missing":
-            why = Refusal(key, "be given", "nothing")
-        elif detail["type"] == "extra_forbidden":
-            model: Any = LaboratorySetup
-            for name in detail["loc"][:-1]:
-                if not isinstance(name, int):
-                    model = {"robots": RobotSection}.get(name) or model.model_fields[
-                        name
-                    ].annotation
-            advice = ""
-            if issubclass(model, BaseModel):
-                advice = nearest(str(detail["loc"][-1]), model.model_fields)
-            why = Refusal(key, "be a known setting", got, remedy=advice)
+        # one complaint at a time: the first one is often the cause of the others
+        complaint = error.errors(include_url=False)[0]
+        key = ".".join(map(str, complaint["loc"]))
+        why = _refusal_of(complaint, key)
         raise ConfigurationError(replace(why, place=where(key))) from error
+
+
+def _refusal_of(complaint: Any, key: str) -> Refusal:
+    """Return what is wrong with a setting, of what pydantic complains of."""
+    got = brief(complaint["input"])
+    match complaint["type"]:
+        case "value_error":
+            refused: Refusal = complaint["ctx"]["error"].refusal
+            return refused
+        case "missing":
+            return Refusal(key, "be given", "nothing")
+        case "extra_forbidden":
+            *sections, name = complaint["loc"]
+            return Refusal(key, "be a known setting", got, remedy=_nearest_setting(sections, name))
+    return Refusal(key, f"be {complaint['msg'].removeprefix('Input should be ')}", got)
+
+
+def _nearest_setting(sections: Sequence[str | int], name: str) -> str:
+    """Return in words which setting of a section may be meant by a name that none has."""
+    section: Any = LaboratorySetup
+    for part in sections:
+        if part == "robots":
+            section = RobotSection
+        # a number is a robot's place in their list
+        elif not isinstance(part, int):
+            section = section.model_fields[part].annotation
+    if issubclass(section, BaseModel):
+        return nearest(str(name), section.model_fields)
+    return ""
 
 
 def _configuration(
@@ -333,11 +342,11 @@ def _configuration(
             f"be left out, as it follows from {source}",
             repr(settings.get(key)),
         )
-    base = {
-        key: value
-        for key, value in _BASE.items()
-        if key not in _SIZES or not _SIZES & settings.keys()
-    }
+    base = dict(_BASE)
+    if _SIZES & settings.keys():
+        # they say the same in two ways: defaults must not contradict what is given
+        for key in _SIZES:
+            base.pop(key, None)
     derived = dict(
         zip(_DERIVED, (len(setup.agents), len(setup.replicas), 1 / setup.camera.fps), strict=True)
     )
@@ -362,9 +371,10 @@ def _configuration(
     preset = document.get("preset", "default")
     if preset == "default" and not any(key.startswith(_OF_GENERATIONS) for key in settings):
         base["run.trials"] = TRIALS
-    labels = {
-        key: file.where(key) for key in settings if key in file.labels or key not in overrides
-    }
+    labels = {}
+    for setting in settings:
+        if setting in file.labels or setting not in overrides:
+            labels[setting] = file.where(setting)
     configuration = load_configuration(None, preset, base | derived | settings, labels=labels)
     scenario = configuration.swarm
     models = configuration.models

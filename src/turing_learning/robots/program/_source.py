@@ -86,26 +86,28 @@ class ObservedTrial:
     @classmethod
     def of(cls, number: int, arrays: Mapping[str, np.ndarray]) -> Self:
         """Return a trial without faults from its `arrays`."""
-        labels, sequences, counts = (
-            tuple(arrays[name].tolist()) for name in ("labels", "sequences", "counts")
-        )
+        labels = tuple(arrays["labels"].tolist())
         track = Track(arrays["poses"], arrays["present"], labels, float(arrays["interval_s"]))
         return cls(
-            number, arrays["models"], sequences, counts, float(arrays["started_s"]), track, ()
+            number=number,
+            models=arrays["models"],
+            sequences=tuple(arrays["sequences"].tolist()),
+            counts=tuple(arrays["counts"].tolist()),
+            started_s=float(arrays["started_s"]),
+            track=track,
+            faults=(),
         )
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return what a file holds of a trial; its name says the number."""
-        content = {
+        return {
             "poses": self.track.poses,
             "present": self.track.present,
             "labels": np.array(self.track.labels),
-        }
-        content |= {"interval_s": np.array(self.track.interval_s), "models": self.models}
-        content |= {
-            name: np.array(getattr(self, name), dtype=np.int64) for name in ("sequences", "counts")
-        }
-        return content | {
+            "interval_s": np.array(self.track.interval_s),
+            "models": self.models,
+            "sequences": np.array(self.sequences, dtype=np.int64),
+            "counts": np.array(self.counts, dtype=np.int64),
             "started_s": np.array(self.started_s),
             "faults": np.array(self.faults, dtype=np.str_),
         }
@@ -293,9 +295,9 @@ class PcProgram:
         self._enter("P3")
         timing = self._timing
         start_s = self._send_until + timing.tolerance_s + timing.wait_s
-        counts = {
-            name: (count + 1) % (LARGEST_SEQUENCE + 1) for name, count in self._counts.items()
-        }
+        counts = {}
+        for name, count in self._counts.items():
+            counts[name] = (count + 1) % (LARGEST_SEQUENCE + 1)
         self._starts = self._signals("START", start_s - self._clock.now(), counts)
         return self._track_robots
 
@@ -556,10 +558,10 @@ class LaboratorySource(Source):
             if reached:
                 halted = ", ".join(sorted(reached - program.moving)) or "none"
                 without = [robot.name for robot in self._setup.robots if not robot.address]
-                todo = f"Without an address, and perhaps still moving: {', '.join(without)}. Stop them by hand."
-                self._tell(
-                    "halted", program.state, f"robots halted: {halted}", todo if without else ""
-                )
+                todo = ""
+                if without:
+                    todo = f"Without an address, and perhaps still moving: {', '.join(without)}. Stop them by hand."
+                self._tell("halted", program.state, f"robots halted: {halted}", todo)
             if program.moving:
                 fault = f"robots are still moving: {', '.join(sorted(program.moving))}"
                 _LOGGER.warning("%s. Switch them off.", fault)
@@ -576,14 +578,17 @@ class LaboratorySource(Source):
         """Return samples of the agents in all trials (trials x agents, T, 2), and one of each model (M, 1, T,
         2); raise `LaboratoryError` if an operator is needed and nobody answers.
         """
-        name = f"{'batch' if self._spent else 'generation'}-{self.generation:04d}"
-        every = self._setup.interventions.batteries_every
         number = self.generation
-        spent = self._spent
-        begun, before = (
-            (number, number - 1) if spent is None else (spent(number), spent(number - 1))
-        )
-        every *= 1 if spent is None else TRIALS_OF_A_GENERATION
+        name = f"generation-{number:04d}"
+        every = self._setup.interventions.batteries_every
+        begun = number
+        before = number - 1
+        if self._spent is not None:
+            # batches have different numbers of trials: these are counted, as if in generations
+            name = f"batch-{number:04d}"
+            every *= TRIALS_OF_A_GENERATION
+            begun = self._spent(number)
+            before = self._spent(number - 1)
         if every and number != self._fresh_at and begun // every != before // every:
             self._stage = name
             self._attempt = 0
@@ -597,12 +602,14 @@ class LaboratorySource(Source):
     def observe(self, speeds: np.ndarray, stage: str) -> Samples:
         """Return samples of models (M, P) in wheel speeds; see `collect`."""
         rounds = np.round(speeds, 4).reshape(-1, len(self._setup.replicas), speeds.shape[1])
-        self._stage, (self._attempt, stored) = stage, self._stored(stage)
-        same = [
-            np.array_equal(trial.models, models)
-            for trial, models in zip(stored, rounds, strict=False)
-        ]
-        trials = list(stored[: [*same, False].index(False)])
+        self._stage = stage
+        self._attempt, stored = self._stored(stage)
+        trials = []
+        # trials of before count as far as they are of the same models
+        for trial, sent in zip(stored, rounds, strict=False):
+            if not np.array_equal(trial.models, sent):
+                break
+            trials.append(trial)
         wanted = len(rounds)
         # At the same trial: how often disturbed, and since when
         tries, since_s, before = 0, 0.0, 0
@@ -622,7 +629,8 @@ class LaboratorySource(Source):
                 ask = tries > disturbance.tries and now_s - since_s >= disturbance.patience_s
                 remedy = f"{disturbance.remedy.rstrip('.')}."
                 state = disturbance.state
-                self._tell("disturbed", state, disturbance.fault, remedy if ask else "")
+                asked = remedy if ask else ""
+                self._tell("disturbed", state, disturbance.fault, asked)
                 if disturbance.connected and not ask:
                     continue
                 self._program.disconnect()

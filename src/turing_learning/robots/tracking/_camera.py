@@ -95,20 +95,16 @@ class Capture(AbstractContextManager["Capture"]):
             raise CameraError(
                 f"`source` must be a camera or a video that opens; got {self._name}. {self._remedy}"
             )
-        asked = {
-            name: (settings or {})[name]
-            for name in SETTINGS
-            if (settings or {}).get(name) is not None
-        }
+        settings = settings or {}
+        asked = {name: settings[name] for name in SETTINGS if settings.get(name) is not None}
         properties = {name: getattr(cv2, f"CAP_PROP_{SETTINGS[name]}") for name in asked}
         for name, value in asked.items():
             if name in _AUTOMATIC:
                 automatic, off = _AUTOMATIC[name]
                 self._device.set(getattr(cv2, f"CAP_PROP_{automatic}"), off)
-            self._device.set(
-                properties[name],
-                float(cv2.VideoWriter_fourcc(*value) if name == "fourcc" else value),
-            )
+            if name == "fourcc":
+                value = cv2.VideoWriter_fourcc(*value)
+            self._device.set(properties[name], float(value))
         got = {name: format(self._device.get(properties[name]), "g") for name in asked}
         if "fourcc" in got:
             code = int(self._device.get(properties["fourcc"]))
@@ -369,9 +365,8 @@ class Calibration:
             place=file,
         )
         width, height = (integer("image_size", side, 1, place=file) for side in size)
-        lens_px, error_px = (
-            number(name, content.get(name), place=file) for name in ("lens_error_px", "error_px")
-        )
+        lens_px = number("lens_error_px", content.get("lens_error_px"), place=file)
+        error_px = number("error_px", content.get("error_px"), place=file)
         lens = Lens((width, height), read("camera_matrix", "3 3"), read("distortion", "5"), lens_px)
         return cls(lens, rotation, read("translation", "3"), error_px)
 

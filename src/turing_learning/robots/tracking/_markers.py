@@ -174,11 +174,11 @@ class TriangleMarkers(_ColoredMarkers):
         # leaves of one, and other colored things, have others
         expected = length**2 / 18 / (width**2 / 24)
         triangles = _find_spots(image, places, length * self.half_width_cm, self.chroma)
-        spots = [
-            spot
-            for spot in triangles
-            if spot.skewness > 0.2 and 0.55 * expected < spot.elongation < 1.4 * expected
-        ]
+        spots = []
+        for spot in triangles:
+            elongated = 0.55 * expected < spot.elongation < 1.4 * expected
+            if spot.skewness > 0.2 and elongated:
+                spots.append(spot)
         headings = np.array([spot.direction + math.pi for spot in spots])
         offset = (2 * self.base_cm - self.tip_cm) / 3
         ahead = np.column_stack([np.cos(headings), np.sin(headings)])
@@ -237,9 +237,10 @@ class ArucoMarkers(Markers):
 
     @cached_property
     def _words(self) -> Any:
-        dictionaries = [
-            name.removeprefix("DICT_") for name in dir(cv2.aruco) if name.startswith("DICT_")
-        ]
+        dictionaries = []
+        for name in dir(cv2.aruco):
+            if name.startswith("DICT_"):
+                dictionaries.append(name.removeprefix("DICT_"))
         choice("camera.dictionary", self.dictionary, dictionaries, noun="dictionary")
         return self._detector.getDictionary()
 

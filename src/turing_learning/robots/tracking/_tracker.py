@@ -124,12 +124,10 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
     everybody = range(len(track.labels))
     names = _named(track.labels)
     gaps = ~track.present & ~track.lost[:, None]
-    faults = [
-        Fault(
-            int(np.argmax(gaps[:, who])), MISSING, f"{names[who]} is out of sight. Look after it."
-        )
-        for who in np.nonzero(gaps.any(axis=0))[0].tolist()
-    ]
+    faults = []
+    for who in np.flatnonzero(gaps.any(axis=0)).tolist():
+        text = f"{names[who]} is out of sight. Look after it."
+        faults.append(Fault(int(np.argmax(gaps[:, who])), MISSING, text))
     apart = (
         np.linalg.norm(positions[:, :, None] - positions[:, None], axis=-1) - 2 * robot.radius_cm
     )
@@ -144,9 +142,10 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
         room = np.minimum(
             room, np.minimum(positions, sides - positions).min(axis=-1) - robot.radius_cm
         )
-    sights = [
-        (who, *pair) for who in everybody for pair in pairwise(np.nonzero(track.present[:, who])[0])
-    ]
+    sights = []
+    for individual in everybody:
+        for frames in pairwise(np.flatnonzero(track.present[:, individual])):
+            sights.append((individual, *frames))
     if not sights:
         return tuple(faults)
     who, before, after = np.array(sights).T
@@ -163,7 +162,11 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
         turned / (2 * np.pi)
     )
     pushed = np.minimum(room[before, who], room[after, who]) <= reach
-    slack = PUSH_CM * pushed + (SCATTER * np.median(aside[~pushed]) if not pushed.all() else 0.0)
+    # what the tracker's noise makes, by the steps that nobody can have disturbed
+    scatter = 0.0
+    if not pushed.all():
+        scatter = SCATTER * np.median(aside[~pushed])
+    slack = PUSH_CM * pushed + scatter
     # Turns between two images move a robot aside, by their sagitta at most
     sideways = aside > reach * reach / from_middle / 8 + SIDE_CM + slack
     wrong = sideways | (along + np.abs(turned) * from_middle > reach + WHEEL_CM + slack)
@@ -195,14 +198,19 @@ def write_table(track: Track, path: Path, *, force: bool = False) -> None:
     file that exists, unless `force`.
     """
     refuse_taken(path, name="out", force=force)
-    columns = ("frame", "x", "y", "id", "heading")[: 5 if track.has_headings else 4]
     sightings = np.argwhere(track.present)
     x, y, heading = track.poses[track.present].T
-    rows = np.column_stack([sightings[:, 0], x, y, sightings[:, 1] + 1, heading])[:, : len(columns)]
+    names = ["frame", "x", "y", "id"]
+    formats = ["%d", "%.4f", "%.4f", "%d"]
+    columns = [sightings[:, 0], x, y, sightings[:, 1] + 1]
+    if track.has_headings:
+        names.append("heading")
+        formats.append("%.5f")
+        columns.append(heading)
+    rows = np.column_stack(columns)
     with whole(path) as temporary:
-        formats = ("%d", "%.4f", "%.4f", "%d", "%.5f")[: len(columns)]
         np.savetxt(
-            temporary, rows, formats, ",", header=",".join(columns), comments="", encoding="utf-8"
+            temporary, rows, formats, ",", header=",".join(names), comments="", encoding="utf-8"
         )
 
 
@@ -210,11 +218,12 @@ def compare_labels(labels: Sequence[str], seen: Iterable[str]) -> list[str]:
     """Return what is wrong with the markers in sight: fewer or more of a label than expected, or unexpected ones."""
     expected = Counter(labels)
     counts = Counter(seen)
-    return [
-        f"{counts[label]} {label} markers in sight, {expected[label]} expected"
-        for label in sorted(expected | counts)
-        if counts[label] != expected[label]
-    ]
+    complaints = []
+    for label in sorted(expected | counts):
+        if counts[label] != expected[label]:
+            numbers = f"{counts[label]} {label} markers in sight, {expected[label]} expected"
+            complaints.append(numbers)
+    return complaints
 
 
 class Tracker:
@@ -309,11 +318,11 @@ class Tracker:
             len(sightings),
             "Check that the camera gives frames.",
         )
-        poses, present = (
-            np.array([getattr(sighting, name) for sighting in sightings])
-            for name in ("poses", "present")
-        )
-        faults = [fault for sighting in sightings for fault in sighting.faults]
+        poses = np.array([sighting.poses for sighting in sightings])
+        present = np.array([sighting.present for sighting in sightings])
+        faults: list[Fault] = []
+        for sighting in sightings:
+            faults += sighting.faults
         track = Track(
             poses, present, self.labels, self.interval_s, has_headings=self.markers.has_heading
         )
@@ -339,19 +348,15 @@ class Tracker:
             )
             reachable = distance <= (reach + WHEEL_CM + PUSH_CM)[:, None]
             rows, columns = linear_sum_assignment(np.where(reachable, distance, 1e6))
-            pairs = [
-                (tracked[i], candidates[j])
-                for i, j in zip(rows, columns, strict=True)
-                if reachable[i, j]
-            ]
-            unassigned = np.delete(
-                candidates, np.searchsorted(candidates, [which for _, which in pairs])
-            )
-            order = unassigned[
-                np.lexsort(
-                    (detections.positions[unassigned, 1], detections.positions[unassigned, 0])
-                )
-            ]
+            pairs = []
+            unassigned = candidates
+            for i, j in zip(rows, columns, strict=True):
+                if reachable[i, j]:
+                    pairs.append((tracked[i], candidates[j]))
+                    unassigned = unassigned[unassigned != candidates[j]]
+            # nobody knows who was not yet seen: they are numbered by x, then y
+            x, y = detections.positions[unassigned].T
+            order = unassigned[np.lexsort((y, x))]
             for who, which in [*pairs, *zip(unplaced.tolist(), order.tolist(), strict=False)]:
                 self._poses[who, :2] = detections.positions[which]
                 if detections.headings is not None:
@@ -368,12 +373,12 @@ class Tracker:
         names = _named(self.labels)
         surplus = np.flatnonzero(free).tolist()
         for who in np.flatnonzero(~present & self._was_present).tolist():
-            label, (x, y, _) = self.labels[who], self._poses[who]
-            away = [
-                math.dist(detections.positions[k], (x, y))
-                for k in surplus
-                if detections.labels[k] == label
-            ]
+            label = self.labels[who]
+            x, y, _ = self._poses[who]
+            away = []
+            for k in surplus:
+                if detections.labels[k] == label:
+                    away.append(math.dist(detections.positions[k], (x, y)))
             if self._gap[who] < 0:
                 count = f"{detections.labels.count(label)} {label} markers in the first image"
                 text = f"{count}, {self.labels.count(label)} expected: {names[who]} is missing. Check its marker."
@@ -394,9 +399,8 @@ class Tracker:
         counts = Counter(detections.labels[k] for k in surplus)
         for label in sorted(counts):
             if counts[label] > self._surplus[label]:
-                x, y = next(
-                    detections.positions[k] for k in surplus if detections.labels[k] == label
-                )
+                example = next(k for k in surplus if detections.labels[k] == label)
+                x, y = detections.positions[example]
                 text = f"{counts[label]} {label} markers belong to nobody, one at x, y = {x:.1f}, {y:.1f} cm"
                 yield Fault(self._frame, SURPLUS, text + ". Check the markers.")
         self._surplus = counts
