@@ -65,6 +65,9 @@ def reproduce(
     elif force:
         remedy = "Add --page, or leave --force out."
         refuse("force", "be given with a page, which it may replace", "it alone", remedy)
+    if as_printed and page is not None:
+        remedy = "The page of all experiments has these verdicts, too."
+        refuse("page", "be left out with --as-printed", str(page), remedy)
     console = plain_console()
     if experiment is None:
         rows = []

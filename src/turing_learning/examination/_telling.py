@@ -235,7 +235,7 @@ def told_by(telling: Sequence[Telling]) -> str:
     # what tells hardly better than guessing gives nothing away
     statistics = [cue for cue in telling if cue.kind == "statistic" and cue.accuracy >= 0.55]
     if not statistics:
-        return "No single statistic tells it; the examiners need several together."
+        return "No single statistic tells it; it takes several together."
     clear = [cue for cue in statistics if cue.accuracy >= CLEARLY] or statistics[:1]
     listed = ", ".join(f"{cue.what} ({cue.words})" for cue in clear[:3])
     return f"Told by (simulated against real): {listed}."

@@ -110,9 +110,9 @@ class Network(Family):
     another, is not chosen. Where a recording has many more individuals than are ever there at once, such as pedestrians
     who pass, others come when and where others came after that moment. Each of them has what it had when it was
     recorded: a goal, to where it left, whose direction is its course; and how fast it is when it is fast, in place of
-    the leaky averages. Who is not held up goes on for longer with what came next, and nobody chooses what leads near to where
-    others will be. They leave as they were recorded to
-    leave, or where others left. In a group of another size more come, or fewer, in proportion. There is no other tank for them.
+    the leaky averages. Whoever of them is not held up goes on for longer with what came next. None of them chooses what
+    leads near to where others will be. They leave as they were recorded to leave, or where others left. In a group of
+    another size more come, or fewer, in proportion. There is no other tank for them.
 
     The parameters are gains, 1 as recorded. `speed` multiplies all lengths. `speed_noise` and `turn_noise` multiply
     the variance of where the alike contexts led, how far and in which direction: 0 is always the most usual, above 1

@@ -153,7 +153,7 @@ def model_named(name: str, argument: str = "model", *, own: bool = True) -> Any:
     require(is_model(name), argument, rule, repr(name), remedy)
     if name in MODELS:
         return MODELS[name]
-    check_parts(parts_of(name), "model")
+    check_parts(parts_of(name), argument)
     return Composed
 
 
@@ -173,7 +173,8 @@ class RecordedSystem:
         """Return what commands need to know of windows and of what imitates them, as far as they can.
 
         None where the windows do not say what they were cut from. Without `trajectories` where the recordings were
-        in no files, or read differently; without `model` where they do not lead to the same simulator.
+        in no files, or where their files, read again, do not give the same windows; without `model` where they do
+        not lead to the same simulator.
         """
         readings = [recording.reading for recording in windows.sources]
         if not readings:
@@ -186,19 +187,34 @@ class RecordedSystem:
         alike = all(reading.options == options for reading in readings)
         if not (alike and windows.cut and all(reading.path for reading in readings)):
             return cls(options) if options else None
-        options["trajectories"] = [Path(reading.path) for reading in readings]
-        options["cut"] = {**windows.cut, "headings": windows.headings}
+        in_files = {
+            "trajectories": [Path(reading.path) for reading in readings],
+            "cut": {**windows.cut, "headings": windows.headings},
+        }
         if windows.cut["longest_rest_s"] is not None:
-            options["longest_rest"] = windows.cut["longest_rest_s"]
+            in_files["longest_rest"] = windows.cut["longest_rest_s"]
+        family = _family_options(simulate, windows.sources)
+        if family and cls(options | in_files | family)._leads_to(windows, simulate):
+            return cls(options | in_files | family)
+        if cls(options | in_files)._leads_to(windows):
+            return cls(options | in_files)
+        return cls(options) if options else None
+
+    def _leads_to(self, windows: Windows, simulate: Any = None) -> bool:
+        """Say whether the files, read again, give the same windows, and the same simulator if one is given.
+
+        What was done to a recording in Python, such as a choice of individuals, is not always among its options.
+        """
         network = simulate if isinstance(simulate, Network) else None
-        chosen = cls(options | _family_options(simulate, windows.sources))
-        if "model" not in chosen.options:
-            return cls(options)
         try:
-            _, again, _ = chosen.opened(recordings=windows.sources, network=network)
-        except RefusedError:
-            return cls(options)
-        return chosen if again == simulate else cls(options)
+            again, family, _ = self.opened(network=network)
+            same_simulator = simulate is None or bool(family == simulate)
+        except Exception:  # families are the user's code, and files may be gone by now
+            return False
+        same_windows = True
+        for side in ("learning", "held_out"):
+            same_windows &= np.array_equal(getattr(again, side), getattr(windows, side))
+        return same_windows and same_simulator
 
     @classmethod
     def remembered(
@@ -300,15 +316,20 @@ class RecordedSystem:
             social = getattr(chosen, "social", True) and not lonely
             signals = tuple(SIGNALS) if social else ("speed", "turn")
         rest_s = option("longest_rest", LONGEST_REST_S)
-        if not cut:
-            cut = {
-                "length_s": length_s,
-                "smooth_frames": option("smooth", 1),
-                "longest_rest_s": rest_s,
-                "hold_out_individuals": apart,
-                "hold_out_recordings": [int(number) - 1 for number in numbers],
-            }
-        cut["steps"] = steps or cut.get("steps")
+        said: dict[str, dict[str, Any]] = {
+            "window": {"steps": None, "length_s": length_s},
+            "smooth": {"smooth_frames": option("smooth", 1)},
+            "longest_rest": {"longest_rest_s": rest_s},
+            "hold_out_individuals": {"hold_out_individuals": apart},
+            "hold_out_recordings": {"hold_out_recordings": [int(number) - 1 for number in numbers]},
+        }
+        is_cut_in_python = bool(cut)
+        for name, arguments in said.items():
+            # What is said now counts more than how a run in Python cut its windows.
+            if name in self.options or not is_cut_in_python:
+                cut |= arguments
+        if steps is not None:
+            cut["steps"] = steps
         cut["signals"] = signals
         with refusing_as(RefusedError):
             windows = pooled_windows(motion, **cut)

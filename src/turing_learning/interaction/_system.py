@@ -29,7 +29,7 @@ for n trials at once.
 
 The first state is `initial(n, rng)`, where the function has such a method; else zeros (n,
 states). What it does where nobody chooses, with passive="own", is its method `own(state,
-parameters)` -> (n, S)."""
+parameters)` -> (n, S), `own(state)` of a `genuine` function."""
 
 BEHAVIORS: dict[str, Step] = {
     "light-response": _examples.LightResponse(),
@@ -192,11 +192,14 @@ class StimulatedSystem(CustomSystem):
         if self.behavior_name:
             step = BEHAVIORS[self.behavior_name]
         if self.stimulus.passive == "own":
-            rule = 'have a method own(state, parameters) with passive="own"'
-            remedy = 'Or set scenario.stimulus.passive="random".'
-            for function in (step, None if self.true else given.genuine):
-                has_own = function is None or hasattr(function, "own")
-                require(has_own, "simulate", rule, self.name, remedy)
+            functions = {"simulate": step}
+            if not self.true:
+                functions["genuine"] = given.genuine
+            for name, function in functions.items():
+                if function is None or hasattr(function, "own"):
+                    continue
+                got = f'a function of "{self.name}", without'
+                refuse(name, 'have a method `own` with passive="own"', got, _OR_PASSIVE)
         return StimulatedSource(self, step, None if self.true else given.genuine)
 
 
@@ -374,6 +377,7 @@ class _Trials:
         self._step_number = 0
         self._generation = source.generation
         self._center = np.array(system.center[: system.observed])
+        self._stimuli = len(system.stimulus.names)
         self._failed = np.zeros(self._count, bool)
         # Name, step function, its parameters if it has any, and number of trials.
         self._steps: list[tuple[str, Any, tuple[np.ndarray, ...], int]] = []
@@ -398,8 +402,13 @@ class _Trials:
     def own_stimuli(self) -> np.ndarray:
         """Return what the system and the models do by themselves in the next step (g + k, S)."""
         stimuli = []
-        for name, step, parameters, _ in self._steps:
-            stimuli.append(step.own(self._states[name], *parameters))
+        for name, step, parameters, count in self._steps:
+            shape = (count, self._stimuli)
+            own = np.asarray(step.own(self._states[name], *parameters), dtype=np.float64)
+            if own.shape != shape or not np.isfinite(own).all():
+                rule = f"`{name}.own` must return finite stimuli (n, S) = {shape}"
+                raise CustomSystemError(f"{rule}; got shape {own.shape}, or one that is not.")
+            stimuli.append(own)
         return np.concatenate(stimuli)
 
     def answer(self, stimuli: np.ndarray) -> np.ndarray:
@@ -520,7 +529,7 @@ def describe_stimulated(
             rng = np.random.default_rng(GENUINE)
             samples = source.genuine_samples(_SCALING_TRIALS, rng)
     except CustomSystemError as error:
-        where = f"[the first {_SCALING_TRIALS} trials, under stimuli by chance]"
+        where = f"[the first {_SCALING_TRIALS} trials, whose stimuli no classifier chooses]"
         raise CustomSystemError(f"{error} {where}") from error
     center, scale = scales_of(samples[..., :count].reshape(-1, count))
     return replace(

@@ -56,7 +56,7 @@ AHEAD = 3
 FOLLOWED_AHEAD = 2
 """Of them, those at which a piece that is followed already must not lead out of the tank."""
 CLEAR = 1.3
-"""Times the distance to which others hardly ever come that who goes somewhere keeps from where they will be."""
+"""Times the distance within which others hardly ever come: so far those with a goal keep from where others will be."""
 CLEAR_AHEAD = 2
 """Moments in the future, the first ones, at which a choice keeps clear."""
 

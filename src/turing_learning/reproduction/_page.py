@@ -253,7 +253,10 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
             printed[id] = results
     blocks = ["# Reproduction", *_score(claims, finished, links), prose()["introduction"].rstrip()]
     if printed:
-        blocks += ["## The paper's algorithm in the paper's world", *_as_printed(printed, link)]
+        blocks += [
+            "## The paper's algorithm in the paper's world",
+            *_as_printed(printed, len(claims), link),
+        ]
     blocks += ["## All claims", _table(_claim_rows(claims, finished, links))]
     for experiment in EXPERIMENTS.values():
         blocks.append(f"## {experiment.id} {experiment.title}")
@@ -274,11 +277,13 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
     return "\n\n".join(blocks) + "\n"
 
 
-def _as_printed(printed: Mapping[str, Results], link: str) -> list[str]:
+def _as_printed(printed: Mapping[str, Results], claims: int, link: str) -> list[str]:
     """Say how claims fare with the paper's algorithm as it is, and list them."""
     verdicts = _verdicts_that_count(printed)
     agree = sum(verdict.agrees for verdict in verdicts.values())
-    count = f"Of the {len(verdicts)} claims that were held against it **{agree} agree**."
+    count = (
+        f"Held against it so far: {len(verdicts)} of {claims} claims; **{agree}** of them agree."
+    )
     rows: list[tuple[str, ...]] = [("claim", "verdict", "printed", "came out")]
     for id, results in printed.items():
         for verdict in results.verdicts:

@@ -140,6 +140,8 @@ def possible_experiments(
     experiments = EXPERIMENTS_AS_PRINTED if as_printed else EXPERIMENTS
     names = [*experiments, ALL]
     rule = f"be one of {', '.join(names)}"
+    if as_printed:
+        rule += " with `as_printed`"
     require(name in names, "experiment", rule, repr(name), error=ConfigurationError)
     if name == ALL:
         chosen = list(experiments.values())

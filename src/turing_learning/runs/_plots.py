@@ -275,16 +275,21 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
 def _among(replicas: np.ndarray, recorded: np.ndarray) -> np.ndarray:
     """Return positions of replicas (F, A, 2) with 0 where those of recorded individuals (F, A', 2) are lowest.
 
-    Who does not begin within reach of these simulates without a place: the group is moved to where they begin.
+    Models that know no place begin anywhere. Their group is moved to where the recorded one begins.
     """
     low = np.nanmin(recorded, axis=(0, 1))
     high = np.nanmax(recorded, axis=(0, 1))
-    begin = np.nanmean(replicas[0], axis=0)
+    begin = _first_center(replicas)
     if not ((low <= begin) & (begin <= high)).all():
-        anyone = np.isfinite(recorded).all(axis=2).any(axis=1)
-        first = recorded[int(np.argmax(anyone))]
-        replicas = replicas + np.nanmean(first, axis=0) - begin
+        replicas = replicas + _first_center(recorded) - begin
     return replicas - low
+
+
+def _first_center(positions: np.ndarray) -> np.ndarray:
+    """Return the center (2,) of those who are there in the first frame with anybody, of positions (F, A, 2)."""
+    is_there = np.isfinite(positions).all(axis=2).any(axis=1)
+    center: np.ndarray = np.nanmean(positions[int(np.argmax(is_there))], axis=0)
+    return center
 
 
 def swarm_replay(

@@ -142,5 +142,5 @@ def test_two_generations_and_their_report(passive, tmp_path):
 
 
 def test_only_what_acts_by_itself_is_watched_at_that():
-    with pytest.raises(RefusedError, match="`simulate` must have a method own"):
+    with pytest.raises(RefusedError, match="`simulate` must have a method `own`"):
         tl.infer("light-response", generations=1, settings={"scenario.stimulus.passive": "own"})

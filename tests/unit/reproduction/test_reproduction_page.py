@@ -73,7 +73,7 @@ def test_the_page_begins_with_the_score_and_a_sentence_for_each_claim_that_diffe
 def test_what_the_papers_algorithm_gives_has_a_table_of_its_own(as_if_full):
     shutil.copytree(as_if_full / "3.2", as_if_full / "as-printed" / "3.2")
     text = page(as_if_full, "there")
-    assert "Of the 1 claims that were held against it" in text
+    assert "Held against it so far: 1 of" in text
     assert "[3.2-snapshots](there/as-printed/3.2/README.md)" in text
 
 

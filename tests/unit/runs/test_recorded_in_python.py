@@ -55,6 +55,24 @@ def test_a_folder_knows_recording_scale_and_family_and_replicas_are_beside_it(tm
     assert (begin <= reach).all()
 
 
+@pytest.mark.parametrize(
+    ("done", "again"),
+    [
+        (lambda recording: recording, True),
+        (lambda recording: recording.thinned(2), True),
+        (lambda recording: recording.selected(["0", "2"]), False),
+    ],
+)
+def test_files_are_named_only_if_they_lead_to_the_same_windows(tmp_path, done, again):
+    windows = done(fish(tmp_path)).windows(length_s=4.0, hold_out=0.3)
+    begun = RecordedSystem.begun_in_python(windows, None)
+    assert ("trajectories" in begun.options) is again
+    if again:
+        read, _, _ = begun.opened()
+        np.testing.assert_array_equal(read.learning, windows.learning)
+        np.testing.assert_array_equal(read.held_out, windows.held_out)
+
+
 def test_of_a_table_in_memory_scale_and_rate_are_kept(tmp_path):
     recording = tl.load_trajectories(
         fish(tmp_path).positions * 10, fps=5, pixels_per_cm=10, y_axis="up"
