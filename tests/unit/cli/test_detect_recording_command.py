@@ -5,6 +5,7 @@ import json
 import os
 import re
 import shutil
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
@@ -38,7 +39,7 @@ def write_recording(path, seed=0, frames=500):
 
 @pytest.fixture(scope="module")
 def fish(tmp_path_factory):
-    """A recording, and a small run on it, named as the command line names it."""
+    """A small run on windows that do not say what they were cut from, named as the command line names it."""
     from turing_learning.families import BurstAndCoast
     from turing_learning.runs import infer
     from turing_learning.trajectories import load_trajectories
@@ -46,6 +47,7 @@ def fish(tmp_path_factory):
     folder = tmp_path_factory.mktemp("fish")
     path = write_recording(folder / "fish.csv")
     windows = load_trajectories(path, fps=10, pixels_per_cm=1, y_axis="up").windows(length_s=2)
+    windows = replace(windows, sources=())
     walk = BurstAndCoast(individuals=6, steps=20, interval_s=0.1)
     settings = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
     infer(
