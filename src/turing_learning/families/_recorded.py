@@ -193,28 +193,35 @@ class RecordedSystem:
         }
         if windows.cut["longest_rest_s"] is not None:
             in_files["longest_rest"] = windows.cut["longest_rest_s"]
+        system = cls(options | in_files)
+        if not system._leads_to(windows):
+            return cls(options) if options else None
         family = _family_options(simulate, windows.sources)
-        if family and cls(options | in_files | family)._leads_to(windows, simulate):
-            return cls(options | in_files | family)
-        if cls(options | in_files)._leads_to(windows):
-            return cls(options | in_files)
-        return cls(options) if options else None
+        imitated = cls(options | in_files | family)
+        if family and imitated._makes(simulate, windows.sources):
+            return imitated
+        return system
 
-    def _leads_to(self, windows: Windows, simulate: Any = None) -> bool:
-        """Say whether the files, read again, give the same windows, and the same simulator if one is given.
+    def _leads_to(self, windows: Windows) -> bool:
+        """Say whether the files, read again, give the same windows.
 
         What was done to a recording in Python, such as a choice of individuals, is not always among its options.
         """
+        try:
+            again, _, _ = self.opened()
+        except (RefusedError, OSError):
+            return False
+        same = np.array_equal(again.learning, windows.learning)
+        return same and np.array_equal(again.held_out, windows.held_out)
+
+    def _makes(self, simulate: Any, recordings: Sequence[Trajectories]) -> bool:
+        """Say whether the family that is named, fitted to recordings, is the same simulator."""
         network = simulate if isinstance(simulate, Network) else None
         try:
-            again, family, _ = self.opened(network=network)
-            same_simulator = simulate is None or bool(family == simulate)
-        except Exception:  # families are the user's code, and files may be gone by now
+            _, family, _ = self.opened(recordings=recordings, network=network)
+            return bool(family == simulate)
+        except Exception:  # families are the user's code
             return False
-        same_windows = True
-        for side in ("learning", "held_out"):
-            same_windows &= np.array_equal(getattr(again, side), getattr(windows, side))
-        return same_windows and same_simulator
 
     @classmethod
     def remembered(

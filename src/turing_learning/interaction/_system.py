@@ -596,20 +596,16 @@ _LIGHT: dict[str, Any] = {
     "scale": (4.0,),
     "parameters": _examples.LIGHT_PARAMETERS,
     "true": _examples.LIGHT_TRUTH,
-    "steps": 100,
-    "interval_s": 0.1,
 }
+_WHEELS = {"left_wheel": (-1.0, 1.0), "right_wheel": (-1.0, 1.0)}
 _SENSORS: dict[str, Any] = {
-    "stimulus": Stimulus({"left_wheel": (-1.0, 1.0), "right_wheel": (-1.0, 1.0)}),
+    "stimulus": Stimulus(_WHEELS),
     "signals": ("reading1", "reading2", "reading3"),
     "center": (15.0,) * 3,
     "scale": (15.0,) * 3,
     "parameters": _examples.SENSOR_PARAMETERS,
     "true": _examples.SENSOR_TRUTH,
-    "steps": 100,
-    "interval_s": 0.1,
 }
-_WHEELS = {"left_wheel": (-1.0, 1.0), "right_wheel": (-1.0, 1.0)}
 # As published: classifiers see readings as they are, and not what the wheels do.
 _INFRARED: dict[str, Any] = {
     "stimulus": Stimulus(_WHEELS, shown=False),
@@ -618,8 +614,6 @@ _INFRARED: dict[str, Any] = {
     "scale": (1.0,) * 8,
     "parameters": _epuck.INFRARED_PARAMETERS,
     "true": _epuck.INFRARED_TRUTH,
-    "steps": 100,
-    "interval_s": 0.1,
 }
 _RANGEFINDER: dict[str, Any] = {
     "stimulus": Stimulus(_WHEELS, shown=False),
@@ -628,13 +622,14 @@ _RANGEFINDER: dict[str, Any] = {
     "scale": (1.0,),
     "parameters": _epuck.RANGEFINDER_PARAMETERS,
     "true": _epuck.RANGEFINDER_TRUTH,
-    "steps": 100,
-    "interval_s": 0.1,
 }
 
 
 def _named(name: str, title: str, fields: Mapping[str, Any]) -> StimulatedSystem:
-    return _system_of(name=name, title=title, behavior_name=name, **fields)
+    # Trials of 10 s, as in the paper.
+    return _system_of(
+        name=name, title=title, behavior_name=name, steps=100, interval_s=0.1, **fields
+    )
 
 
 STIMULATED: dict[str, StimulatedSystem] = {
