@@ -9,6 +9,7 @@ import pytest
 from arena_laboratories import SMALL
 from program_laboratory import CALIBRATION, FILE, ScriptedLaboratory
 
+from turing_learning.cli._robots import _Pace
 from turing_learning.cli._stopping import StopRequest, handling
 from turing_learning.robots import ArenaService
 from turing_learning.robots.emulation import obey
@@ -73,15 +74,23 @@ def test_a_run_that_ends_says_who_was_halted_and_who_may_still_move(laboratory, 
 
 
 def test_two_signals_halt_the_robots_of_the_arenas_own_file(call, tmp_path, monkeypatch):
+    running = threading.Event()
+    note = _Pace.note
+
+    def noted(pace, event):
+        note(pace, event)
+        if event.state == "P3":
+            running.set()
+
+    monkeypatch.setattr(_Pace, "note", noted)
+
     def twice():
-        log = tmp_path / "run" / "events.jsonl"
-        while not log.exists() or '"P3"' not in log.read_text():
-            time.sleep(0.05)
+        running.wait(60)
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(0.5)
         os.kill(os.getpid(), signal.SIGINT)
 
-    with ArenaService(SMALL, lines="tcp", speed=6.0) as service:
+    with ArenaService(SMALL, lines="tcp", speed=2.0) as service:
         service.write(tmp_path / "lab")
         obey(service.laboratory, "remote")
         monkeypatch.setattr("turing_learning.cli._robots._inspected", lambda *_: True)
