@@ -14,7 +14,7 @@ import numpy as np
 
 from turing_learning.config import load_configuration
 from turing_learning.runs._loops import Generations
-from turing_learning.systems import Given
+from turing_learning.systems import Arguments
 
 FORMS = {"watching": (1, "constant"), "10 opponents": (10, ""), "all 100": (100, "")}
 
@@ -29,7 +29,7 @@ def seconds(
         "coevolution.archive": 0,
     }
     configuration = load_configuration(scenario=system, overrides=settings | {"run.threads": 1})
-    loop, found = Generations(configuration, configuration.system.open(Given())), []
+    loop, found = Generations(configuration, configuration.system.open(Arguments())), []
     for _ in range(generations):
         begun = time.process_time()
         loop.step()

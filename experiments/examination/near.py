@@ -13,7 +13,7 @@ from turing_learning.config import load_configuration
 from turing_learning.examination import QUICK, examine
 from turing_learning.identifiability import Effort
 from turing_learning.identifiability.evidence import evidence_of
-from turing_learning.systems import Given
+from turing_learning.systems import Arguments
 
 TABLE = Path(__file__).parent / "near.csv"
 TRUTH = np.array([-0.7, -1.0, 1.0, -1.0])
@@ -25,7 +25,7 @@ SAMPLES = 200
 def main() -> None:
     """Write a row for each error."""
     configuration = load_configuration()
-    with configuration.system.open(Given()) as source, TABLE.open("w") as file:
+    with configuration.system.open(Arguments()) as source, TABLE.open("w") as file:
         evidence = evidence_of(configuration, source, Effort(samples=SAMPLES), 0)
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["error", "accuracy", "p_value"])

@@ -11,7 +11,7 @@ from cyclopts import Group, Parameter
 import turing_learning as tl
 from turing_learning.errors import RefusedError, integer, refuse, refusing_as, require
 
-from ._options import Columns, Files, Given, Integer
+from ._options import Columns, Files, Integer, OptionGroup
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,7 +26,7 @@ RUN = "run"
 
 @Parameter(name="*", group=PROGRAM)
 @dataclass(frozen=True)
-class Program(Given):
+class Program(OptionGroup):
     """A program that simulates one model, and series that the system gave."""
 
     simulate_command: str | None = None
@@ -103,7 +103,7 @@ def _series(paths: Sequence[Path], columns: tuple[str, ...]) -> "list[dict[str, 
 
 @Parameter(name="*", group=CALLERS)
 @dataclass(frozen=True)
-class Callers(Given):
+class Callers(OptionGroup):
     """Who calls the simulator of a recording or a program."""
 
     workers: Annotated[Integer | None, Parameter(name="--workers")] = None

@@ -53,7 +53,7 @@ def refuse_beside(rule: str, remedy: str = "", **options: Any) -> None:
 
 
 @dataclass(frozen=True)
-class Given:
+class OptionGroup:
     """Options of a command; those that are not given are None."""
 
     @property
@@ -68,7 +68,7 @@ class Given:
 
 @Parameter(name="*", group=RECORDED)
 @dataclass(frozen=True)
-class Tracks(Given):
+class Tracks(OptionGroup):
     """How a file of a tracker is read; the names are those of `load_trajectories`."""
 
     fps: Real | None = None
@@ -115,7 +115,7 @@ class Tracks(Given):
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Against(Given):
+class Against(OptionGroup):
     """Simulated recordings, and how they are read where not as the real ones."""
 
     against: Annotated[list[Path] | None, Parameter(negative="", consume_multiple=True)] = None

@@ -418,9 +418,9 @@ def _children(section: Any, stated: Any = ()) -> dict[str, Any]:
     if not isinstance(section, type):
         return {}
     if issubclass(section, BaseModel):
-        children: dict[str, Any] = {
-            name: info.annotation for name, info in section.model_fields.items()
-        }
+        children: dict[str, Any] = {}
+        for name, info in section.model_fields.items():
+            children[name] = info.annotation
         if issubclass(section, Configuration):
             # The type that files describe
             children["scenario"] = Scenario

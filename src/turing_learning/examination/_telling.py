@@ -63,7 +63,7 @@ class Telling:
 
 
 @dataclass(frozen=True, eq=False)
-class Given:
+class LabelledWindows:
     """Samples of both sides, with what is needed to say what gives them away."""
 
     windows: np.ndarray  #: (K, T, D), the real ones first
@@ -73,7 +73,7 @@ class Given:
     units: dict[str, str]  #: Of the signals; empty for numbers
     interval_s: float  #: Duration of a step (s); 0 if it is not known
 
-    def some(self, rng: np.random.Generator) -> "Given":
+    def some(self, rng: np.random.Generator) -> "LabelledWindows":
         """Return a part that is quick to look at, of as many samples of both sides."""
         rows = []
         for side in (self.labels > 0.5, self.labels < 0.5):
@@ -81,7 +81,7 @@ class Given:
             rows.append(np.sort(rng.permutation(where)[: LARGEST_SIDE // 2]))
         chosen = np.concatenate(rows)
         groups = np.unique(self.groups[chosen], return_inverse=True)[1].ravel()
-        return Given(
+        return LabelledWindows(
             self.windows[chosen],
             self.labels[chosen],
             groups,
@@ -98,7 +98,7 @@ class Given:
         return _balanced(right_answers(scores, labels, self.groups), self.labels)[0]
 
 
-def what_tells(samples: Given, seed: int) -> list[Telling]:
+def what_tells(samples: LabelledWindows, seed: int) -> list[Telling]:
     """Return statistics, the most telling first, then signals alone and left out, and time scales."""
     subset = samples.some(np.random.default_rng((seed, 3)))
     return [*statistics_that_tell(subset), *_signals(subset), *_scales(subset)]
@@ -136,7 +136,7 @@ def telling_statistics(
     """
     numbers = np.unique(groups, return_inverse=True)[1].ravel()
     own_groups = 1 + numbers.max() + np.arange(len(simulated))
-    samples = Given(
+    samples = LabelledWindows(
         np.concatenate((real, simulated)),
         np.repeat([1.0, 0.0], (len(real), len(simulated))),
         np.concatenate((numbers, own_groups)),
@@ -147,7 +147,7 @@ def telling_statistics(
     return tuple(statistics_that_tell(samples.some(np.random.default_rng((seed, 3)))))
 
 
-def statistics_that_tell(samples: Given) -> list[Telling]:
+def statistics_that_tell(samples: LabelledWindows) -> list[Telling]:
     """Return the statistics that tell most, each alone; those that say the same as a better one are left out."""
     names, values = named_statistics(samples.windows, samples.names, samples.interval_s or 1.0)
     ranks = rankdata(values, axis=0) / len(values)
@@ -188,7 +188,7 @@ def _unit(statistic: str, units: dict[str, str]) -> str:
     return units[matching[0]] if matching else ""
 
 
-def _signals(samples: Given) -> list[Telling]:
+def _signals(samples: LabelledWindows) -> list[Telling]:
     """Return how well samples are told by each signal alone, and without each."""
     count = len(samples.names)
     telling = []
@@ -207,7 +207,7 @@ def _signals(samples: Given) -> list[Telling]:
     return telling
 
 
-def _scales(samples: Given) -> list[Telling]:
+def _scales(samples: LabelledWindows) -> list[Telling]:
     """Return how well samples are told by a part of each, as long as parts have enough steps."""
     length = samples.windows.shape[1]
     telling = []
@@ -241,7 +241,7 @@ def told_by(telling: Sequence[Telling]) -> str:
     return f"Told by (simulated against real): {listed}."
 
 
-def telltale_windows(scores: np.ndarray, samples: Given) -> list[tuple[int, int]]:
+def telltale_windows(scores: np.ndarray, samples: LabelledWindows) -> list[tuple[int, int]]:
     """Return the simulated windows that are told most surely, each with the real one nearest to it, by their numbers.
 
     The nearest has the least distance in all statistics, in units of their standard deviations.

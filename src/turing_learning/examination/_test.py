@@ -15,7 +15,7 @@ from turing_learning.trajectories import Trajectories, Windows
 from ._examiners import PANEL, QUICK, Examiner, Ridge
 from ._panel import PERMUTATIONS, Examined, Views, examine_views, group_numbers
 from ._samples import Pair, pair_of, pair_of_arrays, pair_of_windows, recordings_of
-from ._telling import Given, Telling, told_by, what_tells
+from ._telling import LabelledWindows, Telling, told_by, what_tells
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,7 +40,7 @@ class TuringTest(Tabular):
         None  #: The same test of one half of the real groups against the other
     )
     remarks: tuple[str, ...] = ()  #: How samples were made, a sentence each
-    given: Given | None = field(default=None, compare=False)  #: The samples
+    windows: LabelledWindows | None = field(default=None, compare=False)  #: The samples
     #: Of real and simulated samples (K, T + 1, 2)
     paths: tuple[np.ndarray | None, ...] = field(default=(), compare=False)
 
@@ -263,10 +263,10 @@ def _tested(
     numbers = group_numbers((len(owners[0]), len(owners[1])), owners)
     examined = examine_views(views, numbers, grouping, examiners, permutations, seed)
     labels = np.repeat([1.0, 0.0], examined.samples)
-    given = Given(
+    windows = LabelledWindows(
         views.windows, labels, np.concatenate(numbers), pair.names, pair.units, pair.interval_s
     )
-    telling = tuple(what_tells(given, seed))
+    telling = tuple(what_tells(windows, seed))
     between_halves = None
     if control:
         between_halves = _control(pair, owners[0], grouping, permutations, seed)
@@ -276,7 +276,7 @@ def _tested(
         telling=telling,
         control=between_halves,
         remarks=(*pair.remarks, *_remarks(grouping)),
-        given=given,
+        windows=windows,
         paths=(pair.real.paths, pair.simulated.paths),
     )
 

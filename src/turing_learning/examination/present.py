@@ -11,7 +11,7 @@ from turing_learning.figures.style import BLUE, INK, MUTED, ORANGE, panel_grid
 from turing_learning.report import Listing, Report, report_page
 
 from ._statistics import named_statistics
-from ._telling import Given, Telling, telltale_windows
+from ._telling import LabelledWindows, Telling, telltale_windows
 from ._test import TuringTest
 
 if TYPE_CHECKING:
@@ -86,15 +86,15 @@ def test_page(result: TuringTest, title: str, command: str = "") -> str:
 
 def _pictures(result: TuringTest, statistics: Sequence[Telling]) -> list[Picture]:
     """Return distributions of the most telling statistics, and telltale windows."""
-    if result.given is None:
+    if result.windows is None:
         return []
     pictures = []
     telling = statistics[:SHOWN]
     if telling:
         caption = "Shares of the samples. Filled: real; line: simulated. What is farther out counts in the outermost bins."
-        figure = _distributions(result.given, telling)
+        figure = _distributions(result.windows, telling)
         pictures.append(Picture("distributions", "What differs most", caption, figure, wide=True))
-    pairs = telltale_windows(np.array(result.examined.scores), result.given)
+    pairs = telltale_windows(np.array(result.examined.scores), result.windows)
     if pairs:
         caption = (
             "Above: the simulated samples that are told most surely. "
@@ -105,7 +105,7 @@ def _pictures(result: TuringTest, statistics: Sequence[Telling]) -> list[Picture
     return pictures
 
 
-def _distributions(samples: Given, telling: Sequence[Telling]) -> "Figure":
+def _distributions(samples: LabelledWindows, telling: Sequence[Telling]) -> "Figure":
     """Draw histograms of statistics, a panel each."""
     names, values = named_statistics(samples.windows, samples.names, samples.interval_s or 1.0)
     panels = panel_grid([cue.what for cue in telling], 2.3)
@@ -135,7 +135,7 @@ def _distributions(samples: Given, telling: Sequence[Telling]) -> "Figure":
 
 def _windows(result: TuringTest, pairs: Sequence[tuple[int, int]]) -> "Figure":
     """Draw simulated samples above, real ones below: paths where they are known, else the first signal over time."""
-    samples = result.given
+    samples = result.windows
     assert samples is not None
     simulated, real = zip(*pairs, strict=True)
     order = simulated + real

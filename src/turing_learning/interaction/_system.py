@@ -15,7 +15,7 @@ from ..coevolution import THRESHOLD, Classifier, InteractiveInterrogation, Inter
 from ..errors import Setting, Text, brief, integer, refuse, require
 from ..models import Parameter
 from ..purposes import GENUINE
-from ..systems import CustomOptions, CustomSystem, CustomSystemError, Given, Range, System
+from ..systems import Arguments, CustomOptions, CustomSystem, CustomSystemError, Range, System
 from . import _epuck, _examples
 from ._stimulus import PASSIVE, Dialogue, Interrogator, Stimulus
 
@@ -153,25 +153,25 @@ class StimulatedSystem(CustomSystem):
         samples = 2.0 * models * self.opponents
         return samples, 16.0 * samples * self.steps * len(self.signals), ()
 
-    def accept(self, given: Given) -> Given:
+    def accept(self, arguments: Arguments) -> Arguments:
         """Return what is given; refuse what the system has no use for."""
         # The truth may be given again, to be compared.
         has_truth = bool(self.true) and not self.behavior_name
-        for name, value in given.named.items():
+        for name, value in arguments.named.items():
             is_taken = Setting(name) in self.resuming or (name == "genuine" and has_truth)
             rule = f"be left out for {self.name}"
             remedy = "It is simulated here, by what its folder says."
             require(value is None or is_taken, name, rule, type(value).__name__, remedy)
-        functions = {"simulate": given.simulate}
-        if not isinstance(given.genuine, Mapping):
-            functions["genuine"] = given.genuine
+        functions = {"simulate": arguments.simulate}
+        if not isinstance(arguments.genuine, Mapping):
+            functions["genuine"] = arguments.genuine
         for name, value in functions.items():
             require(value is None or callable(value), name, "be a function", brief(value))
-        if isinstance(given.genuine, Mapping):
-            fits = self.true_of(given.genuine, self.parameters) == self.true
+        if isinstance(arguments.genuine, Mapping):
+            fits = self.true_of(arguments.genuine, self.parameters) == self.true
             rule = f"be what the run began with, {self.shown(np.array(self.true))}"
-            require(fits, "genuine", rule, brief(dict(given.genuine)))
-        return given
+            require(fits, "genuine", rule, brief(dict(arguments.genuine)))
+        return arguments
 
     @staticmethod
     def true_of(
@@ -184,23 +184,23 @@ class StimulatedSystem(CustomSystem):
         require(fits, "genuine", rule, brief(list(values)), remedy)
         return tuple(array("genuine", [values[name] for name in parameters], "P").tolist())
 
-    def open(self, given: Given) -> "StimulatedSource":
+    def open(self, arguments: Arguments) -> "StimulatedSource":
         """Return its trials."""
-        given = self.accept(given)
-        self.require_all(given)
-        step = given.simulate
+        arguments = self.accept(arguments)
+        self.require_all(arguments)
+        step = arguments.simulate
         if self.behavior_name:
             step = BEHAVIORS[self.behavior_name]
         if self.stimulus.passive == "own":
             functions = {"simulate": step}
             if not self.true:
-                functions["genuine"] = given.genuine
+                functions["genuine"] = arguments.genuine
             for name, function in functions.items():
                 if function is None or hasattr(function, "own"):
                     continue
                 got = f'a function of "{self.name}", without'
                 refuse(name, 'have a method `own` with passive="own"', got, _OR_PASSIVE)
-        return StimulatedSource(self, step, None if self.true else given.genuine)
+        return StimulatedSource(self, step, None if self.true else arguments.genuine)
 
 
 class StimulatedSource(FallibleSource):
@@ -525,7 +525,7 @@ def describe_stimulated(
         states=settings.get("states", 1),
     )
     try:
-        with system.open(Given(genuine=genuine, simulate=simulate)) as source:
+        with system.open(Arguments(genuine=genuine, simulate=simulate)) as source:
             rng = np.random.default_rng(GENUINE)
             samples = source.genuine_samples(_SCALING_TRIALS, rng)
     except CustomSystemError as error:

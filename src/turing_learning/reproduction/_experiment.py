@@ -334,9 +334,9 @@ class Runs:
 
     def models_frame(self) -> pd.DataFrame:
         """Return what every run has inferred: model, seed, parameters."""
-        frames = {
-            readout: seeded(self.seeds, self.models[readout], self.names) for readout in MODEL_KINDS
-        }
+        frames = {}
+        for readout in MODEL_KINDS:
+            frames[readout] = seeded(self.seeds, self.models[readout], self.names)
         return stacked(frames, "model")
 
     def errors_frame(self, claim: str = "") -> pd.DataFrame:

@@ -63,9 +63,9 @@ def laboratory_file(work: Work, preset: str) -> Path:
     folder = work.store.path / f"laboratory-{preset}"
     folder.mkdir(parents=True, exist_ok=True)
     robots.overhead_camera().save(folder / "camera.json", force=True)
-    members = [
-        f'name = "agent-{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(1, AGENTS + 1)
-    ]
+    members = []
+    for k in range(1, AGENTS + 1):
+        members.append(f'name = "agent-{k}"\nrole = "agent"\nmarker = "blue"\n')
     for name, marker in REPLICAS.items():
         members.append(
             f'name = "{name}"\nrole = "replica"\nmarker = "{marker}"\naddress = "{name}"\n'
@@ -193,9 +193,9 @@ def gatherings(work: Work, model: np.ndarray) -> tuple[Gathering, Gathering]:
 
 
 def _gathering(pieces: Sequence[Mapping[str, np.ndarray]]) -> Gathering:
-    arrays = {
-        name: np.stack([piece[name] for piece in pieces]) for name in ("seen", "complete", "poses")
-    }
+    arrays = {}
+    for name in ("seen", "complete", "poses"):
+        arrays[name] = np.stack([piece[name] for piece in pieces])
     return Gathering(**arrays, radius_cm=robots.LABORATORY.robot.radius_cm)
 
 

@@ -46,9 +46,9 @@ from turing_learning.report import counted
 from turing_learning.store import RunFolderError, check_folder, storage, writable
 from turing_learning.store import RunStorageError as RunStorageError
 from turing_learning.systems import (
+    Arguments,
     CustomSystem,
     CustomSystemError,
-    Given,
     Source,
     describe_simulated,
     same_time_step,
@@ -79,7 +79,7 @@ class _Checker:
 
     result: Result
     source: Source  # the run's, opened again
-    given: Given  # of a custom system
+    arguments: Arguments  # of a custom system
     evidence: Evidence
     effort: Effort
     settings: dict[str, Any]  # all that decides what a check finds
@@ -273,10 +273,10 @@ class _Checker:
         simulated = simulate(np.tile(self.estimate, (count, 1)), rng)
         system = self.configuration.system
         comparisons = evidences.signal_quantities(genuine, simulated, system)
-        if not self.recording or not hasattr(self.given.simulate, "simulate"):
+        if not self.recording or not hasattr(self.arguments.simulate, "simulate"):
             return comparisons
         group = evidences.recorded_quantities(
-            self.recording, self.given.simulate, self.estimate, seed=self.seed
+            self.recording, self.arguments.simulate, self.estimate, seed=self.seed
         )
         # signals are among the quantities of a group, too
         of_groups = [quantity for quantity in group if quantity.name not in system.signals]
@@ -296,10 +296,10 @@ class _Checker:
             rng = stream(self.seed, RECOVERING, k)
             with refusing_as(ConfigurationError):
                 scenario, data = describe_simulated(system, self.source, self.estimate, rng)
-            changed = replace(self.given, genuine=data, groups=None)
+            changed = replace(self.arguments, genuine=data, groups=None)
         else:
             scenario = self.configuration.system.imitated(self.estimate)
-            changed = replace(self.given, genuine=None)
+            changed = replace(self.arguments, genuine=None)
             overrides["classifiers.input_scale"] = self.configuration.classifiers.input_scale
         configuration = resolved(scenario, "default", self.configuration, overrides)
         try:
@@ -326,7 +326,7 @@ class _Checker:
         ).to_json()
 
     def _told(
-        self, k: int, configuration: Configuration, given: Given, recovered: Result
+        self, k: int, configuration: Configuration, arguments: Arguments, recovered: Result
     ) -> dict[str, Any]:
         """Return how well a panel tells a recovery's truth from the models that it calls plausible.
 
@@ -334,7 +334,7 @@ class _Checker:
         """
         number = self.seed + 1 + k
         evidence = self.evidence
-        with configuration.system.open(given) as source:
+        with configuration.system.open(arguments) as source:
             if source.genuine is None:
                 evidence = evidence_of(configuration, source, self.effort, number)
             else:
@@ -526,7 +526,9 @@ def check(
     folder = None if result.path is None else RunFolder(result.path)
     system = configuration.system
     functions = record.samples_and_simulator(genuine, simulate)
-    given = Given(functions.genuine, functions.simulate, workers, timeout_s, groups, executor)
+    arguments = Arguments(
+        functions.genuine, functions.simulate, workers, timeout_s, groups, executor
+    )
     say = stage or (lambda text: None)
     if isinstance(recording, Trajectories):
         recording = (recording,)
@@ -538,12 +540,12 @@ def check(
             with writable("run", folder.path):
                 stack.enter_context(folder.locked())
         with refusing_as(ConfigurationError):
-            source = stack.enter_context(system.open(given))
+            source = stack.enter_context(system.open(arguments))
         labels = None
         grouping = ""
         if source.genuine is not None:
             labels, grouping = evidences.held_out_groups(
-                systems.observed(given.genuine), source.genuine, groups
+                systems.observed(arguments.genuine), source.genuine, groups
             )
         elif recordings:
             reject("recording", "be left out for simulated robots", "one")
@@ -560,9 +562,9 @@ def check(
         } | asdict(effort)
         # refuses what cannot be checked, before anything is written
         evidence = evidence_of(configuration, source, effort, seed, labels, grouping)
-        checked = _Checker(result, source, given, evidence, effort, settings, recordings, say).run(
-            force=force
-        )
+        checked = _Checker(
+            result, source, arguments, evidence, effort, settings, recordings, say
+        ).run(force=force)
         # The report again where there is one, and the history that it shows
         if folder is not None:
             with stored_in(folder.path):
@@ -584,15 +586,17 @@ def _refuse_other_rates(recordings: Sequence[Trajectories], interval_s: float) -
         check_setting(same, "recording", rule, f"{recording.fps:.6g}", remedy)
 
 
-def begin_or_resume(configuration: Configuration, path: Path | None, given: Given) -> Result:
+def begin_or_resume(
+    configuration: Configuration, path: Path | None, arguments: Arguments
+) -> Result:
     """Run a configuration, in a folder or in memory.
 
     One that is in the folder already is resumed.
     """
     if path is not None and RunFolder(path).is_run():
-        return conduct(Run.open(path, lambda configuration: configuration.system.open(given)))
+        return conduct(Run.open(path, lambda configuration: configuration.system.open(arguments)))
     with refusing_as(ConfigurationError):
-        source = configuration.system.open(given)
+        source = configuration.system.open(arguments)
     with source:
         return conduct(Run.begin(configuration, path, source=source))
 

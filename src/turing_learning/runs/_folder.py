@@ -28,7 +28,7 @@ from turing_learning.store import (
     storage,
 )
 from turing_learning.store import RunFolderError as RunFolderError
-from turing_learning.systems import Given, imported
+from turing_learning.systems import Arguments, imported
 
 FORMAT_VERSION = 1
 BLOCK = 5000
@@ -281,14 +281,14 @@ class RunFolder(Store):
                 names.add("simulate")
         return functions & names
 
-    def remembered(self, given: Given) -> Given:
+    def remembered(self, arguments: Arguments) -> Arguments:
         """Return what is given of a custom system.
 
         What is not is imported, or read from a recording that must not have changed.
         """
         manifest = self.manifest()
         functions: dict[str, Any] = {}
-        if given.genuine is None and "trajectories" in _recorded_options(manifest):
+        if arguments.genuine is None and "trajectories" in _recorded_options(manifest):
             system = self.configuration().system
             motion = RecordedSystem.remembered(
                 manifest[RECORDING], "Put it back, or give `genuine` and `simulate`."
@@ -297,15 +297,15 @@ class RunFolder(Store):
                 system.steps, system.signals, network=self.network()
             )
             functions["genuine"] = genuine
-            if given.simulate is None and simulate is not None:
+            if arguments.simulate is None and simulate is not None:
                 functions["simulate"] = simulate
-        elif given.simulate is None and (network := self.network()) is not None:
+        elif arguments.simulate is None and (network := self.network()) is not None:
             functions["simulate"] = network
         for name in ("genuine", "simulate"):
             stored = manifest.get(name)
-            if getattr(given, name) is None and isinstance(stored, str):
+            if getattr(arguments, name) is None and isinstance(stored, str):
                 functions[name] = imported(stored, name) if ":" in stored else stored
-        return replace(given, **functions)
+        return replace(arguments, **functions)
 
     def network(self) -> Network | None:
         """Return the network that was learned for this run, if there is one."""

@@ -19,9 +19,9 @@ from turing_learning.interaction import describe_stimulated
 from turing_learning.store import RunFolderError, check_folder
 from turing_learning.swarm import Scenario
 from turing_learning.systems import (
+    Arguments,
     CustomOptions,
     CustomSystem,
-    Given,
     Range,
     Simulator,
     Source,
@@ -178,7 +178,7 @@ def infer(
     if not is_custom(scenario, genuine, simulate, parameters):
         configuration = resolve(scenario)
         with refusing_as(ConfigurationError):
-            configuration.system.accept(Given(more=options))
+            configuration.system.accept(Arguments(more=options))
         require_visible_objects(configuration)
         with watched(observer, should_stop, progress) as observer:
             return conduct(Run.begin(configuration, out, force=force), observer, should_stop)
@@ -196,9 +196,9 @@ def infer(
             simulate = imported(simulate)
         if isinstance(genuine, str) and ":" in genuine:
             genuine = imported(genuine, "genuine")
-        given = Given(genuine, simulate, options.get("workers"), options.get("timeout_s"))
+        arguments = Arguments(genuine, simulate, options.get("workers"), options.get("timeout_s"))
         data = genuine
-        given = replace(given, executor=options.get("executor"))
+        arguments = replace(arguments, executor=options.get("executor"))
         # One model at a time, as it says itself
         if not getattr(simulate, "vectorized", True):
             options.setdefault("vectorized", False)
@@ -216,7 +216,7 @@ def infer(
                     entries[RECORDING] = recorded.entry
     configuration = resolve(system)
     with refusing_as(ConfigurationError):
-        opened = configuration.system.open(replace(given, genuine=data))
+        opened = configuration.system.open(replace(arguments, genuine=data))
     with opened as source, watched(observer, should_stop, progress) as observer:
         files = None
         if isinstance(simulate, Network):
@@ -227,7 +227,7 @@ def infer(
             force=force,
             source=source,
             entries=entries,
-            given=given,
+            arguments=arguments,
             files=files,
         )
         return conduct(run, observer, should_stop)
@@ -308,8 +308,8 @@ def resume(
     folder = RunFolder(path)
     give_parts(folder, models, classifier)
     with refusing_as(RunFolderError):
-        given = folder.configuration().system.accept(
-            Given(genuine, simulate, workers, timeout_s, executor=executor)
+        arguments = folder.configuration().system.accept(
+            Arguments(genuine, simulate, workers, timeout_s, executor=executor)
         )
 
     def reopen(configuration: Configuration) -> Source:
@@ -318,7 +318,7 @@ def resume(
         got = f"{folder.path}, which takes place in a laboratory"
         check_folder(not folder.laboratory_path.exists(), "run", rule, got, remedy)
         refuse_given_source(folder)
-        return configuration.system.open(folder.remembered(given))
+        return configuration.system.open(folder.remembered(arguments))
 
     run = Run.open(path, reopen, threads=threads, trials=trials, tolerance=tolerance)
     with run, watched(observer, should_stop, False if run.complete else progress) as observer:

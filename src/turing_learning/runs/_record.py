@@ -15,7 +15,7 @@ from turing_learning.config.parts import observers_of
 from turing_learning.errors import refusing_as
 from turing_learning.purposes import REPLAY
 from turing_learning.store import reject_folder
-from turing_learning.systems import Given, Source, System
+from turing_learning.systems import Arguments, Source, System
 
 from . import _folder as folders
 from . import _history as histories
@@ -70,7 +70,7 @@ class Record:
     readout: Mapping[str, np.ndarray] = field(default_factory=dict)
     dialogues: Mapping[str, np.ndarray] = field(default_factory=dict)
     beside: dict[str, Any] = field(default_factory=dict)
-    given: Given = field(default_factory=Given)
+    arguments: Arguments = field(default_factory=Arguments)
 
     @classmethod
     def of(
@@ -78,11 +78,13 @@ class Record:
         folder: RunFolder,
         configuration: Configuration,
         completed: int,
-        given: Given | None = None,
+        arguments: Arguments | None = None,
     ) -> Self:
         """Return the record in a folder, which can be opened from wherever the process is by then."""
         path = folder.path.absolute()
-        return cls(configuration, completed, path, folder.begun(), given=given or Given())
+        return cls(
+            configuration, completed, path, folder.begun(), arguments=arguments or Arguments()
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Leave a run in memory and a caller's simulator behind, which another process does not have."""
@@ -177,32 +179,32 @@ class Record:
         """Return recorded motion beside that of replicas of a model (P,), see `Source.positions`; nothing if it is not known."""
         if self.path is not None:
             return RunFolder(self.path).find(folders.MOTION) or {}
-        if self.given.simulate is None:
+        if self.arguments.simulate is None:
             return {}
-        with self.configuration.system.open(self.given) as source:
+        with self.configuration.system.open(self.arguments) as source:
             rng = np.random.default_rng((REPLAY, self.configuration.run.seed))
             return source.positions(model, rng)
 
-    def samples_and_simulator(self, genuine: Any = None, simulate: Any = None) -> Given:
+    def samples_and_simulator(self, genuine: Any = None, simulate: Any = None) -> Arguments:
         """Return samples and simulator.
 
         Those given, else those of this process, else functions that the folder names.
         """
-        given = self.given
+        arguments = self.arguments
         if genuine is not None:
-            given = replace(given, genuine=genuine)
+            arguments = replace(arguments, genuine=genuine)
         if simulate is not None:
-            given = replace(given, simulate=simulate)
+            arguments = replace(arguments, simulate=simulate)
         if self.path is None:
-            return given
+            return arguments
         with refusing_as(ConfigurationError):
-            return RunFolder(self.path).remembered(given)
+            return RunFolder(self.path).remembered(arguments)
 
     def opened(self, genuine: Any, simulate: Any) -> Source:
         """Return the samples of the run, opened again, see `samples_and_simulator`."""
-        given = self.samples_and_simulator(genuine, simulate)
+        arguments = self.samples_and_simulator(genuine, simulate)
         with refusing_as(ConfigurationError):
-            return self.configuration.system.open(given)
+            return self.configuration.system.open(arguments)
 
 
 def layout_of(configuration: Configuration, weights: int | None = None) -> histories.Layout:

@@ -340,8 +340,8 @@ class Result(Judged):
     @property
     def network(self) -> Network | None:
         """The network that was learned for the run, as recorded; None where the models are others."""
-        if self.record is not None and isinstance(self.record.given.simulate, Network):
-            return self.record.given.simulate
+        if self.record is not None and isinstance(self.record.arguments.simulate, Network):
+            return self.record.arguments.simulate
         if self.path is None:
             return None
         return RunFolder(self.path).network()

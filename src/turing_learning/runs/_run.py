@@ -19,7 +19,7 @@ from turing_learning.identifiability import Check
 from turing_learning.provenance import now
 from turing_learning.purposes import DIALOGUE, REPLAY
 from turing_learning.store import RunFolderError, check_folder, reject_folder, storage, writable
-from turing_learning.systems import Given, Source, SystemFailedError
+from turing_learning.systems import Arguments, Source, SystemFailedError
 
 from . import _folder as folders
 from . import _history as histories
@@ -70,11 +70,11 @@ class Run:
         source: Source,
         loop: Loop,
         folder: RunFolder | None,
-        given: Given | None = None,
+        arguments: Arguments | None = None,
     ) -> None:
         self.configuration = configuration
         self.folder = folder
-        self._given = given or Given()
+        self._arguments = arguments or Arguments()
         self._source = source
         self._loop = loop
         self._opened = ExitStack()
@@ -113,7 +113,7 @@ class Run:
         force: bool = False,
         files: Mapping[str, bytes] | None = None,
         entries: Mapping[str, Any] | None = None,
-        given: Given | None = None,
+        arguments: Arguments | None = None,
     ) -> Self:
         """Begin a run.
 
@@ -139,20 +139,20 @@ class Run:
         entries = dict(entries or {})
         if source is None:
             with refusing_as(ConfigurationError):
-                source = configuration.system.open(Given())
+                source = configuration.system.open(Arguments())
         elif not configuration.system.resuming:
             # Else `resume` asks for samples and simulator anyway
             entries["source"] = GIVEN
         loop = loop_of(configuration, source)
         if out is None:
-            return cls(configuration, source, loop, None, given)
+            return cls(configuration, source, loop, None, arguments)
         folder = RunFolder(out)
         with ExitStack() as opened, writable("out", folder.path):
             folder.refuse_if_taken(force=force)
             folder.path.mkdir(parents=True, exist_ok=True)
             opened.enter_context(folder.locked())
             folder.begin(configuration, force=force, files=files, **entries)
-            run = cls(configuration, source, loop, folder, given)
+            run = cls(configuration, source, loop, folder, arguments)
             run._opened = opened.pop_all()
         return run
 
@@ -209,7 +209,7 @@ class Run:
             with refusing_as(RunFolderError):
                 if reopen is None:
                     refuse_given_source(folder)
-                    source = adjusted.system.open(Given())
+                    source = adjusted.system.open(Arguments())
                 else:
                     source = reopen(adjusted)
             opened.enter_context(source)
@@ -299,7 +299,7 @@ class Run:
     def _record(self) -> Record:
         """Return where what the run has stored is."""
         if self.folder is not None:
-            return Record.of(self.folder, self.configuration, self.completed, self._given)
+            return Record.of(self.folder, self.configuration, self.completed, self._arguments)
         return Record(
             self.configuration,
             self.completed,
@@ -307,7 +307,7 @@ class Run:
             manifest=self._manifest,
             readout=self._readout,
             dialogues=self._dialogues,
-            given=self._given,
+            arguments=self._arguments,
         )
 
     @property

@@ -20,7 +20,7 @@ from turing_learning.errors import check, integer, reject
 from turing_learning.kernels.parallel import default_threads
 from turing_learning.runs import Result, RunFolder, resume, start
 from turing_learning.store import check_folder
-from turing_learning.systems import Given, imported
+from turing_learning.systems import Arguments, imported
 from turing_learning.targets import writing
 from turing_learning.workers import Workers, asked_to_stop
 
@@ -394,7 +394,7 @@ def _start(
 ) -> Result:
     if not plan.simulate:
         return start(configuration, path, should_stop=should_stop)
-    with configuration.system.open(Given(**_custom_parts(study, plan))) as source:
+    with configuration.system.open(Arguments(**_custom_parts(study, plan))) as source:
         return start(configuration, path, should_stop=should_stop, source=source)
 
 

@@ -7,7 +7,7 @@
 `Source`
     Samples of a system while they are needed, from `System.open`; `CustomSource` is that of a
     custom system,
-    `Given` what its caller hands over. `SystemFailedError` ends a run that can be resumed,
+    `Arguments` what its caller hands over. `SystemFailedError` ends a run that can be resumed,
     `CustomSystemError` where a simulator failed.
 `describe`, `describe_simulated`, `read_parameters`
     A custom system from what a caller hands over: samples, simulator, `Range` of each parameter,

@@ -22,10 +22,10 @@ from ._swarm import Laboratory as Laboratory
 from ._swarm import Swarm as Swarm
 from ._swarm import physics_steps as physics_steps
 from ._swarm import system_of as system_of
+from ._system import Arguments as Arguments
 from ._system import CustomSystemError as CustomSystemError
 from ._system import FailureLog as FailureLog
 from ._system import FallibleSource as FallibleSource
-from ._system import Given as Given
 from ._system import GuardedInterrogation as GuardedInterrogation
 from ._system import Source as Source
 from ._system import System as System

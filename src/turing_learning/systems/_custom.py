@@ -23,7 +23,7 @@ from ._calls import Answer, Failed, Simulator, answer
 from ._executor import answers_by
 from ._genuine import Genuine, cut_samples, names_of, observed, table_names, value_text
 from ._per_model import value_of_parameter, with_columns
-from ._system import CustomSystemError, FallibleSource, Given, Source, System
+from ._system import Arguments, CustomSystemError, FallibleSource, Source, System
 
 LARGEST_NUMBER = 10**9
 """Of samples, steps or calls."""
@@ -201,28 +201,28 @@ class CustomSystem(System, Settings):
         samples = float(models + (self.samples_per_generation or models))
         return samples, 16.0 * models * self.steps * len(self.signals), ()
 
-    def open(self, given: Given) -> Source:
-        given = self.accept(given)
-        self.require_all(given)
+    def open(self, arguments: Arguments) -> Source:
+        arguments = self.accept(arguments)
+        self.require_all(arguments)
         return CustomSource(
             self,
-            given.genuine,
-            with_columns(given.simulate, given.genuine.names),
-            workers=given.workers,
-            timeout_s=given.timeout_s,
-            executor=given.executor,
+            arguments.genuine,
+            with_columns(arguments.simulate, arguments.genuine.names),
+            workers=arguments.workers,
+            timeout_s=arguments.timeout_s,
+            executor=arguments.executor,
         )
 
-    def accept(self, given: Given) -> Given:
+    def accept(self, arguments: Arguments) -> Arguments:
         """Return what is given, its samples checked.
 
         Refuse samples that a stored run did not begin with, and another simulator.
         """
-        if given.simulate is not None:
-            self._refuse_other_simulator(given.simulate)
-        if given.genuine is None or isinstance(given.genuine, Genuine):
-            return given
-        genuine = observed(given.genuine)
+        if arguments.simulate is not None:
+            self._refuse_other_simulator(arguments.simulate)
+        if arguments.genuine is None or isinstance(arguments.genuine, Genuine):
+            return arguments
+        genuine = observed(arguments.genuine)
         held_out = np.array(self.held_out, dtype=np.int64)
         noun = "a live source" if self.live else "an array of samples"
         rule = f"be {noun}, as when the run began"
@@ -230,13 +230,13 @@ class CustomSystem(System, Settings):
         if self.live:
             nothing = np.zeros((1, self.steps, len(self.signals)))
             data = Genuine(nothing, held_out, genuine, names=table_names(self.signals))
-            return replace(given, genuine=data)
+            return replace(arguments, genuine=data)
         steps = np.shape(getattr(genuine, "learning", ()))[1:2]
         if steps:
             rule = f"be windows of {self.steps} steps, as when the run began"
             require(steps[0] == self.steps, "genuine", rule, steps[0], "Cut them as then.")
         excerpt = getattr(genuine, "excerpt", None)
-        columns = getattr(given.simulate, "columns", ())
+        columns = getattr(arguments.simulate, "columns", ())
         names = names_of(genuine, columns)
         # The run has fixed the order, unless its signals were given other names.
         if not columns and {*self.signals} <= {*names}:
@@ -247,7 +247,7 @@ class CustomSystem(System, Settings):
         got = f"others, {data.digest[:12]}..."
         remedy = "Give the same, or start a new run."
         require(data.digest == self.digest, "genuine", rule, got, remedy)
-        return replace(given, genuine=data)
+        return replace(arguments, genuine=data)
 
     def _refuse_other_simulator(self, simulate: Any) -> None:
         """Refuse a simulator that says itself that it simulates another system, as a family of models can."""

@@ -196,15 +196,13 @@ class Command:
 
     def __call__(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Run the program for one model with parameters (P,); return its table (T, D)."""
-        values = {
-            name: value_of_parameter(value)
-            for name, value in zip(self.names, parameters.tolist(), strict=True)
-        }
+        values = {}
+        for name, value in zip(self.names, parameters.tolist(), strict=True):
+            values[name] = value_of_parameter(value)
         values[SEED] = str(int(rng.integers(LARGEST_SEED)))
-        words = [
-            re.sub(r"\{(\w+)\}", lambda match: values[match[1]], word)
-            for word in shlex.split(self.template)
-        ]
+        words = []
+        for word in shlex.split(self.template):
+            words.append(re.sub(r"\{(\w+)\}", lambda match: values[match[1]], word))
         done = subprocess.run(
             words, capture_output=True, text=True, timeout=self.timeout_s, check=False
         )

@@ -11,7 +11,7 @@ from ..models import FULL_VIEW, ElmanModel, Parameter, Representation
 from ..swarm import Scenario
 from ..trajectories import SIGNALS
 from ._custom import CustomSystem
-from ._system import Given, Source, System
+from ._system import Arguments, Source, System
 
 if TYPE_CHECKING:
     from ..models import Behavior
@@ -100,19 +100,19 @@ class Swarm(System):
         steps = self.scenario.trial.duration_s / self.scenario.trial.control_interval_s
         return robots, 64.0 * robots * steps, ("scenario.agents", "scenario.replicas")
 
-    def accept(self, given: Given) -> Given:
+    def accept(self, arguments: Arguments) -> Arguments:
         """Refuse whatever is given: only a custom system has a use for it."""
-        for name, value in given.named.items():
+        for name, value in arguments.named.items():
             rule = "be left out for simulated robots"
             got = type(value).__name__
             if isinstance(value, str | int | float):
                 got = brief(value)
             remedy = "A custom system has `genuine`, `simulate` and `parameters`, and no scenario."
             require(value is None, name, rule, got, remedy)
-        return given
+        return arguments
 
-    def open(self, given: Given) -> Source:
-        self.accept(given)
+    def open(self, arguments: Arguments) -> Source:
+        self.accept(arguments)
         return _SwarmSource(self)
 
 
@@ -136,7 +136,7 @@ class Laboratory(Swarm):
         """Return what to do in the laboratory."""
         return 'Run it again in the laboratory, with run.history = "full".'
 
-    def open(self, given: Given) -> Source:
+    def open(self, arguments: Arguments) -> Source:
         """Refuse: the robots have to be there."""
         remedy = "Resume it with `turing-learning robots run`, or `turing_learning.runs.resume_laboratory`."
         refuse("run", "be one that the computer can resume alone", self.noun, remedy)

@@ -38,7 +38,7 @@ class CustomSystemError(SystemFailedError):
 
 
 @dataclass(frozen=True, eq=False)
-class Given:
+class Arguments:
     """What a caller hands over of a custom system, beyond what a run stores."""
 
     #: Samples, in any form that `describe` takes, or `Genuine` once they are checked
@@ -155,7 +155,7 @@ class System:
         """Return samples and bytes of motion in a generation of so many models, and the settings that both grow with."""
         raise NotImplementedError
 
-    def require_all(self, given: Given) -> None:
+    def require_all(self, arguments: Arguments) -> None:
         """Refuse where something is missing that no folder holds, see `resuming`."""
         if not self.resuming:
             return
@@ -166,16 +166,18 @@ class System:
         pronoun = "them" if len(self.resuming) > 1 else "it"
         remedy = ("Give ", *names, f" as the run began with {pronoun}, from Python.")
         for setting in self.resuming:
-            require(getattr(given, setting.name) is not None, setting.name, rule, "nothing", remedy)
+            require(
+                getattr(arguments, setting.name) is not None, setting.name, rule, "nothing", remedy
+            )
 
-    def accept(self, given: Given) -> Given:
+    def accept(self, arguments: Arguments) -> Arguments:
         """Return what is given, checked.
 
         Refuse what it has no use for, and what differs from that of the stored run.
         """
         raise NotImplementedError
 
-    def open(self, given: Given) -> "Source":
+    def open(self, arguments: Arguments) -> "Source":
         """Return its samples; the caller closes them. Refuse what is missing."""
         raise NotImplementedError
 

@@ -8,7 +8,7 @@ from turing_learning.errors import RefusedError
 from turing_learning.interaction import STIMULATED
 from turing_learning.interaction import _epuck as epuck
 from turing_learning.kernels.court import LEFT, read
-from turing_learning.systems import Given
+from turing_learning.systems import Arguments
 
 INFRARED = STIMULATED["infrared-sensors"]
 NO_POSTS = np.zeros((1, 0, 4))
@@ -100,7 +100,7 @@ def test_models_with_the_true_parameters_are_the_system():
     system = tl.config.load_configuration(
         scenario="infrared-sensors", overrides={"scenario.stimulus.passive": "random"}
     ).system
-    source = system.open(Given())
+    source = system.open(Arguments())
     genuine = source.genuine_samples(600, np.random.default_rng(3)).mean(axis=1)
     models = np.tile(system.true, (600, 1))
     copies = source.simulate(models, np.random.default_rng(4))[:, 0].mean(axis=1)

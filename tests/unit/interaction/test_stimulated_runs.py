@@ -139,7 +139,7 @@ def test_classifiers_that_watch_see_stimuli_that_nobody_chooses(tmp_path):
         settings=SMALL | {STIMULUS: "constant"},
         out=tmp_path / "run",
     )
-    samples = found.configuration.system.open(tl.systems.Given()).genuine_samples(
+    samples = found.configuration.system.open(tl.systems.Arguments()).genuine_samples(
         5, np.random.default_rng(1)
     )
     np.testing.assert_array_equal(np.ptp(samples[..., 1], axis=1), 0)

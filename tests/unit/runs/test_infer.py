@@ -32,7 +32,7 @@ from turing_learning.runs._history import Traces
 from turing_learning.runs._paper import paper_absolute_errors
 from turing_learning.runs._record import Record
 from turing_learning.runs._summary import Ending, summarize
-from turing_learning.systems import Given
+from turing_learning.systems import Arguments
 
 
 def untimed(folder):
@@ -382,7 +382,7 @@ def test_a_run_with_a_source_of_its_callers_is_not_resumed_in_plain_simulation(
     configuration = small()
 
     def source(_configuration):
-        return configuration.system.open(Given())
+        return configuration.system.open(Arguments())
 
     for progress in Run.begin(configuration, tmp_path / "run", source=source(configuration)):
         if progress.completed == 5:

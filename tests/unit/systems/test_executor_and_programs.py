@@ -12,10 +12,10 @@ from test_custom_source import DATA, collect, own_system, source
 
 import turing_learning as tl
 from turing_learning.systems import (
+    Arguments,
     Command,
     CustomSource,
     CustomSystemError,
-    Given,
     describe,
     per_model,
     read_table,
@@ -277,7 +277,7 @@ def test_columns_are_those_of_the_same_name_from_the_begin_of_a_run(columns, fun
     system, data = describe(frames, PARAMETERS, {"vectorized": False}, columns)
     # A run that is resumed has the tables in another order.
     tables = [dict(reversed(list(frame.items()))) for frame in frames]
-    for given in (Given(data, simulate), Given(tables, simulate)):
+    for given in (Arguments(data, simulate), Arguments(tables, simulate)):
         with system.open(given) as source:
             sample = source.simulated(np.array([[5.0, 1.0]]), np.random.default_rng(1))[0, 0]
         np.testing.assert_array_equal(sample[:, system.signals.index("out")], -5.0)
@@ -298,7 +298,7 @@ def test_tables_of_a_live_source_are_read_by_name_also_when_resumed():
     assert system.signals == ("low", "high")
     simulate = per_model(run_one, PARAMETERS)
     for genuine in (data, observe):
-        with system.open(Given(genuine, simulate)) as opened:
+        with system.open(Arguments(genuine, simulate)) as opened:
             samples = collect(opened)
             seen = samples.genuine + system.center
             counterfeit = samples.counterfeit + system.center
@@ -306,7 +306,7 @@ def test_tables_of_a_live_source_are_read_by_name_also_when_resumed():
         assert (counterfeit[..., 0] < 50).all()
         assert (counterfeit[..., 1] >= 100).all()
     message = "have the columns low, high; got low"
-    opened = system.open(Given(observe, simulate))
+    opened = system.open(Arguments(observe, simulate))
     with opened, pytest.raises(CustomSystemError, match=message):
         collect(opened)
 

@@ -316,9 +316,9 @@ def settled(values: np.ndarray, truth: float) -> tuple[int | None, int | None]:
     None stands for never.
     """
     is_near = np.abs(values - truth) <= NEAR_TRUTH
-    lasting = [
-        is_near[generation : generation + LASTING].all() for generation in range(len(is_near))
-    ]
+    lasting = []
+    for generation in range(len(is_near)):
+        lasting.append(is_near[generation : generation + LASTING].all())
     to_the_end = np.logical_and.accumulate(is_near[::-1])[::-1]
     return _first_true(np.array(lasting)), _first_true(to_the_end)
 
@@ -361,9 +361,9 @@ def _shares_verdict(cases: Sequence[Case]) -> ClaimVerdict:
         agrees &= bool((differences <= 2 * case.shares.standard_error + SHARE_ROUNDING).all())
 
     def listed(shares: Mapping[str, Any]) -> str:
-        texts = [
-            f"{key}: {' / '.join(f'{share:.3f}' for share in shares[key])}" for key in observed
-        ]
+        texts = []
+        for key in observed:
+            texts.append(f"{key}: {' / '.join(f'{share:.3f}' for share in shares[key])}")
         return "; ".join(texts)
 
     observed = {case.key: case.shares.mean for case in cases}
@@ -456,7 +456,10 @@ def _show_cases(findings: Findings, cases: Sequence[Case], outcomes: Sequence[Ou
 def _models_frame(outcome: Outcome) -> pd.DataFrame:
     """Return what every run has inferred, and the intervals of its estimate."""
     runs = outcome.runs
-    columns = [f"{bound}_{name}" for bound in ("low", "high") for name in runs.names]
+    columns = []
+    for bound in ("low", "high"):
+        for name in runs.names:
+            columns.append(f"{bound}_{name}")
     intervals = pd.DataFrame(outcome.intervals.reshape(len(runs), -1), columns=columns)
     # Estimates come after best models, which have no intervals.
     intervals.index += len(runs)

@@ -264,9 +264,9 @@ def _tests_of_groups(groups: Mapping[str, Runs], readout: str) -> Comparison:
 def separated_verdict(groups: Mapping[str, Runs], readout: str) -> ClaimVerdict:
     """Test whether the errors of mixed and of separated runs differ, parameter by parameter."""
     tests = _tests_of_groups(groups, readout)
-    texts = [
-        f"{name}: {Spreads.of(runs.errors[readout]).listed(NAMES)}" for name, runs in groups.items()
-    ]
+    texts = []
+    for name, runs in groups.items():
+        texts.append(f"{name}: {Spreads.of(runs.errors[readout]).listed(NAMES)}")
     observed = f"{'; '.join(texts)}; p: {valued(NAMES, tests.p_values, '.2g')}"
     variant = groups["mixed"].variant(readout)
     return verdict_on(SEPARATED_SWARMS, not tests.significant.any(), observed, "separated", variant)
@@ -386,9 +386,9 @@ def _how_rarely_few_runs_show_it(few: int, errors: np.ndarray) -> str:
     """Say how often so few of many runs with errors (R, P) show that one reading is harder than the other."""
     rng = np.random.default_rng(1)
     many = len(errors)
-    showing = [
-        depends_on_the_reading(errors[rng.choice(many, few, replace=False)]) for _ in range(DRAWS)
-    ]
+    showing = []
+    for _ in range(DRAWS):
+        showing.append(depends_on_the_reading(errors[rng.choice(many, few, replace=False)]))
     return (
         f"{few} runs are few for comparing I = 0 with I = 1: of {DRAWS} draws of {few} from the {many} runs of "
         f"the default preset, {np.mean(showing):.0%} show that difference"

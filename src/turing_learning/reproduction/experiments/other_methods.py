@@ -155,9 +155,9 @@ def _show_baseline(findings: Findings, baseline: Baseline, seeds: range) -> pd.D
         ("predictions", "", "best model of the last generation", baseline.models),
         ("typical", "typical_", TYPICAL, baseline.typical),
     ):
-        quartiles = [
-            f"{prefix}{quartile}" for quartile in ("lower_quartile", "median", "upper_quartile")
-        ]
+        quartiles = []
+        for quartile in ("lower_quartile", "median", "upper_quartile"):
+            quartiles.append(f"{prefix}{quartile}")
         frame[quartiles] = np.quantile(models, (0.25, 0.5, 0.75), axis=0).T
         figure = prediction_figure(models, predicted=baseline.weighted, names=names, truth=truth)
         findings.picture(
@@ -295,7 +295,10 @@ def runs_frame(
 ) -> pd.DataFrame:
     """Return every run, by pieces of work by method and number of trials, seed by seed; ends not known are empty."""
     names = scenario.parameter_names
-    columns = [f"{bound}_{name}" for name in names for bound in ("low", "high")]
+    columns = []
+    for name in names:
+        for bound in ("low", "high"):
+            columns.append(f"{bound}_{name}")
     unknown = [None] * len(names)
     frames = {}
     for key, runs in pieces.items():

@@ -596,9 +596,10 @@ BY_PANDAS = "If it is whole, read it by pandas.read_hdf, and give the DataFrame.
 def read_deeplabcut_h5(path: Path, options: Options) -> Recording:
     """Read what DeepLabCut writes to HDF5, in both forms of a table of pandas; no pickle that calls anything is opened."""
     with open_hdf5(path) as file:
-        names = [
-            name for name in file if "pandas_type" in getattr(member(file, name, path), "attrs", ())
-        ]
+        names = []
+        for name in file:
+            if "pandas_type" in getattr(member(file, name, path), "attrs", ()):
+                names.append(name)
         if len(names) != 1:
             raise refusal("hold one table of pandas", f"{len(names)}", path, BY_PANDAS)
         group = file[names[0]]
