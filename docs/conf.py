@@ -76,18 +76,21 @@ def setup(app):
 def carry_experiments(app, name, source):
     """Fill the pages of experiments with what is written beside their tables and figures, and link to these pages."""
     source[0] = re.sub(
-        r"\]\(\.\./experiments/([^/)]+)/README\.md\)", r"](experiments/\1.md)", source[0]
+        r"\]\(\.\./experiments/((?:as-printed/)?[^/)]+)/README\.md\)",
+        r"](experiments/\1.md)",
+        source[0],
     )
-    folder, _, page = name.rpartition("/")
+    folder, _, page = name.partition("/")
     if folder == "experiments" and page != "index":
         path = app.srcdir.parent / "experiments" / page / "README.md"
+        up = "../" * (name.count("/") + 1)
         text = re.sub(
             r"(!\[[^\]]*\])\((?=figures/)",
-            rf"\1(../../experiments/{page}/",
+            rf"\1({up}experiments/{page}/",
             path.read_text(encoding="utf-8"),
         )
         source[0] = re.sub(
-            r"(?<!!)(\[[^\]]*\])\((?=tables/)", rf"\1(path:../../experiments/{page}/", text
+            r"(?<!!)(\[[^\]]*\])\((?=tables/)", rf"\1(path:{up}experiments/{page}/", text
         )
         app.env.note_dependency(str(path))
 

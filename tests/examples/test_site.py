@@ -98,7 +98,11 @@ def test_experiments_come_along_as_pages_with_their_tables(site):
     assert "What the paper prints" in page
     assert 'src="../_images/' in page
     assert "_downloads/" in page
-    assert 'href="experiments/4.3.html"' in (site / "reproduction.html").read_text(encoding="utf-8")
+    reproduction = (site / "reproduction.html").read_text(encoding="utf-8")
+    assert 'href="experiments/4.3.html"' in reproduction
+    assert 'href="experiments/as-printed/4.3.html"' in reproduction
+    as_printed = (site / "experiments" / "as-printed" / "4.3.html").read_text(encoding="utf-8")
+    assert 'src="../../_images/' in as_printed
 
 
 def test_the_home_page_plays_a_replay_that_comes_along():

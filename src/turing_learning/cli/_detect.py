@@ -80,9 +80,7 @@ def detect(
     require((motion is None) != (simulate is None), "MOTION", "be given, or --simulate", got)
     if samples is not None and simulate is None:
         refuse("samples", "be left out beside a file", str(samples), place="--samples")
-    learned_recording = tl.runs.RunFolder(run).manifest().get("recording")
-    if not isinstance(learned_recording, Mapping):
-        learned_recording = {}
+    learned_recording = tl.runs.RunFolder(run).recording() or {}
     # What files do not state is as it was when the run read its recording.
     options = learned_recording.get("options", {})
     usual = {name: options[name] for name in USUAL_OPTIONS if name in options}

@@ -240,8 +240,8 @@ class Recording(Sampling):
         """Return these options over those that a run began with; reject a recording that is gone or has changed."""
         from turing_learning.families import RecordedSystem
 
-        stored = tl.runs.RunFolder(run).manifest().get("recording")
-        if not (isinstance(stored, Mapping) and "trajectories" in stored["options"]):
+        stored = tl.runs.RunFolder(run).recording()
+        if stored is None or "trajectories" not in stored["options"]:
             return self
         remedy = "Give its path with --trajectories."
         elsewhere = bool(self.trajectories)

@@ -1,6 +1,6 @@
 """A game of a run: held-out genuine motion, and new motion of the estimate."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -118,8 +118,8 @@ def _longest_rest_s(result: Result) -> float:
     """Return the longest rest (s) that a run has believed when it cut its windows."""
     stored = None
     if result.path is not None:
-        stored = RunFolder(result.path).manifest().get("recording")
-    if not isinstance(stored, Mapping):
+        stored = RunFolder(result.path).recording()
+    if stored is None:
         return LONGEST_REST_S
     return float(stored["options"].get("longest_rest", LONGEST_REST_S))
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from turing_learning.errors import require
+from turing_learning.errors import refuse, require
 from turing_learning.families import Family, Network, RecordedSystem, Replicates, said_ranges
 from turing_learning.runs import Result, RunFolder
 from turing_learning.trajectories import SIGNALS, Trajectories, Windows
@@ -76,7 +76,7 @@ def _learned_before(system: RecordedSystem, out: Path | None) -> Network | None:
         return None
     folder = RunFolder(out / RUNS / system.options["model"])
     # A comparison that is to be replaced may be one of other recordings.
-    if not folder.is_run() or not system.same_motion(folder.manifest().get("recording")):
+    if not folder.is_run() or not system.same_motion(folder.recording()):
         return None
     return folder.network()
 
@@ -101,11 +101,10 @@ def run_subjects(results: Mapping[str, Result]) -> dict[str, Subject]:
         remedy = "Resume it first."
         require(result.complete, "run", "be finished", "a stopped one", remedy, place=name)
         assert result.path is not None
-        stored = RunFolder(result.path).manifest().get("recording")
+        stored = RunFolder(result.path).recording()
         rule = "be on recordings in files, with a family of models"
-        options = stored["options"] if isinstance(stored, Mapping) else {}
-        require("model" in options, "run", rule, "another one", place=name)
-        assert isinstance(stored, Mapping)
+        if stored is None or "model" not in stored["options"]:
+            refuse("run", rule, "another one", place=name)
         systems[name] = RecordedSystem.remembered(stored)
         digests[name] = stored["sha256"]
     leader = next(iter(digests))

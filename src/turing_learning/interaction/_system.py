@@ -399,14 +399,23 @@ class _Trials:
         """Which models (N, k), in their arrangement, have answered something that is not finite."""
         return self._arranged(self._failed)[1]
 
+    @property
+    def _moment(self) -> str:
+        """The step and the generation, as messages name them."""
+        return f"[step {self._step_number}, generation {self._generation}]"
+
     def own_stimuli(self) -> np.ndarray:
         """Return what the system and the models do by themselves in the next step (g + k, S)."""
         stimuli = []
         for name, step, parameters, count in self._steps:
             shape = (count, self._stimuli)
-            own = np.asarray(step.own(self._states[name], *parameters), dtype=np.float64)
+            rule = f"`{name}.own` must return finite stimuli (n, S) = {shape}"
+            try:
+                own = np.asarray(step.own(self._states[name], *parameters), dtype=np.float64)
+            except Exception as error:
+                raised = f"it raised {type(error).__name__}: {error}"
+                raise CustomSystemError(f"{rule}; {raised} {self._moment}.") from error
             if own.shape != shape or not np.isfinite(own).all():
-                rule = f"`{name}.own` must return finite stimuli (n, S) = {shape}"
                 raise CustomSystemError(f"{rule}; got shape {own.shape}, or one that is not.")
             stimuli.append(own)
         return np.concatenate(stimuli)
@@ -420,7 +429,7 @@ class _Trials:
         genuine, counterfeit = np.split(stimuli, [self._genuine // self._rows], axis=1)
         size = stimuli.shape[2]
         flat = np.concatenate((genuine.reshape(-1, size), counterfeit.reshape(-1, size)))
-        when = f"[step {self._step_number}, generation {self._generation}]"
+        when = self._moment
         observed: np.ndarray = np.empty((self._count, len(self._center)))
         start = 0
         for name, step, parameters, count in self._steps:

@@ -269,6 +269,11 @@ class RunFolder(Store):
         names = list(blocks[-1])
         return {name: np.concatenate([block[name] for block in blocks]) for name in names}
 
+    def recording(self) -> Mapping[str, Any] | None:
+        """Return what a run on recordings remembers of them, see `RecordedSystem.entry`; None of another run."""
+        stored = self.manifest().get(RECORDING)
+        return stored if isinstance(stored, Mapping) else None
+
     def known_parts(self) -> set[str]:
         """Return which of "genuine" and "simulate" can be found by what the manifest says."""
         manifest = self._unverified_head() or {}

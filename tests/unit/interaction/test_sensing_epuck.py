@@ -8,7 +8,7 @@ from turing_learning.errors import RefusedError
 from turing_learning.interaction import STIMULATED
 from turing_learning.interaction import _epuck as epuck
 from turing_learning.kernels.court import LEFT, read
-from turing_learning.systems import Arguments
+from turing_learning.systems import Arguments, SystemFailedError
 
 INFRARED = STIMULATED["infrared-sensors"]
 NO_POSTS = np.zeros((1, 0, 4))
@@ -144,3 +144,26 @@ def test_two_generations_and_their_report(passive, tmp_path):
 def test_only_what_acts_by_itself_is_watched_at_that():
     with pytest.raises(RefusedError, match="`simulate` must have a method `own`"):
         tl.infer("light-response", generations=1, settings={"scenario.stimulus.passive": "own"})
+
+
+def test_an_own_controller_that_fails_is_named_with_its_error():
+    class Broken:
+        def __call__(self, state, parameters, stimulus, rng):
+            return state, stimulus[:, :1]
+
+        def own(self, state, parameters):
+            raise ZeroDivisionError("no wheels")
+
+    with pytest.raises(
+        SystemFailedError, match=r"`simulate.own` must return .* no wheels \[step 0"
+    ):
+        tl.infer(
+            genuine={"gain": 1.0},
+            simulate=Broken(),
+            parameters={"gain": (0.0, 2.0)},
+            signals=("speed",),
+            stimulus={"light": (0.0, 1.0)},
+            passive="own",
+            steps=5,
+            generations=1,
+        )
