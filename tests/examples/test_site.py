@@ -24,6 +24,7 @@ LOOKED_AT = [
     DOCS / "index.md",
     DOCS / "reproduction.md",
     DOCS / "experiments" / "4.3.md",
+    DOCS / "experiments" / "as-printed" / "3.2.md",
     DOCS / "gallery" / "swarm.ipynb",
     *(DOCS / "reference").glob("*.md"),
 ]
@@ -101,7 +102,7 @@ def test_experiments_come_along_as_pages_with_their_tables(site):
     reproduction = (site / "reproduction.html").read_text(encoding="utf-8")
     assert 'href="experiments/4.3.html"' in reproduction
     assert 'href="experiments/as-printed/4.3.html"' in reproduction
-    as_printed = (site / "experiments" / "as-printed" / "4.3.html").read_text(encoding="utf-8")
+    as_printed = (site / "experiments" / "as-printed" / "3.2.html").read_text(encoding="utf-8")
     assert 'src="../../_images/' in as_printed
 
 
