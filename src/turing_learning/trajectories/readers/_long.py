@@ -3,6 +3,7 @@
 import re
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -61,28 +62,34 @@ def is_long(names: Collection[str]) -> bool:
 def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recording:
     """Read a table with a row for each individual and frame; names of columns are in any case."""
     table = _LongTable(sheet, options, layout)
-    frames, fps, remarks = table.frames()
+    moments = table.moments()
+    frames = moments.frames
+    seconds = moments.seconds
+    fps = moments.fps
+    remarks = moments.remarks
     positions, choices = table.positions()
     who, why = table.individuals(frames, positions)
     choices += why
-    individuals = table.words[who] if who else [table.single_name] * len(frames)
+    individuals = [table.single_name] * len(frames)
+    if who:
+        individuals = table.words[who]
     refuse_several(
         {name: table.words[name] for name in table.recording_columns},
         frames,
         individuals,
         sheet.origin,
     )
-    extras = table.extras(positions)
-    choices += table.doubts
+    extras, doubts = table.extras(positions)
+    choices += doubts
     at = sheet.at
-    seconds = table.seconds
-    visible, dropped = table.kept(who)
+    visible, dropped = table.rows_of_somebody(who)
     choices += dropped
     if len(visible) < len(frames):
         frames, positions = frames[visible], positions[visible]
         individuals = [individuals[row] for row in visible]
         extras = {name: values[visible] for name, values in extras.items()}
-        seconds = seconds[visible] if len(seconds) else seconds
+        if len(seconds):
+            seconds = seconds[visible]
 
         def at(row: int) -> str:
             return sheet.at(int(visible[row]))
@@ -116,13 +123,25 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
         remarks=tuple(remarks),
         choices=tuple(choices),
         twice=twice,
-        sparse=table.sparse,
+        sparse=moments.sparse,
         columns=table.read_from(who),
         unread=tuple(unread),
     )
     if who and "id" not in table.stated_columns:
         refuse_detections(recording, who, sheet.origin)
     return recording
+
+
+@dataclass(frozen=True)
+class _Moments:
+    """When each row of a table is."""
+
+    frames: np.ndarray  #: (rows,): Frame numbers, or numbers in order of time
+    fps: float | None  #: The rate that the file states, None if it states none
+    remarks: list[str]  #: What is to be said of the times
+    #: (rows,): Times (s) where positions are to be resampled, else none
+    seconds: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    sparse: Text = ""  #: What to do where hardly any frame has a row
 
 
 class _LongTable:
@@ -157,69 +176,100 @@ class _LongTable:
             # another column that is called as a role is not meant
             own_name = "" if name in roles else name
             self.names.append(role_of.get(name, own_name))
-        self._choose_columns()
-        for name in {*self.wanted, *self.texts}:
-            if self.names.count(name) > 1:
-                raise refusal("name each column once", f"{name!r} twice", sheet.origin)
-        values, words = sheet.read(
-            [*map(self.names.index, self.wanted)], [*map(self.names.index, self.texts)]
-        )
-        self.numbers = dict(zip(self.wanted, values.T, strict=True))
-        self.words = dict(zip(self.texts, words, strict=True))
-        self.seconds = np.zeros(0)  #: Times (rows,) in s, set by `frames`
-        #: What to do where hardly any frame has a row, set by `frames`
-        self.sparse: Text = ""
-        #: What is left out, in words, set by `extras`
-        self.doubts: list[str] = []
+        self._choose_times()
+        self._choose_positions()
+        self._choose_individuals()
+        self._choose_others()
+        self._read()
 
-    def _choose_columns(self) -> None:
-        """Find which columns are needed, as numbers and as texts; refuse a table that lacks some."""
-        names, named, layout, where = (
-            self.names,
-            self.stated_columns,
-            self.layout,
-            self.sheet.origin,
-        )
-        times = [name for name in TIME if name in names]
-        self.when = "frame" if "frame" in names or not times else times[0]
-        if self.options.resample is not None and times:
+    def _present(self, names: Sequence[str]) -> list[str]:
+        """Return those of some names that the table has."""
+        return [name for name in names if name in self.names]
+
+    def _choose_times(self) -> None:
+        """Find the column that says when a row is, and the times beside frame numbers."""
+        times = self._present(TIME)
+        self.when = "frame"
+        if times and ("frame" not in self.names or self.options.resample is not None):
             self.when = times[0]
-        stated = not {"x", "y"}.isdisjoint(named)
-        boxed = "left" in named or (not layout.columns and is_long(names) and not stated)
-        self.box = box_columns(names) if boxed else {}
-        self.plain = [axis for axis in ("x", "y") if axis in names or not self.box]
+        self.clock: list[str] = []
+        if self.when == "frame":
+            self.clock = times[:1]
+
+    def _choose_positions(self) -> None:
+        """Find the columns of positions or boxes; refuse a table without, and sizes without corners."""
+        names = self.names
+        stated = not {"x", "y"}.isdisjoint(self.stated_columns)
+        self.box: dict[str, str] = {}
+        # A layout that names its columns has no boxes unless the user says so
+        guessed = not self.layout.columns and is_long(names) and not stated
+        if guessed or "left" in self.stated_columns:
+            self.box = box_columns(names)
+        self.plain = ["x", "y"]
+        if self.box:
+            self.plain = self._present(self.plain)
         if not {self.when, *self.plain} <= set(names):
-            x, y = (self.layout.columns.get(axis, [axis])[0] for axis in ("x", "y"))
-            remedy: Text = "" if self.when in names else "Number the frames in a column frame."
-            if angles(names):
-                remedy = ("To bring degrees into a plane, add ", Setting("project", True), ".")
-            raise refusal(f"have the columns frame, {x}, {y}", self.sheet.names, where, remedy)
+            self._refuse_missing()
         central = re.match("c|.*cent", self.names_by_role.get("x", ""))
         if not (self.box or stated or central):
-            refuse_size(names, where)
-        who = ("id",) if "id" in named else layout.who
+            refuse_size(names, self.sheet.origin)
+
+    def _refuse_missing(self) -> None:
+        """Say which columns a table needs, and what to do with what it has."""
+        x, y = (self.layout.columns.get(axis, [axis])[0] for axis in ("x", "y"))
+        remedy: Text = ""
+        if self.when not in self.names:
+            remedy = "Number the frames in a column frame."
+        if angles(self.names):
+            remedy = ("To bring degrees into a plane, add ", Setting("project", True), ".")
+        rule = f"have the columns frame, {x}, {y}"
+        raise refusal(rule, self.sheet.names, self.sheet.origin, remedy)
+
+    def _choose_individuals(self) -> None:
+        """Find the columns that may name individuals, and those that tell recordings apart."""
+        candidates = self.layout.who
+        if "id" in self.stated_columns:
+            candidates = ("id",)
         # "Object ID" is object_id
-        alike = {name.replace(" ", "_"): name for name in reversed(names)}
-        self.who = [alike[name] for name in who if name in alike]
-        self.recording_columns = [name for name in APART if name in names and name not in self.who]
-        clock = times[:1] if self.when == "frame" else []
-        depth = [name for name in ("z",) if name in names]
-        self.extra = [name for name in EXTRAS if name in names and layout.extras]
-        turned = [name for name in QUATERNION if name in names]
-        self.turned = turned if len(turned) == len(QUATERNION) else []
-        hidden = [name for name in (MISSING, VISIBLE) if name in names]
+        alike = {name.replace(" ", "_"): name for name in reversed(self.names)}
+        self.who = [alike[name] for name in candidates if name in alike]
+        self.recording_columns = [name for name in self._present(APART) if name not in self.who]
+        #: The name of everybody where no column says one
+        self.single_name = "1"
+        # This program writes a file for each individual
+        if self.layout.name == "trex-csv":
+            self.single_name = _name_by_file(self.sheet.origin)
+
+    def _choose_others(self) -> None:
+        """Find the columns of headings, confidence, depth, visibility and units."""
+        self.extra: list[str] = []
+        if self.layout.extras:
+            self.extra = self._present([*EXTRAS])
+        self.turned = self._present(QUATERNION)
+        # Some parts of a quaternion alone say nothing
+        if len(self.turned) < len(QUATERNION):
+            self.turned = []
+        self.depth = self._present(("z",))
+        self.hidden = self._present((MISSING, VISIBLE))
+        #: Columns that are read as numbers, and as texts
         self.wanted = [*self.plain, *self.box.values(), *self.extra, *self.turned]
-        units = [name for name in (UNIT,) if name in names]
-        self.texts = [*self.who, *self.recording_columns, *depth, *hidden, *units, *clock]
+        self.texts = [*self.who, *self.recording_columns, *self.depth, *self.hidden]
+        self.texts += [*self._present((UNIT,)), *self.clock]
         if self.when == "frame":
             self.wanted.append("frame")
         else:
             self.texts.append(self.when)
-        self.clock = clock
-        self.depth = depth
-        self.hidden = hidden
-        #: The name of everybody where no column says one: that of the file where programs write one for each
-        self.single_name = _name_by_file(where) if layout.name == "trex-csv" else "1"
+
+    def _read(self) -> None:
+        """Read the columns that were chosen; refuse one that is there twice."""
+        for name in {*self.wanted, *self.texts}:
+            if self.names.count(name) > 1:
+                raise refusal("name each column once", f"{name!r} twice", self.sheet.origin)
+        columns = [self.names.index(name) for name in self.wanted]
+        texts = [self.names.index(name) for name in self.texts]
+        values, words = self.sheet.read(columns, texts)
+        self.numbers = dict(zip(self.wanted, values.T, strict=True))
+        self.words = dict(zip(self.texts, words, strict=True))
 
     @property
     def y_axis(self) -> YAxis | None:
@@ -254,60 +304,59 @@ class _LongTable:
             )
         return next(iter(units), "") or self.layout.unit
 
-    def frames(self) -> tuple[np.ndarray, float | None, list[str]]:
-        """Return frame numbers (rows,), or numbers in order of time; the rate that the file states; remarks."""
-        sheet, options = self.sheet, self.options
-        remarks = [sheet.remark] if sheet.remark else []
+    def moments(self) -> _Moments:
+        """Return when each row is, by frame numbers or by times."""
         if self.when == "frame":
-            frames = self.numbers["frame"]
-            if options.resample is not None:
-                remedy = "Frames at an even rate need no resampling."
-                refuse(
-                    "resample",
-                    "be left out for a table without times",
-                    f"{options.resample:g}",
-                    remedy,
-                )
-            fps = sheet.fps
-            if self.clock:
-                clock = self.clock[0]
-                unit = self.units.get(self.names_by_role.get(clock, clock), "")
-                name = UNITS_OF_TIME.get(unit, clock)
-                if name:
-                    beside = self.words[clock]
-                    if sheet.decimal_comma:
-                        beside = [time.replace(",", ".") for time in beside]
-                    fps = _rate_beside(beside, frames, options.fps, sheet.origin, name)
-            return frames, fps, remarks
+            return self._by_frames()
+        return self._by_times()
+
+    def _by_frames(self) -> _Moments:
+        """Return frame numbers, and the rate that the file or its times state."""
+        sheet = self.sheet
+        frames = self.numbers["frame"]
+        resample = self.options.resample
+        if resample is not None:
+            remedy = "Frames at an even rate need no resampling."
+            rule = "be left out for a table without times"
+            refuse("resample", rule, f"{resample:g}", remedy)
+        fps = sheet.fps
+        for clock in self.clock:
+            unit = self.units.get(self.names_by_role.get(clock, clock), "")
+            name = UNITS_OF_TIME.get(unit, clock)
+            if name:
+                beside = self.words[clock]
+                if sheet.decimal_comma:
+                    beside = [time.replace(",", ".") for time in beside]
+                fps = _rate_beside(beside, frames, self.options.fps, sheet.origin, name)
+        return _Moments(frames, fps, [sheet.remark] if sheet.remark else [])
+
+    def _by_times(self) -> _Moments:
+        """Return frames at the times of the rows; with resampling their order, and the times (s)."""
+        sheet, options = self.sheet, self.options
         times, in_seconds = seconds_of(
             self.words[self.when], sheet.at, decimal_comma=sheet.decimal_comma
         )
-        name = "seconds" if in_seconds else self.names_by_role.get("time", self.when)
+        name = self.names_by_role.get("time", self.when)
+        if in_seconds:
+            name = "seconds"
         times, notes = since_start(times, IN_UNITS.get(name, 1.0))
-        remarks += notes
-        # in the order of the file, in which times of an individual often stand together
-        steps = np.abs(np.diff(times[np.abs(times) <= FARTHEST]))
-        if (steps > 0).any():
-            even = rounded(IN_UNITS.get(name, 1.0) / float(np.median(steps[steps > 0])))
-            self.sparse = (
-                "If times are uneven, make them even by ",
-                Setting("resample", even),
-                ".",
-            )
-        if options.resample is None:
-            # what a name or a date says of the unit states a rate, whatever the user's is
-            stated = name in IN_UNITS and options.fps is not None
+        remarks = [*([sheet.remark] if sheet.remark else []), *notes]
+        if options.resample is not None:
+            check_times(times, sheet.at, FARTHEST)
+            moments, order = np.unique(times, return_inverse=True)
+            if len(moments) < 2:
+                raise refusal("have two times or more", len(moments), sheet.origin)
+            rate = 1 / float(np.median(np.diff(moments)))
+            seconds = times / per_second(rate, options.fps, sheet.origin, name)
+            return _Moments(order.astype(float), None, remarks, seconds, _even(times, name))
+        frames = None
+        # What a name or a date says of the unit states a rate, whatever the user's is
+        if name in IN_UNITS and options.fps is not None:
             with suppress(RefusedError):
-                if stated:
-                    return *frames_at(times, None, name, sheet.origin, sheet.at), remarks
-            return *frames_at(times, options.fps, name, sheet.origin, sheet.at), remarks
-        check_times(times, sheet.at, FARTHEST)
-        moments, order = np.unique(times, return_inverse=True)
-        if len(moments) < 2:
-            raise refusal("have two times or more", len(moments), sheet.origin)
-        rate = 1 / float(np.median(np.diff(moments)))
-        self.seconds = times / per_second(rate, options.fps, sheet.origin, name)
-        return order.astype(float), None, remarks
+                frames, fps = frames_at(times, None, name, sheet.origin, sheet.at)
+        if frames is None:
+            frames, fps = frames_at(times, options.fps, name, sheet.origin, sheet.at)
+        return _Moments(frames, fps, remarks, sparse=_even(times, name))
 
     def positions(self) -> tuple[np.ndarray, list[str]]:
         """Return positions (rows, 2), in cm where the unit is known, and in words what was chosen."""
@@ -348,7 +397,7 @@ class _LongTable:
             )
         return positions * CM_PER_UNIT.get(self._stated_unit(), 1.0), choices
 
-    def kept(self, who: str) -> tuple[np.ndarray, list[str]]:
+    def rows_of_somebody(self, who: str) -> tuple[np.ndarray, list[str]]:
         """Return the numbers of the rows that are of somebody in the column `who`, and in words what is left out."""
         rows = self.visible()
         words = []
@@ -386,9 +435,10 @@ class _LongTable:
         name, why = choose_individuals(columns, frames, positions, self.sheet.origin)
         return name, [why] if why else []
 
-    def extras(self, positions: np.ndarray) -> dict[str, np.ndarray]:
-        """Return headings (rad) and confidence (rows,) by the names of `Recording`, if there are some."""
+    def extras(self, positions: np.ndarray) -> tuple[dict[str, np.ndarray], list[str]]:
+        """Return headings (rad) and confidence (rows,) by the names of `Recording`, and in words what is left out."""
         extras = {}
+        doubts = []
         for name in self.extra:
             values = self.numbers[name]
             unknown = np.isnan(values) & ~np.isnan(positions[:, 0])
@@ -402,12 +452,12 @@ class _LongTable:
             x, y, z, w = np.clip(quaternion, -10, 10).T
             wrong = ~(np.abs(x**2 + y**2 + z**2 + w**2 - 1) < OFF) & ~np.isnan(positions[:, 0])
             if wrong.any():
-                self.doubts.append(
+                doubts.append(
                     f"headings are left out: {wrong.sum()} orientations are no unit quaternions"
                 )
             else:
                 extras["headings"] = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y**2 + z**2))
-        return extras
+        return extras, doubts
 
     def read_from(self, who: str) -> dict[str, str]:
         """Return role -> name of the column, as the file spells it."""
@@ -480,6 +530,17 @@ def _positions(
             return positions, []
     listed = ", ".join(box.values())
     return centers(sides), [f"positions are the centers of the boxes in the columns {listed}"]
+
+
+def _even(times: np.ndarray, name: str) -> Text:
+    """Return how times (rows,) that are uneven become even; `name` says their unit."""
+    # In the order of the file, in which times of an individual often stand together
+    steps = np.abs(np.diff(times[np.abs(times) <= FARTHEST]))
+    steps = steps[steps > 0]
+    if not len(steps):
+        return ""
+    rate = rounded(IN_UNITS.get(name, 1.0) / float(np.median(steps)))
+    return "If times are uneven, make them even by ", Setting("resample", rate), "."
 
 
 def _rate_beside(
