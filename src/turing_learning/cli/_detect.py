@@ -92,6 +92,7 @@ def detect(
     if out is not None:
         _refuse_out(out, force)
     result = opened(run)
+    # Whatever could be refused without reading the run was refused above
     learned = tl.detection.run_classifiers(result)
     judged: Motion
     if motion is None:

@@ -112,12 +112,14 @@ class Coevolution:
         classifiers = self._classifiers.ask()
         rng = generation_rng(self._seed, self.generation)
         referees = classifiers[:0]
+        # Archived classifiers judge along, but neither breed nor are rewarded
         if self._archive is None or not len(self._archive.genomes):
             judgments = self._interrogation(models, classifiers, rng)
         else:
             referees = self._archive.genomes
             judgments = self._interrogation(models, classifiers, rng, referees=referees)
             judgments = replace(judgments, referee_specificity=self._archive.specificity)
+        # Interrogations may be the user's: a wrong shape would be rewarded in silence
         received = judgments.counterfeit_outputs.shape[:2]
         wanted = (len(classifiers), len(models))
         rule = f"return judgments of N = {wanted[0]} classifiers on M = {wanted[1]} models"
@@ -126,6 +128,7 @@ class Coevolution:
         classifier_rewards = _reward(
             "reward_classifiers", self._reward_classifiers, judgments, len(classifiers)
         )
+        # Before `tell`, which changes them: those with which these individuals were drawn
         steps = self._models.step_sizes, self._classifiers.step_sizes
         model_scores = self._models.tell(model_rewards)
         self._classifiers.tell(classifier_rewards)

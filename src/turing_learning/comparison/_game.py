@@ -88,6 +88,7 @@ def game_of_run(
         simulated = samples_of(source.simulate, model, len(windows.held_out), rng)
         panel = test_held_out(windows, simulated, examiners=QUICK, seed=seed).examined.auc
         options |= {"interval_s": windows.interval_s, "panel": panel}
+        # Recordings of groups of several sizes have a model for each size
         groups = getattr(custom.simulate, "groups", (custom.simulate,))
         shares = getattr(custom.simulate, "shares", (1.0,))
         if recording and hasattr(groups[0], "simulate"):
@@ -104,6 +105,7 @@ def game_of_run(
             for index in rng.choice(len(groups), size=pairs, p=shares):
                 scenes.append(_simulated(groups[index], model, frames, individuals, rng))
             return Game(real=real, simulated=np.stack(scenes), **options)
+        # Without places only single paths can be shown, put together from speed and turn
         sides = []
         for samples in (windows.held_out, simulated):
             paths = paths_of(samples, windows.names, windows.interval_s)

@@ -131,6 +131,7 @@ def optimizer_of(
     """
     low = section.initial_low
     high = section.initial_high
+    # Not exactly in the middle: individuals that are the same cannot be told apart
     if section.start == "middle":
         middle = 0.5 * (low + high)
         distance = _APART * (high - low)

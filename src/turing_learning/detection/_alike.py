@@ -403,6 +403,7 @@ def judge_alike(
     check(normal_count >= 2, "genuine", rule, normal_count, "Record more of them.")
     if relative is None:
         relative = min(filter(None, counts)) >= FEWEST_FELLOWS
+    # Normal individuals are judged by as many windows as those in question have
     length = int(np.median(list(filter(None, map(len, motion)))))
     individuals = NormalIndividuals.of(normal, length)
     normal_count = len(individuals.group_of)
@@ -410,6 +411,7 @@ def judge_alike(
         f"hold at least 2 normal individuals with {individuals.least_windows:.3g} windows or more"
     )
     check(normal_count >= 2, "genuine", rule, normal_count, "Record them for longer.")
+    # With n normal individuals no rate below 1 / (n + 1) can be promised
     level = None
     if promised:
         level = max(false_alarms, 1 / (normal_count + 1))
@@ -419,6 +421,7 @@ def judge_alike(
         trained = TrainedMethod.learn(method, individuals, cases, planted, relative)
         scores = trained.scores(motion)
         rankings.append(rank(scores, names, promised_rate, individuals.least_windows))
+    # The method that tells known cases best comes first; motion statistics where they are nearly as good
     rankings.sort(
         key=lambda ranking: -(ranking.area or 0.0) - (ranking.name == MOTION) * AREA_MARGIN
     )

@@ -80,6 +80,7 @@ def detect(
     windows = _windows(motion, with_company)
     lengths = [len(individual) for individual in windows if len(individual)]
     check(lengths, "motion", "hold a window", "none", "Record for longer.")
+    # Normal motion, in this order: the user's, simulated, or stored by the run
     samples = int(np.median(lengths))
     if recordings:
         cases, in_words = _planted(recordings, run, seed, with_company)
@@ -96,6 +97,7 @@ def detect(
         reject("genuine", "be given for a run that has stored no motion", "none", remedy)
     # Without company, statistics of the run's few signals learn nothing from planted individuals.
     planted = normal.cases if with_company else []
+    # The user's own cases say more than planted ones
     if abnormal:
         cases = []
         for recording in abnormal:

@@ -173,6 +173,7 @@ def rank(
         p_values = _p_values(means, scores.normal, scores.weights)
         abnormal = _below_level(p_values, false_alarms, scores.weights).tolist()
         called = _called_normal_individuals(scores, false_alarms)
+    # Few windows have extreme means by chance
     for k, shares in enumerate(scores.shares):
         if 0 < len(shares) < least_windows:
             p_values[k] = np.nan

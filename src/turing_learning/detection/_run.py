@@ -109,6 +109,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     system = result.system
     observers = None
     jury = result.jury
+    # A run of trials keeps random classifiers that were trained; one of generations evolved ones
     if jury:
         (network, jurors), (random_network, random_genomes) = jury
         observers = (system.classifier(random_network), random_genomes)

@@ -177,9 +177,11 @@ class Smoother:
         members = []
         if not single:
             members = [np.flatnonzero(groups == group) for group in range(groups.max() + 1)]
+        # One decomposition serves all penalties and all labellings
         for column, penalty in enumerate(PENALTIES):
             roots = self.vectors * np.sqrt(self.values / (self.values + penalty))
             residuals = labels - roots @ (roots.T @ labels) - total / count
+            # A group of one sample needs no system of equations
             if single:
                 leverage_left = 1 + TINY - (roots**2).sum(axis=1) - 1 / count
                 predicted = (
@@ -195,6 +197,7 @@ class Smoother:
                 predicted[rows] = (
                     labels[rows] - solve(leverage_left, residuals[rows], assume_a="pos") - mean
                 )
+            # Each labelling chooses its own penalty, so that permuted ones choose as freely
             apart = _separation(predicted, labels)
             better = apart > separation
             separation[better] = apart[better]

@@ -170,6 +170,7 @@ def paired_test(
         genuine = genuine[rng.choice(len(genuine), effort.samples, replace=False)]
     learned = _simulated(evidence, models, effort.samples, rng)
     groups = len(np.unique(evidence.groups))
+    # Simulated samples are bundled as genuine ones are: means of as many are compared
     bundle = max(1, round(len(evidence.testing) / groups))
     counterfeit = _simulated(
         evidence, models, bundle * max(BUNDLES, -(-effort.samples // bundle)), rng

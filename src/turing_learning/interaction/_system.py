@@ -534,6 +534,7 @@ def describe_stimulated(
         states=settings.get("states", 1),
     )
     try:
+        # Inputs of networks are scaled by what the system does under stimuli by chance
         with system.open(Arguments(genuine=genuine, simulate=simulate)) as source:
             rng = np.random.default_rng(GENUINE)
             samples = source.genuine_samples(_SCALING_TRIALS, rng)

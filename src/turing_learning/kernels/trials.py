@@ -135,11 +135,13 @@ def _advance_trials(
     for w in range(slots):
         start_trial(initial[block + w], controllers[block + w], w, world, state)
         open_view(world.sectors, block + w, w, state)
+    # Slots are used again: nothing of the trials before may be left
     if networks is not None:
         networks.memory[:] = 0.0
     if imperfections is not None:
         imperfections.waiting[:] = 0.0
     for cycle in range(speeds.shape[2] + recorded):
+        # Read, record, then act: a record of cycle T holds the places where all ends
         look(cycle, world, state, lanes, tiles)
         if imperfections is not None:
             for w in range(slots):
@@ -150,6 +152,7 @@ def _advance_trials(
         if cycle < speeds.shape[2]:
             if networks is not None:
                 drive(block, controllers, state, networks)
+            # Speeds are measured from here to the end of the cycle
             for i in range(world.robots):
                 for w in range(slots):
                     state.start_x[i, w] = state.x[i, w]

@@ -203,6 +203,7 @@ def _what_came_out(experiment: Experiment, folder: ExperimentFolder, results: Re
     if results.remarks:
         blocks.append(_bullets(results.remarks))
     if results.verdicts:
+        # In the order of the paper, variants after what counts
         rows = [("claim", "verdict", "printed", "came out")]
         for verdict in sorted(
             results.verdicts, key=lambda verdict: experiment.claims.index(verdict.claim)
@@ -363,6 +364,7 @@ def _score(
         "claims in sections 3.2, 4 and 5, and what this implementation gives with its default preset. "
         f"Of {len(claims)} claims **{agree} agree** and **{len(verdicts) - agree} differ**"
     )
+    # Nothing is left out of the score in silence
     missing = len(claims) - len(verdicts)
     blocks = [f"{text}; {missing} have not been run." if missing else f"{text}."]
     differing = [id for id in claims if id in verdicts and not verdicts[id].agrees]

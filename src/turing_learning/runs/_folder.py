@@ -233,12 +233,14 @@ class RunFolder(Store):
         remedy = "A run with the setting run.history = 'thin' does not keep them: "
         remedy += "run again with 'full'."
         check_folder(run.history == "full", "run", rule, got, remedy)
+        # A run may have ended before all its trials, by its tolerance
         spent = configuration.trials_after(self.read("result.json")["generations"])
         check_folder(
             trials > spent, "trials", f"be more than the {spent} that the run has spent", trials
         )
         extended = [*map(list, run.extended), [run.trials, spent]]
         extension = {"run.trials": trials, "run.tolerance": tolerance, "run.extended": extended}
+        # Refuse a number that no run can have before anything is written
         with refusing_as(RunFolderError):
             load_configuration(self.configuration_path, overrides=extension)
         self.update_manifest(state=STOPPED, finished=None, extension=extension)

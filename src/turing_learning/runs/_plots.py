@@ -228,7 +228,9 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
         return None
     interval = float(motion["interval_s"])
     swarms = []
+    # Twice as many moments in a second as of robots
     stride = max(1, round(1 / (2 * FRAMES_PER_S * interval)))
+    # Without walls replicas drift away: they are drawn where the recorded ones are
     if "recorded" in motion and "tank" not in motion:
         motion = {**motion, "replicas": _among(motion["replicas"], motion["recorded"])}
     for name, name_shown in (
@@ -238,6 +240,7 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
         if name in motion:
             present = np.isfinite(motion[name]).all(axis=2)
             paths = filled(np.where(present[..., None], motion[name], 0.0), present)
+            # Positions alone are stored: individuals look where they go
             displacements = np.gradient(paths, axis=0)
             poses = np.concatenate(
                 (paths, np.arctan2(displacements[..., 1:], displacements[..., :1])), axis=-1

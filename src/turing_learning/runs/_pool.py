@@ -313,6 +313,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
     runs = _comparable(runs)
     configuration = runs[0].configuration
     names = configuration.scenario.parameter_names
+    # Draws are mixed; generations are compared as chains of one search
     if isinstance(runs[0], Posterior):
         together = _mixed([run for run in runs if isinstance(run, Posterior)])
     else:

@@ -98,6 +98,7 @@ def write_report(
     if figures is not None:
         save_figures(pictures, figures)
     section = "recording in Manifest" if "recording" in manifest else "Configuration"
+    # Only what a command alone can repeat is printed as one
     again = f"see {section}, below"
     steps: list[tuple[str, str]] = []
     if result.path is not None and not result.in_laboratory:
@@ -114,6 +115,7 @@ def write_report(
             pool = f"{infer} --seed {result.seed + 1} --out {second_folder}\n{pool}"
         steps.append((pool, "Do runs with other seeds agree? Make one or more, and pool them."))
     begun = manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
+    # Generations in which all models were equally fit, so that selection stood still
     words = {code: word for word, code in SELECTION_CODES.items()}
     stopped = describe_selection([words[int(code)] for code in history["selection"].to_numpy()])
     warning = ""
@@ -123,6 +125,7 @@ def write_report(
     if result.checked is not None:
         checked["check"] = check_listing(result.checked)
         checked["check_figures"] = draw_check(result.checked, result)
+    # Simulated robots can be moved anew; others are shown as they were stored
     moving = recorded_replay(motion)
     if simulated:
         moving = replay(configuration, result.simulated_model)

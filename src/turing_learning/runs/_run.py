@@ -212,6 +212,7 @@ class Run:
                     source = adjusted.system.open(Arguments())
                 else:
                     source = reopen(adjusted)
+            # From here on an error closes the source and frees the lock
             opened.enter_context(source)
             with refusing_as(RunFolderError, place=str(folder.path)):
                 loop = loop_of(adjusted, source)
@@ -358,6 +359,7 @@ class Run:
             if error.explained or not self.completed:
                 raise
             raise type(error)(f"{error} {where}") from error.__cause__
+        # The history first: a checkpoint must never be ahead of it
         values = histories.values_of(step)
         with self.storage():
             if folder is not None:
@@ -431,6 +433,7 @@ class Run:
                 state=RUNNING if self.complete else STOPPED, seconds=self._seconds
             )
             closed = {"state": FINISHED, "finished": now()}
+            # The report before the state: a finished run has its report
             if full:
                 motion = self._keep_motion(folder, result)
                 if self._dialogues:
@@ -445,6 +448,7 @@ class Run:
                 )
             if self.complete:
                 folder.update_manifest(**closed)
+            # A thin run needs no state of the search any more
             if self.complete and not full:
                 self._save_checkpoint(folder, with_state=False)
                 for path in folder.path.glob("buffer/*.npz"):

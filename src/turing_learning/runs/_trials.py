@@ -273,6 +273,7 @@ def post_evaluate(
         classifiers = final["classifier"].to_numpy()
         fitness = [] if stored is None else stored.fitness[:repeats].tolist()
 
+        # After each repetition: a laboratory may be stopped between two
         def write() -> None:
             best = error = None
             if len(fitness) == repeats:
@@ -292,6 +293,7 @@ def post_evaluate(
             with folder.storage():
                 folder.write(folder.post_evaluation_path.name, document)
 
+        # Fewer repetitions than before were asked for: the mean is of the first ones
         changed = stored is not None and stored.repeats != repeats
         if changed:
             write()

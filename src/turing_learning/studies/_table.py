@@ -503,6 +503,7 @@ def write_tables(
     columns = [f"{model}_model" for model in TRACED_MODELS]
     columns += [f"{model}_error" for model in TRACED_MODELS]
     maes = [f"{model}_mae" for model in TRACED_MODELS]
+    # A row for each generation of each group
     generations = []
     for group, curves in medians:
         for g in range(len(curves["best_mae"])):

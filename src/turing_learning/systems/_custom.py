@@ -220,6 +220,7 @@ class CustomSystem(System, Settings):
         """
         if arguments.simulate is not None:
             self._refuse_other_simulator(arguments.simulate)
+        # Samples that were checked when the run began need no second check
         if arguments.genuine is None or isinstance(arguments.genuine, Genuine):
             return arguments
         genuine = observed(arguments.genuine)

@@ -72,6 +72,7 @@ def implausible(
     if unit == "cm" and typical * fps > FASTEST_CM_S:
         speed = f"a typical speed of {typical * fps:.3g} cm/s, {typical * fps / 1e5:.2g} km/s"
         doubts.append(f"{speed}: see scale and frame rate")
+    # One wrong position makes a tank of kilometres, in which nobody meets a wall
     visited = positions[likely]
     if len(visited) >= LONG:
         extent = np.ptp(visited, axis=0)
@@ -81,6 +82,7 @@ def implausible(
             doubts.append(
                 f"{tank}, and 99.9 % of them over {usual[0]:.4g} x {usual[1]:.4g}: give the tank"
             )
+    # Turns that are noise are large, uncorrelated, and fade at a lower frame rate
     noise, turn, correlation = _noise_of_turns(positions, likely)
     if turn > NOISY_TURN and correlation < WHITE:
         _, thinned_turn, _ = _noise_of_turns(positions[::2], likely[::2])
@@ -90,6 +92,7 @@ def implausible(
                 f"the tracker's noise, about {noise:.2g} {unit}, makes turns of {turn:.2g} rad from "
                 f"frame to frame: keep one frame in {every} (`--every {every}`), or smooth"
             )
+    # Uneven times leave most frames without a row
     gaps = _gaps_between(likely)
     if likely.sum() >= LONG and gaps > likely.sum():
         share = gaps / (gaps + likely.sum())

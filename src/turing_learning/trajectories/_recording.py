@@ -207,6 +207,7 @@ def assemble(
     labels = np.asarray(names, dtype=object)
     refuse_first(labels == "", where, "name the individual in each row", labels)
     check_positions(positions, where, where(0))
+    # fish2 before fish10
     individuals = sorted(set(names), key=natural)
     order_of = {name: k for k, name in enumerate(individuals)}
     who = np.array([order_of[name] for name in names])
@@ -222,6 +223,7 @@ def assemble(
     if count * len(individuals) > MOST_CELLS:
         rule = f"hold at most {MOST_CELLS} frames times individuals"
         raise refusal(rule, f"{count} x {len(individuals)}", where(late), "Split the recording.")
+    # Rows of one individual and frame stand beside each other then
     values = np.column_stack([positions, *extras.values()])
     order = np.lexsort((who, numbers))
     again = (np.diff(numbers[order]) == 0) & (np.diff(who[order]) == 0)

@@ -84,11 +84,13 @@ def compute_signals(
     require(odd, "smooth_frames", "be odd and 1 or more", smooth_frames)
     if smooth_frames > 1:
         positions = smooth(positions, present, smooth_frames)
+    # A step needs both of its frames
     consecutive = present[..., 1:, :] & present[..., :-1, :]
     step = np.where(consecutive[..., None], np.diff(positions, axis=-3), 0.0)
     length = np.hypot(step[..., 0], step[..., 1])
     heading, heading_known, turned, turn_known = _course(step, consecutive, headings)
     if headings is not None:
+        # Somebody who moves against the heading goes backward
         against = step[..., 0] * np.cos(heading) + step[..., 1] * np.sin(heading) < 0
         length = np.where(against, -length, length)
     measured = {"speed": (length * fps, consecutive), "turn": (turned * fps, turn_known)}

@@ -140,6 +140,7 @@ class Trajectories:
         first_frame = self.first_frame
         consecutive = present[1:] & present[:-1]
         unlikely = self._unlikely(jump_factor, LONGEST_REST_S)
+        # Jumps from or to a stand-in for a missing position are no jumps
         likely = ~(unlikely.stand_ins | unlikely.outside)
         steps, jumping, typical = self._steps(jump_factor, likely)
         jumps = []
@@ -161,6 +162,7 @@ class Trajectories:
             missing[name] = int(lengths.sum())
             gaps[name] = int((lengths > 0).sum())
             longest_gap[name] = int(lengths.max())
+        # Where each individual was first seen
         starts = positions[present.argmax(axis=0), np.arange(present.shape[1])]
         moved = ((positions != starts).any(axis=2) & present).any(axis=0)
         doubts = []
@@ -173,6 +175,7 @@ class Trajectories:
         if len(jumps) > max(FEWEST, FREQUENT_JUMPS * consecutive.sum()):
             share = f"{len(jumps) / consecutive.sum():.1%} of all steps are jumps"
             doubts.append(f"{share}: see whether the file tells individuals apart as they are")
+        # Single repeated frames are of a slower video; several in a row are a rest
         alone = not (same[1:] & same[:-1]).any()
         if alone and same.sum() > max(FEWEST, FREQUENT_REPEATS * len(same)):
             share = f"{same.mean():.0%} of all frames repeat the one before"

@@ -224,6 +224,7 @@ def conduct_case_studies(work: Work, findings: Findings) -> None:
                 np.array(repeated),
             )
         )
+    # All runs first: they take hours, and what follows seconds
     outcomes = [_outcome(work, case, preset) for preset in work.presets for case in cases]
     verdicts = findings.verdicts
     for outcome in outcomes:
@@ -319,6 +320,7 @@ def settled(values: np.ndarray, truth: float) -> tuple[int | None, int | None]:
     lasting = []
     for generation in range(len(is_near)):
         lasting.append(is_near[generation : generation + LASTING].all())
+    # Near in this generation and in all after it
     to_the_end = np.logical_and.accumulate(is_near[::-1])[::-1]
     return _first_true(np.array(lasting)), _first_true(to_the_end)
 

@@ -301,6 +301,7 @@ def conduct_behaviors(work: Work, findings: Findings) -> None:
     compute = partial(_shares_of_seeing, work.in_world(AGGREGATION), truths, work.sizes["shares"])
     sees = np.array(work.piece("shares", compute)["shares"])
     frame = seeded(decisive.seeds, truths, NAMES)
+    # Behaviors that hardly ever see another robot say little of what they do then
     rank = np.argsort(np.argsort(sees)) + 1
     frame = frame.assign(estimate_mae=decisive.maes("estimate"), share_of_I_1=sees, rank=rank)
     failures = frame[frame["estimate_mae"] >= GOOD]

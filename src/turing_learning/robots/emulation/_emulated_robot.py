@@ -377,12 +377,14 @@ class EmulatedRobot:
         """Return the answer to a line. Lower case means upper case, except where both exist."""
         letter = line[:1] if line[:1] in ("b", "g") else line[:1].upper()
         numbers = line[1:]
+        # A known command shows that somebody is there
         if letter in _COMMANDS:
             self._hear()
         match letter:
             case "A" | "E" | "g" | "M" | "N" | "O" | "Q" | "U":
                 return _line(f"{letter.lower()},{','.join(map(str, self._numbers(letter)))}")
             case "b":
+                # Firmwares of e-puck and e-puck2 answer in other forms
                 if self._second:
                     return _line(f"b,{self._charge} (87%)")
                 return _line(f"b,{int(self._body.battery_ok())}")
@@ -475,6 +477,7 @@ class EmulatedRobot:
             self._alive_at = now
             return ""
         self._asked_at = now
+        # Infinite until a PC has called: a robot alone waits for nobody
         if self._alive_at < math.inf:
             self._alive_at = now
         match letter, _whole_numbers(fields):

@@ -308,6 +308,7 @@ class EmulatedLaboratory:
                 make_line=make_line or open_line,
             )
             self._robots.append(robot)
+        # Control cycles of real robots are not in step, nor equally long
         clocks = np.random.default_rng([CLOCKS, seed])
         own_phases = self.conditions.own_phases
         robots = scenario.individuals
@@ -319,6 +320,7 @@ class EmulatedLaboratory:
         self._wheels = np.zeros((robots, 2))
         self.stuck: set[int] = set()
         self.covered: set[int] = set()
+        # Images show where robots were: places are kept for as long as a tracker is late
         older = math.ceil(scenario.tracker.delay_s / self.interval_s)
         self._places = deque(
             [initial_poses(scenario, 1, placing)[0]] * 2, maxlen=(_CYCLES + older) * phases

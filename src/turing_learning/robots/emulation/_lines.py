@@ -424,6 +424,7 @@ def live(
         Whether to end.
     """
     remedy = "Give the PC's address, as peers=('10.0.0.1',)."
+    # Who connects moves the robot
     local = ip_address(socket.gethostbyname(host)).is_loopback
     require(
         local or peers, "peers", f"name who may move the robot at host {host!r}", "nobody", remedy

@@ -394,6 +394,7 @@ def inspect(
             yield _look("tracker", _poses, poses, scenario, equipment)
             return
         assert isinstance(poses, CameraPoses)
+        # Without images in time nothing else can be looked at
         rate = _look("camera", _rate, poses, setup.camera.fps)
         yield rate
         if rate.fine:

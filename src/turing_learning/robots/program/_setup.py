@@ -335,6 +335,7 @@ def _configuration(
         {"scenario": table, **{key: document[key] for key in RUN_SECTIONS[2:] if key in document}}
     )
     settings |= overrides
+    # Two statements of one fact could contradict each other
     for key, source in _DERIVED.items():
         file.require(
             key not in settings,
@@ -358,6 +359,7 @@ def _configuration(
         and not isinstance(duration_s, bool)
         and 0 < duration_s * fps < math.inf
     ):
+        # The nearest duration that is possible, for the remedy
         images = max(1, min(round(duration_s * fps), math.floor(setup.timing.execute_s * fps)))
         fits = (
             round(duration_s * fps) >= 1 and abs(duration_s * fps - round(duration_s * fps)) < 1e-6
@@ -369,6 +371,7 @@ def _configuration(
             require(fits, key, rule, f"{got} by default", remedy, error=ConfigurationError)
         file.require(fits, key, rule, got, remedy)
     preset = document.get("preset", "default")
+    # Robots' time is dear: few trials unless settings of generations are given
     if preset == "default" and not any(key.startswith(_OF_GENERATIONS) for key in settings):
         base["run.trials"] = TRIALS
     labels = {}
@@ -384,6 +387,7 @@ def _configuration(
     replicas = len(setup.replicas)
     multiple = f"be a multiple of the {replicas} replicas, which execute them at the same time"
     file.require(of_trials or number % replicas == 0, "models", multiple, number)
+    # A map of moments needs trials all over the space that is searched
     limits = (models.initial_low, models.initial_high)
     wide = "whose first models have all wheel speeds"
     file.require(

@@ -389,12 +389,14 @@ class PcProgram:
             if self._clock.now() > deadline and len(signals) < len(self._robots):
                 silent = [name for name in silent if name not in signals]
                 raise self._missed(f"{awaited} has not come from {', '.join(silent)}")
+        # Replicas of one trial must begin together: samples of one begin with the others'
         times = [signal.received_s for signal in signals.values()]
         if (apart := max(times) - min(times)) > self._timing.tolerance_s:
             self._in_step = not self._starts_all
             tries = ALONE if self._starts_all else 0
             fault = f"the replicas are {apart:.1f} s out of step"
             raise Disturbance(self.state, fault, REMOTE.capitalize(), tries=tries)
+        # An older signal, still on the line, is none of this trial
         for name, count in (counts or {}).items():
             signal = signals[name]
             if signal.trial != count:

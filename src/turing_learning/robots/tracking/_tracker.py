@@ -347,7 +347,9 @@ class Tracker:
                 self._robot.maximum_speed_cm_s * self.interval_s * (self._gap[tracked] + 1 + LATE)
             )
             reachable = distance <= (reach + WHEEL_CM + PUSH_CM)[:, None]
+            # The least sum of distances keeps identities where robots pass each other
             rows, columns = linear_sum_assignment(np.where(reachable, distance, 1e6))
+            # What is beyond reach is matched by no robot: it was carried there, or is another marker
             pairs = []
             unassigned = candidates
             for i, j in zip(rows, columns, strict=True):
@@ -391,6 +393,7 @@ class Tracker:
                 yield Fault(
                     self._frame, MISSING, f"{message}: its marker is covered. Look after it."
                 )
+        # Said once, not in each image
         lost = ~present & (self._gap >= self._maximum_gap) & ~self._lost
         self._lost |= lost
         for who in np.flatnonzero(lost).tolist():

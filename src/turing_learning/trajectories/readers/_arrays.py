@@ -762,6 +762,7 @@ def read_dataset(dataset: "xr.Dataset", options: Options, source: str = "") -> R
             f"{y_axis!r} and {stated!r}",
             place=source,
         )
+    # A group has one position each: that of the key point that is asked for
     rate, first_frame = _timing(dataset, options.fps, source)
     if "keypoints" in dataset.dims:
         points = [str(name) for name in dataset["keypoints"].values]

@@ -94,16 +94,19 @@ def resampled(
     for name in sorted(set(who), key=natural):
         rows = np.flatnonzero((names == name) & ~np.isnan(positions).any(axis=1))
         rows = rows[np.argsort(times[rows], kind="stable")]
+        # Of several rows at one time the first counts
         own_times, first_rows = np.unique(times[rows], return_index=True)
         rows = rows[first_rows]
         if len(own_times) < 2:
             continue
+        # All individuals share the moments, counted from the first row of the file
         frames = np.arange(
             np.ceil((own_times[0] - begin) * fps - 1e-6),
             np.floor((own_times[-1] - begin) * fps + 1e-6) + 1,
         )
         at = begin + frames / fps
         after = np.clip(np.searchsorted(own_times, at), 1, len(own_times) - 1)
+        # Nothing is made up where somebody was lost for long
         widest = WIDEST_GAP * max(float(np.median(np.diff(own_times))), 1 / fps)
         frames = frames[own_times[after] - own_times[after - 1] <= widest]
         at = at[own_times[after] - own_times[after - 1] <= widest]

@@ -283,6 +283,7 @@ def text_sheet(
         blocks: list[np.ndarray] = []
         words: list[list[str]] = [[] for _ in texts]
         lines = islice(text.lines(), skip, None)
+        # In blocks, so that a large file needs memory for its numbers alone
         while block := list(islice(lines, ROWS)):
             cells: list[str] = []
             for number, line in block:
@@ -291,6 +292,7 @@ def text_sheet(
             for column, k in enumerate(numbers):
                 values[:, column] = _numbers(cells[k::width], absent, decimal_comma=decimal_comma)
             blocks.append(values)
+            # Cells that are no numbers were marked as infinite
             for row, column in np.argwhere(np.isinf(values)):
                 cell = cells[row * width + numbers[column]].strip()
                 remedy = "Write decimals with a point." if "," in cell else ""

@@ -152,6 +152,7 @@ def frames_at(
     """
     check_times(times, at, FARTHEST)
     moments = np.unique(times)
+    # Times may be in s, ms or frames; the typical step says which
     if len(moments) > 1:
         step = float(np.median(np.diff(moments)))
         counts = step == 1 and bool((moments == np.floor(moments)).all())
@@ -166,6 +167,7 @@ def frames_at(
         # every frame has somebody, or gaps are whole frames
         frames_between = [span / len(steps), np.median(steps), steps.min()]
         rates = [max(1, round(span / step)) / span for step in frames_between]
+    # The first rate at which all times are frames
     rate = rates[0]
     for candidate in rates:
         if _away(since, candidate).max() <= LATE:
