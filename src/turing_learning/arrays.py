@@ -57,7 +57,7 @@ def array(
             rule += " and not empty"
         rejected(rule, str(numbers.shape))
     if finite and numbers.dtype.kind == "f" and numbers.size and not _all_finite(numbers):
-        position = tuple(int(index) for index in np.argwhere(~np.isfinite(numbers))[0])
+        position = tuple(map(int, np.argwhere(~np.isfinite(numbers))[0]))
         rejected("be finite", f"{numbers[position]} at {position} of {_letters(axes)}")
     return numbers.astype(dtype, copy=False)
 

@@ -456,7 +456,7 @@ def encoded(name: str, content: Any) -> bytes:
 def _identity(head: Mapping[str, Any], kind: FolderKind) -> str:
     """Return the digest of what must stay the same."""
     # Through JSON and back, so that a head in memory has the digest of the same head in its file.
-    values = json.loads(json.dumps([head.get(key) for key in kind.identity]))
+    values = json.loads(json.dumps(list(map(head.get, kind.identity))))
     return hashlib.sha256(json.dumps([kind.noun, values], sort_keys=True).encode()).hexdigest()
 
 

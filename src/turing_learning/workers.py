@@ -298,7 +298,7 @@ class _Slot:
         self.end()
         if self._killed:
             return
-        path = os.pathsep.join(folder for folder in sys.path if folder)
+        path = os.pathsep.join(filter(None, sys.path))
         process = subprocess.Popen(
             [sys.executable, "-u", "-c", _PROGRAM],  # -u: what it prints comes at once
             stdin=subprocess.PIPE,

@@ -184,7 +184,7 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     count = len(typical)
     factor = stdtrit(count - 1, CENTRAL[1] / 100) * np.sqrt(1 + 1 / count)
     scatter = factor * estimates.std(axis=0, ddof=1)
-    wandering = np.stack([_wandering(runs) for runs in np.moveaxis(typical, 2, 0)], axis=1)
+    wandering = np.stack(list(map(_wandering, np.moveaxis(typical, 2, 0))), axis=1)
     low, high = np.hypot(wandering, scatter)
     varies = wandering.any(axis=0) | (np.ptp(estimates, axis=0) > 0)
     middle = np.median(estimates, axis=0)

@@ -218,7 +218,7 @@ class Judgment:
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
         """All that is to be said in a word, the one to show first; "converged" stands alone."""
-        verdicts = {Verdict(verdict) for verdict in self.said} - {Verdict.CONVERGED}
+        verdicts = set(map(Verdict, self.said)) - {Verdict.CONVERGED}
         if self.fault is not None:
             verdicts.add(self.fault)
         elif self.examination is not None:

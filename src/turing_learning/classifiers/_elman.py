@@ -131,7 +131,7 @@ class ElmanClassifier:
         scale = np.ones(signals) if self.scale is None else np.array(self.scale)
         run_range(kernels.pack, len(blocks), self.threads, samples, 1.0 / scale, blocks, faults)
         if faults.max() >= 0:
-            s, t, d = (int(k) for k in np.unravel_index(int(faults[faults >= 0][0]), samples.shape))
+            s, t, d = map(int, np.unravel_index(int(faults[faults >= 0][0]), samples.shape))
             where = f"sample {s}, step {t}, signal {d}"
             refuse(
                 "samples", "be finite", f"{samples[s, t, d]}", "Remove or repair it.", place=where
@@ -143,7 +143,7 @@ class ElmanClassifier:
         if not genomes.size or np.abs(genomes).max() <= LIMIT:
             return genomes.astype(np.float32)
         if not np.isfinite(genomes).all():
-            n, q = (int(k) for k in np.argwhere(~np.isfinite(genomes))[0])
+            n, q = map(int, np.argwhere(~np.isfinite(genomes))[0])
             refuse("genomes", "be finite", f"{genomes[n, q]}", place=f"genome {n}, parameter {q}")
         count, (d, h) = len(genomes), (self.inputs, self.hidden)
         weights, recurrent, biases, output = np.split(genomes, np.cumsum([h * d, h * h, h]), axis=1)

@@ -73,7 +73,7 @@ def remembered_program(run: Path) -> dict[str, Any]:
         return {}
     program = Program(
         stored["simulate_command"],
-        [Path(path) for path in stored["series"]],
+        list(map(Path, stored["series"])),
         list(stored["simulate_columns"]) or None,
     )
     system = program.system(stored["range"])

@@ -165,7 +165,7 @@ def _finished(
     # Runs of two studies may have the same name.
     names = [path.absolute().name for path in paths]
     if len(set(names)) < len(names):
-        names = [str(path) for path in paths]
+        names = list(map(str, paths))
     results = {name: opened(path) for name, path in zip(names, paths, strict=True)}
     subjects = tl.comparison.run_subjects(results)
     comparison = tl.comparison.examine_runs(

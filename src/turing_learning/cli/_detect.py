@@ -335,7 +335,7 @@ def _voted(detector: "tl.detection.Detector", motion: "Motion") -> _Summary:
         )
         rows.append(row)
     samples = motion.samples.shape[1]
-    content |= {"samples": samples, "individuals": [asdict(verdict) for verdict in verdicts]}
+    content |= {"samples": samples, "individuals": list(map(asdict, verdicts))}
     limit = f"p-value up to {detector.false_alarms:g}"
     if detector.rule == "unanimous":
         content["false_alarms"] = None
@@ -354,7 +354,7 @@ def _voted_over_time(
 ) -> _Summary:
     """Say which individuals of a recording are abnormal, and when."""
     verdicts = detector.timeline(motion)
-    rows = [_timed_row(verdict) for verdict in verdicts]
+    rows = list(map(_timed_row, verdicts))
     columns = ("individual", "windows", "score", "strength", "threshold", "abnormal")
     individuals = []
     for verdict in verdicts:
@@ -415,7 +415,7 @@ def _write(
     figure = timeline_of(
         motion, verdicts, votes=detection is None, flagged=flagged, unjudged=unjudged
     )
-    paths = [out.with_suffix(suffix) for suffix in (_WRITTEN if detection else _WRITTEN[:-1])]
+    paths = list(map(out.with_suffix, _WRITTEN if detection else _WRITTEN[:-1]))
     new_paths = [path for path in paths if not path.exists()]
     trouble = f"`out` must be a file that can be written; could not write to {out}"
     remedy = "Make room, or choose another place, and give the command again."

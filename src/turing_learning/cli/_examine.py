@@ -123,5 +123,5 @@ def _samples(paths: "tuple[Path, ...] | list[Path]") -> "tuple[np.ndarray, np.nd
         same = samples.shape[1:] == pieces[0].shape[1:]
         rule = f"hold samples of the same T and D as {paths[0]}"
         require(same, "REAL", rule, shape, place=str(path))
-    owners = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces])
+    owners = np.repeat(np.arange(len(pieces)), list(map(len, pieces)))
     return np.concatenate(pieces), owners

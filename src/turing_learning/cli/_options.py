@@ -214,7 +214,7 @@ class Recording(Sampling):
         windows, family, recordings = motion.opened(progress=tell_learning)
         parameters, unusual_ranges = motion.parameters(family, recordings)
         paths = self.trajectories or []
-        names = [titled(path) for path in paths]
+        names = list(map(titled, paths))
         title = names[0]
         if len(paths) == 1:
             names = [paths[0].name]

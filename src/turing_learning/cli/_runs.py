@@ -355,7 +355,7 @@ def pool(runs: list[Path], /) -> None:
     for run in runs:
         if tl.studies.is_study(run):
             refuse("RUN", "be a run folder", f"{run}, a study. Its runs are {run / 'runs'}/*")
-    plain_console().print(tl.pool([opened(run) for run in runs]))
+    plain_console().print(tl.pool(list(map(opened, runs))))
 
 
 def check(

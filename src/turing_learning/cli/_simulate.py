@@ -99,7 +99,7 @@ def _speeds(controller: str | None) -> list[float] | None:
     if controller is None:
         return None
     try:
-        return [float(speed) for speed in controller.split(",")]
+        return list(map(float, controller.split(",")))
     except ValueError:
         refuse("controller", "be numbers with commas between them", repr(controller))
 

@@ -45,7 +45,7 @@ class Judgments:
             sizes |= dict(zip(shape.split(), values.shape, strict=True))
             # So that NaN, too, is rejected
             if not truth and not (values.min() >= 0 and values.max() <= 1):
-                index = tuple(int(k) for k in np.argwhere(~((values >= 0) & (values <= 1)))[0])
+                index = tuple(map(int, np.argwhere(~((values >= 0) & (values <= 1)))[0]))
                 refuse(
                     name,
                     "be from 0 to 1",

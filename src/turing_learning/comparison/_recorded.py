@@ -45,7 +45,7 @@ def recorded_subjects(
         lonely = any(len(recording.individuals) == 1 for recording in recordings)
         options = {**options, "signals": ",".join(ALONE if lonely else SIGNALS)}
     # A range is for those models that have such a parameter.
-    texts = [text for text in options.get("range") or () if text]
+    texts = list(filter(None, options.get("range") or ()))
     stated: set[str] = set()
     subjects = {}
     for name in models:

@@ -172,7 +172,7 @@ def _all_settings(
         or not all(isinstance(table, Mapping) for table in tables)
     ):
         origins.refuse(name, rule, brief(document.get(name, grid)))
-    settings = [dotted(table) for table in tables]
+    settings = list(map(dotted, tables))
     for key, advice in _RESERVED.items():
         for table in settings:
             if key in table:

@@ -194,7 +194,7 @@ class TrainedMethod:
         relative: bool,
     ) -> "TrainedMethod":
         """Learn from normal individuals, and from planted ones if the method does."""
-        features = [method.features(windows) for windows in normal.pieces]
+        features = list(map(method.features, normal.pieces))
         pieces = [beside_fellows(piece, relative) for piece in features]
         placed = normal.place_cases(cases, method, features)
         changes: list[PlantedChange] = []

@@ -243,9 +243,9 @@ def _simulated(scenario: Scenario, samples: int, seed: int, threads: int | None)
         scenario, models, trials=samples, rng=rng, threads=threads
     ).abnormal
     # One replica of each model: the others are much like it.
-    cases = [Case(replica) for replica in replicas[:: scenario.replicas]]
+    cases = list(map(Case, replicas[:: scenario.replicas]))
     in_words = f"{len(cases)} simulated robots with other parameters"
-    return _Normal([list(swarm) for swarm in agents], cases, in_words)
+    return _Normal(list(map(list, agents)), cases, in_words)
 
 
 def _stored(

@@ -182,7 +182,7 @@ class Method:
 
 def split_by_individual(values: np.ndarray, windows: Windows) -> list[np.ndarray]:
     """Cut values of all windows, one individual after the other, into those of each."""
-    return np.split(values, np.cumsum([len(individual) for individual in windows])[:-1])
+    return np.split(values, np.cumsum(list(map(len, windows)))[:-1])
 
 
 WINDOW_STATISTICS = Method(BASELINES[0], signal_statistics)

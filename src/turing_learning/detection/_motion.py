@@ -151,7 +151,7 @@ def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
         reject("motion", "be a file of numbers in NumPy's format", f"{path} ({error})")
     if names is None:
         names = np.arange(1, 1 + (len(values) if values.ndim else 0))
-    return tuple(str(name) for name in np.ravel(names)), values
+    return tuple(map(str, np.ravel(names))), values
 
 
 def _read_archive(path: Path) -> tuple[np.ndarray | None, np.ndarray]:
@@ -192,7 +192,7 @@ def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...
         rule = f"have the signals of the run, {', '.join(signals)}, in any order"
         same = sorted(columns) == sorted(signals)
         check(same, "motion", rule, ", ".join(columns), "Name its columns so.", place=f"{path}:1")
-        motion = motion[..., [columns.index(name) for name in signals]]
+        motion = motion[..., list(map(columns.index, signals))]
     if "sample" not in keys:
         # Recordings, which are cut later.
         motion = motion[:, 0]
@@ -232,7 +232,7 @@ def _read_cells(path: Path) -> tuple[list[str], list[str], dict[tuple[str, int, 
             # A recording is sample 0 of its individual.
             sample = int(row[1]) if "sample" in keys else 0
             step = int(row[len(keys) - 1])
-            values = [float(value) for value in row[len(keys) :]]
+            values = list(map(float, row[len(keys) :]))
         except ValueError:
             require(False, "hold numbers", repr(",".join(row)), line)
         name = row[0].strip()

@@ -279,7 +279,7 @@ class Detector:
         scores = split_by_individual(self.judge(np.concatenate(motion.samples)), motion.samples)
         self._warn_if_blind()
         scan = Scan(self.genuine_scores)
-        counts = [len(samples) for samples in motion.samples]
+        counts = list(map(len, motion.samples))
         thresholds = {0: 0.0}
         for count in set(counts) - {0}:
             thresholds[count] = scan.threshold(count, self.false_alarms, DRAWS)

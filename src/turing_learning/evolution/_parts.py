@@ -109,18 +109,11 @@ class Jumper:
             "settled", refinement if settled is None else settled, self._refinement
         )
         indices = [int(index) for group in groups for index in group]
-        if (
-            len({len(group) for group in groups}) > 1
-            or len(set(indices)) < len(indices)
-            or len(groups) == 1
-        ):
+        if len(set(map(len, groups))) > 1 or len(set(indices)) < len(indices) or len(groups) == 1:
             refuse(
                 "groups", "be two or more of one length and have no index in common", str(groups)
             )
-        for name, indices_given in (
-            ("groups", indices),
-            ("dependent", [int(index) for index in dependent]),
-        ):
+        for name, indices_given in (("groups", indices), ("dependent", list(map(int, dependent)))):
             fits = all(0 <= index < self._dimension for index in indices_given)
             got = str(groups if name == "groups" else dependent)
             require(fits, name, f"hold indices from 0 to {self._dimension - 1}", got)
@@ -131,7 +124,7 @@ class Jumper:
             str(dependent),
         )
         self._groups = np.array(indices, dtype=np.int64).reshape(len(groups), -1 if indices else 0)
-        self._dependent = np.array([int(index) for index in dependent], dtype=np.int64)
+        self._dependent = np.array(list(map(int, dependent)), dtype=np.int64)
 
     def jump(self, generation: int, children: np.ndarray, rng: np.random.Generator) -> None:
         """Let children (lambda, n) jump, in place."""

@@ -122,7 +122,7 @@ class TuringTest(Tabular):
         """Return a row for each examiner: its accuracy and its own p-value."""
         import pandas as pd
 
-        rows = [vars(member) for member in self.examined.examiners]
+        rows = list(map(vars, self.examined.examiners))
         return pd.DataFrame(rows).set_index("name")
 
     def _of_control(self, control: Examined) -> str:

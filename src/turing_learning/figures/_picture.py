@@ -219,7 +219,7 @@ def _described_axes(
 
 def _group(figure: "Figure", siblings: "list[Axes]") -> int:
     """Return the number of the first of axes that share one of their two axes."""
-    return min(figure.axes.index(axes) for axes in siblings)
+    return min(map(figure.axes.index, siblings))
 
 
 def _edges(limits: tuple[float, float], scale: str) -> dict[str, Any]:

@@ -374,9 +374,7 @@ def timeline_figure(
         axes.axhline(row + 0.4, color=RULE, linewidth=0.6)
     axes.set_xlim(0, limit)
     axes.set_ylim(len(names) - 0.5, -0.6)
-    axes.set_yticks(
-        np.arange(len(names)), [str(name) for name in names], color=INK, parse_math=False
-    )
+    axes.set_yticks(np.arange(len(names)), list(map(str, names)), color=INK, parse_math=False)
     panels.label("", "Time (s)")
     return panels.with_legend(ncols=3)
 

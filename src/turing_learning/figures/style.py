@@ -76,7 +76,7 @@ class Panels:
         from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
         axes = self.axes[0]
-        every_value = np.concatenate([np.ravel(value) for value in values])
+        every_value = np.concatenate(list(map(np.ravel, values)))
         positive = every_value[every_value > 0]
         if not positive.size:
             return

@@ -588,7 +588,7 @@ def read_stimuli(path: Path, system: StimulatedSystem) -> StimulatedSystem:
     if "trial" in columns:
         trial = np.atleast_1d(table["trial"])
     series = [rows[trial == number] for number in dict.fromkeys(trial.tolist())]
-    lengths = sorted({len(stimuli) for stimuli in series})
+    lengths = sorted(set(map(len, series)))
     rule = f"hold series of {system.steps} steps"
     require(lengths == [system.steps], "passive", rule, lengths, place=str(path))
     recorded = _frozen(np.stack(series))

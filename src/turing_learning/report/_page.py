@@ -279,7 +279,7 @@ def _listing(listing: Listing) -> str:
     rows = list(listing.rows)
     if listing.foot:
         rows.append(listing.foot)
-    columns = [_column(cells) for cells in zip(*rows, strict=True)]
+    columns = list(map(_column, zip(*rows, strict=True)))
     scopes = ["row"] + [""] * (len(listing.columns) - 1)
     lines = []
     foot = ""

@@ -345,7 +345,7 @@ def _draw_swarm(
     )
     for k, replica in enumerate(swarm.is_replica):
         color = PALE_ORANGE if replica else PALE_BLUE
-        pen.line([tuple(point) for point in trails[:, k]], fill=color, width=OVERSAMPLING)
+        pen.line(list(map(tuple, trails[:, k])), fill=color, width=OVERSAMPLING)
     poses = poses_at(replay, swarm, time_s)
     centers = on_panel(poses)
     colors = [GREEN] * replay.objects_of(swarm)

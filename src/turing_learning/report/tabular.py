@@ -256,7 +256,7 @@ def parameter_rows(
         if column is not None:
             headings.append(heading)
             texts.append(_cells([column[name] for name in labels]))
-    return headings, [list(row) for row in zip(*texts, strict=True)]
+    return headings, list(map(list, zip(*texts, strict=True)))
 
 
 def _cells(values: Sequence[Any]) -> list[str]:

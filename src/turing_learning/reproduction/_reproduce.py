@@ -41,7 +41,7 @@ class Standing:
             form = f", {self.results.form} form"
         if not self.experiment.claims:
             return f"finished{form}"
-        verdicts = [self.results.verdict(claim) for claim in self.experiment.claims]
+        verdicts = list(map(self.results.verdict, self.experiment.claims))
         agree = sum(verdict is not None and verdict.agrees for verdict in verdicts)
         return f"{agree} of {len(verdicts)} claims agree{form}"
 

@@ -133,10 +133,10 @@ class _Checker:
         content["parameters"] = self._pinned_down(content)
         check = read_check(content, self.result.said)
         if check.judgment.fits is False and "telling" not in content:
-            content["telling"] = [asdict(cue) for cue in self._telling(model)]
+            content["telling"] = list(map(asdict, self._telling(model)))
             check = read_check(content, self.result.said)
         content |= {
-            "parameters": [asdict(each) for each in check.parameters],
+            "parameters": list(map(asdict, check.parameters)),
             "verdicts": check.verdicts,
             "judgment": check.judgment.to_json(),
         }

@@ -219,7 +219,7 @@ def damaged_generations(
         for name, (_, dtype, _) in FULL.items():
             fits &= arrays[name].shape == (layout.generations, *layout.shape(name))
             fits &= arrays[name].dtype == np.dtype(dtype)
-        named = [str(name) for name in arrays["parameter"][:]] == list(layout.parameters)
+        named = list(map(str, arrays["parameter"][:])) == list(layout.parameters)
         counted = np.array_equal(arrays[GENERATION][:], np.arange(layout.generations))
     except Exception:
         # Whatever Zarr says of files that it did not expect

@@ -313,7 +313,7 @@ def run_table(result: Result) -> Listing:
     for heading, values, mean in columns:
         if values is not None:
             headings.append(heading)
-            cells.append([values.get(name) for name in result.estimate])
+            cells.append(list(map(values.get, result.estimate)))
             foot.append("" if mean is None else mean)
     foot[0] = "Mean"
     note = f"Paper's error: {SOURCE}, of the best model." if papers else ""

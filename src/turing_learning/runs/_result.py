@@ -508,7 +508,7 @@ class Posterior(Result):
         """Return what `result.json` holds."""
         content = super().to_json()
         if self.modes:
-            content["modes"] = [asdict(mode) for mode in self.modes]
+            content["modes"] = list(map(asdict, self.modes))
         return content
 
 

@@ -149,7 +149,7 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     return ObservedTrials(
         poses=np.array([trial["poses"] for trial in trials]),
         models=np.array([trial["models"] for trial in trials]),
-        labels=tuple(str(label) for label in trials[0]["labels"]),
+        labels=tuple(map(str, trials[0]["labels"])),
         interval_s=float(trials[0]["interval_s"]),
     )
 

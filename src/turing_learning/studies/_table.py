@@ -246,7 +246,7 @@ class StudyResult(Tabular):
         groups = self.groups
         rows = []
         for group in groups[:CONFIGURATIONS_SHOWN]:
-            values = [str(value) for value in group.values()]
+            values = list(map(str, group.values()))
             for name, numbers, paper in error_rows(self, group):
                 rows.append([name, *values, *map(shown, numbers), shown(paper, "{:.2f}".format)])
         headings = ["parameter"]

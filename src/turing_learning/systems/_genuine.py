@@ -166,7 +166,7 @@ def cut_samples(
     require(not is_table, "genuine", rule, f"one table of shape {shape}", remedy)
     series = [_as_series(sample, k, names) for k, sample in enumerate(samples)]
     require(series, "genuine", "hold at least one sample", "none")
-    steps = _common_length([len(values) for values in series], length)
+    steps = _common_length(list(map(len, series)), length)
     widths = {values.shape[1] for values in series}
     rule = "have the same signals in all samples"
     require(len(widths) == 1, "genuine", rule, f"{sorted(widths)} signals")
@@ -278,7 +278,7 @@ def observed(genuine: Any) -> Any:
 def with_gaps(values: Any) -> Any:
     """Return an array, or a list of arrays, with NaN where it is masked; anything else as it is."""
     if isinstance(values, list | tuple):
-        return [with_gaps(sample) for sample in values]
+        return list(map(with_gaps, values))
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         return np.ma.filled(values.astype(np.result_type(values.dtype, np.float64)), np.nan)
     return values

@@ -231,7 +231,7 @@ def with_columns(simulate: Any, names: tuple[str, ...]) -> Any:
 def read_table(text: str) -> dict[str, list[float]]:
     """Return the columns of a table in CSV by their names; refuse cells that are no numbers."""
     rows = list(csv.reader(io.StringIO(text)))
-    rows = [row for row in rows if row]
+    rows = list(filter(None, rows))
     require(len(rows) > 1, "table", "have a line of names and rows below", f"{len(rows)} lines")
     names, *body = rows
     columns: dict[str, list[float]] = {name.strip(): [] for name in names}

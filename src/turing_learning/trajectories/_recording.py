@@ -246,8 +246,8 @@ def assemble(
 def directed(recording: Recording, front: Recording, back: Recording) -> Recording:
     """Return a recording whose headings lead from one point of the body to another; without both a position is missing."""
     # Who has no position in one of the files stands elsewhere in its order.
-    in_front = [front.individuals.index(name) for name in recording.individuals]
-    in_back = [back.individuals.index(name) for name in recording.individuals]
+    in_front = list(map(front.individuals.index, recording.individuals))
+    in_back = list(map(back.individuals.index, recording.individuals))
     ahead = front.positions[:, in_front] - back.positions[:, in_back]
     headings = np.arctan2(ahead[..., 1], ahead[..., 0])
     unknown = recording.present & (np.isnan(headings) | (ahead == 0).all(axis=2))

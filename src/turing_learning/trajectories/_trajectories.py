@@ -359,7 +359,7 @@ class Trajectories:
 
     def selected(self, individuals: Sequence[str]) -> "Trajectories":
         """Return a copy with some of the individuals, by name and in this order; the others are no neighbors any more."""
-        arrays = self._arrays((slice(None), [self._place(name) for name in individuals]))
+        arrays = self._arrays((slice(None), list(map(self._place, individuals))))
         return replace(self, **arrays, individuals=tuple(individuals))
 
     def _arrays(self, index: Any) -> dict[str, Any]:
@@ -447,7 +447,7 @@ class Trajectories:
         names = self.individuals if individuals is None else individuals
         if len(set(names)) < len(names):
             refuse("individuals", "be different names", str(list(names)), "Name each once.")
-        chosen = [self._place(name) for name in names]
+        chosen = list(map(self._place, names))
         apart = hold_out_individuals
         # A text is a sequence of names, too: those of one letter.
         fits = not isinstance(apart, str) and set(apart) <= set(names)
@@ -477,7 +477,7 @@ class Trajectories:
         return cut_windows(
             usable, chosen, jumps, steps=steps, stride=stride, hold_out=hold_out, gap=gap, half=smooth_frames // 2,
             lead=int(self.headings is None and bool({"turn", "neighbor_bearing"} & set(signals))),
-            apart=[self._place(name) for name in apart], interval_s=1 / self.fps, headings=self.headings is not None,
+            apart=list(map(self._place, apart)), interval_s=1 / self.fps, headings=self.headings is not None,
             smooth_frames=smooth_frames, sources=(self,), cut=cut,
             excerpt=np.where(likely.present[excerpt_frames, :, None], likely.positions[excerpt_frames], np.nan),
         )  # fmt: skip

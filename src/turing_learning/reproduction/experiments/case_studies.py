@@ -382,7 +382,7 @@ def emergence_verdict(outcome: Outcome, readout: str) -> ClaimVerdict:
     runs = len(models)
     repeated = [compare(agents, models).without_difference for agents in case.repeated]
     # One number if all repetitions have the same.
-    span = " to ".join(str(number) for number in sorted({min(repeated), max(repeated)}))
+    span = " to ".join(map(str, sorted({min(repeated), max(repeated)})))
     agents = np.median(case.agents)
     medians = np.median(models, axis=1)
     enough = shares_not_worse(alike / runs, runs, count / total, total)

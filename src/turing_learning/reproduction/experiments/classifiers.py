@@ -204,7 +204,7 @@ def _accuracies(
             work.piece(f"grid-part{chunk + 1:02d}", partial(counted, chunk), "npz")["agents"]
         )
     accuracy = decision_accuracies(np.asarray(sum(counts)), swarm, len(models))
-    accuracies = iter(np.split(accuracy, np.cumsum([len(group) for group in groups])[:-1]))
+    accuracies = iter(np.split(accuracy, np.cumsum(list(map(len, groups)))[:-1]))
     # In the order in which the groups were joined above.
     by_preset = {}
     for preset, runs in populations.items():

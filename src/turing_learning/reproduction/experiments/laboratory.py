@@ -163,7 +163,7 @@ def dynamics_verdict(
 
 def validation_verdict(agents: Gathering, replicas: Gathering, duration_s: float) -> ClaimVerdict:
     """Compare what swarms of agents and of the median model do from the same start, by the four `QUANTITIES`."""
-    values = [_quantities(swarm) for swarm in (agents, replicas)]
+    values = list(map(_quantities, (agents, replicas)))
     comparison = compare_columns(*values)
     share, dispersion = values[0][:, :2].mean(axis=0)
     model_share, model_dispersion = values[1][:, :2].mean(axis=0)

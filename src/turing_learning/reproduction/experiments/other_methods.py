@@ -63,7 +63,7 @@ def conduct_baseline(work: Work, findings: Findings) -> None:
 
 
 def _checked_statements(cases: int) -> dict[str, Any]:
-    return {"checks": [asdict(check) for check in methods.check_statements(cases)]}
+    return {"checks": list(map(asdict, methods.check_statements(cases)))}
 
 
 def _baseline(work: Work, scenario: Scenario, claim: str) -> Baseline:
@@ -355,7 +355,7 @@ def remarks(title: str, summary: pd.DataFrame) -> list[str]:
         ranked = sorted(
             (row for row in simulating if row.trials == trials), key=lambda row: row.MAE
         )
-        listing = ", ".join(_accuracy(row) for row in ranked)
+        listing = ", ".join(map(_accuracy, ranked))
         sentences.append(
             f"{title}, {trials:,} simulated trials, median MAE (of the worst seed; time): {listing}; "
             f"{_accuracy(mixture)} without any, from {mixture.trials:,} observed ones."

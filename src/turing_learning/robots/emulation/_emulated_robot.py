@@ -516,7 +516,7 @@ def _whole_numbers(fields: Sequence[str]) -> list[int] | None:
     """Return fields as integers, None if one is none."""
     digits = (field.strip().removeprefix("-") for field in fields)
     if all(digit_text.isascii() and digit_text.isdecimal() for digit_text in digits):
-        return [int(field) for field in fields]
+        return list(map(int, fields))
     return None
 
 

@@ -290,7 +290,7 @@ class EmulatedLaboratory:
         streams = np.random.SeedSequence(seed).spawn(4 + 2 * scenario.individuals)
         self._rng, self._air, placing, batteries = map(np.random.default_rng, streams[:4])
         # Each robot and each line has its own: what one draws does not shift the others
-        generators = [np.random.default_rng(stream) for stream in streams[4:]]
+        generators = list(map(np.random.default_rng, streams[4:]))
 
         def open_line(robot: EmulatedRobot, name: str) -> Line:
             rng = generators[scenario.individuals + self.names.index(name)]

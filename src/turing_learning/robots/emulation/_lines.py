@@ -232,7 +232,7 @@ class TcpServer(_Server):
     ) -> None:
         self._address = (host, port)
         self._heard_s = 0.0
-        self._peers = [ip_network(peer) for peer in peers]
+        self._peers = list(map(ip_network, peers))
         self._understood = 0
         self._client: socket.socket | None = None
         super().__init__(robot)

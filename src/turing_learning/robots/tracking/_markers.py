@@ -115,7 +115,7 @@ def _measure(
     area = abs(float(across[0] * down[1] - across[1] * down[0])) * float(weights.mean())
     if not 0.75 * area_cm2 <= area <= 1.3 * area_cm2:
         return None
-    blue, green, red = (float(value) for value in image[weights > 0.7].mean(axis=0))
+    blue, green, red = map(float, image[weights > 0.7].mean(axis=0))
     hue = math.degrees(math.atan2(math.sqrt(3) * (green - blue), 2 * red - green - blue)) % 360
     distances = {name: abs((hue - reference + 180) % 360 - 180) for name, reference in HUES.items()}
     nearest = min(distances, key=lambda name: distances[name])

@@ -105,7 +105,7 @@ class Track:
             self.has_headings, "markers", "show headings for speeds to be signed", "positions alone"
         )
         if not self.complete:
-            frame, who = (int(k) for k in np.argwhere(~self.present)[0])
+            frame, who = map(int, np.argwhere(~self.present)[0])
             gap = f"no sight of {_named(self.labels)[who]} at frame {frame}"
             refuse("track", "be complete", gap, "Repeat the trial.")
         return signed_speeds(self.bridged().poses, self.interval_s)
@@ -310,7 +310,7 @@ class Tracker:
     def track(self, images: Iterable[np.ndarray | None]) -> Track:
         """Follow everybody through the images of one trial, two or more: 51 for the paper's 50 samples."""
         self.start()
-        sightings = [self.follow(image) for image in images]
+        sightings = list(map(self.follow, images))
         require(
             len(sightings) >= 2,
             "images",

@@ -80,7 +80,7 @@ def read_via(path: Path, options: Options) -> Recording:
     names = [name.lstrip("#").lower() for name in sheet.names]
     if not set(VIA) <= set(names):
         raise refusal(f"have the columns {', '.join(VIA)}", ", ".join(sheet.names), sheet.origin)
-    _, columns = sheet.read([], [names.index(name) for name in VIA])
+    _, columns = sheet.read([], list(map(names.index, VIA)))
     _refuse_videos(columns[0], path)
     frames = []
     points = []

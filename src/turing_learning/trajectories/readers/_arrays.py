@@ -124,7 +124,7 @@ def texts(file: Any, name: str, path: Path) -> list[str]:
         return []
     if len(shape) != 1 or shape[0] > FREE_BYTES >> 8:
         raise refusal("hold a list of names", shape, f"{path}, dataset {name}")
-    return [text(item) for item in dataset[()]]
+    return list(map(text, dataset[()]))
 
 
 def text(value: Any) -> str:
@@ -146,7 +146,7 @@ def read_sleap(path: Path, options: Options) -> Recording:
         if dims is not None:
             try:
                 order = [str(name).rstrip("s") for name in json.loads(dims)]
-                tracks = tracks.transpose([order.index(name) for name in DIMENSIONS])
+                tracks = tracks.transpose(list(map(order.index, DIMENSIONS)))
             except ValueError:
                 raise refusal(f"name the dimensions {DIMENSIONS}", dims, f"{where}, dims") from None
         nodes, names = texts(file, "node_names", path), texts(file, "track_names", path)
@@ -617,7 +617,7 @@ def read_deeplabcut_h5(path: Path, options: Options) -> Recording:
         except (AttributeError, KeyError, TypeError):
             # what pandas writes of other tables has other parts
             raise refusal(_OF_POINTS, "others", where, BY_PANDAS) from None
-    widths = {len(label) for label in labels}
+    widths = set(map(len, labels))
     sound = values.shape == (len(frames), len(labels)) and widths in ({3}, {4})
     if not (sound and frames.dtype.kind in "iu" and values.dtype.kind == "f"):
         raise refusal(_OF_POINTS, "others", where, BY_PANDAS)
@@ -739,7 +739,7 @@ def read_dataset(dataset: "xr.Dataset", options: Options, source: str = "") -> R
     ):
         dimensions = ("time", "space", "keypoints", "individuals")
         refuse("dataset", f"have `position` {dimensions}", str(dict(dataset.sizes)), place=source)
-    space = [str(name) for name in dataset["space"].values]
+    space = list(map(str, dataset["space"].values))
     require(
         space == ["x", "y"],
         "dataset",
@@ -765,7 +765,7 @@ def read_dataset(dataset: "xr.Dataset", options: Options, source: str = "") -> R
     # A group has one position each: that of the key point that is asked for
     rate, first_frame = _timing(dataset, options.fps, source)
     if "keypoints" in dataset.dims:
-        points = [str(name) for name in dataset["keypoints"].values]
+        points = list(map(str, dataset["keypoints"].values))
         dataset = dataset.isel(
             keypoints=points.index(choose(keypoint, points, source or "dataset"))
         )
@@ -784,7 +784,7 @@ def read_dataset(dataset: "xr.Dataset", options: Options, source: str = "") -> R
     unit = dataset.attrs.get("length_unit")
     return from_array(
         dataset["position"].transpose("time", "individuals", "space").values.astype(np.float64),
-        tuple(str(name) for name in dataset["individuals"].values),
+        tuple(map(str, dataset["individuals"].values)),
         f"{source or 'dataset'}, position",
         confidence=beside.get("confidence"),
         headings=beside.get("heading"),

@@ -80,7 +80,7 @@ def read_ethovision(path: Path, options: Options) -> Recording:
         point in points, "keypoint", f"be one of {', '.join(points)}", brief(point), place=str(path)
     )
     x, y = f"x {point}", f"y {point}"
-    fewest = len([name for name in names if name])
+    fewest = len(list(filter(None, names)))
     for number, line in enumerate(lines[count:], count + 1):
         if line.strip() and line.count(separator) + 1 < fewest:
             cells = f"{line.count(separator) + 1} cells"

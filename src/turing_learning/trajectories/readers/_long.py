@@ -265,8 +265,8 @@ class _LongTable:
         for name in {*self.wanted, *self.texts}:
             if self.names.count(name) > 1:
                 raise refusal("name each column once", f"{name!r} twice", self.sheet.origin)
-        columns = [self.names.index(name) for name in self.wanted]
-        texts = [self.names.index(name) for name in self.texts]
+        columns = list(map(self.names.index, self.wanted))
+        texts = list(map(self.names.index, self.texts))
         values, words = self.sheet.read(columns, texts)
         self.numbers = dict(zip(self.wanted, values.T, strict=True))
         self.words = dict(zip(self.texts, words, strict=True))

@@ -120,7 +120,7 @@ class TableText:
             encoding,
             skipped + len(comments) + len(titles) - commented,
             commented,
-            tuple(title for title in titles if title),
+            tuple(filter(None, titles)),
             fps,
             unit,
         )
@@ -432,7 +432,7 @@ def _more_header_lines(text: TableText, separator: str, names: Sequence[str]) ->
     for number, line in islice(text.lines(), 1, 1 + MOST_HEADER_LINES):
         cells = [cell.strip() for cell in cells_of(line, separator, text.path, number)]
         lacking = len(names) - len(cells)
-        words = [cell for cell in cells if cell]
+        words = list(filter(None, cells))
         values = [np.isfinite(number_of(cell)) or cell.lower() in MISSING for cell in words]
         # the last cell may be empty
         if lacking not in (0, 1) or not words or any(values) or cells == list(names):

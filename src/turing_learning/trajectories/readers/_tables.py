@@ -128,7 +128,7 @@ MOT = ("frame", "id", "bb_left", "bb_top", "bb_width", "bb_height", "confidence"
 def _is_mot(glance: "Glance") -> bool:
     """Whether the first line is ten numbers, the last three -1: boxes without a place in space."""
     row = glance.cells(",")
-    numbers = [number_of(cell) for cell in row]
+    numbers = list(map(number_of, row))
     return len(row) == len(MOT) and bool(np.isfinite(numbers).all()) and numbers[7:] == [-1.0] * 3
 
 
@@ -418,7 +418,7 @@ def _is_toxtrac(glance: "Glance") -> bool:
     """Whether the first line is six numbers between tabs: frame, arena, track, x, y, label."""
     row = glance.cells("\t")
     try:
-        numbers = [float(cell) for cell in row[:6]]
+        numbers = list(map(float, row[:6]))
     except ValueError:
         return False
     return (
@@ -484,7 +484,7 @@ def read_deeplabcut(path: Path, options: Options) -> Recording:
             f"{path}:1",
         )
     skip = 4 if several else 3
-    lengths = [len(row) for row in rows[:skip]]
+    lengths = list(map(len, rows[:skip]))
     if len(set(lengths)) > 1:
         raise refusal("have header lines of the same length", lengths, f"{path}:1")
     labels = list(zip(*(row[1:] for row in rows[:skip]), strict=True))
@@ -503,7 +503,7 @@ def _numbered_by_images(sheet: Sheet) -> Sheet:
         numbers: Sequence[int], texts: Sequence[int] = ()
     ) -> tuple[np.ndarray, list[list[str]]]:
         _, (names,) = sheet.read([], [0])
-        images = [_IMAGE.fullmatch(name) for name in names]
+        images = list(map(_IMAGE.fullmatch, names))
         if not all(images):
             return sheet.read(numbers, texts)
         columns = [column for column in numbers if column != 0]
@@ -516,7 +516,7 @@ def _numbered_by_images(sheet: Sheet) -> Sheet:
 
 def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
     """Read one key point of each animal from columns with labels, after one that numbers the frames."""
-    if {len(label) for label in labels} == {3}:
+    if set(map(len, labels)) == {3}:
         # of a single animal, whom no label names
         labels = [(scorer, "1", *label) for scorer, *label in labels]
     points = list(dict.fromkeys(label[2] for label in labels))

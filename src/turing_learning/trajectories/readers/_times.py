@@ -215,7 +215,7 @@ def seconds_of(
     # one that is no number among numbers, rather than all numbers because they are no dates
     if np.isnan(numbers).mean() < 0.5:
         unread = np.isnan(numbers)
-    quoted = np.array([repr(text) for text in texts], dtype=object)
+    quoted = np.array(list(map(repr, texts)), dtype=object)
     refuse_first(unread, at, "have times that are numbers, dates (ISO 8601) or h:min:s", quoted)
     return (dates - dates.min()).dt.total_seconds().to_numpy(), True
 
