@@ -1,14 +1,16 @@
-"""Networks learned from real animals, put to the test: ``python animals.py [SEED ...]``.
+"""Networks learned from real animals, put to the test: ``python animals.py [learned] [SEED ...]``.
 
 For each recording and seed a network is learned, its gains are inferred by Turing Learning, and both are tested against
 held-out windows, and against all: in windows of 5 s and of 20 s. Rows go to animals.csv; what has its rows is not
-repeated. The extra `networks` has to be installed. A seed of both recordings takes some ten minutes of two processors.
+repeated. With the word `learned` no gains are inferred. The extra `networks` has to be installed. A seed of both
+recordings takes some ten minutes of two processors.
 """
 
 import csv
 import sys
 import time
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -30,8 +32,10 @@ PERMUTATIONS = 99
 """Exchanges of labels in a test."""
 BLOCK_S = 20
 """Windows of real animals that begin within so long (s) are of one group: they were recorded at the same time."""
+FORM = "0054"
+"""The decision that says how networks of these rows move; the code of earlier ones is not there any more."""
 FIELDS = (
-    "recording", "seed", "model", "window_s", "against", "real_windows", "accuracy", "low", "high", "p_value", "auc",
+    "form", "recording", "seed", "model", "window_s", "against", "real_windows", "accuracy", "low", "high", "p_value", "auc",
     "power_accuracy", "learning_s", "gains",
 )  # fmt: skip
 
@@ -74,54 +78,65 @@ def tested(
     )
 
 
-def rows(name: str, recording: Trajectories, seed: int) -> list[dict[str, object]]:
-    """Return the rows of one recording and seed."""
+def rows(name: str, recording: Trajectories, seed: int, model: str) -> list[dict[str, object]]:
+    """Return the rows of one recording, seed and model."""
     cut = {length: recording.windows(length_s=length, signals=SIGNALS) for length in WINDOWS_S}
     begun = time.perf_counter()
     network = Network.learned(recording, cut[5], seed=seed)
     seconds = time.perf_counter() - begun
-    as_recorded = dict.fromkeys(network.parameters, 1.0)
-    result = tl.infer(
-        genuine=cut[5], simulate=network, parameters=network.parameters, seed=seed, trials=TRIALS
-    )
-    models = {"as learned": as_recorded, "gains": dict(result.estimate)}
+    gains = dict.fromkeys(network.parameters, 1.0)
+    if model == "gains":
+        result = tl.infer(
+            genuine=cut[5],
+            simulate=network,
+            parameters=network.parameters,
+            seed=seed,
+            trials=TRIALS,
+        )
+        gains = dict(result.estimate)
     table = []
-    for model, gains in models.items():
-        for length, windows in cut.items():
-            # a few held-out windows of 20 s say nothing
-            for against in ("held out", "all") if length == WINDOWS_S[0] else ("all",):
-                real = len(windows.held_out) + (len(windows.learning) if against == "all" else 0)
-                try:
-                    test = tested(network, gains, windows, against, seed)
-                except ValueError as error:
-                    print(f"{name}, {length} s, {against}: {error}")
-                    continue
-                examined = test.examined
-                low, high = examined.interval
-                # nothing would have been noticed by so few groups
-                power = np.nan if examined.power_accuracy is None else examined.power_accuracy
-                table.append({
-                    "recording": name, "seed": seed, "model": model, "window_s": length, "against": against,
-                    "real_windows": real, "accuracy": f"{test.accuracy:.3f}", "low": f"{low:.3f}", "high": f"{high:.3f}",
-                    "p_value": f"{test.p_value:.3f}", "auc": f"{examined.auc:.3f}",
-                    "power_accuracy": f"{power:.3f}", "learning_s": round(seconds),
-                    "gains": " ".join(f"{key}={value:.2f}" for key, value in gains.items()),
-                })  # fmt: skip
-                print(table[-1], flush=True)
+    for length, windows in cut.items():
+        # a few held-out windows of 20 s say nothing
+        for against in ("held out", "all") if length == WINDOWS_S[0] else ("all",):
+            real = len(windows.held_out) + (len(windows.learning) if against == "all" else 0)
+            try:
+                test = tested(network, gains, windows, against, seed)
+            except ValueError as error:
+                print(f"{name}, {length} s, {against}: {error}")
+                continue
+            examined = test.examined
+            low, high = examined.interval
+            # nothing would have been noticed by so few groups
+            power = np.nan if examined.power_accuracy is None else examined.power_accuracy
+            table.append({
+                "form": FORM, "recording": name, "seed": seed, "model": model, "window_s": length, "against": against,
+                "real_windows": real, "accuracy": f"{test.accuracy:.3f}", "low": f"{low:.3f}", "high": f"{high:.3f}",
+                "p_value": f"{test.p_value:.3f}", "auc": f"{examined.auc:.3f}",
+                "power_accuracy": f"{power:.3f}", "learning_s": round(seconds),
+                "gains": " ".join(f"{key}={value:.2f}" for key, value in gains.items()),
+            })  # fmt: skip
+            print(table[-1], flush=True)
     return table
 
 
 def main() -> None:
     """Write the rows that are missing."""
+    words = sys.argv[1:]
+    models = ["as learned"]
+    if "learned" in words:
+        words.remove("learned")
+    else:
+        models.append("gains")
     done = set()
     if PATH.exists():
         with PATH.open(newline="") as file:
-            done = {(row["recording"], int(row["seed"])) for row in csv.DictReader(file)}
-    for seed in map(int, sys.argv[1:] or ("1", "2", "3")):
+            for row in csv.DictReader(file):
+                done.add((row["form"], row["recording"], int(row["seed"]), row["model"]))
+    for seed, model in product(map(int, words or ("1", "2", "3")), models):
         for name, recording in recordings().items():
-            if (name, seed) in done:
+            if (FORM, name, seed, model) in done:
                 continue
-            table = rows(name, recording, seed)
+            table = rows(name, recording, seed, model)
             with PATH.open("a", newline="") as file:
                 writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
                 if file.tell() == 0:

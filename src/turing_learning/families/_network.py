@@ -106,13 +106,13 @@ class Network(Family):
     over 1, 5 and 20 s, the distance of the walls in eight directions, and places and velocities of the eight nearest
     others, among which attention decides. All is relative to its course, and the same in a mirror.
 
-    A group starts as one was recorded at some moment of the learning part. What would lead out of the tank, or into
-    another, is not chosen. Where a recording has many more individuals than are ever there at once, such as pedestrians
-    who pass, others come when and where others came after that moment. Each of them has what it had when it was
-    recorded: a goal, to where it left, whose direction is its course; and how fast it is when it is fast, in place of
-    the leaky averages. Whoever of them is not held up goes on for longer with what came next. None of them chooses what
-    leads near to where others will be. They leave as they were recorded to leave, or where others left. In a group of
-    another size more come, or fewer, in proportion. There is no other tank for them.
+    A group starts as one was recorded at some moment of the learning part. What would lead out of the tank is turned
+    along the wall, or else not chosen, nor is what leads into another, or near to where others will be. Where a
+    recording has many more individuals than are ever there at once, such as pedestrians who pass, others come when and
+    where others came after that moment. Each of them has what it had when it was recorded: a goal, to where it left,
+    whose direction is its course; and how fast it is when it is fast, in place of the leaky averages. Whoever of them
+    is not held up goes on for longer with what came next. They leave as they were recorded to leave, or where others
+    left. In a group of another size more come, or fewer, in proportion. There is no other tank for them.
 
     The parameters are gains, 1 as recorded. `speed` multiplies all lengths. `speed_noise` and `turn_noise` multiply
     the variance of where the alike contexts led, how far and in which direction: 0 is always the most usual, above 1

@@ -41,7 +41,7 @@ OWN_MOTION, WITH_WALLS, WITH_PLACES, WITH_ALL = range(4)
 VIEWS = 4
 
 TRIES = 8
-"""Choices of a step. The first half of them must not lead to a wall or into another; the others must stay in the tank,
+"""Choices of a step. The first half of them must not lead through a wall or into another; the others must stay in the tank,
 and become shorter."""
 ALIKE = 16
 """Recorded contexts, the nearest, among which one is chosen."""
@@ -55,8 +55,12 @@ AHEAD = 3
 """Moments in the future for which it is known where a recorded step led."""
 FOLLOWED_AHEAD = 2
 """Of them, those at which a piece that is followed already must not lead out of the tank."""
+BEND = math.pi / 36
+"""Angle (rad) by which a piece of somebody who stays is turned to either side, if it would lead out of the tank."""
+BENDS = 12
+"""And how often at most."""
 CLEAR = 1.3
-"""Times the distance within which others hardly ever come: so far those with a goal keep from where others will be."""
+"""Times the distance within which others hardly ever come: so far individuals keep from where others will be."""
 CLEAR_AHEAD = 2
 """Moments in the future, the first ones, at which a choice keeps clear."""
 
@@ -472,6 +476,24 @@ def stays_inside(
 
 
 @inlined
+def bend_inside(
+    tanks: Tanks, tank: int, x: float, y: float, angle: float, speed: float, ahead: np.ndarray, moments: int,
+    leaving: bool,
+) -> float:  # fmt: skip
+    """Return the least angle (rad) by which a piece has to be turned to stay in the tank; NaN if none is small enough.
+
+    Pieces of those who go somewhere are not turned: their axis is where they go.
+    """
+    bends = 0 if leaving else BENDS
+    for k in range(bends + 1):
+        for sign in (1.0, -1.0):
+            off = sign * k * BEND
+            if stays_inside(tanks, tank, x, y, angle + off, speed, ahead, moments, leaving):
+                return off
+    return math.nan
+
+
+@inlined
 def keeps_apart(
     path: np.ndarray, frame: int, i: int, new_x: float, new_y: float, closest: float
 ) -> bool:
@@ -665,7 +687,7 @@ def _move_range(
                     continue
                 x = paths[m, frame, i, 0]
                 y = paths[m, frame, i, 1]
-                clear = 0.0 if math.isnan(goals[m, i, 0]) else CLEAR * units.closest
+                clear = CLEAR * units.closest
                 angle = see_own(paths[m], frame, i, goals[m, i], memories[m, i], mine, own_inputs)
                 for k in range(MEMORIES):
                     own_inputs[2 * LAGS + k] *= recall
@@ -692,6 +714,7 @@ def _move_range(
                 locate(decided, layers.metric, context)
                 # what was done next in the piece that is followed, if it was done in a context like this one
                 r = followed[i]
+                bend = 0.0
                 if r >= 0:
                     r = pieces.then[r]
                 if r >= 0:
@@ -700,9 +723,10 @@ def _move_range(
                         difference = pieces.context[d, r] - context[d]
                         square += difference * difference
                     times = FOLLOWED_BRISK if pieces.brisk[r] else FOLLOWED
-                    if square > times * pieces.reach[r] or not stays_inside(
+                    bend = bend_inside(
                         tanks, tank, x, y, angle, speed, pieces.ahead[r], FOLLOWED_AHEAD, leaving[m]
-                    ):
+                    )
+                    if square > times * pieces.reach[r] or math.isnan(bend):
                         r = -1
                 follows = r >= 0
                 count = 0
@@ -726,15 +750,18 @@ def _move_range(
                             remaining -= chances[k]
                             k += 1
                         r = alike[k]
-                        if careful and not stays_inside(
-                            tanks, tank, x, y, angle, speed, pieces.ahead[r], AHEAD, leaving[m]
-                        ):
-                            continue
+                        bend = 0.0
+                        if careful:
+                            bend = bend_inside(
+                                tanks, tank, x, y, angle, speed, pieces.ahead[r], AHEAD, leaving[m]
+                            )
+                            if math.isnan(bend):
+                                continue
                         if careful and not keeps_clear(
                             paths[m],
                             frame,
                             i,
-                            angle,
+                            angle + bend,
                             speed,
                             pieces.ahead[r],
                             ahead_steps,
@@ -747,8 +774,8 @@ def _move_range(
                     if not careful:
                         # the wall is everywhere ahead: a shorter step, in the end none
                         length *= 1.0 - (attempt - TRIES // 2) / (TRIES // 2 - 1)
-                    new_x = x + length * math.cos(angle + pieces.turn[r])
-                    new_y = y + length * math.sin(angle + pieces.turn[r])
+                    new_x = x + length * math.cos(angle + bend + pieces.turn[r])
+                    new_y = y + length * math.sin(angle + bend + pieces.turn[r])
                     outside = not may_be_at(tanks, tank, new_x, new_y)
                     if leaving[m] and outside and may_leave_at(tanks, tank, new_x, new_y):
                         new_x = math.nan
