@@ -3,6 +3,7 @@
 import re
 import sys
 import types
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from turing_learning.families import Couzin
 from turing_learning.identifiability import Effort
 from turing_learning.runs import Result
 
+pytestmark = pytest.mark.usefixtures("few_kernels", "few_moves")
 DOCS = Path(__file__).parents[2] / "docs"
 FEW = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
 
@@ -32,10 +34,13 @@ def short(tmp_path, monkeypatch):
         return options | shorter | {"settings": options.get("settings", {}) | FEW}
 
     monkeypatch.setattr(tl, "infer", lambda *given, **options: infer(*given, **shortened(options)))
-    few = {"runs": 2, "workers": 1}
-    monkeypatch.setattr(
-        tl, "study", lambda *given, **options: study(*given, **shortened(options) | few)
-    )
+
+    def study_here(*given, **options):
+        options.pop("workers", None)
+        with ThreadPoolExecutor(1) as executor:
+            return study(*given, **shortened(options) | {"runs": 2, "executor": executor})
+
+    monkeypatch.setattr(tl, "study", study_here)
     monkeypatch.setattr(Result, "check", lambda self, **options: check(self, **options | quick))
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
@@ -82,12 +87,11 @@ def test_settings():
     run(block)
 
 
-def test_studies(tmp_path, monkeypatch):
+def test_studies(tmp_path):
     custom, grid = blocks("studies.md")
     (tmp_path / "my_fish.py").write_text(
         "def walk(parameters, rng):\n    return parameters[:, :1, None] + rng.random((len(parameters), 20, 1))\n"
     )
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=":")
     samples = 6 + np.random.default_rng(1).random((20, 20, 1))
     run(custom, {"samples": samples})
     result = run(grid)["result"]

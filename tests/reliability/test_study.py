@@ -63,12 +63,15 @@ def undisturbed(tmp_path_factory):
 
 def test_a_killed_worker_loses_nothing_but_its_present_run(undisturbed, tmp_path):
     folder = tmp_path / "study"
-    process = begin(*STUDY, "--workers", 2, "--out", folder)
-    run, victim = wait_until(
-        lambda: kill_in_mid_run(folder, lambda pid: True), "a worker in mid-run", process
-    )
-    _, err = process.communicate(timeout=60)
-    assert process.returncode == 0, err
+    with ThreadPoolExecutor(1) as executor:
+        killed = executor.submit(
+            wait_until,
+            lambda: kill_in_mid_run(folder, lambda pid: pid != os.getpid()),
+            "a worker in mid-run",
+        )
+        done = call(*STUDY, "--workers", 2, "--out", folder)
+        run, victim = killed.result()
+    assert done.returncode == 0, done.stderr
     assert executed_by(folder, run) != victim
     assert tables(folder) == tables(undisturbed)
 

@@ -7,16 +7,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from study_tools import (
-    SETTINGS,
-    SMALL,
-    begin,
-    call,
-    executed_by,
-    kill_in_mid_run,
-    tables,
-    wait_until,
-)
+from study_tools import SETTINGS, SMALL, call, executed_by, kill_in_mid_run, tables, wait_until
 
 from turing_learning.config import ConfigurationError
 from turing_learning.studies import study
@@ -27,9 +18,9 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals"
 STUDY = ["study", "aggregation", *SMALL, "--runs", 2, "--generations", 600]
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def processes():
-    """Start programs of Dask; all are ended after the test."""
+    """Start programs of Dask; all are ended after the tests."""
     started = []
 
     def start(program, *arguments):
@@ -52,14 +43,27 @@ def address_in(file):
     return json.loads(file.read_text())["address"]
 
 
-@pytest.fixture
-def scheduler(processes, tmp_path):
+@pytest.fixture(scope="module")
+def scheduler(processes, tmp_path_factory):
     """Start a scheduler; return its address."""
-    file = tmp_path / "scheduler.json"
+    file = tmp_path_factory.mktemp("scheduler") / "scheduler.json"
     processes(
         "scheduler", "--host", "127.0.0.1", "--port", 0, "--no-dashboard", "--scheduler-file", file
     )
     return address_in(file)
+
+
+# Before the tests that start workers for the same scheduler.
+def test_a_cluster_without_workers_is_refused_before_anything_runs(
+    scheduler, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("turing_learning.studies._backends.WORKER_S", 0.5)
+    with pytest.raises(
+        ConfigurationError,
+        match=r"^`cluster` must have at least one worker; got 'tcp://.*' with none",
+    ):
+        study("aggregation", runs=6, cluster=scheduler, out=tmp_path / "study")
+    assert not (tmp_path / "study").exists()
 
 
 def test_a_killed_worker_changes_nothing_in_the_table(processes, scheduler, tmp_path):
@@ -73,32 +77,21 @@ def test_a_killed_worker_changes_nothing_in_the_table(processes, scheduler, tmp_
     ]
     workers = [processes("worker", scheduler, *options) for _ in range(2)]
     folder, local = tmp_path / "cluster", tmp_path / "local"
-    program = begin(*STUDY, "--cluster", scheduler, "--out", folder)
     theirs = {worker.pid for worker in workers}
-    run, victim = wait_until(
-        lambda: kill_in_mid_run(folder, theirs.__contains__), "a worker in mid-run", program
-    )
-    out, err = program.communicate(timeout=120)
-    assert program.returncode == 0, err
-    assert "2 of 2 runs complete" in out
+    with ThreadPoolExecutor(1) as executor:
+        killed = executor.submit(
+            wait_until, lambda: kill_in_mid_run(folder, theirs.__contains__), "a worker in mid-run"
+        )
+        done = call(*STUDY, "--cluster", scheduler, "--out", folder)
+        run, victim = killed.result()
+    assert done.returncode == 0, done.stderr
+    assert "2 of 2 runs complete" in done.stdout
     assert executed_by(folder, run) in theirs - {victim}
     with ThreadPoolExecutor(1) as executor:
         study(
             "aggregation", runs=2, generations=600, settings=SETTINGS, executor=executor, out=local
         )
     assert tables(folder) == tables(local)
-
-
-def test_a_cluster_without_workers_is_refused_before_anything_runs(
-    scheduler, tmp_path, monkeypatch
-):
-    monkeypatch.setattr("turing_learning.studies._backends.WORKER_S", 0.5)
-    with pytest.raises(
-        ConfigurationError,
-        match=r"^`cluster` must have at least one worker; got 'tcp://.*' with none",
-    ):
-        study("aggregation", runs=6, cluster=scheduler, out=tmp_path / "study")
-    assert not (tmp_path / "study").exists()
 
 
 @pytest.mark.parametrize(
@@ -130,13 +123,16 @@ def test_a_scheduler_that_dies_ends_the_study_with_one_line(processes, tmp_path)
         tmp_path / "scratch",
     )
     endless = [str(part) for part in STUDY[:-1]] + ["1000000"]
-    program = begin(*endless, "--cluster", address, "--out", folder)
-    wait_until(
-        lambda: list(folder.glob("runs/*/checkpoints/*.npz")), "a run that has begun", program
-    )
-    scheduler.kill()
-    _, err = program.communicate(timeout=120)
-    assert program.returncode == 1
-    assert err.startswith("error: `executor` must stay alive until the study ends; got ")
-    assert err.endswith(f"Go on with `turing-learning resume {folder}`.\n")
-    assert err.count("\n") == 1
+
+    def kill_once_a_run_has_begun():
+        wait_until(lambda: list(folder.glob("runs/*/checkpoints/*.npz")), "a run that has begun")
+        scheduler.kill()
+
+    with ThreadPoolExecutor(1) as executor:
+        killed = executor.submit(kill_once_a_run_has_begun)
+        done = call(*endless, "--cluster", address, "--out", folder)
+        killed.result()
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: `executor` must stay alive until the study ends; got ")
+    assert done.stderr.endswith(f"Go on with `turing-learning resume {folder}`.\n")
+    assert done.stderr.count("\n") == 1
