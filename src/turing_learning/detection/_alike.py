@@ -42,7 +42,7 @@ from ._methods import (
 from ._ranking import Detection, MethodScores, rank
 
 FEWEST_FELLOWS = 3
-"""Individuals of a recording from which on their median is subtracted: what all share makes nobody abnormal."""
+"""Individuals of a recording, all counted, from which on their median is subtracted: what all share makes nobody abnormal."""
 FELLOWS_WEIGHT = 0.5
 """Share of the fellows' median score that is subtracted from a score: in some recordings all differ by more."""
 AREA_MARGIN = 0.02
@@ -76,7 +76,7 @@ class PlacedCase:
     group: int  # see `NormalIndividuals`
     features: np.ndarray  # (W, F)
     # (W, F) of each individual, the one in whose stead the case is included
-    recording: list[np.ndarray]
+    fellows: list[np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,14 +99,14 @@ class NormalIndividuals:
     least_windows: float  # with fewer nobody is judged, nor normal
 
     @classmethod
-    def of(cls, recordings: Sequence[Windows], length: float) -> "NormalIndividuals":
-        """Cut recordings into pieces of about so many windows."""
+    def of(cls, recordings: Sequence[Windows], median_windows: float) -> "NormalIndividuals":
+        """Cut recordings into pieces of about as many windows as the individuals that are judged have in the median."""
         pieces: list[Windows] = []
         recording_of_piece: list[int] = []
         for k, windows in enumerate(recordings):
             lengths = list(filter(None, map(len, windows)))
             # A recording is cut in two from 1.75 times the length on.
-            count = max(1, int(np.median(lengths or [0]) / max(length, 1) + 0.25))
+            count = max(1, int(np.median(lengths or [0]) / max(median_windows, 1) + 0.25))
             for portion in range(count):
                 pieces.append([_part_of(individual, portion, count) for individual in windows])
                 recording_of_piece.append(k)
@@ -114,8 +114,9 @@ class NormalIndividuals:
         for windows in pieces:
             lengths += filter(None, map(len, windows))
         usual = float(np.median(lengths))
-        # Pieces may be longer than the motion, of which at least half is judged.
-        usual = min(usual, length / SHORTEST_SHARE)
+        # Nobody needs more windows than the median individual that is judged has. So at least half of
+        # these can be judged, where pieces are longer than their motion.
+        usual = min(usual, median_windows / SHORTEST_SHARE)
         # Chance makes the scores of short pieces high: they would hide who is abnormal.
         least_windows = SHORTEST_SHARE * usual
         members = []
@@ -162,8 +163,8 @@ class NormalIndividuals:
                 fellows = pieces[self.recordings.index(case.recording)]
             # A case may be longer than the piece, which is as long as the motion that is judged.
             features = features[: max(1, len(fellows[case.index]))]
-            recording = [individual[: len(features)] for individual in fellows]
-            placed.append(PlacedCase(case, group, features, recording))
+            fellows = [individual[: len(features)] for individual in fellows]
+            placed.append(PlacedCase(case, group, features, fellows))
         return placed
 
 
@@ -218,7 +219,7 @@ class TrainedMethod:
         return cls(method, normal, pieces, placed, relative, scorer, scorers_without)
 
     def shares(self, individuals: Sequence[Features], planted: str = "") -> list[np.ndarray]:
-        """Return what each window (W,) adds to the scores of the individuals of another recording.
+        """Return for each window (W,) of individuals of another recording a number; their mean is the score.
 
         What was learned from planted ones of a kind is left out.
         """
@@ -233,13 +234,15 @@ class TrainedMethod:
         # With one recording, individuals are left out, not recordings.
         # How much that changes the scores of other recordings is not known.
         if not self.normal.one_recording:
-            factor, offset = self._scale_of_fewer(individuals, means[~np.isnan(means)], planted)
+            factor, offset = self._correction_for_fewer(
+                individuals, means[~np.isnan(means)], planted
+            )
             shares = [offset + factor * windows for windows in shares]
             means = offset + factor * means
         usual_scores = self._usual_scores(means)
         return [windows - usual for windows, usual in zip(shares, usual_scores, strict=True)]
 
-    def _scale_of_fewer(
+    def _correction_for_fewer(
         self, individuals: Sequence[Features], scores: np.ndarray, planted: str
     ) -> tuple[float, float]:
         """Return a factor and an offset from scores by all recordings to scores by fewer.
@@ -285,16 +288,16 @@ class TrainedMethod:
         scores = []
         for placed in self.placed:
             case = placed.case
-            fellows = np.zeros(1)
+            scores_of_fellows = np.zeros(1)
             if case.recording is not None:
-                individuals = beside_fellows(placed.recording, self.relative)
-                fellows = self.left_out_scores(case.recording, individuals)
+                individuals = beside_fellows(placed.fellows, self.relative)
+                scores_of_fellows = self.left_out_scores(case.recording, individuals)
             # The case stands for the normal individual, also in the median of the recording.
-            recording = list(placed.recording)
-            recording[case.index] = placed.features
-            individual = beside_fellows(recording, self.relative)[case.index]
+            company = list(placed.fellows)
+            company[case.index] = placed.features
+            individual = beside_fellows(company, self.relative)[case.index]
             score = self.scorers_without[placed.group](individual, case.kind).mean()
-            scores.append(float(score - self._usual_scores(fellows)[case.index]))
+            scores.append(float(score - self._usual_scores(scores_of_fellows)[case.index]))
         return np.array(scores)
 
     def _usual_scores(self, scores: np.ndarray) -> np.ndarray:
@@ -321,8 +324,10 @@ class TrainedMethod:
 def _learner(method: Method, normal: NormalIndividuals) -> Learner:
     """Return how a method learns.
 
-    One recording has too few individuals to say how all features go together: those of single
-    signals count as independent then, in the order in which `motion_statistics` has them.
+    One recording has too few individuals to say how all features go together. So the covariances of
+    an individual's own motion with what it does among others are taken as 0 then. Features are in
+    the order of `motion_statistics`, own motion first: only methods that learn from planted
+    individuals have them.
     """
     signals = normal.pieces[0][0][..., method.columns].shape[-1]
     if not (normal.one_recording and method.learns_from_planted and signals > OWN_SIGNALS):
@@ -336,7 +341,7 @@ def _changes(planted: Sequence[PlacedCase]) -> list[PlantedChange]:
     """Return how planting changed the mean features of the individuals that have windows."""
     changes = []
     for placed in planted:
-        before = placed.recording[placed.case.index]
+        before = placed.fellows[placed.case.index]
         if len(before):
             change = placed.features.mean(axis=0) - before.mean(axis=0)
             changes.append(PlantedChange(placed.group, placed.case.kind, change))
@@ -404,8 +409,8 @@ def judge_alike(
     if relative is None:
         relative = min(filter(None, counts)) >= FEWEST_FELLOWS
     # Normal individuals are judged by as many windows as those in question have
-    length = int(np.median(list(filter(None, map(len, motion)))))
-    individuals = NormalIndividuals.of(normal, length)
+    median_windows = int(np.median(list(filter(None, map(len, motion)))))
+    individuals = NormalIndividuals.of(normal, median_windows)
     normal_count = len(individuals.group_of)
     rule = (
         f"hold at least 2 normal individuals with {individuals.least_windows:.3g} windows or more"

@@ -1,4 +1,7 @@
-"""How often chance alone makes scores as low as those of an individual, or of some windows."""
+"""How often chance alone makes scores as low as those of an individual, or of some windows.
+
+Scores are votes for genuine: low ones are abnormal.
+"""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -49,13 +52,11 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
             <= individual_scores.sum(axis=0) + 10.0**-DIGITS / 2
         )
         values[individuals] = low.mean(axis=0)
-    _count_where_nothing_is_lower(values, genuine, scores)
+    _replace_by_counts(values, genuine, scores)
     return values
 
 
-def _count_where_nothing_is_lower(
-    values: np.ndarray, genuine: np.ndarray, scores: np.ndarray
-) -> None:
+def _replace_by_counts(values: np.ndarray, genuine: np.ndarray, scores: np.ndarray) -> None:
     """Replace p-values of individuals with no score above the lowest genuine one.
 
     Draws would not see so rare choices: they are counted. A choice with so low a mean holds all
@@ -69,8 +70,8 @@ def _count_where_nothing_is_lower(
         values[k] = comb(genuine_ties + own_ties, own_ties) / choices
 
 
-def known_needed(share: float, samples: int) -> int:
-    """Return how many genuine samples are enough for a p-value as small as a share."""
+def genuine_samples_needed(share: float, samples: int) -> int:
+    """Return how many genuine samples are enough for a p-value as small as `share`."""
     if samples == 1:
         return ceil(1 / share) - 1
     genuine_count = 1

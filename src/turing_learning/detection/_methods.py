@@ -74,7 +74,7 @@ class DistanceScorer:
     directions: np.ndarray  # (F, N), in which each kind differs from normal ones
 
     def __call__(self, individual: Features, without: str = "") -> np.ndarray:
-        """Return a share (W,) of the distance for each window."""
+        """Return for each window (W,) a number; their mean is the distance."""
         weights = self.inverse_covariance
         directions = self.directions[:, self.kinds != without]
         if directions.size:
@@ -82,7 +82,7 @@ class DistanceScorer:
             weights = weights + weight * (directions @ directions.T)
         deviations = (individual.windows - individual.usual) / self.spread - self.center
         mean = deviations.mean(axis=0)
-        # The squared distance of the mean is a sum over its windows. Each gets its part of it.
+        # The squared distance is the mean over windows of their deviations along the gradient
         gradient = weights @ mean
         distance = max(float(np.sqrt(mean @ gradient)), TINY)
         return np.asarray(deviations @ gradient / distance)

@@ -1,4 +1,7 @@
-"""What detection says: individuals in order of their scores, p-values, and what can be promised."""
+"""What detection says: individuals in order of their scores, p-values, and what can be promised.
+
+Scores are distances from normal individuals: high ones are abnormal.
+"""
 
 import math
 from collections.abc import Sequence
@@ -25,7 +28,7 @@ class Standing:
     #: Whether the p-value is at most the level; None where no level can be promised, or it has too few windows
     abnormal: bool | None
     windows: int  #: Number of its windows W
-    shares: np.ndarray  #: (W,), what each window adds to the score
+    shares: np.ndarray  #: (W,), of the windows, whose mean is the score
     #: (W,), whether it belongs to the stretch that makes an individual abnormal
     flagged: np.ndarray
 

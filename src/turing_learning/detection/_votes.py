@@ -12,7 +12,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import check, integer, nearest, number
 from turing_learning.report import counted
 
-from ._chance import DIGITS, DRAWS, Scan, TimedVerdict, known_needed, p_values
+from ._chance import DIGITS, DRAWS, Scan, TimedVerdict, genuine_samples_needed, p_values
 from ._methods import split_by_individual
 from ._motion import Motion, RecordedMotion, checked_motion
 from ._run import StoredRun, motion_to_calibrate, run_classifiers
@@ -328,7 +328,7 @@ class Detector:
         if self.rule == "unanimous" or lowest <= self.false_alarms:
             return
         genuine_count = len(self.genuine_scores)
-        needed = known_needed(self.false_alarms, samples)
+        needed = genuine_samples_needed(self.false_alarms, samples)
         if genuine_count < needed:
             who = "genuine samples without a part in the weights (the second half of `genuine`)"
             reason = f"{needed} {who} are needed, and there are {genuine_count}"

@@ -70,11 +70,11 @@ class Generations:
         generation = self.coevolution.step()
         return replace(generation, models=self._source.to_units(generation.models))
 
-    def rows(self) -> dict[str, np.ndarray]:
+    def take_rows(self) -> dict[str, np.ndarray]:
         """Return nothing: populations are in the history, and the result is read from it."""
         return {}
 
-    readout = rows
+    readout = take_rows
 
     def state(self) -> dict[str, np.ndarray]:
         """Return all that is needed to resume."""
@@ -154,7 +154,7 @@ class TrialsLoop:
             estimate=self._source.to_units(batch.estimate[None])[0],
         )
 
-    def rows(self) -> dict[str, np.ndarray]:
+    def take_rows(self) -> dict[str, np.ndarray]:
         """Return the samples that have come since the last call."""
         before = self._stored
         self._stored = self.trials.buffer.counts
@@ -193,7 +193,8 @@ class TrialsLoop:
 def search_space(configuration: Configuration, source: Source) -> SearchSpace:
     """Return the space that a run of trials searches.
 
-    A little more than the range of the first models.
+    The range of the first models, or of the source's numbers if these have ends, with what the
+    representation allows beyond it.
     """
     models = configuration.models
     jumps = configuration.representation.jumps
@@ -214,7 +215,7 @@ def search_space(configuration: Configuration, source: Source) -> SearchSpace:
         parameters = configuration.system.parameters
         bounded = []
         for parameter in parameters.values():
-            # else the initial range is a guess, and values beyond it are as likely
+            # Where the first models come from a narrower range, that is a guess, and no limit
             bounded.append(parameter.initial == (parameter.low, parameter.high))
         limits = np.array(bounded)
         symmetries = walked_symmetries(parameters)

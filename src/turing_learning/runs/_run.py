@@ -92,7 +92,7 @@ class Run:
             self._manifest = folders.new_manifest(to_toml(configuration), configuration.run.seed)
         else:
             self._manifest = {}
-        seals = None if folder is None else self._restored(folder)
+        seals = None if folder is None else self._resume_from_checkpoint(folder)
         self._recorder: histories.HistoryRecorder | None = None
         if not configuration.run.thin:
             if folder is None:
@@ -132,7 +132,7 @@ class Run:
             Name -> content of what else the folder holds.
         entries
             What else the manifest holds.
-        given
+        arguments
             Samples and simulator of a custom system, by which the result can be checked in this
             process.
         """
@@ -141,7 +141,7 @@ class Run:
             with refusing_as(ConfigurationError):
                 source = configuration.system.open(Arguments())
         elif not configuration.system.resuming:
-            # Else `resume` asks for samples and simulator anyway
+            # `resume` cannot open this source by the folder alone, and has to say so
             entries["source"] = GIVEN
         loop = loop_of(configuration, source)
         if out is None:
@@ -236,12 +236,12 @@ class Run:
 
     @property
     def completed(self) -> int:
-        """Number of completed generations."""
+        """Number of completed generations, or batches."""
         return self._traces.completed
 
     @property
     def complete(self) -> bool:
-        """Whether all generations are completed."""
+        """Whether nothing is left to do: all generations or batches are completed, or the tolerance is reached."""
         return self._loop.tolerated or self._traces.completed == self.configuration.length
 
     def __iter__(self) -> Iterator[Progress]:
@@ -380,7 +380,7 @@ class Run:
             if self.complete:
                 self._readout = self._loop.readout()
             if self.folder is not None:
-                if rows := self._loop.rows():
+                if rows := self._loop.take_rows():
                     self.folder.write(piece("buffer", self.completed), rows)
                 self._save_checkpoint(self.folder, with_state=True)
             self._saved = self.completed
@@ -411,9 +411,10 @@ class Run:
         )
 
     def _finish(self) -> None:
-        """Save, and write the result.
+        """Save, write the result, and close what is stored in a folder.
 
-        Of a complete run everything. The state comes last: a run killed here does it again.
+        Of a complete run everything is written, with report and figures; a thin one drops its
+        buffer. The state comes last: a run killed here does it again.
         """
         if self._saved != self.completed:
             self._save()
@@ -485,10 +486,10 @@ class Run:
             folder.write(folders.MOTION, motion)
         return motion
 
-    def _restored(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
-        """Take over the newest usable checkpoint whose history is there.
+    def _resume_from_checkpoint(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
+        """Take over the newest usable checkpoint whose history is there; delete newer ones.
 
-        Return the seals of that, None without a checkpoint.
+        Return the checksums of the history at that checkpoint, None without one.
         """
         checkpoint: Checkpoint | None = None
         damaged: list[str] = []

@@ -6,7 +6,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from turing_learning.detection._chance import DRAWS, known_needed, p_values
+from turing_learning.detection._chance import DRAWS, genuine_samples_needed, p_values
 
 RNG = np.random.default_rng(8)
 
@@ -63,7 +63,7 @@ def test_choices_are_counted_where_nothing_is_lower():
 @pytest.mark.parametrize("share", [0.2, 0.05, 0.01, 1e-3])
 @pytest.mark.parametrize("samples", [1, 2, 10])
 def test_the_number_that_is_needed_is_enough_and_no_less_is(share, samples):
-    needed = known_needed(share, samples)
+    needed = genuine_samples_needed(share, samples)
     enough, fewer = (
         p_values(np.arange(n) + 1.0, np.zeros((1, samples)))[0] for n in (needed, needed - 1)
     )
