@@ -43,8 +43,12 @@ PIVOTS = 120
 LEAST_LEARNED = 1e-3
 """Largest share of its variance that the outputs may take from a feature that is left out."""
 
-SIZES = 10.0 ** np.arange(-3, 1.5, 0.5)
-"""Factors of the kernel that an output can have."""
+SIZES = 10.0 ** np.arange(-0.5, 1.5, 0.5)
+"""Factors of the kernel that an output can have.
+
+With much smaller ones an output that hardly moves among the samples is held to move nowhere
+(decision 0054).
+"""
 
 ENOUGH = 250
 """Points that length scales and variances are fitted to."""
@@ -56,10 +60,13 @@ class Emulator:
 
     Every parameter has a length scale.
 
-    The kernel is linear + exp(-d^2 / 2), with d in length scales: what has no effect gets a length
-    scale beyond its range, so that neither slope nor bend is expected of it. The kernels of a few
-    pivots stand for those of all points; what they miss is added to the variance. Each output has a
-    size of its own: what says nothing of the parameters is hardly expected to move.
+    The kernel is linear + 1 / (1 + d^2 / 2), with d in length scales (rational quadratic): bends of
+    all lengths, short ones the smaller. With one length alone, exp(-d^2 / 2), what bends on a
+    shorter one would count as noise, which many samples average away (decision 0054). What has no
+    effect gets a length scale beyond its range, so that neither slope nor bend is expected of it.
+    The kernels of a few pivots stand for those of all points; what they miss is added to the
+    variance. Each output has a size of its own: what says nothing of the parameters is hardly
+    expected to move.
     """
 
     # (P + 2,): of length scales, of the variance of slopes and of bends
@@ -205,7 +212,7 @@ def learned_kernel(
         longest = [min(widest, log + np.log(longer)) for log in start_logs[:-2]]
         steps = 10
     start_logs[:-2] = np.minimum(start_logs[:-2], FARTHEST_START)
-    few = slice(None, None, -(-len(points) // ENOUGH))
+    few = np.linspace(0, len(points) - 1, min(len(points), ENOUGH)).astype(int)
     logs: np.ndarray = minimize(
         _loss,
         start_logs,
@@ -220,9 +227,9 @@ def learned_kernel(
 
 def _parts(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     inner = a @ b.T
-    exponents = inner - 0.5 * (a**2).sum(axis=1)[:, None]
-    exponents -= 0.5 * (b**2).sum(axis=1)
-    return inner, np.exp(exponents, out=exponents)
+    halves = 0.5 * (a**2).sum(axis=1)[:, None] - inner
+    halves += 0.5 * (b**2).sum(axis=1)
+    return inner, 1 / (1 + np.maximum(halves, 0, out=halves))
 
 
 def _loss(logs: np.ndarray, points: np.ndarray, outputs: np.ndarray) -> tuple[float, np.ndarray]:
@@ -241,9 +248,11 @@ def _loss(logs: np.ndarray, points: np.ndarray, outputs: np.ndarray) -> tuple[fl
     value = value + count * np.log(np.diag(factor)).sum() + 0.5 * (short**2).sum()
     # derivatives of the value by the covariance, and through it by each logarithm
     pull = 0.5 * (count * inverse - weights @ weights.T)
-    bent = bends * pull * bell
+    bend_pull = bends * pull * bell
+    # the bell by half the squared distance is minus its square
+    bent = bend_pull * bell
     bending = 2 * (z**2 * bent.sum(axis=1)[:, None] - z * (bent @ z)).sum(axis=0)
     sloping = -2 * slopes * (z * (pull @ z)).sum(axis=0)
     return float(value), np.r_[
-        bending + sloping + short, slopes * (pull * linear).sum(), bent.sum()
+        bending + sloping + short, slopes * (pull * linear).sum(), bend_pull.sum()
     ]
