@@ -47,7 +47,7 @@ SIZES = 10.0 ** np.arange(-0.5, 1.5, 0.5)
 """Factors of the kernel that an output can have.
 
 With much smaller ones an output that hardly moves among the samples is held to move nowhere
-(decision 0054).
+(decision 0055).
 """
 
 ENOUGH = 250
@@ -62,7 +62,7 @@ class Emulator:
 
     The kernel is linear + 1 / (1 + d^2 / 2), with d in length scales (rational quadratic): bends of
     all lengths, short ones the smaller. With one length alone, exp(-d^2 / 2), what bends on a
-    shorter one would count as noise, which many samples average away (decision 0054). What has no
+    shorter one would count as noise, which many samples average away (decision 0055). What has no
     effect gets a length scale beyond its range, so that neither slope nor bend is expected of it.
     The kernels of a few pivots stand for those of all points; what they miss is added to the
     variance. Each output has a size of its own: what says nothing of the parameters is hardly
