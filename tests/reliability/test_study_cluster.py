@@ -125,8 +125,13 @@ def test_a_scheduler_that_dies_ends_the_study_with_one_line(processes, tmp_path)
     endless = [str(part) for part in STUDY[:-1]] + ["1000000"]
 
     def kill_once_a_run_has_begun():
-        wait_until(lambda: list(folder.glob("runs/*/checkpoints/*.npz")), "a run that has begun")
-        scheduler.kill()
+        try:
+            wait_until(
+                lambda: list(folder.glob("runs/*/checkpoints/*.npz")), "a run that has begun"
+            )
+        finally:
+            # The study would never end otherwise
+            scheduler.kill()
 
     with ThreadPoolExecutor(1) as executor:
         killed = executor.submit(kill_once_a_run_has_begun)

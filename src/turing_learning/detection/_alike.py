@@ -100,7 +100,7 @@ class NormalIndividuals:
 
     @classmethod
     def of(cls, recordings: Sequence[Windows], median_windows: float) -> "NormalIndividuals":
-        """Cut recordings into pieces of about as many windows as the individuals that are judged have in the median."""
+        """Cut recordings into pieces of about `median_windows`, the median number of those that are judged."""
         pieces: list[Windows] = []
         recording_of_piece: list[int] = []
         for k, windows in enumerate(recordings):
@@ -219,7 +219,7 @@ class TrainedMethod:
         return cls(method, normal, pieces, placed, relative, scorer, scorers_without)
 
     def shares(self, individuals: Sequence[Features], planted: str = "") -> list[np.ndarray]:
-        """Return for each window (W,) of individuals of another recording a number; their mean is the score.
+        """Return numbers (W,) for the windows of each individual of another recording; their mean is the score.
 
         What was learned from planted ones of a kind is left out.
         """

@@ -8,7 +8,7 @@ so chooses among few shapes: here each parameter has a length scale of its own, 
 marginal likelihood, because intervals depend on it.
 
 Source: Rasmussen and Williams, Gaussian processes for machine learning (2006), chapters 2, 5 and
-8. The numbers: decision 0028.
+8. The numbers: decisions 0028 and 0055.
 """
 
 from contextlib import suppress
@@ -30,6 +30,12 @@ LENGTHS = np.log(0.02), np.log(30.0)
 VARIANCES = -9.0, 14.0
 """Bounds of the logarithms of the variance of slopes, and of that of bends, in units of the
 noise."""
+
+START_SHAPE = 1.0
+"""Logarithm of the kernel's shape from which it is sought."""
+
+SHAPES = 0.0, 3.5
+"""Bounds of the logarithm of the kernel's shape: 1 has bends of all lengths, 33 of one length."""
 
 FARTHEST_START = np.log(5.0)
 """Length scales are sought from no longer ones: from far out nothing pulls them back."""
@@ -60,16 +66,17 @@ class Emulator:
 
     Every parameter has a length scale.
 
-    The kernel is linear + 1 / (1 + d^2 / 2), with d in length scales (rational quadratic): bends of
-    all lengths, short ones the smaller. With one length alone, exp(-d^2 / 2), what bends on a
-    shorter one would count as noise, which many samples average away (decision 0055). What has no
-    effect gets a length scale beyond its range, so that neither slope nor bend is expected of it.
+    The kernel is linear + (1 + d^2 / 2a)^-a, with d in length scales (rational quadratic). Of shape
+    a = 1 it has bends of all lengths, short ones the smaller; of a large one it is exp(-d^2 / 2),
+    with bends of one length. Where there are shorter ones, these would count as noise, which many
+    samples average away (decision 0055). What has no effect gets a length scale beyond its range, so
+    that neither slope nor bend is expected of it.
     The kernels of a few pivots stand for those of all points; what they miss is added to the
-    variance. Each output has a size of its own: what says nothing of the parameters is hardly
-    expected to move.
+    variance. Each output has a size of its own, at least 0.3: one that hardly moves among the
+    samples may move beyond them.
     """
 
-    # (P + 2,): of length scales, of the variance of slopes and of bends
+    # (P + 3,): of length scales, of the shape, of the variance of slopes and of bends
     logs: np.ndarray
     pivots: np.ndarray  # (Q, P), in length scales
     # (Q, F), from kernels with the pivots to features with independent coefficients
@@ -80,7 +87,7 @@ class Emulator:
 
     def predict(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the mean (S, M) and the variance (S, M) of each output."""
-        z = z / np.exp(self.logs[:-2])
+        z = z / np.exp(self.logs[:-3])
         features = _covariance(z, self.pivots, self.logs) @ self.basis
         mean = features @ self.weights
         squares = np.multiply(features, features, out=features)
@@ -90,7 +97,7 @@ class Emulator:
 
     def mean(self, z: np.ndarray) -> np.ndarray:
         """Return the mean (S, M) alone."""
-        mean: np.ndarray = _covariance(z / np.exp(self.logs[:-2]), self.pivots, self.logs) @ (
+        mean: np.ndarray = _covariance(z / np.exp(self.logs[:-3]), self.pivots, self.logs) @ (
             self.basis @ self.weights
         )
         return mean
@@ -101,7 +108,7 @@ def conditioned(points: np.ndarray, outputs: np.ndarray, logs: np.ndarray) -> Em
 
     For the arguments see `learned_kernel`.
     """
-    z = points / np.exp(logs[:-2])
+    z = points / np.exp(logs[:-3])
     pivots = z[_pivots(z, logs)]
     factor = _factor(_covariance(pivots, pivots, logs), 1e-10 * CONSTANT)
     basis = solve_triangular(factor, np.eye(len(pivots)), lower=True).T
@@ -166,7 +173,9 @@ def surprise(
 
 
 def _covariance(a: np.ndarray, b: np.ndarray, logs: np.ndarray) -> np.ndarray:
-    covariance, bell = _parts(a, b)
+    covariance, halves = _parts(a, b)
+    shape = np.exp(logs[-3])
+    bell = (1 + halves / shape) ** -shape
     covariance *= np.exp(logs[-2])
     bell *= np.exp(logs[-1])
     covariance += bell
@@ -199,19 +208,19 @@ def learned_kernel(
     """Return `Emulator.logs` by the marginal likelihood of outputs (N, M) at points (N, P).
 
     Points are on [-1, 1]; outputs have noise of variance 1. The search begins at the logs `start`
-    (P + 2,). Its length scales grow at most by the factor `longer`, because nearby a parameter with
+    (P + 3,). Its length scales grow at most by the factor `longer`, because nearby a parameter with
     an effect may seem to have none.
     """
     shortest, widest = LENGTHS
     if start is None:
-        start_logs = np.r_[np.full(points.shape[1], np.log(TYPICAL)), 0.0, 0.0]
+        start_logs = np.r_[np.full(points.shape[1], np.log(TYPICAL)), START_SHAPE, 0.0, 0.0]
         longest = [widest] * points.shape[1]
         steps = 30
     else:
         start_logs = start.copy()
-        longest = [min(widest, log + np.log(longer)) for log in start_logs[:-2]]
+        longest = [min(widest, log + np.log(longer)) for log in start_logs[:-3]]
         steps = 10
-    start_logs[:-2] = np.minimum(start_logs[:-2], FARTHEST_START)
+    start_logs[:-3] = np.minimum(start_logs[:-3], FARTHEST_START)
     few = np.linspace(0, len(points) - 1, min(len(points), ENOUGH)).astype(int)
     logs: np.ndarray = minimize(
         _loss,
@@ -219,40 +228,45 @@ def learned_kernel(
         args=(points[few], outputs[few]),
         jac=True,
         method="L-BFGS-B",
-        bounds=[(shortest, log) for log in longest] + [VARIANCES, VARIANCES],
+        bounds=[(shortest, log) for log in longest] + [SHAPES, VARIANCES, VARIANCES],
         options={"maxiter": steps},
     ).x
     return logs
 
 
 def _parts(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return inner products, and half the squared distances (N, M) of points in length scales."""
     inner = a @ b.T
     halves = 0.5 * (a**2).sum(axis=1)[:, None] - inner
     halves += 0.5 * (b**2).sum(axis=1)
-    return inner, 1 / (1 + np.maximum(halves, 0, out=halves))
+    return inner, np.maximum(halves, 0, out=halves)
 
 
 def _loss(logs: np.ndarray, points: np.ndarray, outputs: np.ndarray) -> tuple[float, np.ndarray]:
     """Return minus the logarithm of the posterior of `Emulator.logs`, and its gradient."""
-    lengths = np.exp(logs[:-2])
+    lengths = np.exp(logs[:-3])
     slopes, bends = np.exp(logs[-2:])
     z = points / lengths
-    linear, bell = _parts(z, z)
+    linear, halves = _parts(z, z)
+    shape = np.exp(logs[-3])
+    wider = 1 + halves / shape
+    bell = wider**-shape
     factor = _factor(slopes * linear + bends * bell + CONSTANT, 1.0)
     inverse = cho_solve((factor, True), np.eye(len(z)), check_finite=False)
     weights = inverse @ outputs
     count = outputs.shape[1]
     # short length scales are not expected
-    short = np.minimum(logs[:-2] - np.log(TYPICAL), 0)
+    short = np.minimum(logs[:-3] - np.log(TYPICAL), 0)
     value = 0.5 * (outputs * weights).sum()
     value = value + count * np.log(np.diag(factor)).sum() + 0.5 * (short**2).sum()
     # derivatives of the value by the covariance, and through it by each logarithm
     pull = 0.5 * (count * inverse - weights @ weights.T)
     bend_pull = bends * pull * bell
-    # the bell by half the squared distance is minus its square
-    bent = bend_pull * bell
+    # minus the derivative of the bell by half the squared distance is the bell by `wider`
+    bent = bend_pull / wider
+    shaping = shape * (bend_pull * (1 - 1 / wider - np.log(wider))).sum()
     bending = 2 * (z**2 * bent.sum(axis=1)[:, None] - z * (bent @ z)).sum(axis=0)
     sloping = -2 * slopes * (z * (pull @ z)).sum(axis=0)
     return float(value), np.r_[
-        bending + sloping + short, slopes * (pull * linear).sum(), bend_pull.sum()
+        bending + sloping + short, shaping, slopes * (pull * linear).sum(), bend_pull.sum()
     ]

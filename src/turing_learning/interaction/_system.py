@@ -415,8 +415,10 @@ class _Trials:
             except Exception as error:
                 raised = f"it raised {type(error).__name__}: {error}"
                 raise CustomSystemError(f"{rule}; {raised} {self._moment}.") from error
-            if own.shape != shape or not np.isfinite(own).all():
-                raise CustomSystemError(f"{rule}; got shape {own.shape}, or one that is not.")
+            if own.shape != shape:
+                raise CustomSystemError(f"{rule}; got shape {own.shape} {self._moment}.")
+            if not np.isfinite(own).all():
+                raise CustomSystemError(f"{rule}; got one that is not {self._moment}.")
             stimuli.append(own)
         return np.concatenate(stimuli)
 
@@ -534,7 +536,7 @@ def describe_stimulated(
         states=settings.get("states", 1),
     )
     try:
-        # Inputs of networks are scaled by what the system does under stimuli by chance
+        # Inputs of networks are scaled by what the system does under random stimuli
         with system.open(Arguments(genuine=genuine, simulate=simulate)) as source:
             rng = np.random.default_rng(GENUINE)
             samples = source.genuine_samples(_SCALING_TRIALS, rng)

@@ -58,7 +58,7 @@ FOLLOWED_AHEAD = 2
 BEND = math.pi / 36
 """Angle (rad) by which a piece of somebody who stays is turned to either side, if it would lead out of the tank."""
 BENDS = 12
-"""And how often at most."""
+"""Largest number of such turns to one side."""
 CLEAR = 1.3
 """Times the distance within which others hardly ever come: so far individuals keep from where others will be."""
 CLEAR_AHEAD = 2
@@ -478,16 +478,21 @@ def stays_inside(
 @inlined
 def bend_inside(
     tanks: Tanks, tank: int, x: float, y: float, angle: float, speed: float, ahead: np.ndarray, moments: int,
-    leaving: bool,
+    turn: float, leaving: bool,
 ) -> float:  # fmt: skip
     """Return the least angle (rad) by which a piece has to be turned to stay in the tank; NaN if none is small enough.
 
     Pieces of those who go somewhere are not turned: their axis is where they go.
     """
-    bends = 0 if leaving else BENDS
-    for k in range(bends + 1):
-        for sign in (1.0, -1.0):
-            off = sign * k * BEND
+    if stays_inside(tanks, tank, x, y, angle, speed, ahead, moments, leaving):
+        return 0.0
+    if leaving:
+        return math.nan
+    # To the side of the piece's own turn first, so that all is the same in a mirror
+    first_side = -1.0 if turn < 0 else 1.0
+    for k in range(1, BENDS + 1):
+        for side in (first_side, -first_side):
+            off = side * k * BEND
             if stays_inside(tanks, tank, x, y, angle + off, speed, ahead, moments, leaving):
                 return off
     return math.nan
@@ -723,10 +728,22 @@ def _move_range(
                         difference = pieces.context[d, r] - context[d]
                         square += difference * difference
                     times = FOLLOWED_BRISK if pieces.brisk[r] else FOLLOWED
-                    bend = bend_inside(
-                        tanks, tank, x, y, angle, speed, pieces.ahead[r], FOLLOWED_AHEAD, leaving[m]
-                    )
-                    if square > times * pieces.reach[r] or math.isnan(bend):
+                    if square <= times * pieces.reach[r]:
+                        bend = bend_inside(
+                            tanks,
+                            tank,
+                            x,
+                            y,
+                            angle,
+                            speed,
+                            pieces.ahead[r],
+                            FOLLOWED_AHEAD,
+                            pieces.turn[r],
+                            leaving[m],
+                        )
+                    else:
+                        bend = math.nan
+                    if math.isnan(bend):
                         r = -1
                 follows = r >= 0
                 count = 0
@@ -753,7 +770,16 @@ def _move_range(
                         bend = 0.0
                         if careful:
                             bend = bend_inside(
-                                tanks, tank, x, y, angle, speed, pieces.ahead[r], AHEAD, leaving[m]
+                                tanks,
+                                tank,
+                                x,
+                                y,
+                                angle,
+                                speed,
+                                pieces.ahead[r],
+                                AHEAD,
+                                pieces.turn[r],
+                                leaving[m],
                             )
                             if math.isnan(bend):
                                 continue

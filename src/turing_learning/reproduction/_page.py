@@ -171,8 +171,10 @@ def readme(experiment: Experiment, folder: ExperimentFolder) -> str:
     results = folder.results()
     # Four spaces make it a block of code in Markdown.
     command = f"    turing-learning reproduce {experiment.id}"
+    title = f"# {experiment.id} {experiment.title}"
     if experiment.as_printed:
         command += " --as-printed"
+        title += ", with the paper's algorithm as it is"
     if results is None:
         state = f"**Not run yet.** Expected: {experiment.cost} on two cores."
     elif results.form == FULL:
@@ -180,7 +182,7 @@ def readme(experiment: Experiment, folder: ExperimentFolder) -> str:
     else:
         command += " --fast"
         state = "**The fast form: it shows that the experiment works, and proves nothing.**"
-    blocks = [f"# {experiment.id} {experiment.title}", command, state]
+    blocks = [title, command, state]
     claims = load_claims()
     sections = {
         "What the paper prints": [

@@ -212,7 +212,7 @@ class Run:
                     source = adjusted.system.open(Arguments())
                 else:
                     source = reopen(adjusted)
-            # From here on an error closes the source and frees the lock
+            # From here on an error closes the source, too
             opened.enter_context(source)
             with refusing_as(RunFolderError, place=str(folder.path)):
                 loop = loop_of(adjusted, source)
@@ -413,8 +413,8 @@ class Run:
     def _finish(self) -> None:
         """Save, write the result, and close what is stored in a folder.
 
-        Of a complete run everything is written, with report and figures; a thin one drops its
-        buffer. The state comes last: a run killed here does it again.
+        A complete run with a full history gets report and figures before its state, so that a run
+        killed here does it again. A thin one drops its buffer.
         """
         if self._saved != self.completed:
             self._save()

@@ -293,7 +293,7 @@ def post_evaluate(
             with folder.storage():
                 folder.write(folder.post_evaluation_path.name, document)
 
-        # Fewer repetitions than before were asked for: the mean is of the first ones
+        # Another number of repetitions than before: of fewer, the first ones count
         changed = stored is not None and stored.repeats != repeats
         if changed:
             write()

@@ -35,8 +35,6 @@ REPLAY_FRAMES = 601
 
 _LOGGER = logging.getLogger("turing_learning")
 TIME_STEP_TOLERANCE = 0.01
-# Share of a signal's scale by which processors may differ; other samples differ by more
-ROUNDING = 1e-9
 """Share by which time steps may differ that count as the same."""
 
 
@@ -249,22 +247,8 @@ class CustomSystem(System, Settings):
         rule = f"be the samples that the run began with, of SHA-256 {self.digest[:12]}..."
         got = f"others, {data.digest[:12]}..."
         remedy = "Give the same, or start a new run."
-        same = data.digest == self.digest
-        # Signals of a recording are computed anew, with other last digits on another processor
-        if steps and not same:
-            same = self._agrees_but_for_rounding(data)
-        require(same, "genuine", rule, got, remedy)
+        require(data.digest == self.digest, "genuine", rule, got, remedy)
         return replace(arguments, genuine=data)
-
-    def _agrees_but_for_rounding(self, data: Genuine) -> bool:
-        """Return whether samples are centered and scaled as those of the run, but for their last digits."""
-        if len(data.samples) != self.samples:
-            return False
-        center, scale = data.scales()
-        error = ROUNDING * np.array(scale)
-        near_center = np.abs(np.subtract(center, self.center)) <= error
-        near_scale = np.abs(np.subtract(scale, self.input_scale)) <= error
-        return bool((near_center & near_scale).all())
 
     def _refuse_other_simulator(self, simulate: Any) -> None:
         """Refuse a simulator that says itself that it simulates another system, as a family of models can."""

@@ -69,17 +69,19 @@ def test_a_piece_is_turned_along_a_wall_by_no_more_than_it_has_to():
     ahead = np.array([(2.0, 0.0), (4.0, 0.0), (8.0, 0.0)])
 
     @njit(error_model="numpy")
-    def bend(tanks, y, angle, ahead, leaving):
-        return imitation.bend_inside(tanks, 0, 0.0, y, angle, 1.0, ahead, len(ahead), leaving)
+    def bend(tanks, y, angle, ahead, turn, leaving):
+        return imitation.bend_inside(tanks, 0, 0.0, y, angle, 1.0, ahead, len(ahead), turn, leaving)
 
-    def turned(y, angle, leaving=False):
-        return bend(tanks, y, angle, ahead, leaving)
+    def turned(y, angle, leaving=False, turn=0.1):
+        return bend(tanks, y, angle, ahead, turn, leaving)
 
     # 5 cm from the wall a way of 8 cm fits if it rises by at most asin(5 / 8), 0.675
     assert turned(15.0, 0.5) == 0.0
     assert 0.0 < 0.8 + turned(15.0, 0.8) < 0.675
     assert -turned(15.0, 0.8) < 0.8 - 0.675 + imitation.BEND
     assert turned(-15.0, -0.8) == -turned(15.0, 0.8)
+    # straight ahead both sides fit: the piece turns on as it does, also in a mirror
+    assert turned(13.0, np.pi / 2, turn=-0.1) == -turned(13.0, np.pi / 2, turn=0.1) < 0
     # straight at the wall it does not fit, and who goes somewhere is not turned
     assert np.isnan(turned(19.0, np.pi / 2))
     assert np.isnan(turned(15.0, 0.8, leaving=True))

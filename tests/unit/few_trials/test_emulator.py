@@ -50,7 +50,7 @@ def test_the_gradient_of_the_loss_is_its_derivative():
     rng = np.random.default_rng(2)
     points = rng.uniform(-1, 1, (40, 3))
     outputs = 3 * np.c_[np.sin(3 * points[:, 0]), points[:, 1]] + rng.standard_normal((40, 2))
-    logs = np.array([0.1, 0.3, -0.2, 0.4, 0.2])
+    logs = np.array([0.1, 0.3, -0.2, 0.7, 0.4, 0.2])
     gradient = _emulator._loss(logs, points, outputs)[1]
     expected = approx_fprime(logs, lambda at: _emulator._loss(at, points, outputs)[0], 1e-6)
     np.testing.assert_allclose(gradient, expected, atol=1e-3)

@@ -1,17 +1,13 @@
 """A run that Python begins on a recording knows as much of it as one that a command begins."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 import turing_learning as tl
-from turing_learning.errors import RefusedError
 from turing_learning.families import RecordedSystem, Vicsek, as_recorded
 from turing_learning.runs import RunFolder
 from turing_learning.runs._plots import recorded_replay
-from turing_learning.systems import Arguments
 
 SMALL = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
 
@@ -84,22 +80,3 @@ def test_of_a_table_in_memory_scale_and_rate_are_kept(tmp_path):
     windows = recording.windows(length_s=4.0)
     begun = RecordedSystem.begun_in_python(windows, as_recorded(Vicsek, recording, windows))
     assert begun.options == {"fps": 5.0, "scale": 10.0, "y_axis": "up"}
-
-
-def test_windows_may_differ_by_what_processors_round_and_by_no_more(tmp_path):
-    recording = fish(tmp_path)
-    windows = recording.windows(length_s=4.0, hold_out=0.3)
-    models = as_recorded(Vicsek, recording, windows)
-    begun = tl.infer(
-        genuine=windows,
-        simulate=models,
-        parameters=models.parameters,
-        generations=1,
-        settings=SMALL,
-    )
-    system = begun.configuration.system
-    rounded = replace(windows, learning=windows.learning * (1 + 1e-14))
-    system.accept(Arguments(genuine=rounded, simulate=models))
-    exchanged = replace(windows, learning=windows.learning[:, ::-1] * 1.001)
-    with pytest.raises(RefusedError, match="be the samples that the run began with"):
-        system.accept(Arguments(genuine=exchanged, simulate=models))

@@ -389,7 +389,7 @@ class PcProgram:
             if self._clock.now() > deadline and len(signals) < len(self._robots):
                 silent = [name for name in silent if name not in signals]
                 raise self._missed(f"{awaited} has not come from {', '.join(silent)}")
-        # Replicas of one trial must begin together: samples of one begin with the others'
+        # Replicas of one trial must begin together, as their samples are of the same time
         times = [signal.received_s for signal in signals.values()]
         if (apart := max(times) - min(times)) > self._timing.tolerance_s:
             self._in_step = not self._starts_all

@@ -206,8 +206,9 @@ class _LongTable:
         if guessed or "left" in self.stated_columns:
             self.box = box_columns(names)
         self.plain = ["x", "y"]
-        if self.box:
-            self.plain = self._present(self.plain)
+        # One of them alone is no position
+        if self.box and not {"x", "y"} <= set(names):
+            self.plain = []
         if not {self.when, *self.plain} <= set(names):
             self._refuse_missing()
         central = re.match("c|.*cent", self.names_by_role.get("x", ""))
@@ -320,7 +321,8 @@ class _LongTable:
             rule = "be left out for a table without times"
             refuse("resample", rule, f"{resample:g}", remedy)
         fps = sheet.fps
-        for clock in self.clock:
+        if self.clock:
+            clock = self.clock[0]
             unit = self.units.get(self.names_by_role.get(clock, clock), "")
             name = UNITS_OF_TIME.get(unit, clock)
             if name:

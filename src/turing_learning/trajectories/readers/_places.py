@@ -99,7 +99,7 @@ def resampled(
         rows = rows[first_rows]
         if len(own_times) < 2:
             continue
-        # All individuals share the moments, counted from the first row of the file
+        # All individuals share the moments, counted from the earliest time
         frames = np.arange(
             np.ceil((own_times[0] - begin) * fps - 1e-6),
             np.floor((own_times[-1] - begin) * fps + 1e-6) + 1,
