@@ -57,6 +57,8 @@ def aligned(values: Sequence[float | None], nothing: str = "-", decimals: int = 
 
     >>> aligned([8.43, 0.35, None, -0.0021]), aligned([0.0231, 4.112e-5]), aligned([1.2e-7, 3.0])
     (['8.4300', '0.3500', '-', '-0.0021'], ['0.02310', '0.00004'], ['1.200e-07', '3.000e+00'])
+    >>> aligned([9.4e-6, 0.0012]), aligned([9.4e-6, 8e-5])
+    (['0.000009', '0.001200'], ['9.400e-06', '8.000e-05'])
     """
     sizes = []
     for value in values:
@@ -66,12 +68,12 @@ def aligned(values: Sequence[float | None], nothing: str = "-", decimals: int = 
     largest = max(sizes, default=0.0)
     # Place after the point of the first digit of the smallest number.
     first_digit = -math.floor(math.log10(smallest))
-    # Columns of tiny numbers alone have exponents a place earlier.
-    needed = first_digit + (largest < 1e-4)
     form = "{:.3e}".format
-    if needed <= MOST_DECIMALS and largest < LARGEST_FIXED:
-        shown_decimals = max(decimals, min(first_digit + 1, MOST_DECIMALS))
-        form = f"{{:.{shown_decimals}f}}".format
+    # One place more for a single digit: an exponent would make the whole column wider
+    fixed = first_digit <= MOST_DECIMALS + 1 and largest >= 1e-4
+    if largest < LARGEST_FIXED and (fixed or first_digit < MOST_DECIMALS):
+        digits = min(first_digit + 1, MOST_DECIMALS)
+        form = f"{{:.{max(decimals, first_digit, digits)}f}}".format
     return [shown(value, form, nothing) for value in values]
 
 
