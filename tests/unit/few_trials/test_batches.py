@@ -193,7 +193,7 @@ def test_a_lost_run_settles_and_resumes_to_the_bit(lost):
         copies.restore(state)
     assert 320 <= decided < 340
     np.testing.assert_array_equal(copies.draws, run.draws)
-    assert np.abs(run.estimate - TRUTH).max() < 0.1
+    assert np.abs(run.estimate - TRUTH).max() < 0.15
 
 
 def test_a_state_of_a_run_that_knew_no_searches_is_that_of_one_that_is_not_lost(lost):
