@@ -137,7 +137,11 @@ class JudgedSamples:
             width *= GROWTH
 
     def fit(
-        self, remoteness: np.ndarray, logs: np.ndarray | None, far_share: float, reach: float = 0.0
+        self,
+        remoteness: np.ndarray,
+        logs: np.ndarray | None,
+        far_share: float,
+        weight_floor: float | None = None,
     ) -> Likelihood:
         """Return the likelihood by the samples that are judged nearest to the agents.
 
@@ -149,12 +153,12 @@ class JudgedSamples:
             Length scales and variances from which those of the emulator are sought, see `Emulator`.
         far_share
             Share of the samples that are from anywhere.
-        reach
-            If above 0, samples are taken evenly down to that weight.
+        weight_floor
+            If given, samples are taken evenly down to that weight, relative to the largest.
         """
         weights = self.weights(remoteness)
         composite, genuine = self._composite(np.sqrt(weights))
-        chosen = self._chosen(weights, remoteness, far_share, reach)
+        chosen = self._chosen(weights, remoteness, far_share, weight_floor)
         z = self.z[chosen]
         t = composite[chosen]
         weights = weights[chosen] / weights.max()
@@ -208,15 +212,19 @@ class JudgedSamples:
         return counterfeit[:, :-1], genuine[:, :-1]
 
     def _chosen(
-        self, weights: np.ndarray, remoteness: np.ndarray, far_share: float, reach: float
+        self,
+        weights: np.ndarray,
+        remoteness: np.ndarray,
+        far_share: float,
+        weight_floor: float | None,
     ) -> np.ndarray:
         """Return the indices of the samples that a fit rests on."""
         order = np.argsort(-weights, kind="stable")
         remote = remoteness[order] - remoteness.min()
         near_count = round(self.size * (1 - far_share))
-        if reach:
+        if weight_floor is not None:
             # evenly from farther out
-            inside = max(near_count, int((weights > reach * weights.max()).sum()))
+            inside = max(near_count, int((weights > weight_floor * weights.max()).sum()))
             return order[np.linspace(0, inside - 1, near_count).astype(int)]
         alike = remote[min(near_count, len(remote)) - 1] < TIGHT
         if alike and not far_share:

@@ -286,7 +286,7 @@ class FewTrials:
     def undecided(self) -> bool:
         """Whether it is time to `settle` on one of the centers of a lost run."""
         late = self.spent >= DECIDED_AT * self._budget
-        return self.search.needed and not self.search.settled and late
+        return self.search.lost and not self.search.settled and late
 
     @property
     def _budget(self) -> int:
@@ -376,7 +376,7 @@ class FewTrials:
             self.search.note(self.spent / budget, self.batch.misfit)
         if self.spent in [stage_end for _, stage_end in self._stages]:
             self.average()
-        if self.search.needed and not self.complete:
+        if self.search.lost and not self.complete:
             self._decide_where_to_go_on()
         if self._tolerance and not self.complete:
             self._stop_if_tolerated()
@@ -394,10 +394,10 @@ class FewTrials:
         `progress` is the share of the trials spent.
         """
         count = (self._schedule[self._number] - self.spent) * self._together
-        self.search.begin(progress)
+        self.search.reset_if_early(progress)
         if self.search.settled:
             self._try(self.search.around(count, self._design.walkers, self._rng(CLIMBING)))
-        elif self.search.needed:
+        elif self.search.lost:
             self._try_parts(count)
         elif progress:
             self._try(self._design.propose(count, progress))
@@ -431,7 +431,7 @@ class FewTrials:
 
         So each part learns from those before.
         """
-        portion_size = max(self.search.most, count // PORTIONS)
+        portion_size = max(self.search.batch_size, count // PORTIONS)
         portion_size = -(-portion_size // self._together) * self._together
         borders = [*range(0, count, portion_size), count]
         for portion, (start, stop) in enumerate(pairwise(borders)):
@@ -488,7 +488,7 @@ class FewTrials:
         if wide is not None:
             reference = float(wide.log_density(self._design.walkers).max())
         self._density = Density(field, wide, reference)
-        # Else the map says nothing
+        # After a lost run has chosen where its search ends, the map says nothing
         if not self.search.settled:
             self._design.move(self._height)
         if self._group is not None:
@@ -507,7 +507,7 @@ class FewTrials:
         """
         if self._examiner is None:
             return
-        if self._group is not None or self.search.needed:
+        if self._group is not None or self.search.lost:
             return
         first_trials = self._first()
         if len(first_trials.parameters) < FEWEST_FIRST:
@@ -624,7 +624,7 @@ class FewTrials:
     def settle(self, draws: np.typing.ArrayLike) -> Batch:
         """Spend the next trials of a lost run around draws (N, P), in units of the space."""
         rule = "be those of a lost run"
-        require(self.search.needed, "trials", rule, "those of another run")
+        require(self.search.lost, "trials", rule, "those of another run")
         self.search.settled = True
         self._design.gather(array("draws", draws, "N P", P=self._space.dimension))
         self._pooled = self._design.walkers
@@ -656,7 +656,7 @@ class FewTrials:
     def _stop_if_tolerated(self) -> None:
         """Stop where the intervals of all parameters that can be identified are narrow enough."""
         number = self._number - 1
-        if number % LOOKED_AT or number < 2 * LOOKED_AT or self.search.needed:
+        if number % LOOKED_AT or number < 2 * LOOKED_AT or self.search.lost:
             return
         matched = self.matched()
         if matched is None or not matched.settled or not matched.identified.any():
@@ -677,7 +677,7 @@ class FewTrials:
             reached = None
             if evidence.enough:
                 cloud = Cloud.of(self._walkers)
-                reached = solution(evidence, cloud, self._match_rng(), lost=self.search.needed)
+                reached = solution(evidence, cloud, self._match_rng(), lost=self.search.lost)
             self._matched = self._number, reached
         return self._matched[1]
 
@@ -753,7 +753,7 @@ class FewTrials:
             if group is None:
                 # Regions that are images of each other, but do not lie apart, are one.
                 images = examiner.with_images([draws], followed)
-                return matched.spread(np.concatenate(images)), None
+                return matched.with_draws(np.concatenate(images)), None
             if len(group.members) == len(followed.members):
                 # The run has looked in one of these regions already.
                 return matched, group
@@ -779,7 +779,7 @@ class FewTrials:
             parameters = group.folded(parameters)
             cloud = Cloud(group.reference, group.scale)
         evidence = evidence_within(self._evidence_of(parameters))
-        return solution(evidence, cloud, self._match_rng(stream), lost=self.search.needed)
+        return solution(evidence, cloud, self._match_rng(stream), lost=self.search.lost)
 
     def _first(self) -> Evidence:
         """Return what observers say of the first models, which are anywhere."""

@@ -28,7 +28,7 @@ SHAPE_TRIALS = 250
 """Trials by which length and amplitude are chosen."""
 
 INDUCING = 200
-"""Trials that a map rests on, at most."""
+"""Trials, at most, whose kernels stand for those of all others."""
 
 MISSED = 0.5
 """Variance of a moment that a map may miss between those trials, in units of the noise of the
@@ -197,8 +197,8 @@ class MomentField:
             missed = bends.missed(features)
             for amplitude, sharing, spread in spreads:
                 deviations = features @ spread
-                explained = np.einsum("nr,nr->n", deviations, deviations)
-                variance[:, sharing] = (amplitude * missed + explained)[:, None]
+                posterior_variance = np.einsum("nr,nr->n", deviations, deviations)
+                variance[:, sharing] = (amplitude * missed + posterior_variance)[:, None]
         return mean, variance
 
     def log_density(self, parameters: np.ndarray, optimistic: bool = False) -> np.ndarray:

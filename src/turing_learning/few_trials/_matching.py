@@ -38,7 +38,7 @@ MOST_MOVED = 3.0
 """Standard deviations by which the solutions of two halves of the samples may differ."""
 
 LEAST_CANARY = 0.6
-"""Share of its range that the canary has to keep."""
+"""Share of its range that the canary, a parameter without any effect, has to keep: a sound fit leaves all."""
 
 ALIKE = 10.0
 """Distance up to which solutions from other trials are mixed."""
@@ -55,10 +55,10 @@ ROUNDS = 4
 STEADY = 0.2
 """Standard deviations of the draws by which their median moves when that is no longer needed."""
 
-REACHES = 0.0, 0.14, 0.01
+WEIGHT_FLOORS = None, 0.14, 0.01
 """Weights, relative to the largest, down to which the samples of a fine fit are taken.
 
-0 takes the nearest alone.
+None takes the nearest alone; the smaller one is, the farther samples are from.
 """
 
 
@@ -125,7 +125,7 @@ class Matched:
         """Draws (N, P) of the solution that has most of them."""
         return self.draws[self.mode == 0]
 
-    def spread(self, draws: np.ndarray) -> "Matched":
+    def with_draws(self, draws: np.ndarray) -> "Matched":
         """Return what is stated of further draws (N, P), as of one solution."""
         low, high = np.quantile(draws, [TAIL, 1 - TAIL], axis=0)
         return replace(
@@ -140,12 +140,15 @@ class Matched:
 
     @property
     def order(self) -> tuple[bool, float]:
-        """What is less for the better one of two solutions."""
+        """Key by which the better one of two solutions comes first: a usable one, then the nearer."""
         return not self.usable, self.distance
 
 
 def combined(solutions: Sequence[Matched], widest: np.ndarray) -> Matched:
-    """Mix the solutions that classifiers tell least from the agents, within +-widest (P,)."""
+    """Mix the solutions that classifiers tell least from the agents, within +-widest (P,).
+
+    Draws and interval are of all that are mixed, the checks those of the best one.
+    """
     best = min(solutions, key=lambda matched: matched.order)
     farthest = max(best.distance, ALIKE)
     alike = [
@@ -262,8 +265,10 @@ def match(
     optimistic = partial(broad.likelihood.log_likelihood, optimistic=True)
     proposals = draw(optimistic, broad.likelihood.points, draws, rng, PROPOSED)[:, :-1]
 
-    reaches = REACHES if farther and len(parameters) // 3 > size else REACHES[:1]
-    fits = [_fine_fit(samples, broad, reach, draws, rng) for reach in reaches]
+    floors: Sequence[float | None] = WEIGHT_FLOORS[:1]
+    if farther and len(parameters) // 3 > size:
+        floors = WEIGHT_FLOORS
+    fits = [_fine_fit(samples, broad, floor, draws, rng) for floor in floors]
     best = min(fits, key=lambda fit: (fit.doubtful, fit.log_volume))
 
     mode = modes(best.points, best.likelihood.without_canary)
@@ -361,11 +366,15 @@ def _broad_fit(
 
 
 def _fine_fit(
-    samples: JudgedSamples, broad: _BroadFit, reach: float, draws: int, rng: np.random.Generator
+    samples: JudgedSamples,
+    broad: _BroadFit,
+    weight_floor: float | None,
+    draws: int,
+    rng: np.random.Generator,
 ) -> "_Solution":
     """Fit to the samples nearest to the agents alone, within what the broad fit does not rule out."""
     logs = broad.likelihood.emulator.logs
-    nearest = samples.fit(broad.remoteness, logs, 0.0, reach)
+    nearest = samples.fit(broad.remoteness, logs, 0.0, weight_floor)
     fine = replace(nearest, region=broad.likelihood)
     if not np.isfinite(fine.log_likelihood(fine.points)).any():
         # The two fits contradict each other.
@@ -429,7 +438,7 @@ def _solved(
     canary = float((high - low) / (2 - 4 * TAIL))
     moved = _moved_by_halves(likelihood, points, rng)
     points = points[:, :-1]
-    # else the canary has lost the middle of its range
+    # Where no draw is likely with the canary at 0, in the middle of its range, those over all of it stay
     if np.isfinite(likelihood.without_canary(points)).any():
         points = draw(likelihood.without_canary, points, draws, rng)
     return _Solution(likelihood, points, canary, moved)

@@ -156,17 +156,18 @@ class Search:
 
     Attributes
     ----------
-    needed
+    lost
         Whether the run is lost: the map has fitted nothing for long. It is decided in the second
         half of a run: the maps of many runs that find the truth fit badly before.
     settled
-        Whether one of the centers was chosen for the rest of the trials.
+        Whether the place where the rest of the trials are spent was chosen, of the centers or what
+        the map holds likely.
     centers : (C, P)
         Where searches are, the best first.
     """
 
     def __init__(self, furthest: np.ndarray) -> None:
-        self.needed = False
+        self.lost = False
         self.settled = False
         self.centers = np.empty((0, len(furthest)))
         self._misfits = np.empty(0)
@@ -174,7 +175,7 @@ class Search:
         self._furthest = furthest
 
     @property
-    def most(self) -> int:
+    def batch_size(self) -> int:
         """Number of models that are tried at once: each search then learns from them."""
         return AT_ONCE * self._per_path
 
@@ -183,13 +184,13 @@ class Search:
         """Models that are tried for a step."""
         return len(self._furthest) + 2
 
-    def begin(self, progress: float) -> None:
+    def reset_if_early(self, progress: float) -> None:
         """Forget, in a run that has got more trials, that it was lost.
 
         `progress` is the share of the trials spent.
         """
         if progress < BEGIN:
-            self.needed = False
+            self.lost = False
             self.settled = False
             self._paths = []
 
@@ -198,7 +199,7 @@ class Search:
         self._misfits = np.append(self._misfits, misfit)[-PATIENCE:]
         enough = len(self._misfits) == PATIENCE
         if BEGIN <= progress < DECIDED_AT and enough and np.median(self._misfits) > LOST:
-            self.needed = True
+            self.lost = True
 
     def models(
         self,
@@ -361,7 +362,7 @@ class Search:
         names = [field.name for field in fields(Path)]
         paths = {name: np.array([getattr(path, name) for path in self._paths]) for name in names}
         return {
-            "lost": np.array(self.needed),
+            "lost": np.array(self.lost),
             "settled": np.array(self.settled),
             "centers": self.centers.copy(),
             "misfits": self._misfits.copy(),
@@ -372,7 +373,7 @@ class Search:
         """Take over a state."""
         shapes = {"centers": "C P", "misfits": "N"}
         arrays = state_arrays(state, shapes, P=len(self._furthest))
-        self.needed = bool(state["lost"])
+        self.lost = bool(state["lost"])
         self.settled = bool(state["settled"])
         self.centers = arrays["centers"]
         self._misfits = arrays["misfits"]

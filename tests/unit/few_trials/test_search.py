@@ -18,7 +18,7 @@ def test_searches_find_the_agents_where_no_trial_was_near():
     models = models[np.abs(models - AGENTS).max(axis=1) > 0.3]
     genuine, seen = outputs(np.tile(AGENTS, (500, 1)), rng), outputs(models, rng)
     search = Search(np.full(3, 1.5))
-    assert search.most == 35
+    assert search.batch_size == 35
     for k in range(12):
         tried = search.models(35, 0.5 + 0.02 * k, models, seen, genuine, rng)
         assert tried.shape == (35, 3)
@@ -54,17 +54,17 @@ def test_a_run_is_lost_whose_map_fits_nothing_for_long_in_its_second_half():
     search = Search(np.ones(3))
     for _ in range(20):
         search.note(0.4, 9.0)  # too early
-    assert not search.needed
+    assert not search.lost
     for _ in range(6):
         search.note(0.4, 1.0)
     search.note(0.6, 1.0)
-    assert not search.needed
+    assert not search.lost
     for _ in range(20):
         search.note(0.9, 9.0)  # too late
-    assert not search.needed
+    assert not search.lost
     search.note(0.6, 1.0)
-    assert search.needed
+    assert search.lost
     search.begin(0.9)
-    assert search.needed
+    assert search.lost
     search.begin(0.3)  # the run has got more trials
-    assert not search.needed
+    assert not search.lost
