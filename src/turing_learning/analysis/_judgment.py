@@ -269,6 +269,7 @@ class Judgment:
         if test is None:
             return ()
         numbers = f"(accuracy {test.accuracy:.3f}, p = {test.p_value:.3f})"
+        # The run's own classifiers may tell what the check does not
         told_by_run = bool(TELLING & {*self.said})
         if self.fits is False:
             sentences = [f"Fresh classifiers can tell held-out samples from the model {numbers}."]

@@ -117,6 +117,7 @@ class Comparison(Tabular):
                 sentences.append(f"The panel cannot tell {model.name} ({numbers}).")
             else:
                 sentences.append(f"The test cannot say whether {model.name} passes ({numbers}).")
+        # Models are in order, the hardest to tell first
         leader = self.models[0]
         for model in self.models[1:]:
             difference, low, high = self.difference(model)

@@ -172,6 +172,7 @@ def _all_settings(
         or not all(isinstance(table, Mapping) for table in tables)
     ):
         origins.refuse(name, rule, brief(document.get(name, grid)))
+    # Seeds and the like are the study's own to set
     settings = list(map(dotted, tables))
     for key, advice in _RESERVED.items():
         for table in settings:

@@ -230,10 +230,12 @@ def _cut(
     who, start = windows.learning_index.T
     rows = start[:, None] + np.arange(steps)
     columns = {name: windows.learning[..., k] for k, name in enumerate(individual_names)}
+    # Quantities of the whole group are the same for everybody at a moment
     for name in names:
         if name in OF_GROUPS:
             columns[name] = _of_group(recording, name)[rows]
     samples = np.stack([columns[name] for name in names], axis=-1)
+    # A distance to the nearest, for example, is not there where somebody is alone
     complete = np.isfinite(samples).all(axis=(1, 2))
     require(
         complete.any(),
@@ -243,6 +245,7 @@ def _cut(
         place=recording.source,
     )
     frames = start[:, None] + np.arange(steps + 1)
+    # Blocks are longer than windows, so that most windows lie in one block
     length = max(2 * steps, -(-len(recording.positions) // BLOCKS))
     side = Side(
         samples=samples,

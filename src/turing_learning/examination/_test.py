@@ -300,6 +300,7 @@ def _arrays(
             sides = list(groups.values())
         else:
             sides = list(groups)
+        # One sequence for all samples, the real ones first
         if len(sides) == len(real) + len(simulated) and np.ndim(sides[0]) == 0:
             sides = [sides[: len(real)], sides[len(real) :]]
         rule = "be two sequences of labels, for real and simulated samples"

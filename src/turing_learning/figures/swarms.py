@@ -71,6 +71,7 @@ def swarm_frame(
         disk(x, y, radius_cm, facecolor=GREEN, edgecolor="none", alpha=0.75)
     for (x, y, heading), replica in zip(poses[:robots], is_replica, strict=True):
         ahead = robot_radius_cm * np.array([np.cos(heading), np.sin(heading)])
+        # A replica has a ring, too: colors alone do not tell for everybody
         if replica:
             disk(x, y, robot_radius_cm, facecolor=ORANGE, edgecolor="none", alpha=0.35, zorder=3)
             disk(

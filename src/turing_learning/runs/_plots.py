@@ -227,6 +227,7 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
     if "replicas" not in motion:
         return None
     interval = float(motion["interval_s"])
+    # Recorded individuals first: they say how large the picture is
     swarms = []
     # Twice as many moments in a second as of robots
     stride = max(1, round(1 / (2 * FRAMES_PER_S * interval)))

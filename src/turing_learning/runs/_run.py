@@ -478,6 +478,7 @@ class Run:
         parameters = self.configuration.system.parameters
         seed = self.configuration.run.seed
         estimate = np.array(list(result.estimate.values()))
+        # Detectors need normal and abnormal motion without the system
         calibration = simulated_calibration(self._source, parameters, estimate, seed)
         if calibration:
             folder.write(folders.CALIBRATION, calibration)

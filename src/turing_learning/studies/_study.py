@@ -189,6 +189,7 @@ def study(
         )
         remedy = nearest(name, signature(study).parameters)
         check(is_option, name, "be a known option of a study", value, remedy)
+    # Refused values are named as the caller has given them
     lengths = {"generations": generations, "trials": trials}
     labels = {}
     for name, value in lengths.items():

@@ -99,6 +99,7 @@ def implausible(
         doubts.append(
             f"{share:.0%} of the positions are missing between first and last ones: if times are uneven, resample them"
         )
+    # Tracks of a few frames are rests of broken ones, or no individuals at all
     lives = likely.sum(axis=0)
     moments = [name for name, count in zip(names, lives, strict=True) if 0 < count <= SHORTEST]
     if moments and len(positions) >= LONG:

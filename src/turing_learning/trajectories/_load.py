@@ -467,6 +467,7 @@ def _find(path: Path, named: bool) -> Format:
     """Return the one format that the content has; a text whose columns are `named` is a table, and may have any names."""
     glance = _look(path)
     fitting = [reader for reader in _ALL if reader.recognizes(glance)]
+    # With columns= a table is what the user says, not what its names suggest
     if named and glance.container == "text":
         tables = [reader for reader in fitting if reader.has_columns]
         fitting = [_tables.TIDY_FORMAT]

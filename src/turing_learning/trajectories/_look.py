@@ -126,6 +126,7 @@ class Look:
         """Return figures of tracks, presence over time, and distributions of speed and turn."""
         recording = self.recording
         names = recording.individuals
+        # What windows leave out is drawn apart from the tracks
         unlikely = recording.present & ~self._likely.present
         absent = ~self._likely.present[..., None]
         likely = np.where(absent, np.nan, recording.positions)

@@ -198,15 +198,15 @@ def test_a_lost_run_settles_and_resumes_to_the_bit(lost):
 
 def test_a_state_of_a_run_that_knew_no_searches_is_that_of_one_that_is_not_lost(lost):
     run = finished(begun(100, searches=True), 30)
-    assert run.search.needed
+    assert run.search.lost
     old = {name: value for name, value in run.state().items() if not name.startswith("climb/")}
     restored = begun(100, searches=True)
     restored.restore(old)
-    assert not restored.search.needed
+    assert not restored.search.lost
 
 
 def test_a_run_that_does_not_search_is_not_lost(lost):
-    assert not finished(begun(60)).search.needed
+    assert not finished(begun(60)).search.lost
 
 
 @pytest.mark.parametrize(

@@ -399,6 +399,7 @@ class Tracker:
         for who in np.flatnonzero(lost).tolist():
             text = f"{names[who]} was out of sight for more than {self._maximum_gap} images. Repeat the trial."
             yield Fault(self._frame, LOST, text)
+        # Said when there are more than in the image before
         counts = Counter(detections.labels[k] for k in surplus)
         for label in sorted(counts):
             if counts[label] > self._surplus[label]:
