@@ -50,15 +50,18 @@ def short_number(value: float, decimals: int = 3) -> str:
     return f"{value:.{decimals}f}"
 
 
-def aligned(values: Sequence[float | None], nothing: str = "-", decimals: int = 4) -> list[str]:
+def aligned(
+    values: Sequence[float | None], nothing: str = "-", decimals: int = 4, *, rough: bool = False
+) -> list[str]:
     """Return the numbers of a column, all with as many places after the point, or all with an exponent.
 
-    There are at least so many places, and more for small numbers.
+    There are at least so many places, and more for small numbers. Of a `rough` column, such as errors, a number
+    of some millionths keeps one digit.
 
     >>> aligned([8.43, 0.35, None, -0.0021]), aligned([0.0231, 4.112e-5]), aligned([1.2e-7, 3.0])
     (['8.4300', '0.3500', '-', '-0.0021'], ['0.02310', '0.00004'], ['1.200e-07', '3.000e+00'])
-    >>> aligned([9.4e-6, 0.0012]), aligned([9.4e-6, 8e-5])
-    (['0.000009', '0.001200'], ['9.400e-06', '8.000e-05'])
+    >>> aligned([9.4e-6, 0.0012]), aligned([9.4e-6, 0.0012], rough=True)
+    (['9.400e-06', '1.200e-03'], ['0.000009', '0.001200'])
     """
     sizes = []
     for value in values:
@@ -69,8 +72,8 @@ def aligned(values: Sequence[float | None], nothing: str = "-", decimals: int = 
     # Place after the point of the first digit of the smallest number.
     first_digit = -math.floor(math.log10(smallest))
     form = "{:.3e}".format
-    # One place more for a single digit: an exponent would make the whole column wider
-    fixed = first_digit <= MOST_DECIMALS + 1 and largest >= 1e-4
+    # Columns of tiny numbers alone have exponents a place earlier; an exponent makes a column wider
+    fixed = first_digit <= MOST_DECIMALS + rough and largest >= 1e-4
     if largest < LARGEST_FIXED and (fixed or first_digit < MOST_DECIMALS):
         digits = min(first_digit + 1, MOST_DECIMALS)
         form = f"{{:.{max(decimals, first_digit, digits)}f}}".format
@@ -257,16 +260,17 @@ def parameter_rows(
     for heading, column in columns.items():
         if column is not None:
             headings.append(heading)
-            texts.append(_cells([column[name] for name in labels]))
+            values = [column[name] for name in labels]
+            texts.append(_cells(values, rough=heading.endswith("error")))
     return headings, list(map(list, zip(*texts, strict=True)))
 
 
-def _cells(values: Sequence[Any]) -> list[str]:
+def _cells(values: Sequence[Any], *, rough: bool = False) -> list[str]:
     """Return the texts of a column of numbers, of intervals, or with words."""
     if any(isinstance(value, str) for value in values):
         return [value if isinstance(value, str) else shown(value) for value in values]
     if not any(isinstance(value, Sequence) for value in values):
-        return aligned(values, decimals=3)
+        return aligned(values, decimals=3, rough=rough)
     # the ends of a narrow interval would look alike
     narrow = any(high - low < 0.01 for low, high in values)
     decimals = 4 if narrow else 3

@@ -64,7 +64,7 @@ def test_a_run_is_lost_whose_map_fits_nothing_for_long_in_its_second_half():
     assert not search.lost
     search.note(0.6, 1.0)
     assert search.lost
-    search.begin(0.9)
+    search.reset_if_early(0.9)
     assert search.lost
-    search.begin(0.3)  # the run has got more trials
+    search.reset_if_early(0.3)  # the run has got more trials
     assert not search.lost
