@@ -692,7 +692,6 @@ def _move_range(
                     continue
                 x = paths[m, frame, i, 0]
                 y = paths[m, frame, i, 1]
-                clear = CLEAR * units.closest
                 angle = see_own(paths[m], frame, i, goals[m, i], memories[m, i], mine, own_inputs)
                 for k in range(MEMORIES):
                     own_inputs[2 * LAGS + k] *= recall
@@ -793,7 +792,7 @@ def _move_range(
                             ahead_steps,
                             nearest,
                             others_seen,
-                            clear,
+                            CLEAR * units.closest,
                         ):
                             continue
                     length = speed * pieces.length[r]

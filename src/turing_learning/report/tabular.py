@@ -72,9 +72,11 @@ def aligned(
     # Place after the point of the first digit of the smallest number.
     first_digit = -math.floor(math.log10(smallest))
     form = "{:.3e}".format
-    # Columns of tiny numbers alone have exponents a place earlier; an exponent makes a column wider
-    fixed = first_digit <= MOST_DECIMALS + rough and largest >= 1e-4
-    if largest < LARGEST_FIXED and (fixed or first_digit < MOST_DECIMALS):
+    # Columns of tiny numbers alone have exponents a place earlier
+    most_decimals = MOST_DECIMALS - 1
+    if largest >= 1e-4:
+        most_decimals = MOST_DECIMALS + rough
+    if first_digit <= most_decimals and largest < LARGEST_FIXED:
         digits = min(first_digit + 1, MOST_DECIMALS)
         form = f"{{:.{max(decimals, first_digit, digits)}f}}".format
     return [shown(value, form, nothing) for value in values]

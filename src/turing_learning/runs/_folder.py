@@ -87,12 +87,15 @@ def how_to_resume(path: Path, configuration: Configuration) -> Call | str:
     return f"`{resume_command(path)}`"
 
 
+def _recorded(manifest: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """Return what `RecordedSystem.entry` wrote into a manifest; None of a run on no recording."""
+    entry = manifest.get(RECORDING)
+    return entry if isinstance(entry, Mapping) else None
+
+
 def _recorded_options(manifest: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return how the recording was read, and by what it is imitated, see `RecordedSystem`; nothing without."""
-    recorded = manifest.get(RECORDING)
-    if not isinstance(recorded, Mapping):
-        return {}
-    options = recorded.get("options")
+    options = (_recorded(manifest) or {}).get("options")
     return options if isinstance(options, Mapping) else {}
 
 
@@ -273,8 +276,7 @@ class RunFolder(Store):
 
     def recording(self) -> Mapping[str, Any] | None:
         """Return what a run on recordings remembers of them, see `RecordedSystem.entry`; None of another run."""
-        stored = self.manifest().get(RECORDING)
-        return stored if isinstance(stored, Mapping) else None
+        return _recorded(self.manifest())
 
     def known_parts(self) -> set[str]:
         """Return which of "genuine" and "simulate" can be found by what the manifest says."""

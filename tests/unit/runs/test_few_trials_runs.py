@@ -437,12 +437,11 @@ def test_a_run_of_trials_is_checked(walked, tmp_path):
     known, result = walked
     path = shutil.copytree(result.path, tmp_path / "run")
     result = tl.load_run(path)
-    effort = Effort(samples=30, points=6)
+    effort = Effort(samples=100, points=6)
     check = result.check(effort=effort, recoveries=1, **known)
     assert check.verdicts == result.verdicts == tl.load_run(path).verdicts
     assert check.judgment.line in str(result)
-    # Accuracies of 30 samples, which chance moves by 0.09; what is told is near 1
-    assert all(0.25 < one < 0.85 for each in check.recoveries for one in each.attainable)
+    assert all(0.3 < one < 0.75 for each in check.recoveries for one in each.attainable)
     speed, inert = check.parameters
     assert speed.pinned_down
     assert inert.reasons
