@@ -52,12 +52,18 @@ _FREE = (
     "run.checkpoint_every",
     "run.history",
     "scenario.headings",
+    "scenario.origin",
     *PROSE,
 )
 """Settings in which pooled runs may differ.
 
 But for the seed, none of them changes the result. Older runs know
-nothing of headings, and samples that are measured otherwise are others."""
+nothing of headings and origins, and samples that are measured otherwise are others."""
+
+_MEASURED = ("scenario.digest", "scenario.center", "scenario.input_scale")
+"""Settings that follow from the samples: their last digits depend on the processor."""
+_LAST_DIGITS = 1e-9
+"""Largest share by which other settings differ that two processors compute from the same recordings."""
 
 _LONGEST = 60  # characters of a value in a message
 
@@ -429,10 +435,7 @@ def _comparable(results: Any) -> list[Result]:
     reference = flat_settings(runs[0].configuration)
     for run in runs[1:]:
         settings = flat_settings(run.configuration)
-        different = []
-        for key in reference | settings:
-            if key not in _FREE and reference.get(key) != settings.get(key):
-                different.append(key)
+        different = _differences(reference, settings)
         # others have other centers and scales, too
         key = min(different, key=lambda key: key != "scenario.digest", default="")
         got = f"{key} = {brief(reference.get(key), _LONGEST)} with seed {runs[0].seed} and "
@@ -449,3 +452,27 @@ def _comparable(results: Any) -> list[Result]:
         needed(fresh, rule=rule, got=got, remedy=remedy, place=str(run.path or ""))
         seeds.add(run.seed)
     return runs
+
+
+def _differences(reference: dict[str, Any], settings: dict[str, Any]) -> list[str]:
+    """Return the settings in which two runs differ and must not, to be pooled."""
+    origin = reference.get("scenario.origin")
+    same_recordings = bool(origin) and origin == settings.get("scenario.origin")
+    different = []
+    for key in reference | settings:
+        value = reference.get(key)
+        other = settings.get(key)
+        same = key in _FREE or value == other
+        if same_recordings and not same:
+            same = key in _MEASURED or _close(value, other)
+        if not same:
+            different.append(key)
+    return different
+
+
+def _close(value: Any, other: Any) -> bool:
+    """Return whether two settings are numbers, or as many, that differ in their last digits alone."""
+    one, another = np.asarray(value), np.asarray(other)
+    if one.dtype.kind != "f" or another.dtype.kind != "f" or one.shape != another.shape:
+        return False
+    return np.allclose(one, another, rtol=_LAST_DIGITS, atol=0)

@@ -122,6 +122,7 @@ def describe(
         samples=0 if data.live else len(data.samples),
         held_out=tuple(data.held_out.tolist()),
         digest=data.digest,
+        origin=data.origin,
         samples_per_generation=options.get("samples_per_generation", 0),
         batches=_batches(options),
         interval_s=float(getattr(genuine, "interval_s", 0.0)),

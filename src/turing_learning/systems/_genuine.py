@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import RefusedError, brief, is_integer, nearest, refuse, refusing_as, require
 from ..swarm import SCENARIOS, Scenario
-from ..trajectories import Signals, Trajectories, Windows, join_windows
+from ..trajectories import Signals, Trajectories, Windows, join_windows, origin_of
 from ._per_model import column_names, table_values
 
 LARGEST = 1e9
@@ -48,6 +48,7 @@ class Genuine:
     #: (F, A, 2): Positions in a recording's beginning, see `Windows.excerpt`
     excerpt: np.ndarray | None = None
     names: tuple[str, ...] = ()  #: Of the columns that they were read from; empty of arrays
+    origin: str = ""  #: Of windows: SHA-256 of what they were computed from, see `origin_of`
 
     @property
     def learning(self) -> np.ndarray:
@@ -61,7 +62,7 @@ class Genuine:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of shape and values.
+        """SHA-256 of shape and values, to the last digit.
 
         Empty for a live source, whose samples differ from time to time.
         """
@@ -121,7 +122,9 @@ def read_genuine(
         rule = "be left out for samples that are split already"
         require(held_out is None, "held_out", rule, brief(held_out))
         excerpt = getattr(genuine, "excerpt", None)
-        return Genuine(samples, np.arange(len(genuine.learning), len(samples)), excerpt=excerpt)
+        origin = origin_of(genuine) if isinstance(genuine, Windows) else ""
+        split = np.arange(len(genuine.learning), len(samples))
+        return Genuine(samples, split, excerpt=excerpt, origin=origin)
     if held_out is None:
         held_out = HELD_OUT
     return Genuine(samples, _held_out(held_out, len(samples), rng), names=names)

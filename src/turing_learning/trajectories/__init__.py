@@ -13,6 +13,7 @@
 `response_maps`             How individuals respond to the nearest other and to walls: `ResponseMaps`, drawn by `response_figure`.
 `LONGEST_REST_S`            Rest at exactly one point beyond which positions stand for missing ones.
 `pooled_windows`            Samples of several recordings; `join_windows` joins those that are cut.
+`origin_of`                 A digest of the recordings that windows were cut from, and how.
 `Signals`, `Windows`        Signals with the steps at which they exist; samples for learning and for testing.
 ==========================  =====================================================================================
 

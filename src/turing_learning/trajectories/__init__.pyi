@@ -3,6 +3,7 @@ from ._load import from_xarray as from_xarray
 from ._load import load_file as load_file
 from ._load import load_trajectories as load_trajectories
 from ._look import Look as Look
+from ._origin import origin_of as origin_of
 from ._recording import Options as Options
 from ._recording import Problems as Problems
 from ._recording import Reading as Reading

@@ -1,5 +1,7 @@
 """A run that Python begins on a recording knows as much of it as one that a command begins."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -8,6 +10,7 @@ import turing_learning as tl
 from turing_learning.families import RecordedSystem, Vicsek, as_recorded
 from turing_learning.runs import RunFolder
 from turing_learning.runs._plots import recorded_replay
+from turing_learning.trajectories import _trajectories, compute_signals
 
 SMALL = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
 
@@ -80,3 +83,57 @@ def test_of_a_table_in_memory_scale_and_rate_are_kept(tmp_path):
     windows = recording.windows(length_s=4.0)
     begun = RecordedSystem.begun_in_python(windows, as_recorded(Vicsek, recording, windows))
     assert begun.options == {"fps": 5.0, "scale": 10.0, "y_axis": "up"}
+
+
+def run_on(recording, seed, out=None):
+    windows = recording.windows(length_s=4.0)
+    models = as_recorded(Vicsek, recording, windows)
+    return tl.infer(
+        genuine=windows,
+        simulate=models,
+        parameters=models.parameters,
+        generations=2,
+        seed=seed,
+        settings=SMALL,
+        out=out,
+    )
+
+
+def on_another_processor(monkeypatch):
+    """Let every signal that is computed end in another digit."""
+
+    def computed(*arguments, **options):
+        signals = compute_signals(*arguments, **options)
+        return replace(signals, values=np.nextafter(signals.values, np.inf))
+
+    monkeypatch.setattr(_trajectories, "compute_signals", computed)
+
+
+def test_runs_are_resumed_and_pooled_where_signals_have_other_last_digits(tmp_path, monkeypatch):
+    recording = fish(tmp_path)
+    begun = run_on(recording, 1, tmp_path / "run")
+    on_another_processor(monkeypatch)
+    windows = recording.windows(length_s=4.0)
+    models = as_recorded(Vicsek, recording, windows)
+    resumed = tl.resume(tmp_path / "run", genuine=windows, simulate=models)
+    assert resumed.complete
+    other = run_on(recording, 2)
+    systems = [run.configuration.system for run in (begun, other)]
+    assert systems[0].digest != systems[1].digest
+    assert systems[0].center != systems[1].center
+    assert tl.pool([begun, other]).seeds == (1, 2)
+
+
+def test_a_run_is_not_resumed_or_pooled_with_a_recording_of_nearly_the_same_motion(
+    tmp_path, monkeypatch
+):
+    recording = fish(tmp_path)
+    begun = run_on(recording, 1, tmp_path / "run")
+    positions = recording.positions.copy()
+    positions[100, 1] += 1e-9
+    near = replace(recording, positions=positions)
+    on_another_processor(monkeypatch)
+    with pytest.raises(ValueError, match=r"`genuine` must be the samples that the run began with"):
+        tl.resume(tmp_path / "run", genuine=near.windows(length_s=4.0))
+    with pytest.raises(ValueError, match=r"scenario\.digest = "):
+        tl.pool([begun, run_on(near, 2)])
