@@ -78,12 +78,10 @@ def tested(
     )
 
 
-def rows(name: str, recording: Trajectories, seed: int, model: str) -> list[dict[str, object]]:
-    """Return the rows of one recording, seed and model."""
-    cut = {length: recording.windows(length_s=length, signals=SIGNALS) for length in WINDOWS_S}
-    begun = time.perf_counter()
-    network = Network.learned(recording, cut[5], seed=seed)
-    seconds = time.perf_counter() - begun
+def rows(
+    name: str, cut: dict[int, Windows], network: Network, seconds: float, seed: int, model: str
+) -> list[dict[str, object]]:
+    """Return the rows of one recording, cut into windows, of a network that was learned in so many s, and of a model."""
     gains = dict.fromkeys(network.parameters, 1.0)
     if model == "gains":
         result = tl.infer(
@@ -132,11 +130,16 @@ def main() -> None:
         with PATH.open(newline="") as file:
             for row in csv.DictReader(file):
                 done.add((row["form"], row["recording"], int(row["seed"]), row["model"]))
-    for seed, model in product(map(int, words or ("1", "2", "3")), models):
-        for name, recording in recordings().items():
-            if (FORM, name, seed, model) in done:
-                continue
-            table = rows(name, recording, seed, model)
+    for seed, (name, recording) in product(map(int, words or (1, 2, 3)), recordings().items()):
+        missing = [model for model in models if (FORM, name, seed, model) not in done]
+        if not missing:
+            continue
+        cut = {length: recording.windows(length_s=length, signals=SIGNALS) for length in WINDOWS_S}
+        begun = time.perf_counter()
+        network = Network.learned(recording, cut[5], seed=seed)
+        seconds = time.perf_counter() - begun
+        for model in missing:
+            table = rows(name, cut, network, seconds, seed, model)
             with PATH.open("a", newline="") as file:
                 writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
                 if file.tell() == 0:

@@ -330,8 +330,8 @@ def require_scenario(scenario: str | None, config: Path | None, names: Iterable[
 
 
 def watched(scenario: str | None, passive: str) -> "tl.interaction.StimulatedSystem":
-    """Return a system with stimuli that classifiers only watch: "random", "constant", "own", or under those of a file."""
-    from turing_learning.interaction import read_stimuli
+    """Return a system with stimuli that classifiers only watch: under those of a word, or of a file."""
+    from turing_learning.interaction import PASSIVE, read_stimuli
 
     systems = tl.interaction.STIMULATED
     rule = "be given for a system with stimuli"
@@ -339,6 +339,6 @@ def watched(scenario: str | None, passive: str) -> "tl.interaction.StimulatedSys
     require(scenario in systems, "--passive", rule, repr(scenario), remedy)
     with refusing_as(RefusedError, name="--passive"):
         system = systems[str(scenario)]
-        if passive not in ("random", "constant", "own"):
+        if passive not in PASSIVE:
             return read_stimuli(Path(passive), system)
         return replace(system, stimulus=replace(system.stimulus, passive=passive))  # type: ignore[arg-type]

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from turing_learning.errors import nearest, require
+from turing_learning.evolution import FASTEST_ADAPTATION, STEP_SIZE_LIMIT
 
 PROSE = ("scenario.title", "scenario.description")
 """Settings that are told, and change nothing: configurations that differ in them alone are the
@@ -16,8 +17,6 @@ LARGEST_SEED = 2**63 - 1
 
 # Inputs and hidden neurons, as in `classifiers.ElmanClassifier`
 LARGEST_NEURONS = 255
-LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
-FASTEST_ADAPTATION = 10.0  # the same
 LARGEST_START = 1e6  # of the range of the first population
 LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
 NETWORKS_STEP_SIZE = 0.3  # initial, of models that are networks: decision 0017
@@ -102,8 +101,8 @@ class PopulationSection(Section):
         got = f"{self.initial_low} and {self.initial_high}"
         require(fits, "initial_low", "be below initial_high", got)
         step = self.initial_step_size
-        fits = self.minimum_step_size <= step <= LARGEST_STEP_SIZE
-        rule = f"be between minimum_step_size ({self.minimum_step_size}) and {LARGEST_STEP_SIZE:g}"
+        fits = self.minimum_step_size <= step <= STEP_SIZE_LIMIT
+        rule = f"be between minimum_step_size ({self.minimum_step_size}) and {STEP_SIZE_LIMIT:g}"
         require(fits, "initial_step_size", rule, step)
         require_part("optimizer", self.optimizer, OPTIMIZERS)
         return self

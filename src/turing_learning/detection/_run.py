@@ -21,11 +21,11 @@ from ._simulated import CALIBRATION, JURORS, random_controllers, simulate_behavi
 ARCHIVED_GENERATIONS = 100
 """Generations whose best classifiers are among the voters of rules by votes."""
 JURORS_DRAWN = 300
-"""Jurors of a run by generations, each of another generation."""
+"""Classifiers of a run by generations that judge, each of another generation."""
 FITTEST = 20
-"""Classifiers of a generation from which its juror is drawn: the best one alone is too often the same."""
+"""Classifiers of a generation from which that one is drawn: the best one alone is too often the same."""
 LAST_BATCH = 20
-"""Jurors of a run of trials that are its last generation: those of its last batch."""
+"""Classifiers of a run of trials that stand for its last generation: those of its last batch."""
 
 
 class StoredRun(Protocol):

@@ -4,7 +4,8 @@ The module knows no robots, no models and no classifiers; it imports nothing but
 
 ===========================  ===============================================================================
 `Optimizer`                  The protocol: what the coevolution needs of an optimizer, and all it knows of one.
-`EvolutionStrategy`          The paper's (mu + lambda) evolution strategy with self-adaptive step sizes.
+`EvolutionStrategy`          The paper's (mu + lambda) evolution strategy with self-adaptive step sizes; `STEP_SIZE_LIMIT` and
+                             `FASTEST_ADAPTATION` are the largest ones, and the fastest rate.
 `PhasedMating`, `Jumper`     Parts of it in the default preset: fewer parents at first and their means later, jumps,
 `FitnessMemory`              and a memory of fitness.
 `CMAEvolutionStrategy`       CMA-ES from the package `cma` (extra ``optimizers``), behind the same protocol.
@@ -26,12 +27,12 @@ from ._checks import (
     state_part,
 )
 from ._cma import CMAEvolutionStrategy
-from ._evolution_strategy import EvolutionStrategy
+from ._evolution_strategy import FASTEST_ADAPTATION, STEP_SIZE_LIMIT, EvolutionStrategy
 from ._optimizer import Optimizer, RenewedOptimizer
 from ._parts import FitnessMemory, Jumper, PhasedMating
 
 __all__ = [
-    "CMAEvolutionStrategy", "EvolutionStrategy", "FitnessMemory", "Jumper",
+    "FASTEST_ADAPTATION", "STEP_SIZE_LIMIT", "CMAEvolutionStrategy", "EvolutionStrategy", "FitnessMemory", "Jumper",
     "Optimizer", "PhasedMating", "RenewedOptimizer", "Seed", "check_generation", "check_seed",
     "generation_rng", "join_states", "state_arrays", "state_part",
 ]  # fmt: skip

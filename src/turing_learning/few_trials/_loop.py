@@ -436,7 +436,7 @@ class FewTrials:
         borders = [*range(0, count, portion_size), count]
         for portion, (start, stop) in enumerate(pairwise(borders)):
             outputs, genuine, usable = self.observed
-            models = self.search.models(
+            models = self.search.step(
                 stop - start,
                 self.spent / self._budget,
                 self.buffer.parameters[usable],

@@ -257,18 +257,18 @@ def match(
     require(averaged >= 1, "averaged", "be 1 or more", str(averaged))
 
     units = (high - low) / 2
-    samples = _prepared((parameters - low) / units - 1, x, g, averaged, size, rng)
+    judged = _prepared((parameters - low) / units - 1, x, g, averaged, size, rng)
     # The canary is looked for in all its range.
     middle = np.append((start - low) / units - 1, 0.0)
     width = np.append(spread / units, 1.0)
-    broad = _broad_fit(samples, middle, width, draws, rng)
+    broad = _broad_fit(judged, middle, width, draws, rng)
     optimistic = partial(broad.likelihood.log_likelihood, optimistic=True)
     proposals = draw(optimistic, broad.likelihood.points, draws, rng, PROPOSED)[:, :-1]
 
     floors: Sequence[float | None] = WEIGHT_FLOORS[:1]
     if farther and len(parameters) // 3 > size:
         floors = WEIGHT_FLOORS
-    fits = [_fine_fit(samples, broad, floor, draws, rng) for floor in floors]
+    fits = [_fine_fit(judged, broad, floor, draws, rng) for floor in floors]
     best = min(fits, key=lambda fit: (fit.doubtful, fit.log_volume))
 
     mode = modes(best.points, best.likelihood.without_canary)
@@ -276,7 +276,7 @@ def match(
     middle = np.median(best.points, axis=0)
     at_middle = np.append(middle, 0.0)[None]
     leverage = float(best.likelihood.emulator.predict(at_middle)[1].mean())
-    distance, p_value = samples.distance(best.likelihood, broad.remoteness, leverage, rng)
+    distance, p_value = judged.distance(best.likelihood, broad.remoteness, leverage, rng)
     settled = p_value >= LEAST_P and not best.doubtful
     # Of what classifiers do not tell the whole range is stated, of a fit in doubt nothing.
     interval_low = np.full(len(low), np.nan)
@@ -341,7 +341,7 @@ class _BroadFit:
 
 
 def _broad_fit(
-    samples: JudgedSamples,
+    judged: JudgedSamples,
     middle: np.ndarray,
     width: np.ndarray,
     draws: int,
@@ -351,12 +351,12 @@ def _broad_fit(
 
     The first fit is to those nearest to `middle` (P + 1,), in units of `width` (P + 1,).
     """
-    remoteness: np.ndarray = (((samples.z - middle) / width) ** 2).sum(axis=1)
+    remoteness: np.ndarray = (((judged.z - middle) / width) ** 2).sum(axis=1)
     logs = None
     for _ in range(ROUNDS):
-        likelihood = samples.fit(remoteness, logs, FAR_SHARE)
+        likelihood = judged.fit(remoteness, logs, FAR_SHARE)
         logs = likelihood.emulator.logs
-        remoteness = likelihood.remoteness(samples.z)
+        remoteness = likelihood.remoteness(judged.z)
         points = draw(likelihood.log_likelihood, likelihood.points, draws, rng)
         before = middle
         middle = np.median(points, axis=0)
@@ -366,7 +366,7 @@ def _broad_fit(
 
 
 def _fine_fit(
-    samples: JudgedSamples,
+    judged: JudgedSamples,
     broad: _BroadFit,
     weight_floor: float | None,
     draws: int,
@@ -374,7 +374,7 @@ def _fine_fit(
 ) -> "_Solution":
     """Fit to the samples nearest to the agents alone, within what the broad fit does not rule out."""
     logs = broad.likelihood.emulator.logs
-    nearest = samples.fit(broad.remoteness, logs, 0.0, weight_floor)
+    nearest = judged.fit(broad.remoteness, logs, 0.0, weight_floor)
     fine = replace(nearest, region=broad.likelihood)
     if not np.isfinite(fine.log_likelihood(fine.points)).any():
         # The two fits contradict each other.

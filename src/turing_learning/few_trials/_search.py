@@ -201,7 +201,7 @@ class Search:
         if BEGIN <= progress < DECIDED_AT and enough and np.median(self._misfits) > LOST:
             self.lost = True
 
-    def models(
+    def step(
         self,
         count: int,
         progress: float,
@@ -210,7 +210,7 @@ class Search:
         genuine: np.ndarray,
         rng: np.random.Generator,
     ) -> np.ndarray:
-        """Return models (count, P) to be tried next.
+        """Let the searches take their steps, begin others, and return models (count, P) to be tried next.
 
         Parameters
         ----------

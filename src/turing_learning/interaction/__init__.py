@@ -2,7 +2,7 @@
 
 `StimulatedSystem`, `Stimulus`
     What is known of such a system, as frozen data; what can be done to it, and who chooses: the
-    classifiers, or nobody.
+    classifiers, or nobody; `PASSIVE` has the words for that.
 `STIMULATED`
     Those that are built in, by name: an agent that responds to light, a robot that does not know
     its sensors.

@@ -1,3 +1,4 @@
+from ._stimulus import PASSIVE as PASSIVE
 from ._stimulus import Stimulus as Stimulus
 from ._system import STIMULATED as STIMULATED
 from ._system import Step as Step

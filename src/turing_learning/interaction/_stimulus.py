@@ -12,8 +12,8 @@ from ..arrays import array
 from ..classifiers import ElmanClassifier
 from ..errors import choice, integer, refuse, require
 
-PASSIVE = ("random", "constant", "own", "recorded")
-"""Who chooses stimuli where the classifiers only watch; see `Stimulus`."""
+PASSIVE = ("random", "constant", "own")
+"""Who chooses stimuli where the classifiers only watch, if not series that were recorded; see `Stimulus`."""
 
 
 # Largest size of an input, and of a sum: there, a neuron is saturated.
@@ -48,7 +48,7 @@ class Stimulus(Settings):
         integer("levels", self.levels, 0)
         require(self.levels != 1, "levels", "be 0, or 2 or more", self.levels)
         if self.passive:
-            choice("passive", self.passive, PASSIVE)
+            choice("passive", self.passive, (*PASSIVE, "recorded"))
         has_series = bool(self.recorded)
         fits = has_series == (self.passive == "recorded")
         rule = 'be given with passive = "recorded"'

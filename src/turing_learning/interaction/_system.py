@@ -1,6 +1,7 @@
 """Systems that answer to stimuli: as frozen data, and as trials in which classifiers choose them or only watch."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
@@ -404,17 +405,23 @@ class _Trials:
         """The step and the generation, as messages name them."""
         return f"[step {self._step_number}, generation {self._generation}]"
 
+    @contextmanager
+    def _refusing(self, rule: str) -> Iterator[None]:
+        """Turn whatever a function of the user's raises into an error that says the rule and when."""
+        try:
+            yield
+        except Exception as error:
+            raised = f"it raised {type(error).__name__}: {error}"
+            raise CustomSystemError(f"{rule}; {raised} {self._moment}.") from error
+
     def own_stimuli(self) -> np.ndarray:
         """Return what the system and the models do by themselves in the next step (g + k, S)."""
         stimuli = []
         for name, step, parameters, count in self._steps:
             shape = (count, self._stimuli)
             rule = f"`{name}.own` must return finite stimuli (n, S) = {shape}"
-            try:
+            with self._refusing(rule):
                 own = np.asarray(step.own(self._states[name], *parameters), dtype=np.float64)
-            except Exception as error:
-                raised = f"it raised {type(error).__name__}: {error}"
-                raise CustomSystemError(f"{rule}; {raised} {self._moment}.") from error
             if own.shape != shape:
                 raise CustomSystemError(f"{rule}; got shape {own.shape} {self._moment}.")
             if not np.isfinite(own).all():
@@ -439,13 +446,10 @@ class _Trials:
             start += count
             shape = (count, len(self._center))
             rule = f"`{name}` must return the next state, and observations (n, D) = {shape}"
-            try:
+            with self._refusing(rule):
                 state = self._states[name]
                 self._states[name], answers = step(state, *parameters, flat[rows], self._rng)
                 answers = np.asarray(answers, dtype=np.float64)
-            except Exception as error:
-                raised = f"it raised {type(error).__name__}: {error}"
-                raise CustomSystemError(f"{rule}; {raised} {when}.") from error
             if answers.shape != shape:
                 got = f"got shape {answers.shape}"
                 raise CustomSystemError(f"{rule}; {got} {when}. Repair it.")
@@ -579,7 +583,7 @@ def read_stimuli(path: Path, system: StimulatedSystem) -> StimulatedSystem:
             path, delimiter=",", names=True, dtype=np.float64, encoding="utf-8"
         )
     except (OSError, ValueError) as error:
-        refuse("passive", f"be one of {', '.join(PASSIVE[:-1])}, or a file", f"{path} ({error})")
+        refuse("passive", f"be one of {', '.join(PASSIVE)}, or a file", f"{path} ({error})")
     columns = table.dtype.names or ()
     names = system.stimulus.names
     fits = set(names) <= set(columns)

@@ -279,7 +279,7 @@ def _listing(listing: Listing) -> str:
     rows = list(listing.rows)
     if listing.foot:
         rows.append(listing.foot)
-    columns = list(map(_column, zip(*rows, strict=True)))
+    columns = list(map(_column, listing.columns, zip(*rows, strict=True)))
     scopes = ["row"] + [""] * (len(listing.columns) - 1)
     lines = []
     foot = ""
@@ -313,12 +313,14 @@ def _row(cells: Iterable[str], listing: Listing, scopes: Sequence[str], *, stron
     return f"<tr>{markup}</tr>"
 
 
-def _column(cells: Sequence[Cell]) -> list[str]:
+def _column(heading: str, cells: Sequence[Cell]) -> list[str]:
     """Return the cells of a column as markup, its numbers aligned."""
     markup = [escape(str(cell)) for cell in cells]
     numeric = [k for k, cell in enumerate(cells) if cell is None or isinstance(cell, float)]
     # Integers count things: they need no point to be aligned at.
-    numbers = aligned([cells[k] for k in numeric], NOTHING)  # type: ignore[misc]
+    values = [cells[k] for k in numeric]
+    rough = heading.endswith("error")
+    numbers = aligned(values, NOTHING, rough=rough)  # type: ignore[arg-type]
     for k, number in zip(numeric, numbers, strict=True):
         markup[k] = number
     return markup

@@ -20,7 +20,7 @@ def test_searches_find_the_agents_where_no_trial_was_near():
     search = Search(np.full(3, 1.5))
     assert search.batch_size == 35
     for k in range(12):
-        tried = search.models(35, 0.5 + 0.02 * k, models, seen, genuine, rng)
+        tried = search.step(35, 0.5 + 0.02 * k, models, seen, genuine, rng)
         assert tried.shape == (35, 3)
         models, seen = np.concatenate((models, tried)), np.concatenate((seen, outputs(tried, rng)))
         copy = Search(np.full(3, 1.5))
@@ -42,7 +42,7 @@ def test_searches_go_to_other_places_and_stay_in_the_range():
     genuine = seen(np.tile([0.6, 0.9], (300, 1)))
     search, known = Search(np.ones(2)), seen(models)
     for _ in range(30):
-        tried = search.models(28, 0.5, models, known, genuine, rng)
+        tried = search.step(28, 0.5, models, known, genuine, rng)
         assert np.abs(tried).max() <= 1
         models, known = np.concatenate((models, tried)), np.concatenate((known, seen(tried)))
     search.judge(models, known, genuine)

@@ -110,6 +110,13 @@ def test_the_numbers_of_a_column_have_the_same_places_and_none_is_shown_as_zero(
     ] == shown
 
 
+def test_errors_of_some_millionths_have_no_exponents():
+    errors = table(("a", 9.4e-6), ("b", 0.0012), columns=("Parameter", "Absolute error"))
+    page = report_page(make_report(listings=[errors]))
+    assert "0.000009" in page
+    assert "0.001200" in page
+
+
 def test_long_tables_are_folded_and_come_after_the_figures():
     long = Listing("runs", "Every run", ("Run", "Verdict"), [(1, "good")], folded=True)
     page = report_page(
