@@ -56,7 +56,7 @@ class Processes(Counting, ProcessPoolExecutor):
 
 
 def efficiency(
-    simulate: Callable[..., np.ndarray], executor: Counting, workers: int, **length: int
+    simulate: Callable[..., np.ndarray], executor: Counting, workers: int, **length: Any
 ) -> float:
     """Return the share of the workers' time in which they simulate, in a run of that length."""
     genuine = 5 + np.random.default_rng(1).standard_normal((50, 50, 1))
@@ -72,10 +72,11 @@ def efficiency(
 
 
 if __name__ == "__main__":
-    cases: tuple[tuple[Callable[..., np.ndarray], type[Any], int, dict[str, int]], ...] = (
+    cases: tuple[tuple[Callable[..., np.ndarray], type[Any], int, dict[str, Any]], ...] = (
         (walk, Threads, 2, {"trials": 150}),
         (walk, Threads, 64, {"generations": 5}),
         (walk, Threads, 64, {"trials": 3000}),
+        (walk, Threads, 64, {"trials": 3000, "settings": {"run.batch": 64}}),
         (compute, Processes, 2, {"trials": 40}),
         (compute, Processes, 2, {"trials": 150}),
     )

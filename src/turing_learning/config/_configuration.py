@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Discriminator, Tag, model_validator
 
 from turing_learning.errors import ConfigurationError, Setting, refusing_as, reject, require
-from turing_learning.few_trials import batch_schedule
+from turing_learning.few_trials import FEWEST_BATCHES, batch_schedule
 from turing_learning.interaction import StimulatedSystem
 from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
@@ -127,6 +127,10 @@ class Configuration(Section):
         require(
             trials > 0 or not tolerance, "run.tolerance", "be 0 without `run.trials`", tolerance
         )
+        batch = self.run.batch
+        rule = f"be 0, or from 2 to a tenth of run.trials, {trials // FEWEST_BATCHES}"
+        fits = batch == 0 or 2 <= batch <= trials // FEWEST_BATCHES
+        require(fits, "run.batch", rule, batch)
         if trials:
             self.system.require_trials()
         # The run was given more trials after each of these, and ends at the last.
@@ -146,7 +150,8 @@ class Configuration(Section):
 
     @property
     def _schedule(self) -> list[int]:
-        return batch_schedule(self.run.trials, len(self.parameter_names), self.run.extended)
+        run = self.run
+        return batch_schedule(run.trials, len(self.parameter_names), run.extended, run.batch)
 
     def trials_after(self, steps: int) -> int:
         """Return the number of trials that so many steps of the run spend, at least one."""

@@ -11,6 +11,7 @@ from ._matching import match as match
 from ._modes import modes as modes
 from ._observers import Observers as Observers
 from ._observers import PooledClassifier as PooledClassifier
+from ._schedule import FEWEST_BATCHES as FEWEST_BATCHES
 from ._schedule import batch_schedule as batch_schedule
 from ._space import SearchSpace as SearchSpace
 from ._symmetry import Symmetry as Symmetry

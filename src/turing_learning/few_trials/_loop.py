@@ -181,6 +181,8 @@ class FewTrials:
         For a finished run that got more trials: the budget and the number of trials spent, (N, n),
         of each time before. Until n trials are spent it is a run of N trials; then its phases are
         those of one of `trials`, of which n are spent.
+    batch
+        Trials in a batch after the first one; 0 for a fortieth of `trials`.
     observers
         Random classifiers beside the evolved ones.
     genuine : (K, T, D)
@@ -226,6 +228,7 @@ class FewTrials:
         seed: int,
         tolerance: float = 0.0,
         extended: Sequence[tuple[int, int]] = (),
+        batch: int = 0,
         observers: Observers,
         genuine: np.ndarray | None = None,
         examiner: Examiner | None = None,
@@ -248,7 +251,7 @@ class FewTrials:
         explorers = 0.0 if genuine is None else EXPLORERS
         self._design = TrialDesign(space, seed=(DESIGN, self._seed), explorers=explorers)
         self._stages = (*extended, (trials, trials))
-        self._schedule = batch_schedule(trials, space.dimension, extended)
+        self._schedule = batch_schedule(trials, space.dimension, extended, batch)
         self.buffer = SampleBuffer(share=0.1 if genuine is None else 1.0)
         self.buffer.pool = self._pool
         self.batch: Batch | None = None

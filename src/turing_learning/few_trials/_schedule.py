@@ -5,7 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 BATCHES = 40
-"""Batches after the first one."""
+"""Batches after the first one, where their size is not given."""
+
+FEWEST_BATCHES = 10
+"""Of so many batches a run consists at least: classifiers evolve, and maps are made, after each."""
 
 FIRST_SHARE = 0.1
 """Share of the trials that the first batch spends, within the two bounds below."""
@@ -18,17 +21,17 @@ FIRST_MOST = 40
 
 
 def batch_schedule(
-    trials: int, dimension: int, extended: Sequence[tuple[int, int]] = ()
+    trials: int, dimension: int, extended: Sequence[tuple[int, int]] = (), batch: int = 0
 ) -> list[int]:
     """Return how many trials are spent after each batch of a run with so many parameters.
 
-    For `extended` see `FewTrials`.
+    For `extended` and `batch` see `FewTrials`.
     """
     spent: list[int] = []
     for budget, stage_end in (*extended, (trials, trials)):
         wanted = np.clip(FIRST_SHARE * budget, FIRST_LEAST * dimension, FIRST_MOST * dimension)
         first_batch = min(round(wanted), budget // 2)
-        size = max(2, -(-(budget - first_batch) // BATCHES))
+        size = batch or max(2, -(-(budget - first_batch) // BATCHES))
         if not spent:
             spent.append(first_batch)
         while spent[-1] < stage_end:

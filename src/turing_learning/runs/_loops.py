@@ -125,6 +125,7 @@ class TrialsLoop:
             seed=seed,
             tolerance=run.tolerance,
             extended=run.extended,
+            batch=run.batch,
             observers=observers_of(configuration),
             genuine=source.recorded,
             examiner=examiner_of(source, space),

@@ -376,6 +376,10 @@ def test_trials_and_generations_are_not_given_together():
             r"`run\.tolerance` must be 0 without `run\.trials`; got 0\.1",
         ),
         (
+            {"run.trials": 600, "run.batch": 64},
+            r"`run\.batch` must be 0, or from 2 to a tenth of run\.trials, 60; got 64",
+        ),
+        (
             {"run.trials": 100, "run.extended": [[200, 100]]},
             r"`run\.extended` must be pairs of trials",
         ),
