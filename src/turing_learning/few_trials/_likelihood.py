@@ -52,7 +52,7 @@ WIDEST = 1e4
 """Width at which they are not widened any more: then all samples count alike."""
 
 NOISE_LEAST = 0.2
-"""Least share of a miss that counts as noise, whatever the rest is."""
+"""Least share of a miss that counts as noise where the emulator knows the rest."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,6 @@ class JudgedSamples:
         for _ in range(2):
             residual = _covariance_of(misses, weights)
             residual += 1e-6 * np.trace(residual) / len(residual) * np.eye(len(residual))
-            residual *= self._noise_share(genuine, residual)
             values, vectors = np.linalg.eigh(residual)
             whiten = vectors / np.sqrt(values)
             whiten = whiten @ np.linalg.svd((expected - offset) @ whiten, full_matrices=False)[2].T
@@ -197,22 +196,6 @@ class JudgedSamples:
             target=(target - offset) @ whiten,
             covariance=covariance,
         )
-
-    def _noise_share(self, genuine: np.ndarray, residual: np.ndarray) -> float:
-        """Return which share of the covariance (P, P) of misses is noise.
-
-        Judged genuine samples (K, P) are of one model, so that they differ by noise alone. Where
-        misses are larger, mean judgments have bends that the kernel has yet to follow. Where trials
-        have several samples, which may be alike, these do not say how trials differ (decision
-        0056).
-        """
-        if self.averaged > 1:
-            return 1.0
-        relative = np.linalg.solve(residual, np.atleast_2d(np.cov(genuine.T)))
-        share = np.trace(relative) / len(residual)
-        # few genuine samples say it roughly: a standard error more counts as noise
-        error = np.sqrt(2 / genuine.size)
-        return float(np.clip(share * (1 + error), NOISE_LEAST, 1))
 
     def _composite(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return composite judgments of counterfeit (S, P - 1) and genuine samples (K, P - 1).

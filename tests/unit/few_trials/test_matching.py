@@ -92,34 +92,6 @@ def test_many_samples_much_alike_leave_intervals_as_wide_as_the_genuine_samples_
     )
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_short_bends_of_many_parameters_do_not_count_as_noise(seed):
-    """Counted as noise, which 500 samples average away, 1 or 2 of the 8 intervals hold."""
-    rng = np.random.default_rng([seed, 9])
-    mixing = rng.normal(size=(12, 8)) / 12
-    directions = rng.normal(size=(8, 8)) / np.sqrt(8)
-    truth = rng.uniform(-0.5, 0.5, 8)
-
-    def judged(parameters: np.ndarray) -> np.ndarray:
-        bent = parameters + 0.5 * np.sin(10 * parameters @ directions)
-        samples = bent + 0.2 * rng.normal(size=bent.shape)
-        return 0.5 + mixing @ samples.T / 4 + 0.0005 * rng.normal(size=(12, len(samples)))
-
-    parameters = rng.uniform(-1, 1, (500, 8))
-    solution = match(
-        parameters,
-        judged(parameters),
-        judged(np.tile(truth, (40, 1))),
-        low=-np.ones(8),
-        high=np.ones(8),
-        start=np.zeros(8),
-        spread=np.full(8, 0.6),
-        rng=rng,
-    )
-    low, high = np.quantile(solution.draws, [0.05, 0.95], axis=0)
-    assert ((low <= truth) & (truth <= high)).sum() >= 6
-
-
 def test_proposals_are_wider_than_draws():
     solution = matched(6)
     assert solution.proposals[:, 0].std() > 1.3 * solution.draws[:, 0].std()
