@@ -6,7 +6,8 @@ what is there is not done again. The variants:
 
 * *recorded*: the panel compares the eight recordings with the other two.
 * *network*: what a network does that has learned from the eight.
-* *form of 0053*: the same network before decision 0054. The code of that form is not there any more.
+* *form of 0053*, *form of 0054*: the same before decision 0054, and before decision 0057. The code of these forms is
+  not there any more.
 
 The extra `networks` has to be installed.
 """

@@ -62,9 +62,7 @@ MOST_ROWS = 60_000
 
 def units_of(paths: Sequence[np.ndarray], interval_s: float) -> Units:
     """Return what perception is measured in, by recordings (F, A, 2) with NaN where one is absent."""
-    lengths = np.concatenate(
-        [np.hypot(*np.moveaxis(np.diff(path, axis=0), -1, 0)).ravel() for path in paths]
-    )
+    lengths = np.concatenate([_lengths(path).ravel() for path in paths])
     lengths = lengths[np.isfinite(lengths)]
     step = max(float(np.median(lengths)), 1e-9)
     nearest = np.concatenate([_nearest(path) for path in paths])
@@ -85,12 +83,26 @@ def _nearest(path: np.ndarray) -> np.ndarray:
     return np.hypot(*np.moveaxis(offset, -1, 0))[has_neighbor & present]
 
 
-def memories_of(path: np.ndarray, units: Units) -> np.ndarray:
-    """Return the leaky averages (F, A, MEMORIES) along a recording."""
-    lengths = np.hypot(*np.moveaxis(np.diff(path, axis=0), -1, 0))
+def memories_of(path: np.ndarray, learned: np.ndarray, units: Units) -> np.ndarray:
+    """Return the averages (F, A, MEMORIES) along a recording; the lasting ones are of what was `learned` (F, A, 2) of it.
+
+    With leaky averages alone whoever was slow for a while stayed slow, and groups drifted for minutes.
+    """
+    lengths = np.minimum(_lengths(path), units.fastest)
     memories = np.empty((*path.shape[:2], MEMORIES))
-    remember_path(path, units, float(np.nanmean(np.minimum(lengths, units.fastest))), memories)
+    remember_path(path, units, float(np.nanmean(lengths)), memories)
+    lengths = np.minimum(_lengths(learned), units.fastest)
+    for individual, own in enumerate(lengths.T):
+        own = own[np.isfinite(own)]
+        if len(own):
+            memories[:, individual, MEMORIES // 2 - 1] = own.mean()
+            memories[:, individual, MEMORIES - 1] = (own**2).mean()
     return memories
+
+
+def _lengths(path: np.ndarray) -> np.ndarray:
+    """Return displacements (F - 1, A) from frame to frame (cm)."""
+    return np.hypot(*np.moveaxis(np.diff(path, axis=0), -1, 0))
 
 
 def traits_of(path: np.ndarray) -> np.ndarray:

@@ -102,16 +102,17 @@ class Network(Family):
 
     From what an individual perceives, the network says what to expect, and so which recorded contexts are most like
     this one. The step that was done in one of them, drawn by chance, is done again, and then those that came next, as
-    long as their contexts are alike. An individual perceives its own last displacements, leaky averages of its speed
-    over 1, 5 and 20 s, the distance of the walls in eight directions, and places and velocities of the eight nearest
-    others, among which attention decides. All is relative to its course, and the same in a mirror.
+    long as their contexts are alike. An individual perceives its own last displacements, averages of its speed over
+    1 and 5 s and over all that was recorded of it, the distance of the walls in eight directions, and places and
+    velocities of the eight nearest others, among which attention decides. All is relative to its course, and the same
+    in a mirror.
 
     A group starts as one was recorded at some moment of the learning part. What would lead out of the tank is turned
     along the wall. What cannot be turned so is not chosen, nor what leads into another, or near to where others will
     be. Nobody who comes and goes is turned. Where a
     recording has many more individuals than are ever there at once, such as pedestrians who pass, others come when and
     where others came after that moment. Each of them has what it had when it was recorded: a goal, to where it left,
-    whose direction is its course; and how fast it is when it is fast, in place of the leaky averages. Whoever of them
+    whose direction is its course; and how fast it is when it is fast, in place of the averages. Whoever of them
     is not held up goes on for longer with what came next. They leave as they were recorded to leave, or where others
     left. In a group of another size more come, or fewer, in proportion. There is no other tank for them.
 
@@ -119,7 +120,7 @@ class Network(Family):
     the variance of where the alike contexts led, how far and in which direction: 0 is always the most usual, above 1
     is more random. `walls`, `attraction` and `alignment` multiply what the walls, the places and the velocities of the
     others add to the context, where the network is asked with and without: 0 ignores them. `memory` multiplies how far
-    the leaky averages are from the usual speed.
+    the averages are from the usual speed.
 
     Source
     ------
@@ -223,11 +224,11 @@ class Network(Family):
             left.append(places[np.isfinite(places[:, 0])])
         shapes = tanks_of(grids, walls, left)
         memories = []
-        for path, places in zip(paths, left, strict=True):
+        for path, learned_path, places in zip(paths, learned_paths, left, strict=True):
             if len(places):
                 memories.append(traits_of(path))
             else:
-                memories.append(memories_of(path, units))
+                memories.append(memories_of(path, learned_path, units))
         rng = np.random.default_rng([seed, 46])
         batches = []
         frames = []

@@ -22,8 +22,8 @@ PAST = 4
 """Steps that an individual has to have moved before a network can move it."""
 COURSE_WEIGHTS = np.array((1.0, 0.01))
 """Weights of the last displacements in the course: that before the last decides where the last one is none."""
-MEMORY_S = np.array((1.0, 5.0, 20.0))
-"""Time constants (s) of the leaky averages of the speed and of its square."""
+MEMORY_S = np.array((1.0, 5.0, np.inf))
+"""Time constants (s) of the leaky averages of the speed and of its square; the last one is over all that was recorded."""
 MEMORIES = 2 * len(MEMORY_S)
 RAYS = 8
 """Directions around an individual in which it sees the distance of the wall."""

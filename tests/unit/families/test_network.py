@@ -9,7 +9,7 @@ from numba import njit
 
 import turing_learning as tl
 from turing_learning.cli import main
-from turing_learning.families import Couzin, Network, _tank
+from turing_learning.families import Couzin, Network, _imitation, _tank
 from turing_learning.kernels import imitation
 from turing_learning.trajectories import Trajectories
 
@@ -219,6 +219,22 @@ def test_nothing_is_learned_from_times_that_are_held_out():
     (steps,) = windows.frames("learning")
     for begin, end, side in windows.blocks:
         assert (steps[begin:end] == (side == "learning")).all()
+
+
+def test_a_lasting_average_is_the_own_speed_where_it_was_learned():
+    # one goes 1 cm a step and then 3, the other 2 cm and then 4; the later steps are held out
+    lengths = np.repeat([[1.0, 2.0], [3.0, 4.0]], 60, axis=0)
+    path = np.zeros((121, 2, 2))
+    path[1:, :, 0] = np.cumsum(lengths, axis=0)
+    learned = path.copy()
+    learned[61:] = np.nan
+    units = _imitation.units_of([learned], 0.1)
+    memories = _imitation.memories_of(path, learned, units)
+    lasting = memories[:, :, [2, 5]]
+    np.testing.assert_allclose(lasting, np.broadcast_to([[1, 1], [2, 4]], lasting.shape))
+    # those of the last second follow what is done, and nothing that a model does moves the lasting ones
+    assert memories[-1, 0, 0] == pytest.approx(3, abs=0.02)
+    assert units.memory_rates[-1] == 0
 
 
 def test_a_network_learns_what_it_is_shown():

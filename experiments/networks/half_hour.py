@@ -1,0 +1,163 @@
+"""Virtual animals that move for half an hour: ``python half_hour.py RUN ring`` or ``RUN zebrafish``.
+
+RUN is the folder of a run on the first eight recordings of ring.py (``python half_hour.py recordings FOLDER`` writes
+all ten as tables), or on the zebrafish. It moves groups for 1,800 s with its estimate. Their first and their last minute
+are compared with what was recorded and not learned from: the other two recordings, or the part of the zebrafish that
+the run holds out. In the row *recorded* single minutes of what was learned from stand for the model. A difference is a
+Hellinger distance of histograms: 0 is the same, 1 is nothing in common. Rows are added to half_hour.csv.
+"""
+
+import csv
+import sys
+from pathlib import Path
+
+import animals
+import numpy as np
+import ring
+
+import turing_learning as tl
+from turing_learning.families import virtual_group
+from turing_learning.trajectories import Trajectories
+
+PATH = Path(__file__).parent / "half_hour.csv"
+GROUPS = 8
+LONG_S = 1800.0
+MINUTE_S = 60.0
+BINS = 20
+"""Of a histogram, each as likely as the others in what was recorded."""
+COMPARED = ("speed", "turn", "nearest", "wall", "polarization")
+"""Speed (cm/s), turn (rad/s), distance of the nearest other and of the wall (cm), length of the mean direction."""
+NUMBERS = ("median_speed", "slowest", "resting", "outside")
+"""Median speed, and that of the slowest individual of all minutes (cm/s); shares of the time with less than a tenth of
+the recorded median, and of the places that are no tank."""
+FORM = "0057"
+"""The decision that says how networks of these rows move; the code of earlier ones is not there any more."""
+FIELDS = ("form", "system", "seed", "what", *COMPARED, *NUMBERS)
+
+
+def cut(recording: Trajectories, begin: int, frames: int) -> Trajectories:
+    """Return some frames of a recording."""
+    part = slice(begin, begin + frames)
+    return Trajectories(
+        recording.positions[part], recording.present[part], fps=recording.fps,
+        individuals=recording.individuals,
+    )  # fmt: skip
+
+
+def minutes(recordings: list[Trajectories]) -> list[Trajectories]:
+    """Return `GROUPS` minutes, evenly from all recordings."""
+    parts = []
+    for group in range(GROUPS):
+        recording = recordings[group % len(recordings)]
+        frames = round(MINUTE_S * recording.fps)
+        share = (group // len(recordings) + 0.5) / np.ceil(GROUPS / len(recordings))
+        parts.append(cut(recording, round(share * (len(recording.positions) - frames)), frames))
+    return parts
+
+
+def measured(recording: Trajectories, tanks: object) -> dict[str, np.ndarray]:
+    """Return all values of what is compared, and whether a place is outside."""
+    values: dict[str, np.ndarray] = {}
+    signals = recording.signals(("speed", "turn", "neighbor_distance"))
+    for k, name in enumerate(("speed", "turn", "nearest")):
+        values[name] = signals.values[..., k][signals.valid]
+    path = np.where(recording.present[..., None], recording.positions, np.nan)
+    places = path[np.isfinite(path[..., 0])]
+    inside = np.pad(tanks.inside[0], 1)
+    # each cell has the distance of the wall that is nearest to its center
+    distance = np.pad(tanks.distance[0].min(axis=-1), 1)
+    cells = np.floor((places - tanks.corner[0]) / tanks.cell[0]).astype(int) + 1
+    cells = np.clip(cells, 0, np.array(inside.shape) - 1)
+    values["wall"] = distance[tuple(cells.T)]
+    values["outside"] = ~inside[tuple(cells.T)]
+    steps = np.diff(path, axis=0)
+    with np.errstate(invalid="ignore"):
+        directions = steps / np.linalg.norm(steps, axis=-1, keepdims=True)
+    everybody = np.isfinite(directions).all(axis=(1, 2))
+    values["polarization"] = np.linalg.norm(directions[everybody].mean(axis=1), axis=-1)
+    own_speed = np.linalg.norm(steps, axis=-1) * recording.fps
+    values["own"] = np.nanmedian(own_speed, axis=0)
+    return values
+
+
+def hellinger(values: np.ndarray, recorded: np.ndarray) -> float:
+    """Return the distance of two distributions, by a histogram of what was recorded."""
+    edges = np.unique(np.quantile(recorded, np.linspace(0, 1, BINS + 1)[1:-1]))
+    shares = []
+    for these in (values, recorded):
+        counts = np.bincount(np.searchsorted(edges, these), minlength=len(edges) + 1)
+        shares.append(np.sqrt(counts / counts.sum()))
+    return float(np.sqrt(max(1 - shares[0] @ shares[1], 0.0)))
+
+
+def pooled(recordings: list[Trajectories], tanks: object) -> dict[str, np.ndarray]:
+    """Return `measured` of several recordings together."""
+    each = [measured(recording, tanks) for recording in recordings]
+    return {name: np.concatenate([values[name] for values in each]) for name in each[0]}
+
+
+def recorded_parts(system: str) -> tuple[list[Trajectories], list[Trajectories]]:
+    """Return what was learned from, and what was not."""
+    if system == "ring":
+        recordings = [ring.recorded(number) for number in range(ring.RECORDINGS)]
+        return recordings[: ring.LEARNED], recordings[ring.LEARNED :]
+    fish = animals.recordings()[system]
+    windows = fish.windows(length_s=5, signals=animals.SIGNALS)
+    parts = {}
+    for part in ("learning", "held out"):
+        learned = np.flatnonzero(windows.frames(part)[0].any(axis=1))
+        stretches = np.split(learned, np.flatnonzero(np.diff(learned) > 1) + 1)
+        parts[part] = [cut(fish, int(some[0]), len(some)) for some in stretches]
+    return parts["learning"], parts["held out"]
+
+
+def write_recordings(folder: Path) -> None:
+    """Write the recordings of ring.py as tables."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for number in range(ring.RECORDINGS):
+        table = ring.recorded(number).to_pandas()[["frame", "id", "x", "y"]]
+        table.to_csv(folder / f"group{number + 1}.csv", index=False, float_format="%.3f")
+
+
+def main() -> None:
+    """Add the rows of a run."""
+    if sys.argv[1] == "recordings":
+        write_recordings(Path(sys.argv[2]))
+        return
+    folder, system = Path(sys.argv[1]), sys.argv[2]
+    run = tl.load_run(folder)
+    network = tl.runs.RunFolder(folder).network()
+    assert network is not None, "the run is not on a network"
+    tanks = network.brain.tanks
+    learned, held_out = recorded_parts(system)
+    seed = run.configuration.run.seed
+    groups = [
+        virtual_group(network, run.estimate, duration_s=LONG_S, seed=100 * seed + k)
+        for k in range(GROUPS)
+    ]
+    frames = round(MINUTE_S * network.fps)
+    variants = {"recorded": minutes(learned)}
+    for minute in (1, 2, 15, 30):
+        begin = (minute - 1) * frames
+        variants[f"minute {minute}"] = [cut(group, begin, frames) for group in groups]
+    expected = pooled(held_out, tanks)
+    usual = float(np.median(expected["speed"]))
+    with PATH.open("a", newline="") as file:
+        writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
+        if file.tell() == 0:
+            writer.writeheader()
+        for what, recordings in variants.items():
+            values = pooled(recordings, tanks)
+            row: dict[str, object] = {"form": FORM, "system": system, "seed": seed, "what": what}
+            for name in COMPARED:
+                row[name] = f"{hellinger(values[name], expected[name]):.3f}"
+            row["median_speed"] = f"{np.median(values['speed']):.3g}"
+            row["slowest"] = f"{values['own'].min():.3g}"
+            row["resting"] = f"{(values['speed'] < 0.1 * usual).mean():.4f}"
+            row["outside"] = f"{values['outside'].mean():.4f}"
+            print(row, flush=True)
+            writer.writerow(row)
+
+
+if __name__ == "__main__":
+    main()
