@@ -182,7 +182,8 @@ class FewTrials:
         of each time before. Until n trials are spent it is a run of N trials; then its phases are
         those of one of `trials`, of which n are spent.
     batch
-        Trials in a batch after the first one; 0 for a fortieth of `trials`.
+        Trials in a batch after the first one, which also has those that are left over; 0 for a
+        fortieth of `trials`.
     observers
         Random classifiers beside the evolved ones.
     genuine : (K, T, D)

@@ -33,7 +33,9 @@ def batch_schedule(
         first_batch = min(round(wanted), budget // 2)
         size = batch or max(2, -(-(budget - first_batch) // BATCHES))
         if not spent:
-            spent.append(first_batch)
+            # what is left over is spent at first, so that no batch is a small one
+            left_over = (budget - first_batch) % batch if batch else 0
+            spent.append(first_batch + left_over)
         while spent[-1] < stage_end:
             spent.append(min(spent[-1] + size, stage_end))
     return spent

@@ -40,7 +40,9 @@ class Windows:
     #: (F, A, 2): Positions (cm) in the first `EXCERPT_S` of the first recording, if any; NaN where one is absent
     excerpt: np.ndarray | None = None
     smooth_frames: int = 1  #: Frames over which positions were averaged
-    sources: tuple[Any, ...] = ()  #: The R recordings, `Trajectories`, that they were cut from
+    #: The R recordings, `Trajectories`, that they were cut from. They are pickled, too: a run that begins in another
+    #: process knows by them which files it is on, and `origin_of` what was measured
+    sources: tuple[Any, ...] = ()
     #: The arguments by which `pooled_windows` cuts them again, JSON; empty if those of recordings differ
     cut: Mapping[str, Any] = field(default_factory=dict)
 

@@ -164,15 +164,17 @@ def test_the_schedule_of_batches():
     extended = batch_schedule(3000, 4, [(1000, 146)])
     assert extended[:4] == [100, 123, 146, 146 + 71]
     assert extended[-1] == 3000
-    given = batch_schedule(3000, 4, [(1000, 228)], batch=64)
-    assert given[:4] == [100, 164, 228, 292]
-    assert given[-2:] == [2980, 3000]
+    # what is left over comes first: 160 + 2840 % 64
+    given = batch_schedule(3000, 4, batch=64)
+    assert given[:3] == [184, 248, 312]
+    assert given[-2:] == [2936, 3000]
+    assert batch_schedule(3000, 4, [(1000, 168)], batch=64)[:3] == [104, 168, 232]
 
 
 def test_a_run_with_a_batch_of_its_own_resumes_to_the_bit():
     whole, begun_again = begun(200, batch=16), begun(200, batch=16)
     stopped = finished(begun(200, batch=16), 3)
-    assert stopped.spent == 20 + 2 * 16
+    assert stopped.spent == 20 + 180 % 16 + 2 * 16
     begun_again.restore(stopped.state())
     np.testing.assert_array_equal(finished(begun_again).draws, finished(whole).draws)
 
