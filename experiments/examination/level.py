@@ -20,7 +20,7 @@ from turing_learning.trajectories import Trajectories
 HERE = Path(__file__).parent
 TRIALS, TABLE = HERE / "level-trials.csv", HERE / "level.csv"
 DATA = HERE.parents[1] / "tests" / "reference" / "data" / "tracktor"
-SPLITS = 200
+SPLITS = 400
 SIGNALS = ("speed", "turn", "neighbor_distance")
 BLOCK_S = {"zebrafish": 25.0, "termites": 11.0}
 LASTING = 0.2
