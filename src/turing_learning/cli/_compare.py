@@ -121,7 +121,10 @@ def _conduct(
         recordings.append(recording)
         if not as_json:
             print_problems(file.name, recording)
-    subjects = tl.comparison.recorded_subjects(recordings, options, content["models"], path, tell)
+    seed = 1 if content["seed"] is None else content["seed"]
+    subjects = tl.comparison.recorded_subjects(
+        recordings, options, content["models"], path, tell, seed=seed
+    )
     ahead = f"go on with: {tl.runs.resume_command(path)}"
     with ExitStack() as stack:
         should_stop = stack.enter_context(stopping(ahead))

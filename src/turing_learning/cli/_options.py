@@ -207,11 +207,14 @@ class Recording(Sampling):
                 return (". Give ", Setting(refusal.name), ", too. ", *remedy)
         return ()
 
-    def system(self) -> dict[str, Any]:
-        """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
+    def system(self, seed: int) -> dict[str, Any]:
+        """Return what `turing_learning.infer` takes, and print what is found in the recordings.
+
+        A network is learned from `seed`.
+        """
         motion = self.motion()
         chosen = tl.families.model_named(str(self.model), "--model", own=False)
-        windows, family, recordings = motion.opened(progress=tell_learning)
+        windows, family, recordings = motion.opened(progress=tell_learning, seed=seed)
         parameters, unusual_ranges = motion.parameters(family, recordings)
         paths = self.trajectories or []
         names = list(map(titled, paths))

@@ -91,20 +91,22 @@ def infer(
         rule = "be left out for recorded motion"
         require(scenario is None, "SCENARIO", rule, repr(scenario))
         require(passive is None, "--passive", rule, repr(passive))
-        if program.given:
-            rule = "be left out for a program and its series"
-            # Ranges are those of the program's parameters.
-            replace(recording, range=None).refuse_beside(rule)
-            system = program.system(recording.range)
-        else:
-            system = recording.system()
         # The seed, which names the folder, may stand in the file.
         stated = {}
         if config is not None:
             _, document = read_toml(config)
             stated = dotted(document)
         stated |= overrides
-        path = out or tl.runs.new_run_path(system["name"], stated.get("run.seed", 1))
+        run_seed = stated.get("run.seed", 1)
+        if program.given:
+            rule = "be left out for a program and its series"
+            # Ranges are those of the program's parameters.
+            replace(recording, range=None).refuse_beside(rule)
+            system = program.system(recording.range)
+        else:
+            integer("run.seed" if seed is None else "--seed", run_seed)
+            system = recording.system(run_seed)
+        path = out or tl.runs.new_run_path(system["name"], run_seed)
         run = partial(
             tl.infer,
             **system,

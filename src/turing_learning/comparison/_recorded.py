@@ -18,7 +18,7 @@ ALONE = ("speed", "turn")
 
 def recorded_subjects(
     recordings: Sequence[Trajectories], options: Mapping[str, Any], models: Sequence[str],
-    out: Path | None = None, progress: Callable[[int, int], None] | None = None,
+    out: Path | None = None, progress: Callable[[int, int], None] | None = None, *, seed: int = 1,
 ) -> dict[str, Subject]:  # fmt: skip
     """Return models of recordings, all with the same windows.
 
@@ -35,6 +35,8 @@ def recorded_subjects(
         The folder of the comparison, whose run may have learned a network before.
     progress
         Called while a network learns.
+    seed
+        Of a network's training.
 
     Raises
     ------
@@ -51,9 +53,9 @@ def recorded_subjects(
     for name in models:
         require(name not in subjects, "--model", "be given once for each model", repr(name))
         system = RecordedSystem({**options, "model": name})
-        network = _learned_before(system, out)
+        network = _learned_before(system, out, seed)
         windows, simulate, motion = system.opened(
-            recordings=recordings, network=network, progress=progress
+            recordings=recordings, network=network, progress=progress, seed=seed
         )
         suggested = suggested_ranges(simulate, "--model", name)
         ranges = [text for text in texts if text.partition("=")[0] in suggested]
@@ -70,13 +72,15 @@ def recorded_subjects(
     return subjects
 
 
-def _learned_before(system: RecordedSystem, out: Path | None) -> Network | None:
+def _learned_before(system: RecordedSystem, out: Path | None, seed: int) -> Network | None:
     """Return the network of a run that was begun before: to learn it again would take minutes."""
     if out is None:
         return None
     folder = RunFolder(out / RUNS / system.options["model"])
     # A comparison that is to be replaced may be one of other recordings.
     if not folder.is_run() or not system.same_motion(folder.recording()):
+        return None
+    if folder.configuration().run.seed != seed:
         return None
     return folder.network()
 

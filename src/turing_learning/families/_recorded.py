@@ -287,11 +287,13 @@ class RecordedSystem:
         recordings: Sequence[Trajectories] | None = None,
         network: Network | None = None,
         progress: Callable[[int, int], None] | None = None,
+        seed: int = 1,
     ) -> tuple[Windows, Any, tuple[Trajectories, ...]]:
         """Open the recordings, unless they are given, cut them into windows, and fit the family of models to them.
 
         Without `model` there is no family, but None. Windows have `steps` and `signals` by default. Headings are not
-        measured if the individuals of the family have none. A network is learned, with `progress`, unless it is given.
+        measured if the individuals of the family have none. A network is learned, with `progress` and from `seed`,
+        unless it is given.
         """
         option = self.options.get
         paths = self.options["trajectories"]
@@ -346,7 +348,9 @@ class RecordedSystem:
                 return windows, chosen, motion
             if issubclass(chosen, Network):
                 tanks = option("tank") or ["recorded"]
-                return windows, network or _learned(likely, windows, tanks, progress), motion
+                if network is None:
+                    network = _learned(likely, windows, tanks, progress, seed)
+                return windows, network, motion
             settings = chosen.settings_of(self.options["model"])
             asked = option("tank") or []
             # without walls a group would spread, and neighbors be farther away than in the tank
@@ -391,10 +395,11 @@ def _learned(
     windows: Windows,
     tanks: Sequence[str],
     progress: Callable[[int, int], None] | None,
+    seed: int,
 ) -> Network:
     """Learn a network from recordings, in tanks as they are asked for."""
     walls = [text if text == "recorded" else _tank(text, recordings[0]) for text in tanks]
-    return Network.learned(recordings, windows, tanks=walls, progress=progress)
+    return Network.learned(recordings, windows, tanks=walls, seed=seed, progress=progress)
 
 
 def _digest(path: Path) -> str:

@@ -432,8 +432,9 @@ def test_the_command_line_learns_a_network_once(network, tmp_path, monkeypatch, 
         "--y-axis",
         "up",
     ]
-    command += ["--model", "network", "--trials", "20", "--seed", "1", "--out", str(out)]
+    command += ["--model", "network", "--trials", "20", "--seed", "3", "--out", str(out)]
     assert exit_code(command) == 0
+    assert learned[0]["seed"] == 3
     assert len(learned) == 1
     assert (out / "network.safetensors").exists()
     assert exit_code(["show", str(out)]) == 0
