@@ -22,7 +22,7 @@
 `dynamic_outputs`         What networks put out for sensor readings that change (`DYNAMIC_READINGS`), section 4.6.2.
 `response_error`          How far networks are from the agents' parameters at constant readings.
 `Judgment`                Whether to believe a run, all that is said of it; `Verdict`: in a word, `Examination`: by what test, at
-                          what `LEVEL`;
+                          what `LEVEL`; `SURE`: where a right model must not be called wrong;
                           `OF_CHECKS`: what only checks say.
 `settled`                 Whether the models of a run have settled.
 `classifiers_tell`        Whether its classifiers still tell them from the agents.
@@ -58,7 +58,7 @@ from ._estimate import (
     replace_unknown,
     settled,
 )
-from ._judgment import LEVEL, OF_CHECKS, Examination, Judgment, Verdict
+from ._judgment import LEVEL, OF_CHECKS, SURE, Examination, Judgment, Verdict
 from ._predictive import PredictiveCheck, predictive_check, resemblance
 from ._tests import (
     Comparison,
@@ -71,7 +71,7 @@ from ._tests import (
 )
 
 __all__ = [
-    "DYNAMIC_READINGS", "LEVEL", "OF_CHECKS", "UNKNOWN", "WHY_UNKNOWN", "WHY_UNKNOWN_OF_TRIALS",
+    "DYNAMIC_READINGS", "LEVEL", "OF_CHECKS", "SURE", "UNKNOWN", "WHY_UNKNOWN", "WHY_UNKNOWN_OF_TRIALS",
     "Comparison", "Examination", "Judgment",
     "Jury", "PredictiveCheck", "Verdict", "absolute_error", "area_under_curve", "classifiers_tell", "compare",
     "competence", "decision_accuracy", "dispersion", "dynamic_outputs", "estimate", "interval", "is_known",

@@ -11,3 +11,4 @@ from ._two_sample import two_sample_test as two_sample_test
 from .evidence import Effort as Effort
 from .evidence import Evidence as Evidence
 from .evidence import Quantity as Quantity
+from .evidence import evidence_of as evidence_of

@@ -18,8 +18,6 @@ from turing_learning.trajectories import SIGNALS, Trajectories, compute_signals
 OBSERVING, TESTING, PROFILING, COMPARING, RECOVERING = range(5)
 LEAST_TESTING = 4
 """Genuine samples that must be kept out for a test."""
-LEAST_INDIVIDUALS = 5
-"""With fewer individuals, those of each are divided by blocks of time, too; with so many recordings, each is one group."""
 LEAST_POINTS = 6
 """Values of a profile: with fewer, the stretch between the neighbors of one of them is half of the range or more."""
 
@@ -94,18 +92,18 @@ def stream(seed: int, *use: int) -> np.random.Generator:
 
 
 def evidence_of(
-    configuration: Configuration, source: Source, effort: Effort, seed: int, groups: np.ndarray | None = None,
-    grouping: str = "",
+    configuration: Configuration, source: Source, effort: Effort, seed: int, groups: np.ndarray | None = None
 ) -> Evidence:  # fmt: skip
     """Return genuine samples of a run's system, and what simulates models of it, from the run's source, opened again.
 
     Agents of a simulated swarm are observed one in each trial, so that no two samples have met; models are
     executed by a replica among agents, as in the run. Of a custom system they are the samples that the run
-    learned from, and those held out.
+    learned from, and those held out; `groups` (H,) says which of these belong together, else the source does.
     """
     system = configuration.system
     rng = stream(seed, OBSERVING)
     data = source.genuine
+    grouping = "trials" if data is None else data.grouping
     # Without a generation a failed simulation is left out; in a run it would be an error.
     source.generation = None
     if data is None:
@@ -118,11 +116,15 @@ def evidence_of(
         testing = data.testing
         if data.live is not None:
             testing = source.genuine_samples(effort.samples, rng)
+        if groups is not None:
+            grouping = "groups"
+        elif data.groups is not None:
+            groups = data.groups
     return Evidence(
         learning=learning,
         testing=testing,
         groups=np.arange(len(testing)) if groups is None else groups,
-        grouping=grouping or ("trials" if data is None else "samples"),
+        grouping=grouping,
         simulate=source.simulate,
         parameters=system.parameters,
         names=tuple(system.signals),
@@ -130,28 +132,13 @@ def evidence_of(
     )
 
 
-def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarray | None, str]:
-    """Return which held-out samples belong together, by labels (K,) of all or as windows know it, and what such a group is."""
-    if groups is not None:
-        labels = np.asarray(groups)
-        rule = f"be one label for each of the {len(data.samples)} samples"
-        fits = labels.shape == (len(data.samples),)
-        require(fits, "groups", rule, f"shape {labels.shape}", error=ConfigurationError)
-        return np.unique(labels[data.held_out], return_inverse=True)[1], "groups"
-    index = getattr(genuine, "held_out_index", None)
-    if index is None or not len(index):
-        return None, "samples"
-    recordings = np.asarray(getattr(genuine, "held_out_recording", ()))
-    if len(np.unique(recordings)) >= LEAST_INDIVIDUALS:
-        return recordings, "recordings"
-    # Individuals that nobody has learned from are independent even if they are few.
-    individuals = index[:, 0]
-    apart = not np.isin(individuals, genuine.learning_index[:, 0]).any()
-    if apart or len(np.unique(individuals)) >= LEAST_INDIVIDUALS:
-        return individuals, "individuals"
-    blocks = np.searchsorted([begin for begin, _, _ in genuine.blocks], index[:, 1], side="right")
-    pairs = np.stack((individuals, blocks), axis=1)
-    return np.unique(pairs, axis=0, return_inverse=True)[1].ravel(), "individuals in blocks of time"
+def labelled_groups(data: Genuine, labels: Any) -> np.ndarray:
+    """Return which held-out samples (H,) belong together, by labels of all samples (K,)."""
+    labels = np.asarray(labels)
+    rule = f"be one label for each of the {len(data.samples)} samples"
+    fits = labels.shape == (len(data.samples),)
+    require(fits, "groups", rule, f"shape {labels.shape}", error=ConfigurationError)
+    return np.unique(labels[data.held_out], return_inverse=True)[1]
 
 
 class Stored:

@@ -542,26 +542,27 @@ def check(
         with refusing_as(ConfigurationError):
             source = stack.enter_context(system.open(arguments))
         labels = None
-        grouping = ""
-        if source.genuine is not None:
-            labels, grouping = evidences.held_out_groups(
-                systems.observed(arguments.genuine), source.genuine, groups
-            )
-        elif recordings:
+        if groups is not None and source.genuine is not None:
+            labels = evidences.labelled_groups(source.genuine, groups)
+        if recordings and source.genuine is None:
             reject("recording", "be left out for simulated robots", "one")
         if system.interval_s > 0:
             _refuse_other_rates(recordings, system.interval_s)
         effort = effort or Effort()
+        evidence = evidence_of(configuration, source, effort, seed, labels)
+        # Where samples do not say what belongs together, nothing is stored of it
+        stored_groups = None
+        if evidence.grouping not in ("samples", "trials"):
+            stored_groups = evidence.groups.tolist()
         settings = {
             "estimate": result.estimate,
             "seed": seed,
             "recoveries": recoveries,
             "recovery_generations": length,
             "recording": bool(recordings),
-            "groups": None if labels is None else labels.tolist(),
+            "groups": stored_groups,
         } | asdict(effort)
         # refuses what cannot be checked, before anything is written
-        evidence = evidence_of(configuration, source, effort, seed, labels, grouping)
         checked = _Checker(
             result, source, arguments, evidence, effort, settings, recordings, say
         ).run(force=force)

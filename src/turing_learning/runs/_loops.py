@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from turing_learning import coevolution
+from turing_learning.analysis import SURE, Judgment
 from turing_learning.coevolution import Coevolution, Generation
-from turing_learning.config import Configuration, classifier_of
+from turing_learning.config import Configuration, ConfigurationError, classifier_of
 from turing_learning.config.parts import (
     classifiers_optimizer,
     models_optimizer,
@@ -30,8 +31,17 @@ from turing_learning.few_trials import (
     candidate_symmetries,
     walked_symmetries,
 )
+from turing_learning.identifiability import (
+    Effort,
+    evidence_of,
+    reference_accuracies,
+    two_sample_test,
+)
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION
 from turing_learning.systems import Source
+
+PANEL = Effort(samples=150, references=4, points=0)
+"""Of a panel that looks at the estimate of a run of trials; 0.2 s of processor time in aggregation."""
 
 
 class Generations:
@@ -113,6 +123,7 @@ class TrialsLoop:
         seed = run.seed
         classifier = classifier_of(configuration)
         space = search_space(configuration, source)
+        self._configuration = configuration
         self._source = source
         # Rows of the buffer that are stored: trials, genuine samples
         self._stored = (0, 0)
@@ -172,6 +183,7 @@ class TrialsLoop:
             ends = readout["mode_interval"]
             rows = self._source.to_units(ends.reshape(-1, ends.shape[2]))
             readout["mode_interval"] = rows.reshape(ends.shape)
+            readout |= panel_examination(self._configuration, self._source, readout["draws"])
         return readout
 
     def state(self) -> dict[str, np.ndarray]:
@@ -189,6 +201,36 @@ class TrialsLoop:
             state = {**state, **join_states({"buffer": rows})}
         self.trials.restore(state)
         self._stored = self.trials.buffer.counts
+
+
+def panel_examination(
+    configuration: Configuration, source: Source, draws: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Let a panel of examiners tell models that a run calls plausible from the system.
+
+    It judges what the run has not learned from: held-out windows, or agents in other trials. A
+    wide posterior is told because it is wide. So each of a few of its models is examined in the
+    same way, as if it were the system; what is told no better passes.
+
+    Returns "panel" (3,), the accuracy, its p-value, and 1 if the models are told, else 0. Nothing
+    where samples cost, where too few are held out, and where the run examines its estimate itself.
+    """
+    if not source.cheap or source.independent is not None:
+        return {}
+    seed = configuration.run.seed
+    generation = source.generation
+    try:
+        evidence = evidence_of(configuration, source, PANEL, seed)
+        test = two_sample_test(evidence, draws, PANEL, seed=seed)
+        if test.p_value <= SURE:
+            usual = reference_accuracies(evidence, draws, PANEL, PANEL.references, seed=seed)
+            test = replace(test, plausible=usual)
+    except ConfigurationError:
+        return {}
+    finally:
+        source.generation = generation
+    told = test.p_value <= SURE and Judgment(examination=test).fits is False
+    return {"panel": np.array([test.accuracy, test.p_value, float(told)])}
 
 
 def search_space(configuration: Configuration, source: Source) -> SearchSpace:

@@ -21,7 +21,15 @@ from ..trajectories import SIGNALS, Windows, origin_of
 from ..workers import NotImportable, WorkerDied, Workers, packed
 from ._calls import Answer, Failed, Simulator, answer
 from ._executor import answers_by
-from ._genuine import Genuine, cut_samples, names_of, observed, table_names, value_text
+from ._genuine import (
+    Genuine,
+    cut_samples,
+    held_out_groups,
+    names_of,
+    observed,
+    table_names,
+    value_text,
+)
 from ._per_model import value_of_parameter, with_columns
 from ._system import Arguments, CustomSystemError, FallibleSource, Source, System
 
@@ -245,7 +253,10 @@ class CustomSystem(System, Settings):
         if not columns and {*self.signals} <= {*names}:
             names = self.signals
         samples = cut_samples(genuine, self.steps, names)
-        data = Genuine(samples, held_out, excerpt=excerpt, names=names)
+        groups, grouping = held_out_groups(genuine)
+        data = Genuine(
+            samples, held_out, excerpt=excerpt, names=names, groups=groups, grouping=grouping
+        )
         rule = f"be the samples that the run began with, of SHA-256 {self.digest[:12]}..."
         got = f"others, {data.digest[:12]}..."
         remedy = "Give the same, or start a new run."
@@ -372,6 +383,8 @@ class CustomSource(FallibleSource):
         super().__init__(system)
         self.genuine = genuine
         self._learning = system.centered(genuine.learning)
+        # Only families of models say how long their steps last
+        self.cheap = hasattr(simulate, "interval_s")
         rule = "be a function of (parameters, rng)"
         require(callable(simulate), "simulate", rule, type(simulate).__name__)
         self._simulate = simulate

@@ -24,6 +24,9 @@ SMALLEST_SCALE = 1e-9
 HELD_OUT = 0.2
 """Default share of the samples that are held out for testing."""
 
+LEAST_INDIVIDUALS = 5
+"""With fewer individuals, those of each are divided by blocks of time, too; with so many recordings, each is one group."""
+
 LiveSource = Callable[[np.random.Generator], Any]
 
 
@@ -49,6 +52,9 @@ class Genuine:
     excerpt: np.ndarray | None = None
     names: tuple[str, ...] = ()  #: Of the columns that they were read from; empty of arrays
     origin: str = ""  #: Of windows: SHA-256 of what they were computed from, see `origin_of`
+    #: (H,): Which held-out samples belong together; None: each stands alone
+    groups: np.ndarray | None = None
+    grouping: str = "samples"  #: What such a group is, in a word
 
     @property
     def learning(self) -> np.ndarray:
@@ -123,11 +129,35 @@ def read_genuine(
         require(held_out is None, "held_out", rule, brief(held_out))
         excerpt = getattr(genuine, "excerpt", None)
         origin = origin_of(genuine) if isinstance(genuine, Windows) else ""
+        groups, grouping = held_out_groups(genuine)
         split = np.arange(len(genuine.learning), len(samples))
-        return Genuine(samples, split, excerpt=excerpt, origin=origin)
+        return Genuine(
+            samples, split, excerpt=excerpt, origin=origin, groups=groups, grouping=grouping
+        )
     if held_out is None:
         held_out = HELD_OUT
     return Genuine(samples, _held_out(held_out, len(samples), rng), names=names)
+
+
+def held_out_groups(genuine: Any) -> tuple[np.ndarray | None, str]:
+    """Return which held-out samples belong together, by labels (H,), and what such a group is.
+
+    Windows of recorded motion know it. Of other samples each stands alone: None.
+    """
+    index = getattr(genuine, "held_out_index", None)
+    if index is None or not len(index):
+        return None, "samples"
+    recordings = np.asarray(getattr(genuine, "held_out_recording", ()))
+    if len(np.unique(recordings)) >= LEAST_INDIVIDUALS:
+        return recordings, "recordings"
+    # Individuals that nobody has learned from are independent even if they are few.
+    individuals = index[:, 0]
+    apart = not np.isin(individuals, genuine.learning_index[:, 0]).any()
+    if apart or len(np.unique(individuals)) >= LEAST_INDIVIDUALS:
+        return individuals, "individuals"
+    blocks = np.searchsorted([begin for begin, _, _ in genuine.blocks], index[:, 1], side="right")
+    pairs = np.stack((individuals, blocks), axis=1)
+    return np.unique(pairs, axis=0, return_inverse=True)[1].ravel(), "individuals in blocks of time"
 
 
 def names_of(samples: Any, columns: Sequence[str] = ()) -> tuple[str, ...]:

@@ -158,6 +158,7 @@ class _SwarmSource(Source):
 
     system: Swarm
     fallible = False
+    cheap = True
 
     def __init__(self, swarm: Swarm) -> None:
         from ..swarm import MixedSwarm, SeparatedSwarm

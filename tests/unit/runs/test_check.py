@@ -325,8 +325,7 @@ def test_labels_group_the_held_out_samples():
 
 
 def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few():
-    from turing_learning.identifiability.evidence import held_out_groups
-    from turing_learning.systems import Genuine
+    from turing_learning.systems import held_out_groups
     from turing_learning.trajectories import Trajectories
 
     for count, word in ((6, "individuals"), (3, "individuals in blocks of time")):
@@ -335,26 +334,21 @@ def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few()
         windows = Trajectories(positions, np.ones((600, count), dtype=bool), 10.0, names).windows(
             10
         )
-        samples = np.concatenate((windows.learning, windows.held_out))
-        data = Genuine(samples, np.arange(len(windows.learning), len(samples)))
-        groups, grouping = held_out_groups(windows, data, None)
+        groups, grouping = held_out_groups(windows)
         assert grouping == word
         blocks = sum(side == "held out" for _, _, side in windows.blocks)
         assert len(np.unique(groups)) == (count if count == 6 else count * blocks)
 
 
 def test_held_out_individuals_are_groups_however_few_they_are():
-    from turing_learning.identifiability.evidence import held_out_groups
-    from turing_learning.systems import Genuine
+    from turing_learning.systems import held_out_groups
     from turing_learning.trajectories import Trajectories
 
     positions = np.cumsum(np.random.default_rng(0).normal(0.5, 0.1, (600, 4, 2)), axis=0)
     whole = Trajectories(positions, np.ones((600, 4), dtype=bool), 10.0, tuple("abcd"))
     for share in (0.0, 0.2):
         windows = whole.windows(10, hold_out=share, hold_out_individuals=["b", "d"])
-        samples = np.concatenate((windows.learning, windows.held_out))
-        data = Genuine(samples, np.arange(len(windows.learning), len(samples)))
-        groups, grouping = held_out_groups(windows, data, None)
+        groups, grouping = held_out_groups(windows)
         assert grouping == "individuals"
         assert sorted(set(groups)) == [1, 3]
 

@@ -11,12 +11,16 @@ import pytest
 from matplotlib.figure import Figure
 
 import turing_learning as tl
-from turing_learning.analysis import mixed_interval
+from turing_learning.analysis import Verdict, mixed_interval
 from turing_learning.config import ConfigurationError
+from turing_learning.families import BurstAndCoast, as_recorded
 from turing_learning.few_trials import Matched, SearchSpace, _loop, _readout, _search, combined
 from turing_learning.identifiability import Effort
+from turing_learning.runs import _loops
+from turing_learning.runs._loops import panel_examination
 from turing_learning.store import RunFolderError
-from turing_learning.systems import CustomSystemError
+from turing_learning.systems import Arguments, CustomSystemError
+from turing_learning.trajectories import Trajectories
 
 pytestmark = pytest.mark.usefixtures("few_kernels", "few_moves")
 
@@ -538,3 +542,38 @@ def test_a_simulator_without_noise_is_inferred():
     result = tl.infer(genuine=genuine, simulate=swing, parameters=ranges, trials=600, seed=2)
     assert result.estimate["height"] == pytest.approx(1.3, abs=0.01)
     assert result.estimate["rate"] == pytest.approx(2.2, abs=0.01)
+
+
+@pytest.mark.parametrize("averaged", [1, 5])
+def test_a_panel_tells_models_that_lack_what_was_recorded(averaged):
+    truth = np.array([12.0, 0.5, 0.8, 0.5])
+    rng = np.random.default_rng(1)
+    group = BurstAndCoast(steps=1998, individuals=6, interval_s=0.1, tank_cm=(40.0, 40.0))
+    positions = group.simulate(truth[None], rng)[0]
+    # what a tracker does that smooths: the family cannot
+    positions = np.mean([positions[k : len(positions) - averaged + k] for k in range(averaged)], 0)
+    present = np.ones(positions.shape[:2], dtype=bool)
+    recording = Trajectories(positions, present, 10.0, tuple("abcdef"))
+    windows = recording.windows(length_s=4.0, signals=("speed", "turn"))
+    family = as_recorded(BurstAndCoast, recording, windows, tanks=[(40.0, 40.0)])
+    short = tl.infer(
+        genuine=windows, simulate=family, parameters=family.parameters, trials=20, seed=1
+    )
+    draws = truth * (1 + 0.02 * rng.standard_normal((100, 4)))
+    with short.configuration.system.open(Arguments(windows, family)) as source:
+        said = panel_examination(short.configuration, source, draws)
+        assert source.generation == 0
+    _, p_value, told = said["panel"]
+    assert bool(told) == (averaged > 1)
+    assert (p_value <= 0.01) == bool(told)
+
+
+def test_what_a_panel_tells_is_said_and_intervals_stay(monkeypatch):
+    told = {"panel": np.array([0.9, 0.001, 1.0])}
+    monkeypatch.setattr(_loops, "panel_examination", lambda *of: told)
+    whole = inferred()
+    monkeypatch.undo()
+    usual = inferred()
+    assert whole.interval == usual.interval
+    assert not math.isnan(whole.interval["vl0"][0])
+    assert {*whole.found} - {*usual.found} == {Verdict.DIFFERENT}

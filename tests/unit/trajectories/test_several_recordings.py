@@ -7,8 +7,7 @@ import pytest
 
 import turing_learning as tl
 from turing_learning.families import BurstAndCoast, Couzin, Replicates, Vicsek, as_recorded
-from turing_learning.identifiability.evidence import held_out_groups
-from turing_learning.systems import observed
+from turing_learning.systems import held_out_groups, observed
 from turing_learning.trajectories import Trajectories, join_windows, pooled_windows
 
 QUICK = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
@@ -80,20 +79,13 @@ def test_recordings_that_are_measured_otherwise_are_refused(other, message):
 
 def test_what_is_held_out_is_grouped_by_recordings_where_there_are_enough():
     windows = [recording(seed=k).windows(10) for k in range(5)]
-    data = replace_samples(windows[:4])
-    labels, what = held_out_groups(observed(windows[:4]), data, None)
+    labels, what = held_out_groups(observed(windows[:4]))
     assert what == "individuals"
     assert len(np.unique(labels)) == 12
     joined = observed(windows)
-    labels, what = held_out_groups(joined, replace_samples(windows), None)
+    labels, what = held_out_groups(joined)
     assert what == "recordings"
     np.testing.assert_array_equal(labels, joined.held_out_recording)
-
-
-def replace_samples(windows):
-    from turing_learning.systems._genuine import read_genuine
-
-    return read_genuine(observed(windows), rng=np.random.default_rng(0))
 
 
 def test_one_recording_needs_no_list_and_pixels_are_refused():
