@@ -66,6 +66,7 @@ class Windows:
 
     def frames(self, side: Literal["learning", "held out"]) -> list[np.ndarray]:
         """Return for each recording at which frames who may be learned from, or is held out: (F, A) bool."""
+        require(side in ("learning", "held out"), "side", 'be "learning" or "held out"', side)
         individuals, rows = self.recordings.sum(axis=0)
         index = self.learning_index if side == "learning" else self.held_out_index
         # an individual that is for the other side alone has no windows on this one

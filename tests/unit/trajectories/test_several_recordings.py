@@ -156,3 +156,10 @@ def test_a_list_of_windows_makes_a_run_that_is_resumed_and_checked(tmp_path):
     assert {"polarization"} <= {each.name for each in found.quantities}
     with pytest.raises(ValueError, match="of several: genuine=pooled_windows"):
         tl.infer(genuine=SOME, simulate=family, parameters=family.parameters)
+
+
+def test_frames_are_of_a_side_that_there_is():
+    windows = SOME[0].windows(10)
+    assert sum(map(np.sum, windows.frames("held out"))) > 0
+    with pytest.raises(ValueError, match=r'`side` must be "learning" or "held out"; got held_out'):
+        windows.frames("held_out")
