@@ -1,7 +1,7 @@
 """Whether an estimate can be believed: can the genuine motion be told from that of the model, and what do the samples pin down?
 
-`Evidence`
-    Genuine samples to learn from and held out, and a simulator of models.
+`Evidence`, `evidence_of`
+    Genuine samples to learn from and held out, and a simulator of models; of a run's system.
 `Effort`
     How much is simulated.
 `two_sample_test`, `TwoSampleTest`

@@ -14,8 +14,9 @@
     `CustomOptions`. The same with simulated samples; the parameters alone.
 `system_of`
     The system of a scenario.
-`Genuine`, `observed`
-    Samples of a system, checked and split into those for learning and those held out for testing.
+`Genuine`, `observed`, `held_out_groups`
+    Samples of a system, checked and split into those for learning and those held out for testing;
+    which of these belong together.
 `GuardedInterrogation`
     Reject models whose simulation failed.
 `FallibleSource`, `FailureLog`
