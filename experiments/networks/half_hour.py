@@ -142,11 +142,20 @@ def main() -> None:
         variants[f"minute {minute}"] = [cut(group, begin, frames) for group in groups]
     expected = pooled(held_out, tanks)
     usual = float(np.median(expected["speed"]))
+    done = set()
+    if PATH.exists():
+        with PATH.open() as file:
+            done = {
+                (row["form"], row["system"], row["seed"], row["what"])
+                for row in csv.DictReader(file)
+            }
     with PATH.open("a", newline="") as file:
         writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
         if file.tell() == 0:
             writer.writeheader()
         for what, recordings in variants.items():
+            if (FORM, system, str(seed), what) in done:
+                continue
             values = pooled(recordings, tanks)
             row: dict[str, object] = {"form": FORM, "system": system, "seed": seed, "what": what}
             for name in COMPARED:

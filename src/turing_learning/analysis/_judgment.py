@@ -12,7 +12,7 @@ LEVEL = 0.05
 """How often a test, or a claim, may be wrong."""
 
 SURE = 0.01
-"""The same where a right model must not be called wrong: by a run of itself, or though searches for known truths fail."""
+"""p-value up to which a model is called wrong without a check, or though searches for known truths fail."""
 
 POWER = 0.8
 """Share of clearly wrong models that a test has to notice; with less its silence says nothing.

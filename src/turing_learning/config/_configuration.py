@@ -128,7 +128,9 @@ class Configuration(Section):
             trials > 0 or not tolerance, "run.tolerance", "be 0 without `run.trials`", tolerance
         )
         batch = self.run.batch
-        rule = f"be 0, or from 2 to a tenth of run.trials, {trials // FEWEST_BATCHES}"
+        rule = "be 0 without `run.trials`"
+        if trials:
+            rule = f"be 0, or from 2 to a tenth of run.trials, {trials // FEWEST_BATCHES}"
         fits = batch == 0 or 2 <= batch <= trials // FEWEST_BATCHES
         require(fits, "run.batch", rule, batch)
         if trials:

@@ -194,7 +194,7 @@ class RunSection(Section):
     either side. 0: never"""
     batch: Annotated[int, Field(ge=0, le=LARGEST_GENERATIONS)] = 0
     """trials in a batch of a run with `trials`, whose simulations are made at once: a multiple of the
-    number of workers lets few of them wait. The first one is larger. 0: a fortieth of the trials"""
+    number of workers lets few of them wait. The first batch has more. 0: a fortieth of the trials"""
     extended: tuple[tuple[int, int], ...] = ()
     """of a finished run that was given more `trials`: the number that it had, and how many of them
     were spent, for each time"""

@@ -23,7 +23,7 @@ ARCHIVED_GENERATIONS = 100
 JURORS_DRAWN = 300
 """Classifiers of a run by generations that judge, each of another generation."""
 FITTEST = 20
-"""Classifiers of a generation from which that one is drawn: the best one alone is too often the same."""
+"""The best classifiers of a generation, of which one judges: the best one alone is too often the same."""
 LAST_BATCH = 20
 """Classifiers of a run of trials that stand for its last generation: those of its last batch."""
 

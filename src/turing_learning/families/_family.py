@@ -49,6 +49,8 @@ class Family(ABC):
     """Whether individuals have headings, with which their signals are measured then."""
     social: ClassVar[bool] = True
     """Whether individuals take notice of each other."""
+    cheap: ClassVar[bool] = True
+    """Whether a few hundred samples more than the trials of a run cost little."""
 
     @classmethod
     def settings_of(cls, name: str) -> dict[str, Any]:

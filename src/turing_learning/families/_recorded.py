@@ -46,6 +46,8 @@ class Replicates:
     interval_s = property(lambda self: self.groups[0].interval_s)
     #: Whether individuals have headings
     headings = property(lambda self: self.groups[0].headings)
+    #: Whether samples cost little
+    cheap = property(lambda self: self.groups[0].cheap)
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return positions (M, F, A, 2) in the first group."""

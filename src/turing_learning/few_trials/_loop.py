@@ -182,8 +182,8 @@ class FewTrials:
         of each time before. Until n trials are spent it is a run of N trials; then its phases are
         those of one of `trials`, of which n are spent.
     batch
-        Trials in a batch after the first one, which also has those that are left over; 0 for a
-        fortieth of `trials`.
+        Trials in a batch after the first one; 0 for a fortieth of `trials`. What is left over is spent
+        in the first batch, or at the end of trials that came later.
     observers
         Random classifiers beside the evolved ones.
     genuine : (K, T, D)

@@ -8,7 +8,7 @@ BATCHES = 40
 """Batches after the first one, where their size is not given."""
 
 FEWEST_BATCHES = 10
-"""Of so many batches a run consists at least: classifiers evolve, and maps are made, after each."""
+"""A batch has at most one of so many parts of the trials: classifiers evolve, and maps are made, after each."""
 
 FIRST_SHARE = 0.1
 """Share of the trials that the first batch spends, within the two bounds below."""

@@ -549,6 +549,7 @@ def check(
         if system.interval_s > 0:
             _refuse_other_rates(recordings, system.interval_s)
         effort = effort or Effort()
+        # refuses what cannot be checked, before anything is written
         evidence = evidence_of(configuration, source, effort, seed, labels)
         # Where samples do not say what belongs together, nothing is stored of it
         stored_groups = None
@@ -562,7 +563,6 @@ def check(
             "recording": bool(recordings),
             "groups": stored_groups,
         } | asdict(effort)
-        # refuses what cannot be checked, before anything is written
         checked = _Checker(
             result, source, arguments, evidence, effort, settings, recordings, say
         ).run(force=force)

@@ -7,6 +7,7 @@ Both step, and say what the step leaves: a `Generation`, or a `TrialBatch`. Both
 """
 
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,13 +16,14 @@ import numpy as np
 from turing_learning import coevolution
 from turing_learning.analysis import SURE, Judgment
 from turing_learning.coevolution import Coevolution, Generation
-from turing_learning.config import Configuration, ConfigurationError, classifier_of
+from turing_learning.config import Configuration, classifier_of
 from turing_learning.config.parts import (
     classifiers_optimizer,
     models_optimizer,
     observers_of,
     optimizer_of,
 )
+from turing_learning.errors import RefusedError
 from turing_learning.evolution import join_states
 from turing_learning.few_trials import (
     Examiner,
@@ -38,7 +40,7 @@ from turing_learning.identifiability import (
     two_sample_test,
 )
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION
-from turing_learning.systems import Source
+from turing_learning.systems import FallibleSource, Source, SystemFailedError
 
 PANEL = Effort(samples=150, references=4, points=0)
 """Of a panel that looks at the estimate of a run of trials; 0.2 s of processor time in aggregation."""
@@ -173,7 +175,10 @@ class TrialsLoop:
         return self.trials.buffer.since(*before)
 
     def readout(self) -> dict[str, np.ndarray]:
-        """Return what is read off at the end, see `FewTrials.readout`, with parameters in their units."""
+        """Return what is read off at the end, with parameters in their units.
+
+        See `FewTrials.readout` and `panel_examination`.
+        """
         readout = self.trials.readout()
         if "estimate" in readout:
             readout["estimate"] = self._source.to_units(readout["estimate"][None])[0]
@@ -212,25 +217,31 @@ def panel_examination(
     wide posterior is told because it is wide. So each of a few of its models is examined in the
     same way, as if it were the system; what is told no better passes.
 
-    Returns "panel" (3,), the accuracy, its p-value, and 1 if the models are told, else 0. Nothing
-    where samples cost, where too few are held out, and where the run examines its estimate itself.
+    Returns "told_by_panel" (), whether the models are told. Nothing where samples cost or come from
+    a live source, where too few are held out or too many simulations fail, and where the run
+    examines its estimate itself.
     """
-    if not source.cheap or source.independent is not None:
+    live = source.genuine is not None and source.genuine.live is not None
+    if not source.cheap or live or source.independent is not None:
         return {}
     seed = configuration.run.seed
     generation = source.generation
-    try:
-        evidence = evidence_of(configuration, source, PANEL, seed)
-        test = two_sample_test(evidence, draws, PANEL, seed=seed)
-        if test.p_value <= SURE:
-            usual = reference_accuracies(evidence, draws, PANEL, PANEL.references, seed=seed)
-            test = replace(test, plausible=usual)
-    except ConfigurationError:
-        return {}
-    finally:
-        source.generation = generation
-    told = test.p_value <= SURE and Judgment(examination=test).fits is False
-    return {"panel": np.array([test.accuracy, test.p_value, float(told)])}
+    told = False
+    with ExitStack() as opened:
+        # All trials are spent: what fails now is not a failure of the run.
+        if isinstance(source, FallibleSource):
+            opened.enter_context(source.probing())
+        try:
+            evidence = evidence_of(configuration, source, PANEL, seed)
+            test = two_sample_test(evidence, draws, PANEL, seed=seed)
+            if test.p_value <= SURE:
+                usual = reference_accuracies(evidence, draws, PANEL, PANEL.references, seed=seed)
+                told = Judgment(examination=replace(test, plausible=usual)).fits is False
+        except (RefusedError, SystemFailedError):
+            return {}
+        finally:
+            source.generation = generation
+    return {"told_by_panel": np.array(told)}
 
 
 def search_space(configuration: Configuration, source: Source) -> SearchSpace:

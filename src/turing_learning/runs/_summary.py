@@ -123,7 +123,7 @@ def _posterior(traces: Traces, ending: Ending, record: Record) -> Posterior:
         high = np.maximum(high, bounds[:, :, 1].max(axis=0))
     if not_identified:
         verdicts.append(Verdict.UNIDENTIFIED)
-    if "panel" in readout and readout["panel"][2]:
+    if readout.get("told_by_panel", False):
         # intervals stay: they are about the best model of its kind
         verdicts.append(Verdict.DIFFERENT)
     between = dict(zip(names, np.stack((low, high), axis=1).tolist(), strict=True))

@@ -383,8 +383,7 @@ class CustomSource(FallibleSource):
         super().__init__(system)
         self.genuine = genuine
         self._learning = system.centered(genuine.learning)
-        # Only families of models say how long their steps last
-        self.cheap = hasattr(simulate, "interval_s")
+        self.cheap = getattr(simulate, "cheap", False)
         rule = "be a function of (parameters, rng)"
         require(callable(simulate), "simulate", rule, type(simulate).__name__)
         self._simulate = simulate

@@ -203,7 +203,7 @@ class Source:
     together: int = 1  #: Number of models that a trial executes
     #: Whether the samples of a batch of trials have to be collected at once
     whole_batches: bool = False
-    #: Whether models are simulated by this package, for which a few hundred samples more are cheap
+    #: Whether a few hundred samples more cost little, as of simulated swarms and families of models
     cheap: bool = False
     #: Lowest and highest of the optimizer's numbers, beyond which a model is that at the end; None
     #: without ends

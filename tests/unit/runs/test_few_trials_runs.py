@@ -544,32 +544,96 @@ def test_a_simulator_without_noise_is_inferred():
     assert result.estimate["rate"] == pytest.approx(2.2, abs=0.01)
 
 
-@pytest.mark.parametrize("averaged", [1, 5])
-def test_a_panel_tells_models_that_lack_what_was_recorded(averaged):
-    truth = np.array([12.0, 0.5, 0.8, 0.5])
+TRUTH = np.array([12.0, 0.5, 0.8, 0.5])
+TANK = (40.0, 40.0)
+
+
+def recorded(averaged=1, frames=2000, individuals=6):
+    """Return a run on a group that bursts and coasts, its windows, and the family as they were recorded."""
     rng = np.random.default_rng(1)
-    group = BurstAndCoast(steps=1998, individuals=6, interval_s=0.1, tank_cm=(40.0, 40.0))
-    positions = group.simulate(truth[None], rng)[0]
+    group = BurstAndCoast(steps=frames - 2, individuals=individuals, interval_s=0.1, tank_cm=TANK)
+    positions = group.simulate(TRUTH[None], rng)[0]
     # what a tracker does that smooths: the family cannot
     positions = np.mean([positions[k : len(positions) - averaged + k] for k in range(averaged)], 0)
     present = np.ones(positions.shape[:2], dtype=bool)
-    recording = Trajectories(positions, present, 10.0, tuple("abcdef"))
+    names = tuple("abcdef"[:individuals])
+    recording = Trajectories(positions, present, 10.0, names)
     windows = recording.windows(length_s=4.0, signals=("speed", "turn"))
-    family = as_recorded(BurstAndCoast, recording, windows, tanks=[(40.0, 40.0)])
-    short = tl.infer(
+    family = as_recorded(BurstAndCoast, recording, windows, tanks=[TANK])
+    run = tl.infer(
         genuine=windows, simulate=family, parameters=family.parameters, trials=20, seed=1
     )
-    draws = truth * (1 + 0.02 * rng.standard_normal((100, 4)))
-    with short.configuration.system.open(Arguments(windows, family)) as source:
-        said = panel_examination(short.configuration, source, draws)
+    return run, windows, family
+
+
+def panel_says(run, genuine, simulate, spread=0.02):
+    """Return what the panel says of models around the truth."""
+    rng = np.random.default_rng(2)
+    draws = TRUTH * np.exp(spread * rng.standard_normal((100, 4)))
+    with run.configuration.system.open(Arguments(genuine, simulate)) as source:
+        said = panel_examination(run.configuration, source, draws)
         assert source.generation == 0
-    _, p_value, told = said["panel"]
-    assert bool(told) == (averaged > 1)
-    assert (p_value <= 0.01) == bool(told)
+        assert source.failures.count == 0
+    return said
+
+
+@pytest.mark.parametrize("averaged", [1, 5])
+def test_a_panel_tells_models_that_lack_what_was_recorded(averaged):
+    said = panel_says(*recorded(averaged))
+    assert bool(said["told_by_panel"]) == (averaged > 1)
+
+
+def test_a_wide_posterior_is_not_told_because_it_is_wide(monkeypatch):
+    right = recorded()
+    asked = []
+    references = _loops.reference_accuracies
+
+    def noted(*arguments, **options):
+        asked.append(True)
+        return references(*arguments, **options)
+
+    monkeypatch.setattr(_loops, "reference_accuracies", noted)
+    assert not panel_says(*right, spread=0.8)["told_by_panel"]
+    assert asked  # the panel tells them: only its margin excuses them
+
+
+class Failing(BurstAndCoast):
+    """A family whose simulations fail."""
+
+    def __call__(self, parameters, rng):
+        raise RuntimeError("no more")
+
+
+def test_a_panel_is_silent_where_it_cannot_be_asked():
+    run, windows, family = recorded()
+    # a function of a user may cost anything
+    assert panel_says(run, windows, lambda parameters, rng: family(parameters, rng)) == {}
+
+    # most simulations fail
+    assert panel_says(run, windows, Failing(**vars(family))) == {}
+    # too little is held out
+    few = recorded(frames=160, individuals=2)
+    assert len(few[1].held_out) < 4
+    assert panel_says(*few) == {}
+
+
+def test_a_batch_has_as_many_trials_as_are_asked_for():
+    sizes = []
+    result = tl.infer(
+        "aggregation",
+        trials=TRIALS,
+        seed=3,
+        settings=SMALL | {"run.batch": 4},
+        observer=lambda progress: sizes.append(len(progress.batch.models)),
+    )
+    assert result.complete
+    assert sum(sizes) == TRIALS
+    assert set(sizes[1:]) == {4}
+    assert len(sizes) == result.configuration.length
 
 
 def test_what_a_panel_tells_is_said_and_intervals_stay(monkeypatch):
-    told = {"panel": np.array([0.9, 0.001, 1.0])}
+    told = {"told_by_panel": np.array(True)}
     monkeypatch.setattr(_loops, "panel_examination", lambda *of: told)
     whole = inferred()
     monkeypatch.undo()
