@@ -612,7 +612,7 @@ def test_a_panel_is_silent_where_it_cannot_be_asked():
     # most simulations fail
     assert panel_says(run, windows, Failing(**vars(family))) == {}
     # too little is held out
-    few = recorded(frames=160, individuals=2)
+    few = recorded(frames=260, individuals=2)
     assert len(few[1].held_out) < 4
     assert panel_says(*few) == {}
 
