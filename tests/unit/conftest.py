@@ -1,9 +1,13 @@
 """What the tests of commands and runs share."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from turing_learning.cli import main
 from turing_learning.config import load_configuration
+from turing_learning.trajectories import _trajectories, compute_signals
 
 SMALL = {
     "models.population": 8,
@@ -14,6 +18,17 @@ SMALL = {
     "run.checkpoint_every": 3,
     "run.threads": 1,
 }
+
+
+@pytest.fixture
+def on_another_processor(monkeypatch):
+    """Return what lets every signal that is computed from then on end in another digit."""
+
+    def computed(*arguments, **options):
+        signals = compute_signals(*arguments, **options)
+        return replace(signals, values=np.nextafter(signals.values, np.inf))
+
+    return lambda: monkeypatch.setattr(_trajectories, "compute_signals", computed)
 
 
 @pytest.fixture

@@ -31,7 +31,7 @@ defined, and no summary of them is made by hand. Why which number: docs/decision
 
 `FewTrials`, `Batch`
     The loop; what is known after a batch of trials. `batch_schedule`: how many trials are spent
-    after each, `FEWEST_BATCHES` or more.
+    after each; none has more than one of `FEWEST_BATCHES` parts.
 `SearchSpace`
     The space of parameters.
 `Symmetry`, `SymmetryGroup`, `walked_symmetries`, `candidate_symmetries`

@@ -477,19 +477,20 @@ def stays_inside(
 
 @inlined
 def bend_inside(
-    tanks: Tanks, tank: int, x: float, y: float, angle: float, speed: float, ahead: np.ndarray, moments: int,
-    turn: float, leaving: bool,
+    tanks: Tanks, tank: int, x: float, y: float, angle: float, speed: float, pieces: Pieces, row: int, moments: int,
+    leaving: bool,
 ) -> float:  # fmt: skip
-    """Return the least angle (rad) by which a piece has to be turned to stay in the tank; NaN if none is small enough.
+    """Return the least angle (rad) by which the piece of a row has to be turned to stay in the tank; NaN if none is small enough.
 
     Pieces of those who go somewhere are not turned: their axis is where they go.
     """
+    ahead = pieces.ahead[row]
     if stays_inside(tanks, tank, x, y, angle, speed, ahead, moments, leaving):
         return 0.0
     if leaving:
         return math.nan
     # To the side of the piece's own turn first, so that all is the same in a mirror
-    first_side = -1.0 if turn < 0 else 1.0
+    first_side = -1.0 if pieces.turn[row] < 0 else 1.0
     for k in range(1, BENDS + 1):
         for side in (first_side, -first_side):
             off = side * k * BEND
@@ -727,21 +728,11 @@ def _move_range(
                         difference = pieces.context[d, r] - context[d]
                         square += difference * difference
                     times = FOLLOWED_BRISK if pieces.brisk[r] else FOLLOWED
+                    bend = math.nan
                     if square <= times * pieces.reach[r]:
                         bend = bend_inside(
-                            tanks,
-                            tank,
-                            x,
-                            y,
-                            angle,
-                            speed,
-                            pieces.ahead[r],
-                            FOLLOWED_AHEAD,
-                            pieces.turn[r],
-                            leaving[m],
+                            tanks, tank, x, y, angle, speed, pieces, r, FOLLOWED_AHEAD, leaving[m]
                         )
-                    else:
-                        bend = math.nan
                     if math.isnan(bend):
                         r = -1
                 follows = r >= 0
@@ -769,16 +760,7 @@ def _move_range(
                         bend = 0.0
                         if careful:
                             bend = bend_inside(
-                                tanks,
-                                tank,
-                                x,
-                                y,
-                                angle,
-                                speed,
-                                pieces.ahead[r],
-                                AHEAD,
-                                pieces.turn[r],
-                                leaving[m],
+                                tanks, tank, x, y, angle, speed, pieces, r, AHEAD, leaving[m]
                             )
                             if math.isnan(bend):
                                 continue

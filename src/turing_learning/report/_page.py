@@ -20,7 +20,7 @@ from turing_learning.analysis import Judgment
 from turing_learning.figures import Picture
 
 from ._replay import ITEM_LOOKS, Replay
-from .tabular import aligned, counted
+from .tabular import aligned, counted, has_errors
 
 GENERATOR = "Turing Learning for Python"
 """By which a page is recognized."""
@@ -319,8 +319,7 @@ def _column(heading: str, cells: Sequence[Cell]) -> list[str]:
     numeric = [k for k, cell in enumerate(cells) if cell is None or isinstance(cell, float)]
     # Integers count things: they need no point to be aligned at.
     values = [cells[k] for k in numeric]
-    rough = heading.endswith("error")
-    numbers = aligned(values, NOTHING, rough=rough)  # type: ignore[arg-type]
+    numbers = aligned(values, NOTHING, rough=has_errors(heading))  # type: ignore[arg-type]
     for k, number in zip(numeric, numbers, strict=True):
         markup[k] = number
     return markup

@@ -50,6 +50,11 @@ def short_number(value: float, decimals: int = 3) -> str:
     return f"{value:.{decimals}f}"
 
 
+def has_errors(heading: str) -> bool:
+    """Return whether a column holds errors, by its heading."""
+    return heading.endswith("error")
+
+
 def aligned(
     values: Sequence[float | None], nothing: str = "-", decimals: int = 4, *, rough: bool = False
 ) -> list[str]:
@@ -263,7 +268,7 @@ def parameter_rows(
         if column is not None:
             headings.append(heading)
             values = [column[name] for name in labels]
-            texts.append(_cells(values, rough=heading.endswith("error")))
+            texts.append(_cells(values, rough=has_errors(heading)))
     return headings, list(map(list, zip(*texts, strict=True)))
 
 

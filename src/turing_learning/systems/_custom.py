@@ -24,9 +24,9 @@ from ._executor import answers_by
 from ._genuine import (
     Genuine,
     cut_samples,
-    held_out_groups,
     names_of,
     observed,
+    recorded_samples,
     table_names,
     value_text,
 )
@@ -246,17 +246,13 @@ class CustomSystem(System, Settings):
         if steps:
             rule = f"be windows of {self.steps} steps, as when the run began"
             require(steps[0] == self.steps, "genuine", rule, steps[0], "Cut them as then.")
-        excerpt = getattr(genuine, "excerpt", None)
         columns = getattr(arguments.simulate, "columns", ())
         names = names_of(genuine, columns)
         # The run has fixed the order, unless its signals were given other names.
         if not columns and {*self.signals} <= {*names}:
             names = self.signals
         samples = cut_samples(genuine, self.steps, names)
-        groups, grouping = held_out_groups(genuine)
-        data = Genuine(
-            samples, held_out, excerpt=excerpt, names=names, groups=groups, grouping=grouping
-        )
+        data = recorded_samples(genuine, samples, held_out, names)
         rule = f"be the samples that the run began with, of SHA-256 {self.digest[:12]}..."
         got = f"others, {data.digest[:12]}..."
         remedy = "Give the same, or start a new run."

@@ -3,7 +3,7 @@
 import hashlib
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
@@ -127,16 +127,25 @@ def read_genuine(
     if isinstance(genuine, SplitSamples):
         rule = "be left out for samples that are split already"
         require(held_out is None, "held_out", rule, brief(held_out))
-        excerpt = getattr(genuine, "excerpt", None)
-        origin = origin_of(genuine) if isinstance(genuine, Windows) else ""
-        groups, grouping = held_out_groups(genuine)
         split = np.arange(len(genuine.learning), len(samples))
-        return Genuine(
-            samples, split, excerpt=excerpt, origin=origin, groups=groups, grouping=grouping
-        )
+        data = recorded_samples(genuine, samples, split)
+        if isinstance(genuine, Windows):
+            data = replace(data, origin=origin_of(genuine))
+        return data
     if held_out is None:
         held_out = HELD_OUT
     return Genuine(samples, _held_out(held_out, len(samples), rng), names=names)
+
+
+def recorded_samples(
+    genuine: Any, samples: np.ndarray, held_out: np.ndarray, names: tuple[str, ...] = ()
+) -> Genuine:
+    """Return samples (K, T, D) with what windows, if `genuine` are such, know of a recording."""
+    groups, grouping = held_out_groups(genuine)
+    excerpt = getattr(genuine, "excerpt", None)
+    return Genuine(
+        samples, held_out, excerpt=excerpt, names=names, groups=groups, grouping=grouping
+    )
 
 
 def held_out_groups(genuine: Any) -> tuple[np.ndarray | None, str]:

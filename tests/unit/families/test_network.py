@@ -69,11 +69,15 @@ def test_a_piece_is_turned_along_a_wall_by_no_more_than_it_has_to():
     ahead = np.array([(2.0, 0.0), (4.0, 0.0), (8.0, 0.0)])
 
     @njit(error_model="numpy")
-    def bend(tanks, y, angle, ahead, turn, leaving):
-        return imitation.bend_inside(tanks, 0, 0.0, y, angle, 1.0, ahead, len(ahead), turn, leaving)
+    def bend(tanks, y, angle, pieces, leaving):
+        moments = pieces.ahead.shape[1]
+        return imitation.bend_inside(tanks, 0, 0.0, y, angle, 1.0, pieces, 0, moments, leaving)
 
     def turned(y, angle, leaving=False, turn=0.1):
-        return bend(tanks, y, angle, ahead, turn, leaving)
+        # one piece, of which nobody asks more than where it leads and how it turns
+        nothing = [np.zeros(1)] * len(imitation.Pieces._fields)
+        pieces = imitation.Pieces(*nothing)._replace(ahead=ahead[None], turn=np.array([turn]))
+        return bend(tanks, y, angle, pieces, leaving)
 
     # 5 cm from the wall a way of 8 cm fits if it rises by at most asin(5 / 8), 0.675
     assert turned(15.0, 0.5) == 0.0

@@ -10,7 +10,6 @@ import turing_learning as tl
 from turing_learning.families import RecordedSystem, Vicsek, as_recorded
 from turing_learning.runs import RunFolder
 from turing_learning.runs._plots import recorded_replay
-from turing_learning.trajectories import _trajectories, compute_signals
 
 SMALL = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
 
@@ -99,20 +98,12 @@ def run_on(recording, seed, out=None):
     )
 
 
-def on_another_processor(monkeypatch):
-    """Let every signal that is computed end in another digit."""
-
-    def computed(*arguments, **options):
-        signals = compute_signals(*arguments, **options)
-        return replace(signals, values=np.nextafter(signals.values, np.inf))
-
-    monkeypatch.setattr(_trajectories, "compute_signals", computed)
-
-
-def test_runs_are_resumed_and_pooled_where_signals_have_other_last_digits(tmp_path, monkeypatch):
+def test_runs_are_resumed_and_pooled_where_signals_have_other_last_digits(
+    tmp_path, on_another_processor
+):
     recording = fish(tmp_path)
     begun = run_on(recording, 1, tmp_path / "run")
-    on_another_processor(monkeypatch)
+    on_another_processor()
     windows = recording.windows(length_s=4.0)
     models = as_recorded(Vicsek, recording, windows)
     resumed = tl.resume(tmp_path / "run", genuine=windows, simulate=models)
@@ -125,14 +116,14 @@ def test_runs_are_resumed_and_pooled_where_signals_have_other_last_digits(tmp_pa
 
 
 def test_a_run_is_not_resumed_or_pooled_with_a_recording_of_nearly_the_same_motion(
-    tmp_path, monkeypatch
+    tmp_path, on_another_processor
 ):
     recording = fish(tmp_path)
     begun = run_on(recording, 1, tmp_path / "run")
     positions = recording.positions.copy()
     positions[100, 1] += 1e-9
     near = replace(recording, positions=positions)
-    on_another_processor(monkeypatch)
+    on_another_processor()
     with pytest.raises(ValueError, match=r"`genuine` must be the samples that the run began with"):
         tl.resume(tmp_path / "run", genuine=near.windows(length_s=4.0))
     with pytest.raises(ValueError, match=r"scenario\.digest = "):

@@ -8,7 +8,6 @@ import pytest
 from turing_learning.trajectories import (
     SIGNALS,
     Trajectories,
-    _trajectories,
     compute_signals,
     origin_of,
     pooled_windows,
@@ -27,16 +26,6 @@ CUT = {"steps": 12, "signals": tuple(SIGNALS), "hold_out": 0.2}
 ORIGIN = origin_of(RECORDING.windows(**CUT))
 
 
-def on_another_processor(monkeypatch):
-    """Let every signal that is computed end in another digit."""
-
-    def computed(*arguments, **options):
-        signals = compute_signals(*arguments, **options)
-        return replace(signals, values=np.nextafter(signals.values, np.inf))
-
-    monkeypatch.setattr(_trajectories, "compute_signals", computed)
-
-
 def moved(**changes):
     arrays = {}
     for name, (place, value) in changes.items():
@@ -45,9 +34,9 @@ def moved(**changes):
     return replace(RECORDING, **arrays)
 
 
-def test_last_digits_of_signals_do_not_count(monkeypatch):
+def test_last_digits_of_signals_do_not_count(on_another_processor):
     here = RECORDING.windows(**CUT)
-    on_another_processor(monkeypatch)
+    on_another_processor()
     there = RECORDING.windows(**CUT)
     assert (there.learning != here.learning).all()
     assert origin_of(there) == ORIGIN
