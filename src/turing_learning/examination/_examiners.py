@@ -14,6 +14,9 @@ PENALTIES = (0.01, 0.1, 1.0, 10.0)
 LEVELS = 31
 """Ranks of a statistic that trees see: dividing its values anew for each tree would take most of the time."""
 
+DECIMALS = 8
+"""Of scores, whose scale is that of labels, from 0 to 1."""
+
 TINY = 1e-9
 """Of a variance: what varies less is taken for constant."""
 
@@ -203,7 +206,8 @@ class Smoother:
             separation[better] = apart[better]
             chosen[better] = column
             scores[:, better] = predicted[:, better]
-        return scores, chosen
+        # of samples that are all the same, rounding alone would decide which score is higher
+        return np.round(scores, DECIMALS), chosen
 
 
 def _separation(scores: np.ndarray, labels: np.ndarray) -> np.ndarray:

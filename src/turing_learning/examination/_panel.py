@@ -28,6 +28,12 @@ SURE = 0.8
 """Share of cases in which a difference of the size of the power must be noticed. Source: Cohen, Statistical power analysis
 for the behavioral sciences (1988), section 2.4."""
 
+PRECISION = 1e-9
+"""Of a signal, as a share of its largest value: what is smaller is rounding. No camera measures as precisely."""
+
+SMALLEST = 1e-290
+"""Largest value of a signal, at least, so that its last digits are numbers, too."""
+
 CLEARLY = 2 / 3
 """Accuracy against a clearly wrong model: of three samples two are told."""
 
@@ -103,6 +109,7 @@ class Views:
         seed: int,
     ) -> "Views":
         """Describe windows (K, T, D) of signals with names (D,) for some examiners."""
+        windows = without_last_digits(windows)
         _, statistics = named_statistics(windows, names, interval_s)
         views = {"windows": windows, "statistics": _standardized(statistics)}
         if any(examiner.sees == "ranks" for examiner in examiners):
@@ -113,6 +120,17 @@ class Views:
                 convolution_features(windows, np.random.default_rng(seed))
             )
         return cls(windows, views)
+
+
+def without_last_digits(windows: np.ndarray) -> np.ndarray:
+    """Return windows (K, T, D) without what rounding has left of each signal.
+
+    A speed that is constant differs in its last digits, by how far from the origin and for how long somebody has moved.
+    That tells one recording from another, and a model from what it imitates.
+    """
+    largest = np.abs(windows).max(axis=(0, 1))
+    unit = np.maximum(largest, SMALLEST) * PRECISION
+    return np.round(windows / unit) * unit
 
 
 def examine(

@@ -120,3 +120,15 @@ def test_groups_that_do_not_fit_are_rejected(groups, message):
 def test_few_permutations_are_rejected():
     with pytest.raises(ValueError, match=r"`permutations` must be .* 19"):
         examine(walks(4), walks(5), permutations=5)
+
+
+def test_last_digits_tell_nobody():
+    # a constant speed differs in its last digits by where somebody moved: no difference of motion
+    rng = np.random.default_rng(5)
+    near_the_origin = 5 + 1e-15 * rng.normal(size=(40, 30, 1))
+    far_away = 5 + 1e-12 * rng.normal(size=(40, 30, 1))
+    assert examine(near_the_origin, far_away, examiners=QUICK).accuracy == 0.5
+
+    # what a camera could measure is seen
+    shaken = 5 + 1e-4 * rng.normal(size=(40, 30, 1))
+    assert examine(near_the_origin, shaken, examiners=QUICK).accuracy > 0.95
