@@ -2,22 +2,34 @@
 
 One recording is simulated. Its held-out windows are examined against samples of the same model, with the true parameters
 and with one that is 10 or 40 % too large. Run with ``python experiments/examination/right_models.py``. With ``groups`` behind it,
-Couzin groups are recorded in a tank, eight of them, and have all settled for as long: rows of right-groups.csv.
+Couzin groups are recorded, eight of them: rows of right-groups.csv. Models begin as was recorded, as in ``infer``, or scattered.
+``infer`` behind it infers them: rows of inferred-groups.csv.
 """
 
 import csv
 import sys
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
+import turing_learning as tl
 from turing_learning.examination import QUICK, test_held_out
-from turing_learning.families import BurstAndCoast, Couzin, Particles
-from turing_learning.trajectories import Trajectories, pooled_windows
+from turing_learning.families import (
+    BurstAndCoast,
+    Couzin,
+    Family,
+    Particles,
+    Replicates,
+    as_recorded,
+)
+from turing_learning.trajectories import Trajectories, Windows, pooled_windows
 
 TABLE = Path(__file__).parent / "right-models.csv"
 REPEATS = 100
-GROUP_REPEATS = 40
+GROUP_REPEATS = 100
+INFERRED = 4
 TANK_CM = (40.0, 40.0)
 FRAMES = 2000
 """Of a recording, at 10 per second."""
@@ -51,13 +63,15 @@ def p_value(
     present = np.ones(positions.shape[:2], dtype=bool)
     recording = Trajectories(positions, present, 10.0, names)
     windows = recording.windows(length_s=4.0, signals=signals)
-    imitated = family(steps=windows.held_out.shape[1], signals=signals, **options)
+    imitated = as_recorded(family, recording, windows)
     samples = imitated(np.tile(model, (len(windows.held_out), 1)), rng)[:, 0]
     return test_held_out(windows, samples, examiners=QUICK, seed=seed).p_value
 
 
-def p_value_of_groups(settling_steps: int, tank_cm: tuple[float, float] | None, seed: int) -> float:
-    """Record eight Couzin groups, and examine held-out windows against samples of the right model."""
+def recorded_groups(
+    settling_steps: int, tank_cm: tuple[float, float] | None, begin: str, seed: int
+) -> tuple[Windows, Family | Replicates]:
+    """Record eight Couzin groups; return their windows, and the family that imitates them."""
     _, individuals, signals, values = SYSTEMS[SHOAL]
     rng = np.random.default_rng((45, 12, seed))
     options = {
@@ -73,23 +87,62 @@ def p_value_of_groups(settling_steps: int, tank_cm: tuple[float, float] | None, 
         present = np.ones(positions.shape[:2], dtype=bool)
         recordings.append(Trajectories(positions, present, 10.0, names))
     windows = pooled_windows(recordings, length_s=4.0, signals=signals)
-    imitated = Couzin(steps=windows.held_out.shape[1], signals=signals, **options)
-    samples = imitated(np.tile(values, (len(windows.held_out), 1)), rng)[:, 0]
+    imitated = as_recorded(Couzin, recordings, windows, tanks=[tank_cm])
+    if begin == "scattered":
+        imitated = replace(imitated, starts=None, settling_steps=0)
+    return windows, imitated
+
+
+def p_value_of_groups(
+    settling_steps: int, tank_cm: tuple[float, float] | None, begin: str, seed: int
+) -> float:
+    """Examine held-out windows of groups against samples of the right model."""
+    windows, imitated = recorded_groups(settling_steps, tank_cm, begin, seed)
+    models = np.tile(SYSTEMS[SHOAL][-1], (len(windows.held_out), 1))
+    samples = imitated(models, np.random.default_rng((45, 13, seed)))[:, 0]
     return test_held_out(windows, samples, examiners=QUICK, seed=seed).p_value
+
+
+def write_inferred() -> None:
+    """Write what is inferred of groups in a tank: errors in shares of the ranges, and intervals that hold."""
+    truth = np.array(SYSTEMS[SHOAL][-1])
+    with TABLE.with_name("inferred-groups.csv").open("w", buffering=1) as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["seed", "models_begin", "verdict", "parameter", "error", "holds"])
+        for seed, begin in product(range(INFERRED), ("as recorded", "scattered")):
+            windows, imitated = recorded_groups(1000, TANK_CM, begin, seed)
+            result = tl.infer(
+                genuine=windows,
+                simulate=imitated,
+                parameters=imitated.parameters,
+                trials=3000,
+                seed=seed + 1,
+                progress=False,
+            )
+            for value, (name, parameter) in zip(truth, imitated.parameters.items(), strict=True):
+                error = abs(result.estimate[name] - value) / (parameter.high - parameter.low)
+                low, high = result.interval[name]
+                # no interval is given where the run is told
+                holds = "" if np.isnan(low) else int(low <= value <= high)
+                verdict = str(result.found[0])
+                writer.writerow([seed, begin, verdict, name, f"{error:.4f}", holds])
 
 
 def write_groups() -> None:
     """Write how often the right model of groups is told, by how long they settle."""
     with TABLE.with_name("right-groups.csv").open("w") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["tank", "settling_steps", "repeats", "told_at_0.05", "told_at_0.01"])
-        for tank, settling_steps in ((None, 100), (TANK_CM, 100), (TANK_CM, 1000)):
+        columns = ["tank", "settled_s", "models_begin", "repeats", "told_at_0.05", "told_at_0.01"]
+        writer.writerow(columns)
+        places = (None, 100), (TANK_CM, 100), (TANK_CM, 1000)
+        for (tank, settling_steps), begin in product(places, ("as recorded", "scattered")):
             found = []
             for seed in range(GROUP_REPEATS):
-                found.append(p_value_of_groups(settling_steps, tank, seed))
+                found.append(p_value_of_groups(settling_steps, tank, begin, seed))
             shares = [f"{np.mean(np.array(found) <= level):.2f}" for level in (0.05, 0.01)]
             place = "none" if tank is None else "40 cm x 40 cm"
-            writer.writerow([place, settling_steps, GROUP_REPEATS, *shares])
+            settled_s = settling_steps / 10
+            writer.writerow([place, f"{settled_s:g}", begin, GROUP_REPEATS, *shares])
 
 
 def main() -> None:
@@ -118,5 +171,7 @@ def main() -> None:
 if __name__ == "__main__":
     if sys.argv[1:] == ["groups"]:
         write_groups()
+    elif sys.argv[1:] == ["infer"]:
+        write_inferred()
     else:
         main()

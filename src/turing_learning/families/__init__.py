@@ -13,6 +13,7 @@
 `FAMILIES`          The families of equations by name; `MODELS` has the network, too;
                     `model_named` finds one, or what "module:name" names; `is_model` tells whether there is one.
 `as_recorded`       A family with groups, steps and signals as recorded; `Replicates` where recordings differ in group or tank.
+`RecordedStarts`    Moments of a recorded group, at which groups of models begin.
 `recorded_ranges`   Ranges of the parameters that fit a recording; `said_ranges` reads those of commands, as speed=5:300.
 `virtual_group`     A group of any size in any tank, as if recorded; `beyond_recorded` says where it leaves what was recorded.
 `tank_sides`        Width and height of a tank that is given as 100x60.

@@ -19,5 +19,6 @@ from ._recorded import as_recorded as as_recorded
 from ._recorded import is_model as is_model
 from ._recorded import model_named as model_named
 from ._recorded import tank_sides as tank_sides
+from ._starts import RecordedStarts as RecordedStarts
 from ._virtual import beyond_recorded as beyond_recorded
 from ._virtual import virtual_group as virtual_group

@@ -3,7 +3,7 @@
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any, ClassVar, Self
 
@@ -14,6 +14,7 @@ from turing_learning.errors import brief, integer, number, refuse, require
 from ..arrays import array, check_tank
 from ..models import Parameter
 from ..trajectories import SIGNALS, compute_signals
+from ._starts import RecordedStarts
 
 LONGEST = 100_000
 """Time steps of a group: more than an hour of motion at 25 steps a second, and some ten seconds of computing."""
@@ -293,6 +294,8 @@ class Particles(Family):
     #: Width and height of a tank (cm), anywhere in which individuals start, and whose walls reflect them as
     #: light; None for the unbounded plane. Individuals do not see the walls
     tank_cm: tuple[float, float] | None = None
+    #: Recorded moments, at one of which each group begins, drawn by chance; None for places anywhere
+    starts: RecordedStarts | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -301,6 +304,26 @@ class Particles(Family):
         got = f"{self.individuals}, which make {pairs}"
         require(pairs <= MOST_PAIRS or not self.social, "individuals", rule, got)
         check_tank(self.tank_cm)
+        if self.starts is not None:
+            count = self.starts.positions.shape[1]
+            rule = f"be of {self.individuals} individuals, as the group"
+            require(count == self.individuals, "starts", rule, count)
+
+    def in_group(
+        self, individuals: int, tank_cm: tuple[float, float] | None = None, **settings: Any
+    ) -> Self:
+        """Return the same family in another group; it begins at recorded moments only if group and tank are as recorded."""
+        if individuals != self.individuals or tank_cm not in (None, self.tank_cm):
+            settings.setdefault("starts", None)
+        return super().in_group(individuals, tank_cm, **settings)
+
+    @classmethod
+    def most_moves(cls, individuals: int) -> int:
+        """Return how many steps a group of so many individuals can be simulated for."""
+        most = min(LONGEST, MOST_PLACES // individuals)
+        if cls.social:
+            most = min(most, MOST_PAIRS // individuals**2)
+        return most
 
     @abstractmethod
     def _move(
@@ -319,8 +342,10 @@ class Particles(Family):
 
     def _scattered(self, rngs: Sequence[np.random.Generator]) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and directions (M, A) at the start."""
-        width, height = self.tank_cm or (self.start_side_cm, self.start_side_cm)
         uniforms = draw(rngs, lambda rng: rng.random((3, self.individuals)))
+        if self.starts is not None:
+            return self._within(*self.starts.drawn(uniforms[:, 1:]))
+        width, height = self.tank_cm or (self.start_side_cm, self.start_side_cm)
         positions = width * uniforms[:, 0] + 1j * height * uniforms[:, 1]
         return positions, rotation(2 * math.pi * uniforms[:, 2])
 

@@ -23,6 +23,7 @@ from ._kinds import FAMILIES
 from ._network import Network
 from ._ranges import recorded_ranges, said_ranges
 from ._reading import listed, read_recording
+from ._starts import joined_starts, recorded_starts
 
 WINDOW_S = 4.0
 MODELS: Mapping[str, type[Family]] = {**FAMILIES, "network": Network}
@@ -70,6 +71,9 @@ def as_recorded(
 ) -> Family | Replicates:  # fmt: skip
     """Return a simulator of groups as large as those that windows are learned from, with their steps, rate and signals.
 
+    Groups of particles begin as one was recorded at some moment of the learning part, and move for as long as a window
+    before they are observed. Where nobody was recorded so, or in a periodic square, they begin scattered.
+
     Parameters
     ----------
     family
@@ -110,19 +114,38 @@ def as_recorded(
         conditions.append((recording.at_once, tank))
     # Nothing is learned from a recording that is held out: its condition counts 0 windows.
     windows_of = Counter(conditions[k] for k in windows.learning_recording)
+    steps = windows.learning.shape[1]
+    learned = [np.asarray(mask.any(axis=1)) for mask in windows.frames("learning")]
     groups = []
     shares = []
     for individuals, tank in dict.fromkeys(conditions):
         count = windows_of[individuals, tank]
         if not count:
             continue
-        walled = settings if tank is None else settings | {"tank_cm": tank}
+        group_settings = dict(settings)
+        if tank is not None:
+            group_settings["tank_cm"] = tank
+        # nobody was recorded in a periodic square
+        period_cm = settings.get("period_cm", getattr(family, "period_cm", None))
+        if issubclass(family, Particles) and period_cm is None:
+            starts = []
+            for recording, mask, condition in zip(recordings, learned, conditions, strict=True):
+                if condition == (individuals, tank):
+                    starts.append(recorded_starts(recording, mask, individuals, tank))
+            begun = joined_starts(starts)
+            if begun is not None:
+                room = family.most_moves(individuals) - steps - 1
+                settling_steps = max(0, min(steps, room))
+                group_settings = {
+                    "starts": begun,
+                    "settling_steps": settling_steps,
+                } | group_settings
         group = family(
             individuals=individuals,
-            steps=windows.learning.shape[1],
+            steps=steps,
             interval_s=windows.interval_s,
             signals=windows.names,
-            **walled,
+            **group_settings,
         )
         groups.append(group)
         shares.append(count / windows_of.total())

@@ -123,9 +123,9 @@ def test_groups_are_as_large_as_recorded_and_drawn_as_often_as_windows():
 
 def test_recordings_that_are_alike_are_one_family():
     windows = pooled_windows(SOME[::2], steps=10)
-    assert as_recorded(BurstAndCoast, SOME[::2], windows) == BurstAndCoast(
-        individuals=3, steps=10, interval_s=0.1
-    )
+    family = as_recorded(BurstAndCoast, SOME[::2], windows)
+    settings = {"individuals": 3, "steps": 10, "interval_s": 0.1, "settling_steps": 10}
+    assert family == BurstAndCoast(**settings, starts=family.starts)
     apart = pooled_windows(SOME, steps=10, hold_out_recordings=[1])
     assert as_recorded(BurstAndCoast, SOME, apart).individuals == 3
     near = pooled_windows(SOME, steps=10, signals=("speed", "neighbor_distance"))

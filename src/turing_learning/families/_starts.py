@@ -1,0 +1,102 @@
+"""Moments of recorded groups, at which groups of models begin."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from turing_learning.errors import require
+
+from ..arrays import array
+from ..trajectories import Trajectories
+
+MOST_STARTS = 500
+"""Moments that are kept of a recording, evenly over its time."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedStarts:
+    """Where the individuals of a group were at some moments, and in which direction they moved."""
+
+    positions: np.ndarray  #: (S, A, 2): x, y (cm) of A individuals at S moments
+    #: (S, A, 2): their last displacement (cm); 0 for whoever had rested, whose direction is drawn by chance
+    displacements: np.ndarray
+
+    def __post_init__(self) -> None:
+        positions = array("positions", self.positions, "S A 2")
+        sizes = {"S": positions.shape[0], "A": positions.shape[1]}
+        array("displacements", self.displacements, "S A 2", **sizes)
+        require(len(positions) > 0, "positions", "be of one moment at least", 0)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, RecordedStarts):
+            return NotImplemented
+        same_places = np.array_equal(self.positions, other.positions)
+        return same_places and np.array_equal(self.displacements, other.displacements)
+
+    def __hash__(self) -> int:
+        return hash(self.positions.tobytes())
+
+    def drawn(self, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions and directions (M, A), complex, of one moment for each model.
+
+        `uniforms` (M, 2, A) are random numbers from 0 to 1.
+        """
+        moments = (uniforms[:, 0, 0] * len(self.positions)).astype(int)
+        positions = np.ascontiguousarray(self.positions[moments]).view(complex)[..., 0]
+        displacements = np.ascontiguousarray(self.displacements[moments]).view(complex)[..., 0]
+        length = np.abs(displacements)
+        directions = np.exp(2j * np.pi * uniforms[:, 1])
+        np.divide(displacements, length, out=directions, where=length > 0)
+        return positions, directions
+
+
+def recorded_starts(
+    recording: Trajectories,
+    learned: np.ndarray,
+    individuals: int,
+    tank_cm: tuple[float, float] | None = None,
+) -> RecordedStarts | None:
+    """Return moments of a recording at which so many individuals were there at once, or None if there is none.
+
+    Parameters
+    ----------
+    recording
+        In cm.
+    learned : (F,)
+        Which of its frames may be learned from.
+    individuals
+        Number of individuals A.
+    tank_cm
+        Width and height of a tank (cm), one corner of which is the origin. What was recorded lies in its middle.
+    """
+    there = recording.present[1:] & recording.present[:-1]
+    # nobody begins at either end of a jump of the tracker
+    for jump in recording.check().jumps:
+        frame = jump.frame - recording.first_frame
+        there[max(0, frame - 1) : frame + 2, recording.individuals.index(jump.individual)] = False
+    usable = learned[1:] & learned[:-1] & (there.sum(axis=1) >= individuals)
+    steps = np.flatnonzero(usable)
+    if not len(steps):
+        return None
+    count = min(MOST_STARTS, len(steps))
+    steps = steps[np.linspace(0, len(steps) - 1, count).round().astype(int)]
+    # of more than are asked for, the first ones
+    who = np.argsort(~there[steps], axis=1, kind="stable")[:, :individuals]
+    low, high = recording.reach
+    corner = low
+    if tank_cm is not None:
+        corner = (low + high - tank_cm) / 2
+    after = recording.positions[steps[:, None] + 1, who]
+    before = recording.positions[steps[:, None], who]
+    return RecordedStarts(after - corner, after - before)
+
+
+def joined_starts(starts: Sequence[RecordedStarts | None]) -> RecordedStarts | None:
+    """Return the moments of several recordings of groups of one size together, or None if there are none."""
+    recorded = [moments for moments in starts if moments is not None]
+    if not recorded:
+        return None
+    positions = np.concatenate([moments.positions for moments in recorded])
+    displacements = np.concatenate([moments.displacements for moments in recorded])
+    return RecordedStarts(positions, displacements)
