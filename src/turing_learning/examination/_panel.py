@@ -288,7 +288,7 @@ def _cross_fitted(
     examiner = copy(examiner)
     scores = np.empty(labels.shape)
     for column, genuine in enumerate(labels.T > 0.5):
-        folds = _folds(genuine, groups, column)
+        folds = folds_of(genuine, groups, column)
         for fold in range(folds.max() + 1):
             out = folds == fold
             examiner.fit(samples[~out], genuine[~out])
@@ -296,7 +296,7 @@ def _cross_fitted(
     return scores
 
 
-def _folds(genuine: np.ndarray, groups: np.ndarray, seed: int) -> np.ndarray:
+def folds_of(genuine: np.ndarray, groups: np.ndarray, seed: int) -> np.ndarray:
     """Return in which part each sample (K,) is left out: groups of both kinds are spread evenly over the parts."""
     rng = np.random.default_rng(seed)
     sides = [np.unique(groups[genuine]), np.unique(groups[~genuine])]

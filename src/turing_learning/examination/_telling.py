@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import rankdata
 
-from ._examiners import Ridge
-from ._panel import CLEARLY, Views, right_answers
+from ._examiners import Kernel, Ridge
+from ._panel import CLEARLY, Views, folds_of, right_answers
 from ._statistics import named_statistics
 
 LARGEST_SIDE = 600
@@ -19,8 +19,17 @@ LISTED = 8
 NEARLY = 0.01
 """Accuracy by which a statistic may be worse than the best and still be named first, if it is simpler."""
 
+TELLS = 0.55
+"""Accuracy below which a statistic gives nothing away."""
+
+TOGETHER = 0.1
+"""Accuracy by which all statistics have to be better than the best alone for this to be said first."""
+
 ALIKE = 0.9
 """Correlation of the ranks from which on two statistics say the same; the second is not listed."""
+
+SHUFFLED = 5
+"""Statistics that are listed with what is lost where they are shuffled."""
 
 SHORTEST = 4
 """Steps of a part of a sample, at least."""
@@ -36,9 +45,10 @@ WINDOWS = 3
 class Telling:
     """Something by which the sides are told apart, or not."""
 
-    kind: str  #: "statistic", "signal", "without" or "scale"
+    kind: str  #: "statistic", "shuffled", "signal", "without" or "scale"
     what: str  #: In words
-    accuracy: float  #: Share of right answers by it, or without it; 0.5 is guessing
+    #: Share of right answers by it, or by all without it, or where it is shuffled; 0.5 is guessing
+    accuracy: float
     real: float | None = None  #: Mean of a statistic of real samples
     simulated: float | None = None  #: The same of simulated ones
     unit: str = ""  #: Of both
@@ -99,9 +109,10 @@ class LabelledWindows:
 
 
 def what_tells(samples: LabelledWindows, seed: int) -> list[Telling]:
-    """Return statistics, the most telling first, then signals alone and left out, and time scales."""
+    """Return statistics, the most telling first, alone and shuffled, then signals alone and left out, and time scales."""
     subset = samples.some(np.random.default_rng((seed, 3)))
-    return [*statistics_that_tell(subset), *_signals(subset), *_scales(subset)]
+    alone = statistics_that_tell(subset)
+    return [*alone, *_shuffled(subset, seed), *_signals(subset), *_scales(subset)]
 
 
 def telling_statistics(
@@ -177,6 +188,64 @@ def statistics_that_tell(samples: LabelledWindows) -> list[Telling]:
     return telling
 
 
+def _shuffled(samples: LabelledWindows, seed: int) -> list[Telling]:
+    """Return how often a regression on all statistics is right, and how often where one of them is shuffled.
+
+    What matters only together with others is found so. Statistics that say the same are shuffled together, in samples of
+    groups that the regression has not seen. Those are listed that cost most; nothing where the regression hardly tells.
+
+    Source
+    ------
+    Permutation importance: L. Breiman, Random forests, Machine Learning 45 (2001), section 10; for other learners
+    A. Fisher, C. Rudin, F. Dominici, Journal of Machine Learning Research 20 (2019) 177.
+    """
+    names, values = named_statistics(samples.windows, samples.names, samples.interval_s or 1.0)
+    spread = values.std(axis=0)
+    varying = np.flatnonzero(spread > 1e-9 * np.abs(values).max(axis=0))
+    if not len(varying):
+        return []
+    standard = (values[:, varying] - values[:, varying].mean(axis=0)) / spread[varying]
+    alike = _alike(standard)
+    genuine = samples.labels > 0.5
+    folds = folds_of(genuine, samples.groups, seed)
+    rng = np.random.default_rng((seed, 5))
+    # the first column of all statistics as they are
+    scores = np.empty((len(standard), 1 + len(alike)))
+    for fold in range(folds.max() + 1):
+        out = folds == fold
+        regression = Kernel()
+        regression.fit(standard[~out], samples.labels[~out])
+        scores[out, 0] = regression.score(standard[out])
+        for place, columns in enumerate(alike, start=1):
+            shuffled = standard[out].copy()
+            shuffled[:, columns] = rng.permutation(shuffled[:, columns])
+            scores[out, place] = regression.score(shuffled)
+    complete, *without = _balanced((scores > 0) == genuine[:, None], samples.labels)
+    if complete < TELLS:
+        return []
+    telling = [Telling("shuffled", "all statistics", float(complete))]
+    for place in np.argsort(without, kind="stable")[:SHUFFLED]:
+        if without[place] <= complete - NEARLY:
+            name = names[varying[alike[place][0]]]
+            telling.append(Telling("shuffled", f"{name} shuffled", float(without[place])))
+    return telling
+
+
+def _alike(values: np.ndarray) -> list[list[int]]:
+    """Return columns of values (K, F) in sets that say the same as the first of each."""
+    ranks = rankdata(values, axis=0)
+    correlations = np.abs(np.atleast_2d(np.corrcoef(ranks, rowvar=False)))
+    sets: list[list[int]] = []
+    for column in range(values.shape[1]):
+        for columns in sets:
+            if correlations[column, columns[0]] > ALIKE:
+                columns.append(column)
+                break
+        else:
+            sets.append([column])
+    return sets
+
+
 def _unit(statistic: str, units: dict[str, str]) -> str:
     """Return the unit of a statistic, "%" for a share, nothing for numbers without unit."""
     if statistic.startswith("share of"):
@@ -233,11 +302,19 @@ def _balanced(right: np.ndarray, labels: np.ndarray) -> list[float]:
 def told_by(telling: Sequence[Telling]) -> str:
     """Say in a sentence what gives away simulated samples that are told."""
     # what tells hardly better than guessing gives nothing away
-    statistics = [cue for cue in telling if cue.kind == "statistic" and cue.accuracy >= 0.55]
+    statistics = [cue for cue in telling if cue.kind == "statistic" and cue.accuracy >= TELLS]
+    clear = [cue for cue in statistics if cue.accuracy >= CLEARLY]
+    shuffled = [cue for cue in telling if cue.kind == "shuffled"]
+    if not clear and len(shuffled) > 1:
+        everything, *without = shuffled
+        alone = max([cue.accuracy for cue in statistics], default=0.5)
+        if everything.accuracy >= alone + TOGETHER:
+            lost = " or ".join(f"{cue.what} ({cue.accuracy:.2f})" for cue in without[:2])
+            together = f"all together do ({everything.accuracy:.2f}), less with {lost}"
+            return f"No single statistic tells it as well; {together}."
     if not statistics:
         return "No single statistic tells it; it takes several together."
-    clear = [cue for cue in statistics if cue.accuracy >= CLEARLY] or statistics[:1]
-    listed = ", ".join(f"{cue.what} ({cue.words})" for cue in clear[:3])
+    listed = ", ".join(f"{cue.what} ({cue.words})" for cue in (clear or statistics[:1])[:3])
     return f"Told by (simulated against real): {listed}."
 
 

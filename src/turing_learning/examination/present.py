@@ -25,7 +25,12 @@ BINS = 30
 CENTRAL = (0.5, 99.5)
 """Percentiles between which values are drawn; what is beyond them counts in the outermost bins."""
 
-KINDS = {"signal": "Signals alone", "without": "Signals left out", "scale": "Shorter windows"}
+KINDS = {
+    "shuffled": "All statistics, and what is lost without one",
+    "signal": "Signals alone",
+    "without": "Signals left out",
+    "scale": "Shorter windows",
+}
 
 
 def test_page(result: TuringTest, title: str, command: str = "") -> str:

@@ -151,3 +151,28 @@ def test_a_faster_recording_is_thinned_to_the_rate_of_the_other():
 def test_what_cannot_be_compared_is_rejected(real, simulated, options, message):
     with pytest.raises(ValueError, match=message):
         tl.test(real, simulated, **options)
+
+
+def test_statistics_that_tell_only_together_are_named():
+    # both signals go up together in one kind, against each other in the other
+    rng = np.random.default_rng(6)
+    sides = []
+    for sign in (1, -1):
+        level = rng.choice([-1.0, 1.0], size=(150, 1))
+        samples = rng.standard_normal((150, 30, 2))
+        samples[..., 0] += level
+        samples[..., 1] += sign * level
+        sides.append(samples)
+    found = tl.test(*sides, names=["speed", "turn"], examiners=QUICK)
+    shuffled = {cue.what: cue.accuracy for cue in found.telling if cue.kind == "shuffled"}
+    assert shuffled["all statistics"] > 0.95
+    assert shuffled["mean speed shuffled"] < 0.65
+    assert shuffled["mean turn shuffled"] < 0.65
+    assert "No single statistic tells it as well" in str(found)
+    assert "mean turn shuffled" in str(found)
+
+
+def test_nothing_is_shuffled_where_the_sides_are_alike():
+    rng = np.random.default_rng(7)
+    found = tl.test(*rng.standard_normal((2, 100, 30, 2)), examiners=QUICK)
+    assert not [cue for cue in found.telling if cue.kind == "shuffled"]
