@@ -1,14 +1,18 @@
-"""Virtual animals that move for half an hour: ``python half_hour.py RUN ring`` or ``RUN zebrafish``.
+"""Virtual animals that move for half an hour: ``python half_hour.py RUN ring``, ``RUN zebrafish`` or ``families [SEED]``.
 
 RUN is the folder of a run on the first eight recordings of ring.py (``python half_hour.py recordings FOLDER`` writes
 all ten as tables), or on the zebrafish. It moves groups for 1,800 s with its estimate. Their first and their last minute
 are compared with what was recorded and not learned from: the other two recordings, or the part of the zebrafish that
 the run holds out. In the row *recorded* single minutes of what was learned from stand for the model. A difference is a
 Hellinger distance of histograms: 0 is the same, 1 is nothing in common. Rows are added to half_hour.csv.
+
+With *families* the same is done for families of equations, inferred from the zebrafish as by the command, each for some
+minutes. Their rows have no form, and their names stand before the minute.
 """
 
 import csv
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import animals
@@ -16,7 +20,8 @@ import numpy as np
 import ring
 
 import turing_learning as tl
-from turing_learning.families import virtual_group
+from turing_learning.families import RecordedSystem, virtual_group
+from turing_learning.families._tank import recorded_grid, tanks_of
 from turing_learning.trajectories import Trajectories
 
 PATH = Path(__file__).parent / "half_hour.csv"
@@ -30,7 +35,14 @@ COMPARED = ("speed", "turn", "nearest", "wall", "polarization")
 NUMBERS = ("median_speed", "slowest", "resting", "outside")
 """Median speed, and that of the slowest individual of all minutes (cm/s); shares of the time with less than a tenth of
 the recorded median, and of the places that are no tank."""
-FORM = "0057"
+COMPARED_MINUTES = (1, 2, 15, 30)
+FAMILIES = (
+    "couzin",
+    "burst-and-coast",
+    "kicks+walls+social+differences+tracker",
+    "persistent+walls+social+differences+tracker",
+)
+FORM = "0060"
 """The decision that says how networks of these rows move; the code of earlier ones is not there any more."""
 FIELDS = ("form", "system", "seed", "what", *COMPARED, *NUMBERS)
 
@@ -119,28 +131,11 @@ def write_recordings(folder: Path) -> None:
         table.to_csv(folder / f"group{number + 1}.csv", index=False, float_format="%.3f")
 
 
-def main() -> None:
-    """Add the rows of a run."""
-    if sys.argv[1] == "recordings":
-        write_recordings(Path(sys.argv[2]))
-        return
-    folder, system = Path(sys.argv[1]), sys.argv[2]
-    run = tl.load_run(folder)
-    network = tl.runs.RunFolder(folder).network()
-    assert network is not None, "the run is not on a network"
-    tanks = network.brain.tanks
-    learned, held_out = recorded_parts(system)
-    seed = run.configuration.run.seed
-    groups = [
-        virtual_group(network, run.estimate, duration_s=LONG_S, seed=100 * seed + k)
-        for k in range(GROUPS)
-    ]
-    frames = round(MINUTE_S * network.fps)
-    variants = {"recorded": minutes(learned)}
-    for minute in (1, 2, 15, 30):
-        begin = (minute - 1) * frames
-        variants[f"minute {minute}"] = [cut(group, begin, frames) for group in groups]
-    expected = pooled(held_out, tanks)
+def add_rows(
+    form: str, system: str, seed: int, variants: dict[str, list[Trajectories]], tanks: object
+) -> None:
+    """Add the rows that are missing: what each of the variants differs by from what was not learned from."""
+    expected = pooled(recorded_parts(system)[1], tanks)
     usual = float(np.median(expected["speed"]))
     done = set()
     if PATH.exists():
@@ -154,10 +149,10 @@ def main() -> None:
         if file.tell() == 0:
             writer.writeheader()
         for what, recordings in variants.items():
-            if (FORM, system, str(seed), what) in done:
+            if (form, system, str(seed), what) in done:
                 continue
             values = pooled(recordings, tanks)
-            row: dict[str, object] = {"form": FORM, "system": system, "seed": seed, "what": what}
+            row: dict[str, object] = {"form": form, "system": system, "seed": seed, "what": what}
             for name in COMPARED:
                 row[name] = f"{hellinger(values[name], expected[name]):.3f}"
             row["median_speed"] = f"{np.median(values['speed']):.3g}"
@@ -166,6 +161,60 @@ def main() -> None:
             row["outside"] = f"{values['outside'].mean():.4f}"
             print(row, flush=True)
             writer.writerow(row)
+
+
+def minutes_of(groups: list[Trajectories], before: str = "") -> dict[str, list[Trajectories]]:
+    """Return some minutes of groups, by name."""
+    variants = {}
+    for minute in COMPARED_MINUTES:
+        frames = round(MINUTE_S * groups[0].fps)
+        begin = (minute - 1) * frames
+        variants[f"{before}minute {minute}"] = [cut(group, begin, frames) for group in groups]
+    return variants
+
+
+def add_families(seed: int) -> None:
+    """Add the rows of families that are inferred from the zebrafish."""
+    for name in FAMILIES:
+        options = {
+            "trajectories": [animals.TRACKTOR / "zebrafish_video_idtracked.txt"], "model": name,
+            "fps": 30.0, "scale": 20.0, "y_axis": "down", "bridge": 5, "every": 3,
+        }  # fmt: skip
+        system = RecordedSystem(options)
+        windows, family, motion = system.opened()
+        parameters, _ = system.parameters(family, motion)
+        result = tl.infer(genuine=windows, simulate=family, parameters=parameters, seed=seed)
+        print(name, result.estimate, flush=True)
+        fish = animals.recordings()["zebrafish"]
+        corner = fish.reach[0]
+        groups = []
+        for k in range(GROUPS):
+            group = virtual_group(family, result.estimate, duration_s=LONG_S, seed=100 * seed + k)
+            groups.append(replace(group, positions=group.positions + corner))
+        places = fish.positions[fish.present]
+        tanks = tanks_of([recorded_grid(places)], [True])
+        add_rows("", "zebrafish", seed, minutes_of(groups, f"{name}, "), tanks)
+
+
+def main() -> None:
+    """Add the rows of a run, or of families."""
+    if sys.argv[1] == "recordings":
+        write_recordings(Path(sys.argv[2]))
+        return
+    if sys.argv[1] == "families":
+        add_families(int(sys.argv[2]) if len(sys.argv) > 2 else 1)
+        return
+    folder, system = Path(sys.argv[1]), sys.argv[2]
+    run = tl.load_run(folder)
+    network = tl.runs.RunFolder(folder).network()
+    assert network is not None, "the run is not on a network"
+    seed = run.configuration.run.seed
+    groups = [
+        virtual_group(network, run.estimate, duration_s=LONG_S, seed=100 * seed + k)
+        for k in range(GROUPS)
+    ]
+    variants = {"recorded": minutes(recorded_parts(system)[0])} | minutes_of(groups)
+    add_rows(FORM, system, seed, variants, network.brain.tanks)
 
 
 if __name__ == "__main__":

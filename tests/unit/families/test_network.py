@@ -91,6 +91,19 @@ def test_a_piece_is_turned_along_a_wall_by_no_more_than_it_has_to():
     assert np.isnan(turned(15.0, 0.8, leaving=True))
 
 
+def test_a_course_is_that_of_the_last_step_and_of_one_at_rest_that_before():
+    nowhere = np.full(2, np.nan)
+    turned = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])[:, None]
+    rested = np.array([[0.0, 0.0], [0.0, 1.0], [0.0, 1.0]])[:, None]
+
+    @njit(error_model="numpy")
+    def course(path):
+        return imitation.course(path, 2, 0, nowhere)
+
+    for path in (turned, rested):
+        assert course(path) == pytest.approx(np.pi / 2, abs=1e-5)
+
+
 def test_individuals_come_as_near_to_each_other_as_they_were_recorded_to(network):
     longer = replace(network, steps=300)
     positions = longer.simulate(values(longer, 6), np.random.default_rng(3))
