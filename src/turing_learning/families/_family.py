@@ -285,25 +285,24 @@ def draw(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Particles(Family):
-    """A family of points in the plane, which yields its positions step by step.
+class Begun(Family):
+    """A family whose groups begin at recorded moments, or scattered."""
 
-    Positions and directions are complex numbers x + iy, in arrays (M, A).
-    """
-
-    #: Width and height of a tank (cm), anywhere in which individuals start, and whose walls reflect them as
-    #: light; None for the unbounded plane. Individuals do not see the walls
-    tank_cm: tuple[float, float] | None = None
     #: Recorded moments, at one of which each group begins, drawn by chance; None for places anywhere
     starts: RecordedStarts | None = field(default=None, repr=False)
 
+    @classmethod
+    def begins_as_recorded(cls, **settings: Any) -> bool:
+        """Whether groups with these settings move where a group can have been recorded."""
+        return True
+
+    @classmethod
+    def most_moves(cls, individuals: int) -> int:
+        """Return how many steps a group of so many individuals can be simulated for."""
+        return min(LONGEST, MOST_PLACES // individuals)
+
     def __post_init__(self) -> None:
         super().__post_init__()
-        pairs = self.individuals**2 * self.moves
-        rule = f"make at most {MOST_PAIRS} pairs in all steps"
-        got = f"{self.individuals}, which make {pairs}"
-        require(pairs <= MOST_PAIRS or not self.social, "individuals", rule, got)
-        check_tank(self.tank_cm)
         if self.starts is not None:
             count = self.starts.positions.shape[1]
             rule = f"be of {self.individuals} individuals, as the group"
@@ -313,17 +312,36 @@ class Particles(Family):
         self, individuals: int, tank_cm: tuple[float, float] | None = None, **settings: Any
     ) -> Self:
         """Return the same family in another group; it begins at recorded moments only if group and tank are as recorded."""
-        if individuals != self.individuals or tank_cm not in (None, self.tank_cm):
+        same_tank = tank_cm in (None, getattr(self, "tank_cm", None))
+        if individuals != self.individuals or not same_tank:
             settings.setdefault("starts", None)
         return super().in_group(individuals, tank_cm, **settings)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Particles(Begun):
+    """A family of points in the plane, which yields its positions step by step.
+
+    Positions and directions are complex numbers x + iy, in arrays (M, A).
+    """
+
+    #: Width and height of a tank (cm), anywhere in which individuals start, and whose walls reflect them as
+    #: light; None for the unbounded plane. Individuals do not see the walls
+    tank_cm: tuple[float, float] | None = None
 
     @classmethod
     def most_moves(cls, individuals: int) -> int:
         """Return how many steps a group of so many individuals can be simulated for."""
-        most = min(LONGEST, MOST_PLACES // individuals)
-        if cls.social:
-            most = min(most, MOST_PAIRS // individuals**2)
-        return most
+        most = super().most_moves(individuals)
+        return min(most, MOST_PAIRS // individuals**2) if cls.social else most
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        pairs = self.individuals**2 * self.moves
+        rule = f"make at most {MOST_PAIRS} pairs in all steps"
+        got = f"{self.individuals}, which make {pairs}"
+        require(pairs <= MOST_PAIRS or not self.social, "individuals", rule, got)
+        check_tank(self.tank_cm)
 
     @abstractmethod
     def _move(
@@ -344,7 +362,8 @@ class Particles(Family):
         """Return positions and directions (M, A) at the start."""
         uniforms = draw(rngs, lambda rng: rng.random((3, self.individuals)))
         if self.starts is not None:
-            return self._within(*self.starts.drawn(uniforms[:, 1:]))
+            places, angles = self.starts.drawn(uniforms)
+            return self._within(places[..., 0] + 1j * places[..., 1], rotation(angles))
         width, height = self.tank_cm or (self.start_side_cm, self.start_side_cm)
         positions = width * uniforms[:, 0] + 1j * height * uniforms[:, 1]
         return positions, rotation(2 * math.pi * uniforms[:, 2])

@@ -11,7 +11,7 @@ from turing_learning.errors import brief, require
 
 from ..models import FULL_VIEW, Parameter
 from ..swarm import AGGREGATION, Scenario
-from ._family import NEIGHBOR, Family, Particles, draw, offsets, rotation, total, unit
+from ._family import NEIGHBOR, Begun, Family, Particles, draw, offsets, rotation, total, unit
 
 ROUNDING = 1e-12
 """By which the cosine of an angle of view may be off."""
@@ -37,6 +37,11 @@ class Vicsek(Particles):
     #: Side of the square (cm) that is repeated in both directions, as in the source; None for the unbounded
     #: plane. Positions run on over its border, so that speeds are right; neighbor signals need the unbounded plane
     period_cm: float | None = 20.0
+
+    @classmethod
+    def begins_as_recorded(cls, **settings: Any) -> bool:
+        """Whether there is no periodic square, in which nobody was recorded."""
+        return settings.get("period_cm", cls.period_cm) is None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -346,7 +351,7 @@ def glided(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Robots(Family):
+class Robots(Begun):
     """Robots with wheels and a sensor that sees what is ahead; every robot of a group executes the model.
 
     Parameters: wheel speeds for each sensor state, as fractions of the maximum (vl0, vr0, vl1, vr1, ...); the
@@ -362,6 +367,13 @@ class Robots(Family):
 
     least: ClassVar[float] = -math.inf
     headings: ClassVar[bool] = True
+
+    @classmethod
+    def begins_as_recorded(cls, **settings: Any) -> bool:
+        """Whether there are robots alone: a recording says neither where walls were nor objects."""
+        scenario = settings.get("scenario", cls.scenario)
+        alone = scenario.objects.count == 0 and not scenario.items
+        return alone and not scenario.arena.bounded
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -399,6 +411,9 @@ class Robots(Family):
         starts = initial_poses(
             scenario, len(parameters), rng, robots=self.individuals, side_cm=self._side
         )
+        if self.starts is not None:
+            uniforms = rng.spawn(1)[0].random((len(parameters), 3, self.individuals))
+            starts[..., :2], starts[..., 2] = self.starts.drawn(uniforms)
         executed = np.repeat(np.arange(len(parameters))[:, None], self.individuals, axis=1)
         robots = execution_of(scenario, scenario.model.behavior(parameters), executed)
         how: dict[str, Any] = {

@@ -18,7 +18,7 @@ from ..models import Parameter
 from ..systems import importable_name, imported
 from ..trajectories import SIGNALS, Trajectories, Windows, pooled_windows
 from ._composed import PARTS, Composed, check_parts, parts_of
-from ._family import NEIGHBOR, Family, Particles
+from ._family import NEIGHBOR, Begun, Family, Particles
 from ._kinds import FAMILIES
 from ._network import Network
 from ._ranges import recorded_ranges, said_ranges
@@ -71,8 +71,9 @@ def as_recorded(
 ) -> Family | Replicates:  # fmt: skip
     """Return a simulator of groups as large as those that windows are learned from, with their steps, rate and signals.
 
-    Groups of particles begin as one was recorded at some moment of the learning part, and move for as long as a window
-    before they are observed. Where nobody was recorded so, or in a periodic square, they begin scattered.
+    Groups begin as one was recorded at some moment of the learning part, and move for as long as a window before they are
+    observed. They begin scattered where as many were never there at once, in a periodic square, and among walls or objects
+    of a scenario, whose places no recording says.
 
     Parameters
     ----------
@@ -125,9 +126,7 @@ def as_recorded(
         group_settings = dict(settings)
         if tank is not None:
             group_settings["tank_cm"] = tank
-        # nobody was recorded in a periodic square
-        period_cm = settings.get("period_cm", getattr(family, "period_cm", None))
-        if issubclass(family, Particles) and period_cm is None:
+        if issubclass(family, Begun) and family.begins_as_recorded(**settings):
             starts = []
             for recording, mask, condition in zip(recordings, learned, conditions, strict=True):
                 if condition == (individuals, tank):

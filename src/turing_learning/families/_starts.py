@@ -19,36 +19,35 @@ class RecordedStarts:
     """Where the individuals of a group were at some moments, and in which direction they moved."""
 
     positions: np.ndarray  #: (S, A, 2): x, y (cm) of A individuals at S moments
-    #: (S, A, 2): their last displacement (cm); 0 for whoever had rested, whose direction is drawn by chance
-    displacements: np.ndarray
+    #: (S, A): their headings, or else of their last displacement (rad); NaN for whoever had rested: it is drawn by chance
+    directions: np.ndarray
 
     def __post_init__(self) -> None:
         positions = array("positions", self.positions, "S A 2")
         sizes = {"S": positions.shape[0], "A": positions.shape[1]}
-        array("displacements", self.displacements, "S A 2", **sizes)
+        array("directions", self.directions, "S A", finite=False, **sizes)
         require(len(positions) > 0, "positions", "be of one moment at least", 0)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, RecordedStarts):
             return NotImplemented
         same_places = np.array_equal(self.positions, other.positions)
-        return same_places and np.array_equal(self.displacements, other.displacements)
+        return same_places and np.array_equal(self.directions, other.directions, equal_nan=True)
 
     def __hash__(self) -> int:
         return hash(self.positions.tobytes())
 
     def drawn(self, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions and directions (M, A), complex, of one moment for each model.
+        """Return positions (M, A, 2) and directions (M, A) of one moment for each model.
 
-        `uniforms` (M, 2, A) are random numbers from 0 to 1.
+        Individuals come in an order of their own for each model: the first ones are observed, and who was recorded first
+        is nobody in particular. `uniforms` (M, 3, A) are random numbers from 0 to 1.
         """
         moments = (uniforms[:, 0, 0] * len(self.positions)).astype(int)
-        positions = np.ascontiguousarray(self.positions[moments]).view(complex)[..., 0]
-        displacements = np.ascontiguousarray(self.displacements[moments]).view(complex)[..., 0]
-        length = np.abs(displacements)
-        directions = np.exp(2j * np.pi * uniforms[:, 1])
-        np.divide(displacements, length, out=directions, where=length > 0)
-        return positions, directions
+        order = uniforms[:, 1].argsort(axis=1)
+        positions = np.take_along_axis(self.positions[moments], order[:, :, None], axis=1)
+        directions = np.take_along_axis(self.directions[moments], order, axis=1)
+        return positions, np.where(np.isnan(directions), 2 * np.pi * uniforms[:, 2], directions)
 
 
 def recorded_starts(
@@ -88,8 +87,13 @@ def recorded_starts(
     if tank_cm is not None:
         corner = (low + high - tank_cm) / 2
     after = recording.positions[steps[:, None] + 1, who]
-    before = recording.positions[steps[:, None], who]
-    return RecordedStarts(after - corner, after - before)
+    if recording.headings is None:
+        moved = after - recording.positions[steps[:, None], who]
+        directions = np.arctan2(moved[..., 1], moved[..., 0])
+        directions[~moved.any(axis=-1)] = np.nan
+    else:
+        directions = recording.headings[steps[:, None] + 1, who]
+    return RecordedStarts(after - corner, directions)
 
 
 def joined_starts(starts: Sequence[RecordedStarts | None]) -> RecordedStarts | None:
@@ -98,5 +102,5 @@ def joined_starts(starts: Sequence[RecordedStarts | None]) -> RecordedStarts | N
     if not recorded:
         return None
     positions = np.concatenate([moments.positions for moments in recorded])
-    displacements = np.concatenate([moments.displacements for moments in recorded])
-    return RecordedStarts(positions, displacements)
+    directions = np.concatenate([moments.directions for moments in recorded])
+    return RecordedStarts(positions, directions)

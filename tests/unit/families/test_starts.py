@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from turing_learning.families import BurstAndCoast, Couzin, RecordedStarts, Vicsek, as_recorded
+from turing_learning.families import (
+    BurstAndCoast,
+    Couzin,
+    RecordedStarts,
+    Robots,
+    Vicsek,
+    as_recorded,
+)
+from turing_learning.swarm import OBJECT_CLUSTERING
 from turing_learning.trajectories import Trajectories
 
 MODEL = [[6, 2.5, 1.5, 4, 8, 0.15]]
@@ -24,6 +32,17 @@ def first_places(family, models=40):
     return family.simulate(np.tile(MODEL, (models, 1)), np.random.default_rng(3))[:, 0]
 
 
+def matched(places, recorded):
+    """Return at which moment (F, A, 2) a group is as recorded, in any order, and who comes first."""
+    # (F, A, A): from everybody to everybody who was recorded
+    distances = np.linalg.norm(places[:, None] - recorded[:, None], axis=-1)
+    moment = int(distances.min(axis=2).max(axis=1).argmin())
+    order = distances[moment].argmin(axis=1)
+    assert distances[moment].min(axis=1).max() < 0.1
+    assert sorted(order) == list(range(len(places)))
+    return moment, int(order[0])
+
+
 def test_groups_begin_at_recorded_moments_of_the_learning_part():
     fish = recording()
     windows = fish.windows(10)
@@ -32,11 +51,14 @@ def test_groups_begin_at_recorded_moments_of_the_learning_part():
     learned = windows.frames("learning")[0].any(axis=1)
     recorded = (fish.positions - corner)[learned]
     moments = set()
+    first = set()
     for places in first_places(family):
-        distance = np.abs(recorded - places).max(axis=(1, 2))
-        assert distance.min() < 1e-9
-        moments.add(int(distance.argmin()))
+        moment, individual = matched(places, recorded)
+        moments.add(moment)
+        first.add(individual)
     assert len(moments) > 10
+    # the one that is observed is anybody
+    assert first == {0, 1, 2}
 
 
 def test_groups_go_on_in_the_direction_in_which_they_moved():
@@ -46,10 +68,10 @@ def test_groups_go_on_in_the_direction_in_which_they_moved():
     straight = np.tile([5.0, 0.0, 0.0, 0.0, 0.0, 0.0], (40, 1))
     paths = family.simulate(straight, np.random.default_rng(3))
     directions = np.diff(paths[:, :2], axis=1)[:, 0] / 0.5
-    displacements = family.starts.displacements
-    units = displacements / np.linalg.norm(displacements, axis=-1, keepdims=True)
+    angles = family.starts.directions
+    units = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     for group in directions:
-        assert np.abs(units - group).max(axis=(1, 2)).min() < 1e-9
+        matched(group, units)
 
 
 def test_groups_settle_for_as_long_as_a_window_unless_told_otherwise():
@@ -102,7 +124,7 @@ def test_groups_that_were_never_recorded_begin_scattered():
 
 
 def test_whoever_rests_begins_in_any_direction():
-    starts = RecordedStarts(np.zeros((1, 4, 2)), np.zeros((1, 4, 2)))
+    starts = RecordedStarts(np.zeros((1, 4, 2)), np.full((1, 4), np.nan))
     still = BurstAndCoast(individuals=4, steps=5, starts=starts)
     ways = np.diff(still.simulate(np.array([[9, 0.5, 0.5, 0.0]]), np.random.default_rng(2)), axis=1)
     angles = np.arctan2(ways[0, 0, :, 1], ways[0, 0, :, 0])
@@ -111,6 +133,29 @@ def test_whoever_rests_begins_in_any_direction():
 
 
 def test_moments_of_another_number_of_individuals_are_refused():
-    starts = RecordedStarts(np.zeros((1, 4, 2)), np.zeros((1, 4, 2)))
+    starts = RecordedStarts(np.zeros((1, 4, 2)), np.full((1, 4), np.nan))
     with pytest.raises(ValueError, match="`starts` must be of 3 individuals, as the group; got 4"):
         Couzin(individuals=3, starts=starts)
+
+
+def test_robots_begin_at_recorded_places_and_headings():
+    swarm = Robots(individuals=5, steps=30, settling_steps=200, start_side_cm=100.0)
+    model = np.array([[0.7, 0.9, 1.0, -1.0]])
+    rng = np.random.default_rng(4)
+    positions, headings = swarm._paths(model, rng)
+    present = np.ones(positions.shape[1:3], dtype=bool)
+    names = tuple("abcde")
+    recording = Trajectories(positions[0], present, 10.0, names, headings=headings[0])
+    family = as_recorded(Robots, recording, recording.windows(5), settling_steps=0)
+    corner = recording.reach[0]
+    for poses, angles in zip(*family._paths(np.tile(model, (6, 1)), rng), strict=True):
+        # robots that touch are pushed apart before they move
+        moment, first = matched(poses[0] + corner, positions[0])
+        turned = np.angle(np.exp(1j * (angles[0, 0] - headings[0, moment, first])))
+        assert abs(turned) < 1e-6
+    assert family.in_group(6).starts is None
+
+
+def test_robots_among_walls_or_objects_begin_scattered():
+    assert not Robots.begins_as_recorded(scenario=OBJECT_CLUSTERING)
+    assert Robots.begins_as_recorded()
