@@ -26,6 +26,7 @@ class Verdict(StrEnum):
 
     REJECTED = "model rejected"
     FAILED = "search failed"
+    PHASES = "phases differ"
     TOLD = "classifiers can still tell"
     DISPUTED = "classifiers disagree"
     DIFFERENT = "samples differ"
@@ -51,6 +52,10 @@ _MEANINGS = {
     ),
     Verdict.FAILED: (
         "Fresh classifiers tell the estimate from the system. The search also misses known truths: give more trials."
+    ),
+    Verdict.PHASES: (
+        "Replicas can be told from agents by when they act in a control cycle, whatever the model: let all robots "
+        "wait for a random part of a cycle before each trial, or take poses at the moments that the program names."
     ),
     Verdict.TOLD: (
         "Classifiers tell the models of this run from the system: run longer; if that does not help, try another model."

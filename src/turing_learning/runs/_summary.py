@@ -139,6 +139,8 @@ def _posterior(traces: Traces, ending: Ending, record: Record) -> Posterior:
 
 def _doubt(traces: Traces, readout: Mapping[str, np.ndarray]) -> Verdict | None:
     """Return what speaks against the estimate of a run of trials, if anything does."""
+    if readout.get("told_otherwise", False):
+        return Verdict.PHASES
     fitness = traces["classifier_fitness_quantiles"][:, 2]
     p_value = float(readout.get("p_value", 1.0))
     if p_value < LEAST_P or classifiers_tell(fitness, _LAST_BATCHES, above=_TELLING_FITNESS):

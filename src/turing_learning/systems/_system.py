@@ -245,6 +245,16 @@ class Source:
         """Return samples of the system, and of models (M, P) as the optimizer has them."""
         raise NotImplementedError
 
+    def told_otherwise(
+        self, genuine: np.ndarray, estimate: np.ndarray, samples: np.ndarray, models: np.ndarray
+    ) -> bool:
+        """Say whether genuine samples are told from those of models by what no model can explain.
+
+        Genuine ones (K, T, D), which the estimate (P,) describes, and samples (N, T, D) of models
+        (N, P), both as the optimizer has them.
+        """
+        return False
+
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return samples (at most M, C, T, D) of models with parameters (M, P) in their units, without those that fail."""
         _refuse_simulation()

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from turing_learning.robots import CameraError
+from turing_learning.robots import LABORATORY, CameraError, Track
 from turing_learning.robots._clock import VirtualClock
 from turing_learning.robots.program._equipment import PunctualImages, drop_old_images
+from turing_learning.robots.program._source import passes
+from turing_learning.robots.tracking._tracker import impossible
 
 
 class Camera:
@@ -126,3 +128,28 @@ def test_more_than_single_images_are_not_bridged(options):
 def test_late_images_are_not_taken_for_lost():
     found, fault = stamped(delays={1: 0.09, 5: 0.09, 9: 0.25, 10: 0.15, 15: 0.08})
     assert (np.diff(found).tolist(), fault) == ([1] * 19, "")
+
+
+@pytest.mark.parametrize(
+    ("images", "robots", "passing"),
+    [
+        ([19], [0, 1, 2], True),
+        ([0], [0, 1, 2], True),
+        ([7, 8], [0, 1, 2], True),
+        ([7, 8], [1], True),
+        # a camera that has gone dark, and a marker that nobody has seen again
+        ([18, 19], [0, 1, 2], False),
+        ([0, 1], [0, 1, 2], False),
+        ([19], [1], False),
+        ([0], [1], False),
+    ],
+)
+def test_nobody_is_asked_about_an_image_that_was_lost_at_an_end_of_a_trial(images, robots, passing):
+    present = np.ones((20, 3), bool)
+    present[np.ix_(images, robots)] = False
+    poses = np.zeros((20, 3, 3))
+    poses[..., 0] = [20.0, 60.0, 100.0]
+    track = Track(poses, present, ("a", "b", "c"), 0.1)
+    faults = impossible(track, LABORATORY.robot)
+    assert faults
+    assert passes(Track(poses, present, track.labels, 0.1, faults), ()) is passing

@@ -1,7 +1,11 @@
 """Wrong poses, and robots that are exchanged, are noticed within ten trials; right laboratories are left alone."""
 
+import numpy as np
 import pytest
-from wrong_tracks import WRONG, found_at
+from wrong_tracks import WRONG, found_at, in_metres
+
+from turing_learning.robots import LABORATORY, Track
+from turing_learning.robots.program._plausible import TrackCheck
 
 
 @pytest.mark.parametrize("wrong", WRONG, ids=lambda wrong: wrong.__name__)
@@ -28,3 +32,18 @@ def test_what_is_wrong_is_found_within_ten_trials_and_named(wrong):
 )
 def test_nothing_is_found_in_right_laboratories(options):
     assert [found_at(seed, count=12, **options) for seed in range(100, 103)] == [(0, "")] * 3
+
+
+def test_positions_in_metres_are_noticed_in_the_first_trial_before_anybody_is_asked_to_free_a_robot():
+    for seed in range(4):
+        assert found_at(seed, in_metres)[0] == 1
+
+
+def test_robots_that_crowd_are_not_taken_for_some_in_metres():
+    robot = LABORATORY.robot
+    check = TrackCheck(robot, ["r1"])
+    x, y = np.meshgrid(np.arange(3), np.arange(3))
+    poses = np.zeros((51, 9, 3))
+    poses[..., :2] = 2 * robot.radius_cm * np.column_stack([x.ravel(), y.ravel()])
+    track = Track(poses, np.ones((51, 9), bool), ("x",) * 9, 0.1)
+    assert check.fault(track, np.zeros((1, 4))) == ""

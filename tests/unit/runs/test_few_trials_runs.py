@@ -19,7 +19,7 @@ from turing_learning.identifiability import Effort
 from turing_learning.runs import _loops
 from turing_learning.runs._loops import panel_examination
 from turing_learning.store import RunFolderError
-from turing_learning.systems import Arguments, CustomSystemError
+from turing_learning.systems import Arguments, CustomSystemError, Source
 from turing_learning.trajectories import Trajectories
 
 pytestmark = pytest.mark.usefixtures("few_kernels", "few_moves")
@@ -641,3 +641,14 @@ def test_what_a_panel_tells_is_said_and_intervals_stay(monkeypatch):
     assert whole.interval == usual.interval
     assert not math.isnan(whole.interval["vl0"][0])
     assert {*whole.found} - {*usual.found} == {Verdict.DIFFERENT}
+
+
+def test_what_no_model_explains_is_said_and_no_interval_stated(monkeypatch):
+    monkeypatch.setattr(Source, "told_otherwise", lambda self, *of: True)
+    told = inferred()
+    monkeypatch.undo()
+    usual = inferred()
+    assert not math.isnan(usual.interval["vl0"][0])
+    assert all(math.isnan(end) for ends in told.interval.values() for end in ends)
+    assert told.verdict is Verdict.PHASES
+    assert "wait for a random part of a cycle" in told.verdict.meaning

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.distance import pdist
 
 from turing_learning.robots.tracking._tracker import Track, signed_speeds
 from turing_learning.swarm import Robot
@@ -51,6 +52,7 @@ def _mirrored(wheels: Wheels) -> Wheels:
     return wheels[..., ::-1]
 
 
+IN_METRES = "positions look like metres. Give them in cm."
 _MISTAKES: Mapping[str, tuple[Callable[[Wheels], Wheels], float]] = {
     "headings look reversed: robots that were sent forward move backward. Turn the markers.": (
         _reversed,
@@ -60,7 +62,7 @@ _MISTAKES: Mapping[str, tuple[Callable[[Wheels], Wheels], float]] = {
         _mirrored,
         1.0,
     ),
-    "positions look like metres. Give them in cm.": (_same, METRES),
+    IN_METRES: (_same, METRES),
     "positions look like inches. Give them in cm.": (_same, INCH),
     "positions look like millimetres. Give them in cm.": (_same, MILLIMETRES),
 }
@@ -101,10 +103,20 @@ class TrackCheck:
         """Add a trial with models (R, P) that were sent to the replicas; return what is wrong, nothing if that is not certain."""
         if not track.has_headings:
             return ""
+        if self._too_near(track):
+            return IN_METRES
         self._trials.append(self._seen(track, models))
         if len(self._trials) < LEAST_TRIALS:
             return ""
         return self._wrong_headings() or self._wrong_robots()
+
+    def _too_near(self, track: Track) -> bool:
+        """Say whether most robots lie in each other, as if a metre were a cm; robots that push each other do not.
+
+        This is seen at once, before somebody is asked to free robots that hardly move.
+        """
+        first = track.poses[0, track.present[0], :2]
+        return len(first) > 2 and bool(np.median(pdist(first)) < self._robot.radius_cm / 2)
 
     def _seen(self, track: Track, models: np.ndarray) -> _Seen:
         poses = track.poses
@@ -191,7 +203,7 @@ class TrackCheck:
         """
         differences = []
         for trial in self._trials:
-            wheels = repair(self._wheels(trial.speeds[individuals], length))
+            wheels = repair(wheel_speeds(trial.speeds[individuals], self._robot, length))
             valid = trial.valid[individuals]
             share_here = _shares(wheels, valid, trial.models[replica]).max()
             shares_elsewhere = []
@@ -202,11 +214,12 @@ class TrackCheck:
             differences.append(share_here - np.mean(shares_elsewhere))
         return float(np.mean(differences))
 
-    def _wheels(self, speeds: np.ndarray, length: float) -> Wheels:
-        """Return the wheel speeds (A, T, 2), fractions of the maximum, of speeds (A, T, 2)."""
-        linear = speeds[..., 0] / length
-        half = speeds[..., 1] * self._robot.wheel_distance_cm / 2
-        return np.stack([linear - half, linear + half], axis=-1) / self._robot.maximum_speed_cm_s
+
+def wheel_speeds(speeds: np.ndarray, robot: Robot, length: float = 1.0) -> Wheels:
+    """Return the wheel speeds (A, T, 2), fractions of the maximum, of speeds (A, T, 2) in units of `length` (cm)."""
+    linear = speeds[..., 0] / length
+    half = speeds[..., 1] * robot.wheel_distance_cm / 2
+    return np.stack([linear - half, linear + half], axis=-1) / robot.maximum_speed_cm_s
 
 
 def _shares(wheels: Wheels, valid: np.ndarray, model: np.ndarray) -> np.ndarray:

@@ -27,6 +27,7 @@ from turing_learning.swarm import Scenario
 from turing_learning.systems import Source
 
 from ._equipment import Equipment, PoseSource, fastest_turn
+from ._phases import told_by_phase
 from ._plausible import TrackCheck
 from ._setup import LaboratoryError, LaboratorySetup
 
@@ -442,10 +443,12 @@ def passes(track: Track, stuck: Sequence[Fault]) -> bool:
     jumps = Counter(fault.frame for fault in track.faults if fault.kind in (CARRIED, SURPLUS))
     jumped = {frame for frame, number in jumps.items() if number >= MOST_JUMPED * len(track.labels)}
     gaps = [fault for fault in track.faults if fault.frame not in jumped]
-    ended = (
-        all(fault.kind == MISSING and fault.frame > 0 for fault in gaps) and track.present[-1].all()
-    )
-    return bool(track.faults) and not stuck and (bool(jumped) or bool(ended))
+    seen, everybody = track.present.sum(axis=1).tolist(), len(track.labels)
+    # the first or the last image may be lost, too
+    begun = seen[0] == everybody or seen[:2] == [0, everybody]
+    ended = seen[-1] == everybody or seen[-2:] == [everybody, 0]
+    of_images = begun and ended and all(fault.kind == MISSING for fault in gaps)
+    return bool(track.faults) and not stuck and bool(jumped or of_images)
 
 
 def stuck_robots(
@@ -533,6 +536,7 @@ class LaboratorySource(Source):
         spent: Callable[[int], int] | None = None,
     ) -> None:  # fmt: skip
         self._setup = setup
+        self._robot = scenario.robot
         self._equipment = equipment
         self._watch = watch
         self._stored = stored
@@ -647,6 +651,13 @@ class LaboratorySource(Source):
         self._tell("complete", self._program.state)
         speeds_seen = np.array([trial.track.speeds() for trial in trials])
         return trial_samples(speeds_seen, len(self._setup.replicas))
+
+    def told_otherwise(
+        self, genuine: np.ndarray, estimate: np.ndarray, samples: np.ndarray, models: np.ndarray
+    ) -> bool:
+        """Say whether agents and replicas act at different phases of a control cycle."""
+        agents = np.tile(self.to_units(estimate), (len(genuine), 1))
+        return told_by_phase(genuine, agents, samples, self.to_units(models), self._robot)
 
     def _follow(self, event: str | ObservedTrial) -> None:
         trial = None if isinstance(event, str) else event
