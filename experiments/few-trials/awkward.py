@@ -1,8 +1,9 @@
-"""Intervals on 48 awkward systems, and on 40 more, written by people who had not read the method.
+"""Intervals on 48, 40 and 8 awkward systems, written by people who had not read the method.
 
 ``python awkward.py TRIALS RECORDINGS FIRST LAST``: for each system and each of these seeds a truth
 is drawn, and as many recordings of it. Rows go to awkward.csv; a run that has its rows is not
-repeated. Names of systems may follow, or "blind" for the 40; without them the 48 are run.
+repeated. Names of systems may follow, "blind" for the 40 or "further" for the 8; without them the
+48 are run.
 ``python awkward.py`` alone prints how many of the intervals hold, how many runs are called converged
 though they are far off, and how many of the systems with several solutions are found as such.
 """
@@ -14,6 +15,7 @@ from pathlib import Path
 import awkward_systems
 import blind_systems
 import curves
+import further_systems
 import numpy as np
 import pandas as pd
 
@@ -37,7 +39,8 @@ FIELDS = (
     "verdict",
     "cpu_s",
 )
-SYSTEMS = awkward_systems.SYSTEMS | blind_systems.SYSTEMS
+SETS = {"blind": blind_systems.SYSTEMS, "further": further_systems.SYSTEMS}
+SYSTEMS = awkward_systems.SYSTEMS | blind_systems.SYSTEMS | further_systems.SYSTEMS
 FAR = 5.0
 """Half-widths of the interval beyond which an estimate is far off."""
 
@@ -128,8 +131,8 @@ def main() -> None:
     columns = ["system", "trials", "recordings", "seed"]
     done = pd.read_csv(PATH)[columns].drop_duplicates().values.tolist() if PATH.exists() else []
     names = sys.argv[5:] or list(awkward_systems.SYSTEMS)
-    if names == ["blind"]:
-        names = list(blind_systems.SYSTEMS)
+    if len(names) == 1:
+        names = list(SETS.get(names[0], names))
     for seed in range(first, last + 1):
         for name in names:
             if [name, trials, recordings, seed] not in done:

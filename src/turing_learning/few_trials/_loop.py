@@ -37,10 +37,12 @@ from ._readout import (
     Cloud,
     Evidence,
     best_center,
+    disagreement,
     evidence_within,
     solution,
     stated,
     stated_of_modes,
+    widened,
 )
 from ._schedule import batch_schedule
 from ._search import DECIDED_AT, FEWEST, Search
@@ -666,6 +668,7 @@ class FewTrials:
         if matched is None or not matched.settled or not matched.identified.any():
             return
         widths = (matched.interval_high - matched.interval_low)[matched.identified]
+        widths = widths * self._widening(matched)
         # the range is 2 wide
         self.tolerated = bool((widths / 2 <= 2 * self._tolerance).all())
         if self.tolerated:
@@ -709,7 +712,6 @@ class FewTrials:
         p_value = np.array(matched.p_value)
         if not matched.settled:
             return {"p_value": p_value}
-        estimate, interval = stated(matched, self._walkers, self._space)
         draws = matched.draws
         # of a system that is observed anew modes are no solutions of their own
         mode = np.zeros_like(matched.mode)
@@ -721,6 +723,13 @@ class FewTrials:
             examined = examination.report
             draws = examination.draws
             mode = examination.mode
+        factor = self._widening(matched, group)
+        if factor > 1:
+            widest = self._space.widest
+            as_one = np.zeros(len(matched.draws), dtype=np.int64)
+            matched = matched.with_draws(widened(matched.draws, as_one, factor, widest))
+            draws = widened(draws, mode, factor, widest)
+        estimate, interval = stated(matched, self._walkers, self._space)
         mode_interval, identified = stated_of_modes(draws, mode, interval, self._space)
         interval = np.stack((mode_interval[:, 0].min(axis=0), mode_interval[:, 1].max(axis=0)))
         return {
@@ -733,6 +742,18 @@ class FewTrials:
             "draws": self._space.to_numbers(draws),
             **examined,
         }
+
+    def _widening(self, matched: Matched, group: SymmetryGroup | None = None) -> float:
+        """Return by which factor draws are wider than a solution says, in the region of a group.
+
+        Systems that are observed anew have intervals that hold.
+        """
+        if self._fixed is None:
+            return 1.0
+        walkers = self._walkers
+        if group is not None:
+            walkers = group.folded(walkers)
+        return disagreement(matched.main_draws, walkers)
 
     def _folded(
         self, matched: Matched, examiner: Examiner, first_trials: Evidence

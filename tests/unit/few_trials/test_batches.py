@@ -241,3 +241,43 @@ def test_a_run_that_does_not_search_is_not_lost(lost):
 def test_what_does_not_fit_is_rejected(do, message):
     with pytest.raises(ValueError, match=message):
         do()
+
+
+@pytest.mark.parametrize("recorded", [True, False])
+def test_draws_are_wider_where_walkers_of_a_recording_are_elsewhere(monkeypatch, recorded):
+    genuine = Walk().collect(np.tile(TRUTH, (30, 1)), np.random.default_rng(2)).genuine
+    run = finished(begun(genuine=genuine if recorded else None))
+    monkeypatch.setattr(_loop, "disagreement", lambda draws, walkers: 1.0)
+    narrow = run.readout()
+    monkeypatch.setattr(_loop, "disagreement", lambda draws, walkers: 1.5)
+    wide = run.readout()
+    middle = narrow["estimate"]
+    np.testing.assert_allclose(wide["estimate"], middle)
+    factor = 1.5 if recorded else 1.0
+    for name in ("interval", "mode_interval", "draws"):
+        np.testing.assert_allclose(wide[name] - middle, factor * (narrow[name] - middle))
+
+
+def test_walkers_disagree_with_draws_that_are_farther_away_than_they_spread():
+    walkers = np.array([[-1.0, -2.0], [1.0, 2.0]])  # of standard deviations 1 and 2
+    draws = np.zeros((3, 2))
+    assert _readout.disagreement(draws, walkers) == 1
+    # 2 and 1 standard deviations: a mean square of 5 / 2
+    assert _readout.disagreement(draws + 2, walkers) == pytest.approx(np.sqrt(2 * 5 / 2))
+
+
+def test_wider_draws_of_each_solution_keep_their_median_and_stay_in_the_space():
+    draws = np.concatenate([np.linspace(-0.9, -0.5, 41), np.linspace(0.1, 0.3, 21)])[:, None]
+    mode = np.repeat([0, 1], [41, 21])
+    wide = _readout.widened(draws, mode, 3.0, np.ones(1))
+    np.testing.assert_allclose(np.median(wide[mode == 0]), -0.7)
+    np.testing.assert_allclose(np.median(wide[mode == 1]), 0.2)
+    np.testing.assert_allclose([wide.min(), wide[mode == 1].max()], [-1.0, 0.5])
+
+
+def test_a_run_is_not_tolerated_where_walkers_are_elsewhere(monkeypatch):
+    genuine = Walk().collect(np.tile(TRUTH, (30, 1)), np.random.default_rng(2)).genuine
+    known = {"genuine": genuine, "tolerance": 0.3}
+    assert finished(begun(**known)).tolerated
+    monkeypatch.setattr(_loop, "disagreement", lambda draws, walkers: 100.0)
+    assert not finished(begun(**known)).tolerated
