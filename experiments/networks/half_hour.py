@@ -1,4 +1,4 @@
-"""Virtual animals that move for half an hour: ``python half_hour.py RUN ring``, ``RUN zebrafish`` or ``families [SEED]``.
+"""Virtual animals that move for half an hour: ``python half_hour.py RUN ring``, ``RUN zebrafish``, ``families [SEED]``.
 
 RUN is the folder of a run on the first eight recordings of ring.py (``python half_hour.py recordings FOLDER`` writes
 all ten as tables), or on the zebrafish. It moves groups for 1,800 s with its estimate. Their first and their last minute
@@ -6,12 +6,13 @@ are compared with what was recorded and not learned from: the other two recordin
 the run holds out. In the row *recorded* single minutes of what was learned from stand for the model. A difference is a
 Hellinger distance of histograms: 0 is the same, 1 is nothing in common. Rows are added to half_hour.csv.
 
-With *families* the same is done for families of equations, inferred from the zebrafish as by the command, each for some
-minutes. Their rows have no form, and their names stand before the minute.
+With *families* the same is done for families of equations, all or those whose names follow, inferred from the zebrafish
+as by the command. Their rows have no form, and their names stand before the minute.
 """
 
 import csv
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -173,9 +174,9 @@ def minutes_of(groups: list[Trajectories], before: str = "") -> dict[str, list[T
     return variants
 
 
-def add_families(seed: int) -> None:
+def add_families(seed: int, names: Sequence[str]) -> None:
     """Add the rows of families that are inferred from the zebrafish."""
-    for name in FAMILIES:
+    for name in names:
         options = {
             "trajectories": [animals.TRACKTOR / "zebrafish_video_idtracked.txt"], "model": name,
             "fps": 30.0, "scale": 20.0, "y_axis": "down", "bridge": 5, "every": 3,
@@ -186,10 +187,14 @@ def add_families(seed: int) -> None:
         result = tl.infer(genuine=windows, simulate=family, parameters=parameters, seed=seed)
         print(name, result.estimate, flush=True)
         fish = animals.recordings()["zebrafish"]
-        corner = fish.reach[0]
+        corner, far = fish.reach
+        # who minds nobody is inferred without a tank, and would leave it
+        tank_cm = None if family.tank_cm else tuple((far - corner).tolist())
         groups = []
         for k in range(GROUPS):
-            group = virtual_group(family, result.estimate, duration_s=LONG_S, seed=100 * seed + k)
+            group = virtual_group(
+                family, result.estimate, duration_s=LONG_S, tank_cm=tank_cm, seed=100 * seed + k
+            )
             groups.append(replace(group, positions=group.positions + corner))
         places = fish.positions[fish.present]
         tanks = tanks_of([recorded_grid(places)], [True])
@@ -202,7 +207,8 @@ def main() -> None:
         write_recordings(Path(sys.argv[2]))
         return
     if sys.argv[1] == "families":
-        add_families(int(sys.argv[2]) if len(sys.argv) > 2 else 1)
+        seed = int(sys.argv[2]) if len(sys.argv) > 2 else 1
+        add_families(seed, sys.argv[3:] or FAMILIES)
         return
     folder, system = Path(sys.argv[1]), sys.argv[2]
     run = tl.load_run(folder)

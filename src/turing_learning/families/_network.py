@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -297,6 +297,75 @@ class Network(Family):
         timing = {"steps": length, "interval_s": windows.interval_s, "signals": windows.names}
         usual = {"individuals": brain.starts.paths.shape[2], "settling_steps": length}
         return cls(brain=brain, **timing, **usual | settings)
+
+    def in_recordings(
+        self, recordings: Trajectories | Sequence[Trajectories], windows: Windows, *,
+        tanks: Sequence[tuple[float, float] | str | None] = ("recorded",), seed: int = 0,
+    ) -> Self:  # fmt: skip
+        """Return the same animals in groups that begin as other recordings say, in their tanks, to infer gains from these.
+
+        Groups that begin as those that were learned from, and have moved for some seconds, are not where animals
+        with other gains have been for long.
+
+        Parameters
+        ----------
+        recordings, windows
+            What was recorded of others, once or several times, in cm, and the windows of all of it.
+        tanks
+            As in `learned`.
+        seed
+            Of the choice of moments.
+
+        Raises
+        ------
+        ValueError
+            If individuals come and go, there is nothing without gaps, or walls where the network has not seen any.
+        """
+        from ._imitation import memories_of, units_of
+        from ._pieces import comings_and_goings, rows_of
+
+        recordings = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
+        _check_recordings(recordings, windows)
+        comers = any((comings_and_goings(each.present)[0] >= 0).any() for each in recordings)
+        rule = "be of individuals that stay, as those that were learned from"
+        require(not comers and not self._open, "recordings", rule, "some that come and go")
+        paths = [_without_jumps(recording) for recording in recordings]
+        grids, walls = _grids(paths, tanks)
+        rule = "be None, as the network was learned without walls"
+        require(self.brain.tanks.walls.any() or not any(walls), "tanks", rule, brief(tanks))
+        learned = windows.frames("learning")
+        learned_paths = [
+            np.where(there[..., None], path, np.nan)
+            for path, there in zip(paths, learned, strict=True)
+        ]
+        units = self.brain.units
+        # the gain `speed` multiplies what was before the start: others may be faster already
+        faster = units_of(learned_paths, windows.interval_s).step / units.step
+        rng = np.random.default_rng([seed, 48])
+        count = math.ceil(MOST_STARTS / len(paths))
+        starts: list[Moment] = []
+        for k, (path, learned_path) in enumerate(zip(paths, learned_paths, strict=True)):
+            rows = rows_of(path, learned[k])
+            if not len(rows):
+                continue
+            memory = memories_of(path, learned_path, units)
+            memory /= np.repeat((faster, faster**2), MEMORIES // 2)
+            nowhere = np.full(path.shape[1:], np.nan)
+            clock = np.arange(len(path))
+            for moment in _moments(path, memory, nowhere, rows, k, count, rng, clock, busy=0.5):
+                before = (moment.path - moment.path[-1]) / faster
+                starts.append(moment._replace(path=moment.path[-1] + before))
+        rule = f"have steps with {PAST} steps before them and no gap"
+        require(starts, "recordings", rule, "none", "Bridge gaps.")
+        nobody = [np.empty((0, 2))] * len(paths)
+        brain = self.brain._replace(tanks=tanks_of(grids, walls, nobody), starts=_joined(starts))
+        return replace(
+            self,
+            brain=brain,
+            individuals=brain.starts.paths.shape[2],
+            steps=windows.learning.shape[1],
+            signals=windows.names,
+        )
 
     def in_group(
         self, individuals: int, tank_cm: tuple[float, float] | None = None, **settings: Any

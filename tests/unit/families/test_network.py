@@ -9,7 +9,7 @@ from numba import njit
 
 import turing_learning as tl
 from turing_learning.cli import main
-from turing_learning.families import Couzin, Network, _imitation, _tank
+from turing_learning.families import Couzin, Network, _imitation, _tank, virtual_group
 from turing_learning.kernels import imitation
 from turing_learning.trajectories import Trajectories
 
@@ -199,6 +199,37 @@ def test_another_interval_than_learned_is_refused(network):
         ValueError, match=r"`interval_s` must be that of what was learned, 0\.1 s; got 0\.2 s"
     ):
         replace(network, interval_s=0.2)
+
+
+def test_groups_begin_as_others_were_recorded_to(network):
+    gains = dict.fromkeys(network.parameters, 1.0) | {"speed": 0.8}
+    others = virtual_group(network, gains, duration_s=60, seed=1)
+    windows = others.windows(20, signals=("speed", "turn"))
+    moved = network.in_recordings(others, windows, tanks=[None])
+    assert (moved.steps, moved.signals) == (20, ("speed", "turn"))
+    known = {tuple(place) for place in others.positions.reshape(-1, 2)}
+    starts = moved.brain.starts
+    assert {tuple(place) for place in starts.paths[:, -1].reshape(-1, 2)} <= known
+    # what was before is that of a group as fast as those that were learned from
+    before = network.brain.starts
+    for own, learned in ((starts.memories, before.memories), (starts.paths, before.paths)):
+        if own.ndim == 4:
+            own, learned = (np.abs(np.diff(paths, axis=1)) for paths in (own, learned))
+        assert np.nanmean(own) == pytest.approx(np.nanmean(learned), rel=0.1)
+
+
+def test_walls_that_a_network_has_not_seen_are_refused(network):
+    others = virtual_group(network, dict.fromkeys(network.parameters, 1.0), duration_s=20, seed=1)
+    windows = others.windows(20, signals=("speed", "turn"))
+    with pytest.raises(ValueError, match="`tanks` must be None, as the network was learned wit"):
+        network.in_recordings(others, windows)
+
+
+def test_others_that_come_and_go_are_refused(network):
+    others = passing()
+    windows = others.windows(20, signals=("speed", "turn"))
+    with pytest.raises(ValueError, match="`recordings` must be of individuals that stay"):
+        network.in_recordings(others, windows, tanks=[None])
 
 
 def recorded(individuals, *, steps=400, unit="cm"):
