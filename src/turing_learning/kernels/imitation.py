@@ -22,7 +22,7 @@ PAST = 4
 """Steps that an individual has to have moved before a network can move it."""
 COURSE_WEIGHTS = np.array((1.0, 1e-6))
 """Weights of the last displacements in the course: that before the last decides where the last one is none. With a
-hundredth, as before decision 0060, turns that were recorded exactly were not done again exactly."""
+hundredth, as before decision 0062, turns that were recorded exactly were not done again exactly."""
 MEMORY_S = np.array((1.0, 5.0, np.inf))
 """Time constants (s) of the leaky averages of the speed and of its square; the last one is over all that was recorded."""
 MEMORIES = 2 * len(MEMORY_S)
