@@ -128,3 +128,12 @@ def test_every_room_has_a_page_of_the_reference():
     assert pages == set(ROOMS)
     index = (DOCS / "reference" / "index.md").read_text(encoding="utf-8")
     assert [room for room in ROOMS if f"\n{room}\n" not in index] == []
+
+
+def test_every_decision_has_a_number_of_its_own():
+    records = list((DOCS / "decisions").glob("0*.md"))
+    numbers = {path.name[:4] for path in records}
+    assert len(numbers) == len(records) > 60
+    for path in records:
+        stated = path.read_text(encoding="utf-8").split()[1].rstrip(".:")
+        assert int(stated) == int(path.name[:4])

@@ -133,7 +133,7 @@ def run_subjects(results: Mapping[str, Result]) -> dict[str, Subject]:
             blocks = windows.blocks
             if isinstance(simulate, Network):
                 simulate = replace(simulate, signals=signals)
-            wider = RecordedSystem({**system.options, "signals": ",".join(signals)})
+            wider = replace(system, options={**system.options, "signals": ",".join(signals)})
             windows, opened, _ = wider.opened(steps, recordings=motion, network=network)
             if not isinstance(simulate, Network):
                 simulate = opened

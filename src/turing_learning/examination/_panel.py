@@ -242,8 +242,9 @@ def examine_views(
         auc=float(area_under_curve(of_best[genuine], of_best[~genuine])),
         auc_interval=_interval(placement, genuine, groups),
         critical=critical,
-        power_accuracy=float(needed) if needed <= 1 else None,
-        power=float(ndtr((CLEARLY - critical) / max(spread, TINY))),
+        # of samples that are all the same nothing would be noticed
+        power_accuracy=float(needed) if needed <= 1 and spread > 0 else None,
+        power=float(ndtr((CLEARLY - critical) / spread)) if spread > 0 else 0.0,
         examiners=tuple(members),
         samples=(len(owners[0]), len(owners[1])),
         groups=counts,

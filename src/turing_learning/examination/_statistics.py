@@ -38,6 +38,9 @@ def named_statistics(
         return list(names), windows[:, 0]
     rhythmic, length = names[:RHYTHMS], windows.shape[1]
     rhythmic_windows = windows[..., : len(rhythmic)]
+    # what is constant in a window has no rhythm, not even that of its rounding
+    constant = np.ptp(rhythmic_windows, axis=1, keepdims=True) == 0
+    rhythmic_windows = np.where(constant, 0.0, rhythmic_windows)
     labels = signal_statistic_names(names) + [f"trend of {name}" for name in names]
     columns = [signal_statistics(windows), signal_trends(windows)]
     large = np.quantile(np.abs(windows), 0.95, axis=(0, 1))

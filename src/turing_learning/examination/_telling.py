@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import rankdata
 
 from ._examiners import Kernel, Ridge
-from ._panel import CLEARLY, Views, folds_of, right_answers
+from ._panel import CLEARLY, Views, folds_of, right_answers, without_last_digits
 from ._statistics import named_statistics
 
 LARGEST_SIDE = 600
@@ -108,11 +108,16 @@ class LabelledWindows:
         return _balanced(right_answers(scores, labels, self.groups), self.labels)[0]
 
 
-def what_tells(samples: LabelledWindows, seed: int) -> list[Telling]:
-    """Return statistics, the most telling first, alone and shuffled, then signals alone and left out, and time scales."""
+def what_tells(samples: LabelledWindows, seed: int, *, told: bool) -> list[Telling]:
+    """Return statistics, the most telling first, alone and shuffled, then signals alone and left out, and time scales.
+
+    Where a panel has not `told` the sides apart, nothing is shuffled: the loss would be chance.
+    """
     subset = samples.some(np.random.default_rng((seed, 3)))
-    alone = statistics_that_tell(subset)
-    return [*alone, *_shuffled(subset, seed), *_signals(subset), *_scales(subset)]
+    telling = statistics_that_tell(subset)
+    if told:
+        telling += _shuffled(subset, seed)
+    return [*telling, *_signals(subset), *_scales(subset)]
 
 
 def telling_statistics(
@@ -148,7 +153,7 @@ def telling_statistics(
     numbers = np.unique(groups, return_inverse=True)[1].ravel()
     own_groups = 1 + numbers.max() + np.arange(len(simulated))
     samples = LabelledWindows(
-        np.concatenate((real, simulated)),
+        without_last_digits(np.concatenate((real, simulated))),
         np.repeat([1.0, 0.0], (len(real), len(simulated))),
         np.concatenate((numbers, own_groups)),
         tuple(names),

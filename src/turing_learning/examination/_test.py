@@ -266,7 +266,7 @@ def _tested(
     windows = LabelledWindows(
         views.windows, labels, np.concatenate(numbers), pair.names, pair.units, pair.interval_s
     )
-    telling = tuple(what_tells(windows, seed))
+    telling = tuple(what_tells(windows, seed, told=examined.told_apart))
     between_halves = None
     if control:
         between_halves = _control(pair, owners[0], grouping, permutations, seed)

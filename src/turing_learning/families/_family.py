@@ -225,6 +225,14 @@ class Family(ABC):
             number(name, getattr(self, name), above=0)
 
 
+def most_moves(individuals: int, *, social: bool) -> int:
+    """Return how many steps a group of so many individuals, who may take notice of each other, can be simulated for."""
+    most = min(LONGEST, MOST_PLACES // individuals)
+    if social:
+        most = min(most, MOST_PAIRS // individuals**2)
+    return most
+
+
 NEIGHBOR = {"neighbor_distance", "neighbor_bearing"}
 
 
@@ -285,21 +293,16 @@ def draw(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Begun(Family):
+class BeginsAsRecorded(Family):
     """A family whose groups begin at recorded moments, or scattered."""
 
     #: Recorded moments, at one of which each group begins, drawn by chance; None for places anywhere
     starts: RecordedStarts | None = field(default=None, repr=False)
 
     @classmethod
-    def begins_as_recorded(cls, **settings: Any) -> bool:
+    def can_begin_as_recorded(cls, **settings: Any) -> bool:
         """Whether groups with these settings move where a group can have been recorded."""
         return True
-
-    @classmethod
-    def most_moves(cls, individuals: int) -> int:
-        """Return how many steps a group of so many individuals can be simulated for."""
-        return min(LONGEST, MOST_PLACES // individuals)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -319,21 +322,15 @@ class Begun(Family):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Particles(Begun):
+class Particles(BeginsAsRecorded):
     """A family of points in the plane, which yields its positions step by step.
 
     Positions and directions are complex numbers x + iy, in arrays (M, A).
     """
 
-    #: Width and height of a tank (cm), anywhere in which individuals start, and whose walls reflect them as
-    #: light; None for the unbounded plane. Individuals do not see the walls
+    #: Width and height of a tank (cm), anywhere in which individuals start who were not recorded, and whose walls
+    #: reflect them as light; None for the unbounded plane. Individuals do not see the walls
     tank_cm: tuple[float, float] | None = None
-
-    @classmethod
-    def most_moves(cls, individuals: int) -> int:
-        """Return how many steps a group of so many individuals can be simulated for."""
-        most = super().most_moves(individuals)
-        return min(most, MOST_PAIRS // individuals**2) if cls.social else most
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -359,7 +356,7 @@ class Particles(Begun):
         return settled.view(np.float64).reshape(*settled.shape, 2), None
 
     def _scattered(self, rngs: Sequence[np.random.Generator]) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions and directions (M, A) at the start."""
+        """Return positions and directions (M, A) at the start: recorded ones, or else scattered."""
         uniforms = draw(rngs, lambda rng: rng.random((3, self.individuals)))
         if self.starts is not None:
             places, angles = self.starts.drawn(uniforms)

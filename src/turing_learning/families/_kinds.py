@@ -11,7 +11,17 @@ from turing_learning.errors import brief, require
 
 from ..models import FULL_VIEW, Parameter
 from ..swarm import AGGREGATION, Scenario
-from ._family import NEIGHBOR, Begun, Family, Particles, draw, offsets, rotation, total, unit
+from ._family import (
+    NEIGHBOR,
+    BeginsAsRecorded,
+    Family,
+    Particles,
+    draw,
+    offsets,
+    rotation,
+    total,
+    unit,
+)
 
 ROUNDING = 1e-12
 """By which the cosine of an angle of view may be off."""
@@ -39,7 +49,7 @@ class Vicsek(Particles):
     period_cm: float | None = 20.0
 
     @classmethod
-    def begins_as_recorded(cls, **settings: Any) -> bool:
+    def can_begin_as_recorded(cls, **settings: Any) -> bool:
         """Whether there is no periodic square, in which nobody was recorded."""
         return settings.get("period_cm", cls.period_cm) is None
 
@@ -351,7 +361,7 @@ def glided(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Robots(Begun):
+class Robots(BeginsAsRecorded):
     """Robots with wheels and a sensor that sees what is ahead; every robot of a group executes the model.
 
     Parameters: wheel speeds for each sensor state, as fractions of the maximum (vl0, vr0, vl1, vr1, ...); the
@@ -369,7 +379,7 @@ class Robots(Begun):
     headings: ClassVar[bool] = True
 
     @classmethod
-    def begins_as_recorded(cls, **settings: Any) -> bool:
+    def can_begin_as_recorded(cls, **settings: Any) -> bool:
         """Whether there are robots alone: a recording says neither where walls were nor objects."""
         scenario = settings.get("scenario", cls.scenario)
         alone = scenario.objects.count == 0 and not scenario.items

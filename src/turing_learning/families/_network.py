@@ -30,6 +30,7 @@ from turing_learning.trajectories import Trajectories, Windows
 
 from ._family import MOST_PLACES, Family
 from ._pieces import horizon_steps
+from ._starts import without_jumps
 from ._tank import open_grid, recorded_grid, rectangle_grid, tanks_of
 
 GAINS = ("speed", "speed_noise", "turn_noise", "walls", "attraction", "alignment", "memory")
@@ -207,7 +208,7 @@ class Network(Family):
 
         recordings = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
         _check_recordings(recordings, windows)
-        paths = [_without_jumps(recording) for recording in recordings]
+        paths = [without_jumps(recording) for recording in recordings]
         grids, walls = _grids(paths, tanks)
         learned = windows.frames("learning")
         learned_paths = [
@@ -329,7 +330,7 @@ class Network(Family):
         comers = any((comings_and_goings(each.present)[0] >= 0).any() for each in recordings)
         rule = "be of individuals that stay, as those that were learned from"
         require(not comers and not self._open, "recordings", rule, "some that come and go")
-        paths = [_without_jumps(recording) for recording in recordings]
+        paths = [without_jumps(recording) for recording in recordings]
         grids, walls = _grids(paths, tanks)
         rule = "be None, as the network was learned without walls"
         require(self.brain.tanks.walls.any() or not any(walls), "tanks", rule, brief(tanks))
@@ -598,15 +599,6 @@ PARTS: dict[str, Any] = {
     "starts": Starts,
     "comings": Comings,
 }
-
-
-def _without_jumps(recording: Trajectories) -> np.ndarray:
-    """Return where everybody was (F, A, 2), NaN where they were not seen, or at both ends of a jump of the tracker."""
-    path = np.where(recording.present[..., None], recording.positions, np.nan)
-    for jump in recording.check().jumps:
-        frame = jump.frame - recording.first_frame
-        path[frame : frame + 2, recording.individuals.index(jump.individual)] = np.nan
-    return path
 
 
 def _check_recordings(recordings: Sequence[Trajectories], windows: Windows) -> None:

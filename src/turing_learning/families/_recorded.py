@@ -18,7 +18,7 @@ from ..models import Parameter
 from ..systems import importable_name, imported
 from ..trajectories import SIGNALS, Trajectories, Windows, pooled_windows
 from ._composed import PARTS, Composed, check_parts, parts_of
-from ._family import NEIGHBOR, Begun, Family, Particles
+from ._family import NEIGHBOR, BeginsAsRecorded, Family, Particles, most_moves
 from ._kinds import FAMILIES
 from ._network import Network
 from ._ranges import recorded_ranges, said_ranges
@@ -26,6 +26,9 @@ from ._reading import listed, read_recording
 from ._starts import joined_starts, recorded_starts
 
 WINDOW_S = 4.0
+GROUPS_BEGIN = "groups_begin"
+"""In what a stored run remembers of its recordings: how groups of models begin."""
+AS_RECORDED = "as recorded"
 MODELS: Mapping[str, type[Family]] = {**FAMILIES, "network": Network}
 """All that may imitate a recording, by name: families of equations, and a network that learns."""
 
@@ -123,22 +126,24 @@ def as_recorded(
         count = windows_of[individuals, tank]
         if not count:
             continue
-        group_settings = dict(settings)
+        same = [k for k, condition in enumerate(conditions) if condition == (individuals, tank)]
+        starts = []
+        if issubclass(family, BeginsAsRecorded) and family.can_begin_as_recorded(**settings):
+            for k in same:
+                starts.append(
+                    recorded_starts(
+                        recordings[k], learned[k], individuals, tank, headings=family.headings
+                    )
+                )
+        begun = joined_starts(starts)
+        group_settings: dict[str, Any] = {}
+        if begun is not None and "starts" not in settings:
+            room = most_moves(individuals, social=family.social) - steps - 1
+            settling_steps = max(0, min(max(steps, family.settling_steps), room))
+            group_settings = {"starts": begun, "settling_steps": settling_steps}
+        group_settings |= settings
         if tank is not None:
             group_settings["tank_cm"] = tank
-        if issubclass(family, Begun) and family.begins_as_recorded(**settings):
-            starts = []
-            for recording, mask, condition in zip(recordings, learned, conditions, strict=True):
-                if condition == (individuals, tank):
-                    starts.append(recorded_starts(recording, mask, individuals, tank))
-            begun = joined_starts(starts)
-            if begun is not None:
-                room = family.most_moves(individuals) - steps - 1
-                settling_steps = max(0, min(steps, room))
-                group_settings = {
-                    "starts": begun,
-                    "settling_steps": settling_steps,
-                } | group_settings
         group = family(
             individuals=individuals,
             steps=steps,
@@ -191,6 +196,8 @@ class RecordedSystem:
     """
 
     options: dict[str, Any]
+    #: Whether groups of models begin scattered, as they did before decision 0059: a run goes on as it began
+    scattered: bool = False
 
     @classmethod
     def begun_in_python(cls, windows: Windows, simulate: Any) -> Self | None:
@@ -221,9 +228,10 @@ class RecordedSystem:
         if not system._leads_to(windows):
             return cls(options) if options else None
         family = _family_options(simulate, windows.sources)
-        imitated = cls(options | in_files | family)
-        if family and imitated._makes(simulate, windows.sources):
-            return imitated
+        for scattered in (False, True):
+            imitated = cls(options | in_files | family, scattered)
+            if family and imitated._makes(simulate, windows.sources):
+                return imitated
         return system
 
     def _leads_to(self, windows: Windows) -> bool:
@@ -256,15 +264,16 @@ class RecordedSystem:
         paths = [Path(path) for path in stored["options"].get("trajectories", ())]
         require(paths, "run", rule, "one on others", "Give `genuine` and `simulate`.")
         options = stored["options"] | {"trajectories": paths}
+        scattered = stored.get(GROUPS_BEGIN) != AS_RECORDED
         if elsewhere:
-            return cls(options)
+            return cls(options, scattered)
         rule = "be the recording that the run began with"
         for path, digest in zip(paths, stored["sha256"], strict=True):
             digest_now = _digest(path)
             change = "has changed since" if digest_now else "is not there any more"
             got = f"{path}, which {change}"
             require(digest_now == digest, "trajectories", rule, got, remedy)
-        return cls(options)
+        return cls(options, scattered)
 
     @property
     def entry(self) -> dict[str, Any]:
@@ -273,7 +282,10 @@ class RecordedSystem:
         paths = options.get("trajectories", ())
         if paths:
             options["trajectories"] = [str(path.absolute()) for path in paths]
-        return {"options": options, "sha256": [_digest(path) for path in paths]}
+        entry = {"options": options, "sha256": [_digest(path) for path in paths]}
+        if not self.scattered:
+            entry[GROUPS_BEGIN] = AS_RECORDED
+        return entry
 
     def same_motion(self, stored: Mapping[str, Any] | None) -> bool:
         """Return whether `entry` wrote the same content and options, wherever the files were."""
@@ -376,6 +388,8 @@ class RecordedSystem:
                     network = _learned(likely, windows, tanks, progress, seed)
                 return windows, network, motion
             settings = chosen.settings_of(self.options["model"])
+            if self.scattered and issubclass(chosen, BeginsAsRecorded):
+                settings["starts"] = None
             asked = option("tank") or []
             # without walls a group would spread, and neighbors be farther away than in the tank
             confined = NEIGHBOR & set(windows.names) or chosen.needs_tank(**settings)

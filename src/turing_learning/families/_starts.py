@@ -19,7 +19,8 @@ class RecordedStarts:
     """Where the individuals of a group were at some moments, and in which direction they moved."""
 
     positions: np.ndarray  #: (S, A, 2): x, y (cm) of A individuals at S moments
-    #: (S, A): their headings, or else of their last displacement (rad); NaN for whoever had rested: it is drawn by chance
+    #: (S, A): their headings, or the directions of their last displacements (rad). Where they are NaN, as of those who
+    #: rested, they are drawn by chance
     directions: np.ndarray
 
     def __post_init__(self) -> None:
@@ -50,30 +51,42 @@ class RecordedStarts:
         return positions, np.where(np.isnan(directions), 2 * np.pi * uniforms[:, 2], directions)
 
 
+def without_jumps(recording: Trajectories) -> np.ndarray:
+    """Return where everybody was (F, A, 2), NaN where they were not seen, or at both ends of a jump of the tracker."""
+    path = np.where(recording.present[..., None], recording.positions, np.nan)
+    for jump in recording.check().jumps:
+        frame = jump.frame - recording.first_frame
+        path[frame : frame + 2, recording.individuals.index(jump.individual)] = np.nan
+    return path
+
+
 def recorded_starts(
     recording: Trajectories,
     learned: np.ndarray,
     individuals: int,
     tank_cm: tuple[float, float] | None = None,
+    *,
+    headings: bool = False,
 ) -> RecordedStarts | None:
     """Return moments of a recording at which so many individuals were there at once, or None if there is none.
 
     Parameters
     ----------
     recording
-        In cm.
+        In cm. Positions that can hardly be true are left out.
     learned : (F,)
         Which of its frames may be learned from.
     individuals
         Number of individuals A.
     tank_cm
         Width and height of a tank (cm), one corner of which is the origin. What was recorded lies in its middle.
+    headings
+        Whether individuals have headings of their own, which may be against their motion.
     """
-    there = recording.present[1:] & recording.present[:-1]
-    # nobody begins at either end of a jump of the tracker
-    for jump in recording.check().jumps:
-        frame = jump.frame - recording.first_frame
-        there[max(0, frame - 1) : frame + 2, recording.individuals.index(jump.individual)] = False
+    likely = recording.cleared(longest_rest_s=None)
+    path = without_jumps(likely)
+    seen = np.isfinite(path).all(axis=-1)
+    there = seen[1:] & seen[:-1]
     usable = learned[1:] & learned[:-1] & (there.sum(axis=1) >= individuals)
     steps = np.flatnonzero(usable)
     if not len(steps):
@@ -82,17 +95,21 @@ def recorded_starts(
     steps = steps[np.linspace(0, len(steps) - 1, count).round().astype(int)]
     # of more than are asked for, the first ones
     who = np.argsort(~there[steps], axis=1, kind="stable")[:, :individuals]
-    low, high = recording.reach
+    steps = steps[:, None]
+    low, high = likely.reach
     corner = low
     if tank_cm is not None:
         corner = (low + high - tank_cm) / 2
-    after = recording.positions[steps[:, None] + 1, who]
-    if recording.headings is None:
-        moved = after - recording.positions[steps[:, None], who]
+    after = path[steps + 1, who]
+    if not headings:
+        moved = after - path[steps, who]
         directions = np.arctan2(moved[..., 1], moved[..., 0])
         directions[~moved.any(axis=-1)] = np.nan
+    elif likely.headings is None:
+        # who may drive backwards does not show its heading
+        directions = np.full(after.shape[:-1], np.nan)
     else:
-        directions = recording.headings[steps[:, None] + 1, who]
+        directions = likely.headings[steps + 1, who]
     return RecordedStarts(after - corner, directions)
 
 

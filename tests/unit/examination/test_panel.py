@@ -3,6 +3,7 @@ import pytest
 
 from turing_learning.examination import QUICK, Kernel, Ridge, examine
 from turing_learning.examination._panel import group_labellings
+from turing_learning.examination._statistics import named_statistics
 
 RNG = np.random.default_rng(4)
 
@@ -132,3 +133,20 @@ def test_last_digits_tell_nobody():
     # what a camera could measure is seen
     shaken = 5 + 1e-4 * rng.normal(size=(40, 30, 1))
     assert examine(near_the_origin, shaken, examiners=QUICK).accuracy > 0.95
+
+
+def test_of_samples_that_are_all_the_same_nothing_would_be_noticed():
+    found = examine(np.full((20, 30, 2), 5.0), np.full((20, 30, 2), 5.0), examiners=QUICK)
+    assert found.accuracy == 0.5
+    assert found.power_accuracy is None
+    assert found.power == 0
+
+
+def test_a_constant_has_no_rhythm():
+    rng = np.random.default_rng(9)
+    windows = rng.standard_normal((40, 30, 2))
+    windows[..., 1] = 0.1
+    labels, values = named_statistics(windows, ["speed", "turn"], 0.1)
+    together = [k for k, label in enumerate(labels) if "speed" in label and "turn" in label]
+    assert together
+    assert (values[:, together] == 0).all()

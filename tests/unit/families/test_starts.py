@@ -5,6 +5,7 @@ import pytest
 
 from turing_learning.families import (
     BurstAndCoast,
+    Composed,
     Couzin,
     RecordedStarts,
     Robots,
@@ -157,5 +158,37 @@ def test_robots_begin_at_recorded_places_and_headings():
 
 
 def test_robots_among_walls_or_objects_begin_scattered():
-    assert not Robots.begins_as_recorded(scenario=OBJECT_CLUSTERING)
-    assert Robots.begins_as_recorded()
+    assert not Robots.can_begin_as_recorded(scenario=OBJECT_CLUSTERING)
+    assert Robots.can_begin_as_recorded()
+
+
+def test_positions_that_can_hardly_be_true_are_no_starts():
+    fish = recording()
+    fish.positions[40, 1] = (3000.0, 3000.0)
+    fish.positions[60:75, 2] = 0.0
+    windows = recording().windows(10)
+    for tanks in ((), ((60.0, 60.0),)):
+        starts = as_recorded(Couzin, fish, windows, tanks=tanks).starts
+        sides = np.ptp(starts.positions, axis=(0, 1))
+        # everybody walks some 30 by 40 cm
+        assert (sides < 60).all()
+        assert np.abs(starts.positions).max() < 80
+    unmoved = np.linalg.norm(starts.positions - starts.positions[:, :1], axis=-1)
+    assert unmoved.max() < 15
+
+
+def test_headings_count_for_families_that_have_some():
+    fish = recording()
+    motion = as_recorded(Couzin, fish, fish.windows(10)).starts.directions
+    backwards = np.full(fish.positions.shape[:2], 1.0)
+    turned = Trajectories(fish.positions, fish.present, 10.0, fish.individuals, headings=backwards)
+    windows = turned.windows(5)
+    np.testing.assert_array_equal(as_recorded(Couzin, turned, windows).starts.directions, motion)
+    assert (as_recorded(Robots, turned, windows).starts.directions == 1.0).all()
+    assert np.isnan(as_recorded(Robots, fish, fish.windows(5)).starts.directions).all()
+
+
+def test_families_from_parts_settle_for_no_shorter_than_they_do():
+    fish = recording()
+    family = as_recorded(Composed, fish, fish.windows(10), parts=("kicks",))
+    assert family.settling_steps == 100

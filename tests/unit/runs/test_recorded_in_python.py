@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import turing_learning as tl
-from turing_learning.families import RecordedSystem, Vicsek, as_recorded
+from turing_learning.families import Couzin, RecordedSystem, Vicsek, as_recorded
 from turing_learning.runs import RunFolder
 from turing_learning.runs._plots import recorded_replay
 
@@ -73,6 +73,28 @@ def test_files_are_named_only_if_they_lead_to_the_same_windows(tmp_path, done, a
         read, _, _ = begun.opened()
         np.testing.assert_array_equal(read.learning, windows.learning)
         np.testing.assert_array_equal(read.held_out, windows.held_out)
+
+
+def test_a_run_goes_on_with_groups_that_begin_as_they_did(tmp_path):
+    recording = fish(tmp_path)
+    windows = recording.windows(length_s=4.0, hold_out=0.3)
+    model = as_recorded(Couzin, recording, windows)
+    entry = RecordedSystem.begun_in_python(windows, model).entry
+    _, family, _ = RecordedSystem.remembered(entry).opened()
+    assert family == model
+    assert family.starts is not None
+
+    # before decision 0059 runs did not say how groups begin: they began scattered
+    del entry["groups_begin"]
+    old = RecordedSystem.remembered(entry)
+    _, family, _ = old.opened()
+    assert family == replace(model, starts=None, settling_steps=0)
+    assert "groups_begin" not in old.entry
+
+    # so does a family that was made by hand
+    scattered = RecordedSystem.begun_in_python(windows, family)
+    assert scattered.options["model"] == "couzin"
+    assert scattered.scattered
 
 
 def test_of_a_table_in_memory_scale_and_rate_are_kept(tmp_path):
