@@ -131,7 +131,7 @@ def test_every_room_has_a_page_of_the_reference():
 
 
 def test_every_decision_has_a_number_of_its_own():
-    records = list((DOCS / "decisions").glob("0*.md"))
+    records = sorted((DOCS / "decisions").glob("0*.md"))[1:]  # the first is the template
     numbers = {path.name[:4] for path in records}
     assert len(numbers) == len(records) > 60
     for path in records:
