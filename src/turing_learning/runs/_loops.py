@@ -182,10 +182,10 @@ class TrialsLoop:
         readout = self.trials.readout()
         buffer = self.trials.buffer
         found = readout.get("estimate", self.trials.estimate)
-        if self._source.told_otherwise(
+        if self._source.told_by_phases(
             buffer.genuine, found, buffer.samples[:, 0], buffer.parameters
         ):
-            readout["told_otherwise"] = np.array(True)
+            readout["told_by_phases"] = np.array(True)
         if "estimate" in readout:
             readout["estimate"] = self._source.to_units(readout["estimate"][None])[0]
             # units grow with the numbers in which is searched, so that ends stay ends

@@ -143,13 +143,10 @@ class Pooled(Judged):
         """
         import xarray
 
-        require(
-            self.chains,
-            "pool",
-            "have a run that has settled",
-            "none",
-            "Resume them with more trials.",
-        )
+        remedy = "Resume them with more trials."
+        if Verdict.PHASES in self.verdicts:
+            remedy = Verdict.PHASES.meaning
+        require(self.chains, "pool", "have a run that has settled", "none", remedy)
         values = np.stack(list(self.chains.values()))
         dims = ("chain", "draw")
         seeds = {"chain": list(self.chains)}
@@ -261,6 +258,8 @@ class Pooled(Judged):
         why = {}
         if self.trials is not None:
             why = {"why": "at most one run has settled; resume them with more trials"}
+        if Verdict.PHASES in self.verdicts:
+            why = {"why": "phases differ, which more trials do not change"}
         remarks += [
             describe_unknown(self.interval, **why),
             describe_unknown(agreement, "Whether runs agree", **why),

@@ -105,9 +105,9 @@ class Result(Judged):
     interval
         Lower and upper end, for each parameter, of what the estimate leaves open: nine of ten hold
         the truth, see `turing_learning.analysis.interval`. Both are NaN, in `result.json` null,
-        where the run is still moving, where classifiers still tell its models, and where the models
-        have never moved. Of several solutions (`Posterior.modes`) it spans all, from the lowest end
-        of them to the highest; between them most values are wrong.
+        where the run is still moving, where phases differ, where classifiers still tell its models,
+        and where the models have never moved. Of several solutions (`Posterior.modes`) it spans
+        all, from the lowest end of them to the highest; between them most values are wrong.
     absolute_error, estimate_absolute_error
         Of `best_model` and of `estimate`; None where there is no truth.
     mae, estimate_mae
@@ -213,7 +213,7 @@ class Result(Judged):
 
         Empty if all are, or where the verdict says so.
         """
-        if {Verdict.MOVING, Verdict.TOLD} & {*self.found}:
+        if {Verdict.PHASES, Verdict.MOVING, Verdict.TOLD} & {*self.found}:
             return ""
         if self.configuration.run.trials:
             return describe_unknown(self.interval, why=WHY_UNKNOWN_OF_TRIALS)
@@ -425,7 +425,7 @@ class Posterior(Result):
     ----------
     covariance
         Name -> name -> covariance of two parameters, in their units: what matching leaves open, see
-        `draws`. None, and not in `result.json`, where the run has not settled.
+        `draws`. None, and not in `result.json`, where the run has not settled or phases differ.
     modes
         Its solutions, that of most draws first, each with an interval of its own; none where the
         run has not settled. `estimate` is that of the first.
@@ -485,12 +485,14 @@ class Posterior(Result):
         Raises
         ------
         RuntimeError
-            If the run has none, as it has not settled.
+            If the run has none, as it has not settled, or as phases differ.
         """
         draws = self.stored().draws() if self.settled else None
         if draws is None:
-            remedy = "Give more `trials`."
-            raise RuntimeError(f"`draws` must be of a run that has settled; got none. {remedy}")
+            got = "none. Give more `trials`."
+            if Verdict.PHASES in self.found:
+                got = f"one whose phases differ. {Verdict.PHASES.meaning}"
+            raise RuntimeError(f"`draws` must be of a run that has settled; got {got}")
         if count is None:
             return draws.copy()
         rng = np.random.default_rng(integer("seed", seed))

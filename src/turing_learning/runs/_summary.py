@@ -139,7 +139,7 @@ def _posterior(traces: Traces, ending: Ending, record: Record) -> Posterior:
 
 def _doubt(traces: Traces, readout: Mapping[str, np.ndarray]) -> Verdict | None:
     """Return what speaks against the estimate of a run of trials, if anything does."""
-    if readout.get("told_otherwise", False):
+    if readout.get("told_by_phases", False):
         return Verdict.PHASES
     fitness = traces["classifier_fitness_quantiles"][:, 2]
     p_value = float(readout.get("p_value", 1.0))

@@ -245,7 +245,7 @@ class Source:
         """Return samples of the system, and of models (M, P) as the optimizer has them."""
         raise NotImplementedError
 
-    def told_otherwise(
+    def told_by_phases(
         self, genuine: np.ndarray, estimate: np.ndarray, samples: np.ndarray, models: np.ndarray
     ) -> bool:
         """Say whether genuine samples are told from those of models by what no model can explain.

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from program_laboratory import FILE, ScriptedLaboratory
 
-from turing_learning.robots import LABORATORY
+from turing_learning.robots import LABORATORY, LaboratorySource, load_laboratory
 from turing_learning.robots.program._phases import told_by_phase
 
 TRUTH = (0.8, 0.5, -0.4, 0.6)
@@ -26,8 +27,11 @@ def samples(rng, models, phases, wheels=1.0):
     return np.stack([linear, angular], axis=-1)
 
 
-def told(agents, replicas, *, trials=TRIALS, wheels=1.0, estimate=TRUTH, seed=1):
-    """Say whether robots are told whose phases are those given, (robots,), or drawn anew in each trial if None."""
+def observed(agents, replicas, *, trials=TRIALS, wheels=1.0, seed=1):
+    """Return samples of agents and of replicas, and the replicas' models.
+
+    Their phases are those given, (robots,), or drawn anew in each trial if None.
+    """
     rng = np.random.default_rng(seed)
     models = np.tile(TRUTH, (trials * AGENTS, 1)), rng.uniform(-1, 1, (trials * REPLICAS, 4))
     seen = []
@@ -36,8 +40,13 @@ def told(agents, replicas, *, trials=TRIALS, wheels=1.0, estimate=TRUTH, seed=1)
         if phases is not None:
             drawn = np.resize(phases, len(executed))
         seen.append(samples(rng, executed, drawn, wheels))
-    taken = np.tile(estimate, (len(models[0]), 1))
-    return told_by_phase(seen[0], taken, seen[1], models[1], ROBOT)
+    return *seen, models[1]
+
+
+def told(agents, replicas, *, estimate=TRUTH, **options):
+    """Say whether robots with these phases are told, see `observed`."""
+    genuine, counterfeit, models = observed(agents, replicas, **options)
+    return told_by_phase(genuine, np.tile(estimate, (len(genuine), 1)), counterfeit, models, ROBOT)
 
 
 SPREAD = np.arange(AGENTS) / AGENTS
@@ -70,3 +79,27 @@ def test_nothing_is_said_of_few_trials_or_of_robots_that_never_change():
     models = np.full((200, 4), 0.5)
     first, second = (samples(rng, models, np.full(200, phase)) for phase in (0.2, 0.7))
     assert not told_by_phase(first, models, second, models, ROBOT)
+
+
+@pytest.mark.parametrize("of_trials", [True, False])
+def test_a_laboratory_tells_phases_by_the_wheel_speeds_of_its_models(tmp_path, of_trials):
+    path = tmp_path / "lab.toml"
+    path.write_text(FILE)
+    laboratory = load_laboratory(path)
+    source = LaboratorySource(
+        laboratory.setup,
+        laboratory.configuration.scenario,
+        ScriptedLaboratory().equipment(),
+        spent=(lambda batch: batch) if of_trials else None,
+    )
+
+    def says(agents, replicas):
+        genuine, counterfeit, models = observed(agents, replicas)
+        estimate = np.array(TRUTH)
+        if not of_trials:
+            # the optimizer of a run by generations has any numbers
+            estimate, models = np.arctanh(estimate), np.arctanh(models)
+        return source.told_by_phases(genuine, estimate, counterfeit, models)
+
+    assert says(SPREAD, [0.8, 0.9])
+    assert not says([0.3], [0.3])

@@ -36,8 +36,8 @@ TRIALS = 60
 """Of most runs here: of 50 on, intervals can be stated."""
 
 
-def inferred(out=None, **options):
-    return tl.infer("aggregation", trials=TRIALS, seed=3, settings=SMALL, out=out, **options)
+def inferred(out=None, seed=3, **options):
+    return tl.infer("aggregation", trials=TRIALS, seed=seed, settings=SMALL, out=out, **options)
 
 
 def drift(parameters, rng):
@@ -644,11 +644,23 @@ def test_what_a_panel_tells_is_said_and_intervals_stay(monkeypatch):
 
 
 def test_what_no_model_explains_is_said_and_no_interval_stated(monkeypatch):
-    monkeypatch.setattr(Source, "told_otherwise", lambda self, *of: True)
+    monkeypatch.setattr(Source, "told_by_phases", lambda self, *of: True)
     told = inferred()
+    other = inferred(seed=4)
     monkeypatch.undo()
     usual = inferred()
     assert not math.isnan(usual.interval["vl0"][0])
     assert all(math.isnan(end) for ends in told.interval.values() for end in ends)
     assert told.verdict is Verdict.PHASES
-    assert "wait for a random part of a cycle" in told.verdict.meaning
+    remedy = "wait for a random part of a cycle"
+    assert remedy in told.verdict.meaning
+    # more trials are no remedy, and nothing says so
+    assert told.unknown == ""
+    with pytest.raises(RuntimeError, match=f"got one whose phases differ.*{remedy}"):
+        told.draws()
+    pooled = tl.pool([told, other])
+    assert pooled.verdict is Verdict.PHASES
+    assert "unknown for vl0, vr0, vl1, vr1: phases differ, which more trials" in str(pooled)
+    assert "more trials." not in str(told) + str(pooled)
+    with pytest.raises(ValueError, match=f"`pool` must have .*{remedy}"):
+        pooled.to_xarray()

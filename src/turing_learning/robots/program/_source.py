@@ -652,7 +652,7 @@ class LaboratorySource(Source):
         speeds_seen = np.array([trial.track.speeds() for trial in trials])
         return trial_samples(speeds_seen, len(self._setup.replicas))
 
-    def told_otherwise(
+    def told_by_phases(
         self, genuine: np.ndarray, estimate: np.ndarray, samples: np.ndarray, models: np.ndarray
     ) -> bool:
         """Say whether agents and replicas act at different phases of a control cycle."""
