@@ -327,7 +327,10 @@ class Network(Family):
 
         recordings = [recordings] if isinstance(recordings, Trajectories) else list(recordings)
         _check_recordings(recordings, windows)
-        comers = any((comings_and_goings(each.present)[0] >= 0).any() for each in recordings)
+        comers = False
+        for recording in recordings:
+            come, _ = comings_and_goings(recording.present)
+            comers = comers or bool((come >= 0).any())
         rule = "be of individuals that stay, as those that were learned from"
         require(not comers and not self._open, "recordings", rule, "some that come and go")
         paths = [without_jumps(recording) for recording in recordings]
