@@ -1,6 +1,7 @@
 """A test as a page: hand the numbers to the rooms that draw."""
 
 from collections.abc import Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 
 SHOWN = 3
 """Statistics whose distributions are drawn."""
+
+TITLE_LETTERS = 24
+"""In a line above a panel."""
 
 BINS = 30
 
@@ -113,7 +117,9 @@ def _pictures(result: TuringTest, statistics: Sequence[Telling]) -> list[Picture
 def _distributions(samples: LabelledWindows, telling: Sequence[Telling]) -> "Figure":
     """Draw histograms of statistics, a panel each."""
     names, values = named_statistics(samples.windows, samples.names, samples.interval_s or 1.0)
-    panels = panel_grid([cue.what for cue in telling], 2.3)
+    # names of statistics are long: in several lines they do not run into each other
+    titles = [fill(cue.what, TITLE_LETTERS) for cue in telling]
+    panels = panel_grid(titles, 2.3)
     genuine = samples.labels > 0.5
     distributions = {}
     for cue in telling:
@@ -131,8 +137,6 @@ def _distributions(samples: LabelledWindows, telling: Sequence[Telling]) -> "Fig
         distributions[cue.what] = (edges, shares[0], shares[1])
     figure = quantities_figure(distributions, panels=panels, labels=("real", "simulated"))
     for axes, cue in zip(panels.axes, telling, strict=True):
-        # Statistics are long names: they need smaller titles than one word does.
-        axes.title.set_fontsize(8.5)
         if cue.unit != "%":
             axes.set_xlabel(cue.unit, color=INK, fontsize=9)
     return figure
