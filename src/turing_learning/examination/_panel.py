@@ -111,12 +111,12 @@ class Views:
         """Describe windows (K, T, D) of signals with names (D,) for some examiners."""
         windows = without_last_digits(windows)
         _, statistics = named_statistics(windows, names, interval_s)
-        views = {"windows": windows, "statistics": _standardized(statistics)}
+        views = {"windows": windows, "statistics": in_deviations(statistics)}
         if any(examiner.sees == "ranks" for examiner in examiners):
             ranks = rankdata(views["statistics"], method="min", axis=0) - 1
             views["ranks"] = np.floor(ranks * LEVELS / len(windows))
         if any(examiner.sees == "convolutions" for examiner in examiners):
-            views["convolutions"] = _standardized(
+            views["convolutions"] = in_deviations(
                 convolution_features(windows, np.random.default_rng(seed))
             )
         return cls(windows, views)
@@ -270,13 +270,18 @@ def group_labellings(
     return labellings
 
 
-def _standardized(values: np.ndarray) -> np.ndarray:
+def varies(values: np.ndarray) -> np.ndarray:
+    """Return which features (F,) of values (K, F) are not constant."""
+    largest = np.maximum(np.abs(values).max(axis=0), TINY)
+    return np.asarray(values.std(axis=0) > TINY * largest)
+
+
+def in_deviations(values: np.ndarray) -> np.ndarray:
     """Return features in units of their standard deviation over all samples; constant ones are left out."""
-    spread = values.std(axis=0)
-    varies = spread > TINY * np.maximum(np.abs(values).max(axis=0), TINY)
-    if not varies.any():
+    varying = values[:, varies(values)]
+    if not varying.shape[1]:
         return np.zeros((len(values), 1))
-    return np.asarray((values[:, varies] - values[:, varies].mean(axis=0)) / spread[varies])
+    return np.asarray((varying - varying.mean(axis=0)) / varying.std(axis=0))
 
 
 def _cross_fitted(

@@ -2,12 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.stats import rankdata
 
 from ._examiners import Kernel, Ridge
-from ._panel import CLEARLY, Views, folds_of, right_answers, without_last_digits
+from ._panel import (
+    CLEARLY,
+    Views,
+    folds_of,
+    in_deviations,
+    right_answers,
+    varies,
+    without_last_digits,
+)
 from ._statistics import named_statistics
 
 LARGEST_SIDE = 600
@@ -82,6 +91,11 @@ class LabelledWindows:
     names: tuple[str, ...]  #: Of the signals
     units: dict[str, str]  #: Of the signals; empty for numbers
     interval_s: float  #: Duration of a step (s); 0 if it is not known
+
+    @cached_property
+    def statistics(self) -> tuple[list[str], np.ndarray]:
+        """Names (F,) and values (K, F) of what examiners see of them."""
+        return named_statistics(self.windows, self.names, self.interval_s or 1.0)
 
     def some(self, rng: np.random.Generator) -> "LabelledWindows":
         """Return a part that is quick to look at, of as many samples of both sides."""
@@ -165,7 +179,7 @@ def telling_statistics(
 
 def statistics_that_tell(samples: LabelledWindows) -> list[Telling]:
     """Return the statistics that tell most, each alone; those that say the same as a better one are left out."""
-    names, values = named_statistics(samples.windows, samples.names, samples.interval_s or 1.0)
+    names, values = samples.statistics
     ranks = rankdata(values, axis=0) / len(values)
     labels = np.repeat(samples.labels[:, None], len(names), axis=1)
     genuine = samples.labels > 0.5
@@ -204,12 +218,11 @@ def _shuffled(samples: LabelledWindows, seed: int) -> list[Telling]:
     Permutation importance: L. Breiman, Random forests, Machine Learning 45 (2001), section 10; for other learners
     A. Fisher, C. Rudin, F. Dominici, Journal of Machine Learning Research 20 (2019) 177.
     """
-    names, values = named_statistics(samples.windows, samples.names, samples.interval_s or 1.0)
-    spread = values.std(axis=0)
-    varying = np.flatnonzero(spread > 1e-9 * np.abs(values).max(axis=0))
+    names, values = samples.statistics
+    varying = np.flatnonzero(varies(values))
     if not len(varying):
         return []
-    standard = (values[:, varying] - values[:, varying].mean(axis=0)) / spread[varying]
+    standard = in_deviations(values)
     alike = _alike(standard)
     genuine = samples.labels > 0.5
     folds = folds_of(genuine, samples.groups, seed)
@@ -328,8 +341,8 @@ def telltale_windows(scores: np.ndarray, samples: LabelledWindows) -> list[tuple
 
     The nearest has the least distance in all statistics, in units of their standard deviations.
     """
-    views = Views.of(samples.windows, samples.names, samples.interval_s or 1.0, (), 0)
-    table = views.standardized["statistics"]
+    _, values = samples.statistics
+    table = in_deviations(values)
     real = np.flatnonzero(samples.labels > 0.5)
     surest = np.flatnonzero(samples.labels < 0.5)
     surest = surest[np.argsort(scores[surest], kind="stable")]

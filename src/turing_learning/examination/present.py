@@ -11,7 +11,6 @@ from turing_learning.figures.one_run import quantities_figure
 from turing_learning.figures.style import BLUE, INK, MUTED, ORANGE, panel_grid
 from turing_learning.report import Listing, Report, report_page
 
-from ._statistics import named_statistics
 from ._telling import LabelledWindows, Telling, telltale_windows
 from ._test import TuringTest
 
@@ -116,7 +115,7 @@ def _pictures(result: TuringTest, statistics: Sequence[Telling]) -> list[Picture
 
 def _distributions(samples: LabelledWindows, telling: Sequence[Telling]) -> "Figure":
     """Draw histograms of statistics, a panel each."""
-    names, values = named_statistics(samples.windows, samples.names, samples.interval_s or 1.0)
+    names, values = samples.statistics
     # names of statistics are long: in several lines they do not run into each other
     titles = [fill(cue.what, TITLE_LETTERS) for cue in telling]
     panels = panel_grid(titles, 2.3)

@@ -74,8 +74,8 @@ def as_recorded(
 ) -> Family | Replicates:  # fmt: skip
     """Return a simulator of groups as large as those that windows are learned from, with their steps, rate and signals.
 
-    Groups begin as one was recorded at some moment of the learning part, and move for as long as a window before they are
-    observed. They begin scattered where as many were never there at once, in a periodic square, and among walls or objects
+    Groups begin as one was recorded at some moment of the learning part, and move for at least as long as a window before
+    they are observed. They begin scattered where as many were never there at once, in a periodic square, and among walls or objects
     of a scenario, whose places no recording says.
 
     Parameters
@@ -126,21 +126,16 @@ def as_recorded(
         count = windows_of[individuals, tank]
         if not count:
             continue
-        same = [k for k, condition in enumerate(conditions) if condition == (individuals, tank)]
-        starts = []
-        if issubclass(family, BeginsAsRecorded) and family.can_begin_as_recorded(**settings):
-            for k in same:
-                starts.append(
-                    recorded_starts(
-                        recordings[k], learned[k], individuals, tank, headings=family.headings
-                    )
-                )
-        begun = joined_starts(starts)
         group_settings: dict[str, Any] = {}
-        if begun is not None and "starts" not in settings:
-            room = most_moves(individuals, social=family.social) - steps - 1
-            settling_steps = max(0, min(max(steps, family.settling_steps), room))
-            group_settings = {"starts": begun, "settling_steps": settling_steps}
+        if "starts" not in settings and issubclass(family, BeginsAsRecorded):
+            alike = [
+                (recording, frames)
+                for recording, frames, condition in zip(
+                    recordings, learned, conditions, strict=True
+                )
+                if condition == (individuals, tank)
+            ]
+            group_settings = _beginning(family, alike, individuals, tank, steps, settings)
         group_settings |= settings
         if tank is not None:
             group_settings["tank_cm"] = tank
@@ -156,6 +151,26 @@ def as_recorded(
     if len(groups) == 1:
         return groups[0]
     return Replicates(tuple(groups), tuple(shares))
+
+
+def _beginning(
+    family: type[BeginsAsRecorded], recorded: Sequence[tuple[Trajectories, np.ndarray]], individuals: int,
+    tank: tuple[float, float] | None, steps: int, settings: Mapping[str, Any],
+) -> dict[str, Any]:  # fmt: skip
+    """Return the settings with which groups begin as recorded ones did, at frames (F,) that may be learned from."""
+    if not family.can_begin_as_recorded(**settings):
+        return {}
+    starts = []
+    for recording, learned in recorded:
+        starts.append(
+            recorded_starts(recording, learned, individuals, tank, headings=family.headings)
+        )
+    begun = joined_starts(starts)
+    if begun is None:
+        return {}
+    room = most_moves(individuals, social=family.social) - steps - 1
+    settling_steps = max(0, min(max(steps, family.settling_steps), room))
+    return {"starts": begun, "settling_steps": settling_steps}
 
 
 def is_model(name: str) -> bool:

@@ -181,9 +181,9 @@ class TrialsLoop:
         """
         readout = self.trials.readout()
         buffer = self.trials.buffer
-        found = readout.get("estimate", self.trials.estimate)
+        estimate = readout.get("estimate", self.trials.estimate)
         if self._source.told_by_phases(
-            buffer.genuine, found, buffer.samples[:, 0], buffer.parameters
+            buffer.genuine, estimate, buffer.samples[:, 0], buffer.parameters
         ):
             readout["told_by_phases"] = np.array(True)
         if "estimate" in readout:
