@@ -6,7 +6,6 @@ repeated. With the word `learned` no gains are inferred. The extra `networks` ha
 recordings takes some ten minutes of two processors.
 """
 
-import csv
 import sys
 import time
 from dataclasses import replace
@@ -14,6 +13,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+from table import append_rows, keys_done
 
 import turing_learning as tl
 from turing_learning.examination import TuringTest
@@ -125,13 +125,9 @@ def main() -> None:
         words.remove("learned")
     else:
         models.append("gains")
-    done = set()
-    if PATH.exists():
-        with PATH.open(newline="") as file:
-            for row in csv.DictReader(file):
-                done.add((row["form"], row["recording"], int(row["seed"]), row["model"]))
+    done = keys_done(PATH, ("form", "recording", "seed", "model"))
     for seed, (name, recording) in product(map(int, words or (1, 2, 3)), recordings().items()):
-        missing = [model for model in models if (FORM, name, seed, model) not in done]
+        missing = [model for model in models if (FORM, name, str(seed), model) not in done]
         if not missing:
             continue
         cut = {length: recording.windows(length_s=length, signals=SIGNALS) for length in WINDOWS_S}
@@ -139,12 +135,7 @@ def main() -> None:
         network = Network.learned(recording, cut[5], seed=seed)
         seconds = time.perf_counter() - begun
         for model in missing:
-            table = rows(name, cut, network, seconds, seed, model)
-            with PATH.open("a", newline="") as file:
-                writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
-                if file.tell() == 0:
-                    writer.writeheader()
-                writer.writerows(table)
+            append_rows(PATH, FIELDS, rows(name, cut, network, seconds, seed, model))
 
 
 if __name__ == "__main__":

@@ -12,11 +12,11 @@ Each case is a recording and a run with seeds of their own. Rows go to gains.csv
 there is not done again. The extra `networks` has to be installed.
 """
 
-import csv
 import sys
 from pathlib import Path
 
 import numpy as np
+from table import append_rows, keys_done
 
 import turing_learning as tl
 from turing_learning.families import Composed, Network, virtual_group
@@ -92,10 +92,7 @@ def rows(animals: str, case: int) -> list[dict[str, object]]:
 
 def main() -> None:
     """Write the rows that are missing."""
-    done = set()
-    if PATH.exists():
-        with PATH.open(newline="") as file:
-            done = {(row["animals"], row["case"]) for row in csv.DictReader(file)}
+    done = keys_done(PATH, ("animals", "case"))
     cases = int(sys.argv[1])
     animals = sys.argv[2] if len(sys.argv) > 2 else "network"
     for case in range(1, cases + 1):
@@ -103,11 +100,7 @@ def main() -> None:
             continue
         added = rows(animals, case)
         print(added, flush=True)
-        with PATH.open("a", newline="") as file:
-            writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
-            if file.tell() == 0:
-                writer.writeheader()
-            writer.writerows(added)
+        append_rows(PATH, FIELDS, added)
 
 
 if __name__ == "__main__":

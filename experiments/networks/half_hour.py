@@ -10,7 +10,6 @@ With *families* the same is done for families of equations, all or those whose n
 as by the command. Their rows have no form, and their names stand before the minute.
 """
 
-import csv
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,6 +18,7 @@ from pathlib import Path
 import animals
 import numpy as np
 import ring
+from table import append_rows, keys_done
 
 import turing_learning as tl
 from turing_learning.families import RecordedSystem, virtual_group
@@ -138,30 +138,20 @@ def add_rows(
     """Add the rows that are missing: what each of the variants differs by from what was not learned from."""
     expected = pooled(recorded_parts(system)[1], tanks)
     usual = float(np.median(expected["speed"]))
-    done = set()
-    if PATH.exists():
-        with PATH.open() as file:
-            done = {
-                (row["form"], row["system"], row["seed"], row["what"])
-                for row in csv.DictReader(file)
-            }
-    with PATH.open("a", newline="") as file:
-        writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
-        if file.tell() == 0:
-            writer.writeheader()
-        for what, recordings in variants.items():
-            if (form, system, str(seed), what) in done:
-                continue
-            values = pooled(recordings, tanks)
-            row: dict[str, object] = {"form": form, "system": system, "seed": seed, "what": what}
-            for name in COMPARED:
-                row[name] = f"{hellinger(values[name], expected[name]):.3f}"
-            row["median_speed"] = f"{np.median(values['speed']):.3g}"
-            row["slowest"] = f"{values['own'].min():.3g}"
-            row["resting"] = f"{(values['speed'] < 0.1 * usual).mean():.4f}"
-            row["outside"] = f"{values['outside'].mean():.4f}"
-            print(row, flush=True)
-            writer.writerow(row)
+    done = keys_done(PATH, ("form", "system", "seed", "what"))
+    for what, recordings in variants.items():
+        if (form, system, str(seed), what) in done:
+            continue
+        values = pooled(recordings, tanks)
+        row: dict[str, object] = {"form": form, "system": system, "seed": seed, "what": what}
+        for name in COMPARED:
+            row[name] = f"{hellinger(values[name], expected[name]):.3f}"
+        row["median_speed"] = f"{np.median(values['speed']):.3g}"
+        row["slowest"] = f"{values['own'].min():.3g}"
+        row["resting"] = f"{(values['speed'] < 0.1 * usual).mean():.4f}"
+        row["outside"] = f"{values['outside'].mean():.4f}"
+        print(row, flush=True)
+        append_rows(PATH, FIELDS, [row])
 
 
 def minutes_of(groups: list[Trajectories], before: str = "") -> dict[str, list[Trajectories]]:

@@ -13,7 +13,6 @@ networks to files beside it; what is there is not done again. The variants:
 The extra `networks` has to be installed. A seed of both situations takes some twelve minutes of one processor.
 """
 
-import csv
 import sys
 from dataclasses import replace
 from functools import cache
@@ -22,6 +21,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from table import append_rows, keys_done
 
 import turing_learning as tl
 from turing_learning.families import Network, virtual_group
@@ -368,19 +368,12 @@ def main() -> None:
     arguments = sys.argv[1:]
     names = [word for word in arguments if word in SITUATIONS] or list(SITUATIONS)
     seeds = [int(word) for word in arguments if word not in SITUATIONS] or [1, 2]
-    done = set()
-    if PATH.exists():
-        with PATH.open(newline="") as file:
-            done = {(row["situation"], row["seed"], row["variant"]) for row in csv.DictReader(file)}
+    done = keys_done(PATH, ("situation", "seed", "variant"))
     for seed, name, variant in product(seeds, names, VARIANTS):
         if (name, str(seed), variant) in done:
             continue
         added = row(variant, name, seed)
-        with PATH.open("a", newline="") as file:
-            writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
-            if file.tell() == 0:
-                writer.writeheader()
-            writer.writerow(added)
+        append_rows(PATH, FIELDS, [added])
 
 
 if __name__ == "__main__":

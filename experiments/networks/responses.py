@@ -6,13 +6,13 @@ from, which say how much can be expected; an hour that begins elsewhere says how
 responses.csv; what is there is not done again. The extra `networks` has to be installed.
 """
 
-import csv
 import sys
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 import simulated
+from table import append_rows, keys_done
 
 from turing_learning.families import virtual_group
 from turing_learning.trajectories import Trajectories, response_maps
@@ -60,20 +60,13 @@ def rows(system: str, seed: int) -> list[dict[str, object]]:
 
 def main() -> None:
     """Write the rows that are missing."""
-    done = set()
-    if PATH.exists():
-        with PATH.open(newline="") as file:
-            done = {(row["system"], row["seed"]) for row in csv.DictReader(file)}
+    done = keys_done(PATH, ("system", "seed"))
     seeds = list(map(int, sys.argv[1:] or ["1"]))
     for seed, system in product(seeds, simulated.SYSTEMS):
         if (system, str(seed)) in done:
             continue
         added = rows(system, seed)
-        with PATH.open("a", newline="") as file:
-            writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
-            if file.tell() == 0:
-                writer.writeheader()
-            writer.writerows(added)
+        append_rows(PATH, FIELDS, added)
 
 
 if __name__ == "__main__":

@@ -12,13 +12,13 @@ what is there is not done again. The variants:
 The extra `networks` has to be installed.
 """
 
-import csv
 import sys
 from functools import cache
 from itertools import product
 from pathlib import Path
 
 import numpy as np
+from table import append_rows, keys_done
 
 import turing_learning as tl
 from turing_learning.families import Network, virtual_group
@@ -250,19 +250,12 @@ def row(variant: str, seed: int) -> dict[str, object]:
 
 def main() -> None:
     """Write the rows that are missing."""
-    done = set()
-    if PATH.exists():
-        with PATH.open(newline="") as file:
-            done = {(row["seed"], row["variant"]) for row in csv.DictReader(file)}
+    done = keys_done(PATH, ("seed", "variant"))
     for seed, variant in product(map(int, sys.argv[1:] or ["1"]), ("recorded", "network")):
         if (str(seed), variant) in done:
             continue
         added = row(variant, seed)
-        with PATH.open("a", newline="") as file:
-            writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
-            if file.tell() == 0:
-                writer.writeheader()
-            writer.writerow(added)
+        append_rows(PATH, FIELDS, [added])
 
 
 if __name__ == "__main__":

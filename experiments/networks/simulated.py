@@ -10,12 +10,12 @@ beside it; what is there is not done again. The variants:
 The extra `networks` has to be installed.
 """
 
-import csv
 import sys
 from itertools import product
 from pathlib import Path
 
 import numpy as np
+from table import append_rows, keys_done
 
 import turing_learning as tl
 from turing_learning.families import BurstAndCoast, Couzin, Family, Network, virtual_group
@@ -109,21 +109,14 @@ def row(system: str, seed: int, variant: str) -> dict[str, object]:
 
 def main() -> None:
     """Write the rows that are missing."""
-    done = set()
-    if PATH.exists():
-        with PATH.open(newline="") as file:
-            done = {(row["system"], row["seed"], row["variant"]) for row in csv.DictReader(file)}
+    done = keys_done(PATH, ("system", "seed", "variant"))
     seeds = list(map(int, sys.argv[1:] or ["1"]))
     for seed, system, variant in product(seeds, SYSTEMS, ("recorded", "network")):
         if (system, str(seed), variant) in done:
             continue
         added = row(system, seed, variant)
         print(added, flush=True)
-        with PATH.open("a", newline="") as file:
-            writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
-            if file.tell() == 0:
-                writer.writeheader()
-            writer.writerow(added)
+        append_rows(PATH, FIELDS, [added])
 
 
 if __name__ == "__main__":
