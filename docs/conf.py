@@ -76,8 +76,8 @@ def setup(app):
 def carry_experiments(app, name, source):
     """Fill the pages of experiments with what is written beside their tables and figures, and link to these pages."""
     source[0] = re.sub(
-        r"\]\(\.\./experiments/((?:as-printed/)?[^/)]+)/README\.md\)",
-        r"](experiments/\1.md)",
+        r"\]\(\.\./experiments/((?:as-printed/)?[^/)]+)/README\.md(#[^)]+)?\)",
+        r"](experiments/\1.md\2)",
         source[0],
     )
     folder, _, page = name.partition("/")
