@@ -147,12 +147,12 @@ class ElmanClassifier:
             refuse("genomes", "be finite", f"{genomes[n, q]}", place=f"genome {n}, parameter {q}")
         count, (d, h) = len(genomes), (self.inputs, self.hidden)
         weights, recurrent, biases, output = np.split(genomes, np.cumsum([h * d, h * h, h]), axis=1)
-        parts = (
+        inputs_of_hidden = (
             weights.reshape(count, h, d),
             recurrent.reshape(count, h, h),
             biases.reshape(count, h, 1),
         )
-        hidden = _limited(np.concatenate(parts, axis=2))
+        hidden = _limited(np.concatenate(inputs_of_hidden, axis=2))
         blocks = (hidden[..., :d], hidden[..., d : d + h], hidden[..., -1], _limited(output))
         return np.concatenate([block.reshape(count, -1) for block in blocks], axis=1).astype(
             np.float32

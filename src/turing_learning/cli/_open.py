@@ -43,9 +43,9 @@ def system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
     if not system.resuming:
         rule = "be left out for a run on simulated robots, which needs nothing but its folder"
         recording.refuse_beside(rule)
-    own = "simulate" in folder.known_parts()
+    by_function = "simulate" in folder.known_parts()
     # a network is that of the run: to learn it again would take minutes
-    windows, family, motion = recording.motion(own=own).opened(
+    windows, family, motion = recording.motion(own=by_function).opened(
         system.steps, system.signals, network=folder.network()
     )
     opened_system = {"genuine": windows, "simulate": family, "recording": motion}

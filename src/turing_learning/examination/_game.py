@@ -122,7 +122,7 @@ def scenes_of(
 ) -> np.ndarray:  # fmt: skip
     """Return scenes (N, F, A, 2) of recordings, spread over time, in random order."""
     starts: list[tuple[int, int]] = []
-    presence = [_there(each, frames) for each in recordings]
+    presence = [_there(recording, frames) for recording in recordings]
     for number_of, present in enumerate(presence):
         rows = np.flatnonzero(present.sum(axis=1) >= individuals)
         starts += [(number_of, int(row)) for row in rows]

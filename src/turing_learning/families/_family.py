@@ -227,10 +227,10 @@ class Family(ABC):
 
 def most_moves(individuals: int, *, social: bool) -> int:
     """Return how many steps a group of so many individuals, who may take notice of each other, can be simulated for."""
-    most = min(LONGEST, MOST_PLACES // individuals)
+    moves = min(LONGEST, MOST_PLACES // individuals)
     if social:
-        most = min(most, MOST_PAIRS // individuals**2)
-    return most
+        moves = min(moves, MOST_PAIRS // individuals**2)
+    return moves
 
 
 NEIGHBOR = {"neighbor_distance", "neighbor_bearing"}

@@ -40,9 +40,9 @@ def recorded_grid(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]
     closed = scipy.ndimage.distance_transform_edt(grown) > radius
     inside = closed[padding:-padding, padding:-padding] | visited
     # a reflection is seen now and then where no individual can be, as in the hole of a ring
-    parts, count = scipy.ndimage.label(inside)
-    visits = np.bincount(parts[tuple(cells[likely].T)], minlength=count + 1)
-    return corner, inside & (visits >= LEAST_PART * likely.sum())[parts], cell
+    regions, count = scipy.ndimage.label(inside)
+    visits = np.bincount(regions[tuple(cells[likely].T)], minlength=count + 1)
+    return corner, inside & (visits >= LEAST_PART * likely.sum())[regions], cell
 
 
 def rectangle_grid(

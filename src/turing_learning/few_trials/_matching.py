@@ -389,8 +389,8 @@ def tells(draws: np.ndarray, mode: np.ndarray, width: np.typing.ArrayLike) -> np
     than a width. Of several solutions each may be narrow though they are far apart.
     """
     low, high = ends_of_modes(draws, mode).swapaxes(0, 1)
-    told: np.ndarray = (high - low < width).all(axis=0)
-    return told
+    narrow: np.ndarray = (high - low < width).all(axis=0)
+    return narrow
 
 
 def ends_of_modes(draws: np.ndarray, mode: np.ndarray) -> np.ndarray:

@@ -172,9 +172,11 @@ def widened(draws: np.ndarray, mode: np.ndarray, factor: float, widest: np.ndarr
     """
     result = draws.copy()
     for number in range(int(mode.max()) + 1):
-        own = mode == number
-        middle = np.median(draws[own], axis=0)
-        result[own] = np.clip(middle + factor * (draws[own] - middle), -widest, widest)
+        of_solution = mode == number
+        middle = np.median(draws[of_solution], axis=0)
+        result[of_solution] = np.clip(
+            middle + factor * (draws[of_solution] - middle), -widest, widest
+        )
     return result
 
 

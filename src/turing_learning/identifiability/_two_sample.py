@@ -108,7 +108,7 @@ class TwoSampleTest(Stored):
 
 
 def two_sample_test(
-    evidence: Evidence, models: np.ndarray, effort: Effort, *, seed: int, use: tuple[int, ...] = (TESTING,),
+    evidence: Evidence, models: np.ndarray, effort: Effort, *, seed: int, purpose: tuple[int, ...] = (TESTING,),
     references: int = 0,
 ) -> TwoSampleTest:  # fmt: skip
     """Let a panel learn from genuine samples and samples of a model; test it on held-out ones.
@@ -127,44 +127,46 @@ def two_sample_test(
         How much is simulated.
     seed
         Of all random numbers, >= 0.
-    use
+    purpose
         Tells the random numbers of several tests apart.
     references
         How many of the models are tested as if each were the system.
     """
     models = np.atleast_2d(models)
-    test = paired_test(evidence, models, effort, seed, use)[0]
-    plausible = reference_accuracies(evidence, models, effort, references, seed=seed, use=use)
+    test = paired_test(evidence, models, effort, seed, purpose)[0]
+    plausible = reference_accuracies(
+        evidence, models, effort, references, seed=seed, purpose=purpose
+    )
     return replace(test, plausible=plausible)
 
 
 def reference_accuracies(
     evidence: Evidence, models: np.ndarray, effort: Effort, references: int, *, seed: int,
-    use: tuple[int, ...] = (TESTING,),
+    purpose: tuple[int, ...] = (TESTING,),
 ) -> tuple[float, ...]:  # fmt: skip
     """Test some of the models (W, P) as if each were the system; see `two_sample_test`."""
     count = min(len(evidence.learning), effort.samples)
     plausible = []
     for k in range(references):
-        rng = stream(seed, *use, REFERENCE, k)
+        rng = stream(seed, *purpose, REFERENCE, k)
         system = models[rng.integers(len(models))][None]
         samples = _simulated(evidence, system, count + len(evidence.testing), rng)
         testing = samples[count:]
         groups = evidence.groups[: len(testing)]
         as_if = replace(evidence, learning=samples[:count], testing=testing, groups=groups)
-        test, _ = paired_test(as_if, models, effort, seed, (*use, REFERENCE, k))
+        test, _ = paired_test(as_if, models, effort, seed, (*purpose, REFERENCE, k))
         plausible.append(test.accuracy)
     return tuple(plausible)
 
 
 def paired_test(
-    evidence: Evidence, models: np.ndarray, effort: Effort, seed: int, use: tuple[int, ...]
+    evidence: Evidence, models: np.ndarray, effort: Effort, seed: int, purpose: tuple[int, ...]
 ) -> tuple[TwoSampleTest, np.ndarray]:
     """Return the test of models (W, P), and the accuracies (G,) on its G genuine groups, each beside as many of the simulated ones.
 
     Those of tests of several models are paired: their genuine groups are the same.
     """
-    rng = stream(seed, *use)
+    rng = stream(seed, *purpose)
     genuine = evidence.learning
     if len(genuine) > effort.samples:
         genuine = genuine[rng.choice(len(genuine), effort.samples, replace=False)]

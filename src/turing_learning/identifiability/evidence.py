@@ -86,9 +86,9 @@ class Evidence:
         require(groups >= 2, "groups", rule, groups, remedy, error=ConfigurationError)
 
 
-def stream(seed: int, *use: int) -> np.random.Generator:
-    """Return the random numbers of one use."""
-    return np.random.default_rng((CHECK, seed, *use))
+def stream(seed: int, *purpose: int) -> np.random.Generator:
+    """Return the random numbers of one purpose."""
+    return np.random.default_rng((CHECK, seed, *purpose))
 
 
 def evidence_of(

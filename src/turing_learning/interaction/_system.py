@@ -421,12 +421,12 @@ class _Trials:
             shape = (count, self._stimuli)
             rule = f"`{name}.own` must return finite stimuli (n, S) = {shape}"
             with self._refusing(rule):
-                own = np.asarray(step.own(self._states[name], *parameters), dtype=np.float64)
-            if own.shape != shape:
-                raise CustomSystemError(f"{rule}; got shape {own.shape} {self._moment}.")
-            if not np.isfinite(own).all():
+                stimulus = np.asarray(step.own(self._states[name], *parameters), dtype=np.float64)
+            if stimulus.shape != shape:
+                raise CustomSystemError(f"{rule}; got shape {stimulus.shape} {self._moment}.")
+            if not np.isfinite(stimulus).all():
                 raise CustomSystemError(f"{rule}; got one that is not {self._moment}.")
-            stimuli.append(own)
+            stimuli.append(stimulus)
         return np.concatenate(stimuli)
 
     def answer(self, stimuli: np.ndarray) -> np.ndarray:

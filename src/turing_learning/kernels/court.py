@@ -149,8 +149,8 @@ def _drive(robots: np.ndarray, posts: np.ndarray, court: Court) -> None:
         speed = 0.5 * (robot[LEFT] + robot[RIGHT])
         turn = (robot[RIGHT] - robot[LEFT]) / court.wheel_distance
         # A robot that overlaps posts and walls is moved by contacts, too: by less than its radius.
-        way = court.steps * court.step_s * abs(speed) + court.radius
-        reach = court.radius + court.post_radius + way
+        distance = court.steps * court.step_s * abs(speed) + court.radius
+        reach = court.radius + court.post_radius + distance
         for k in range(count):
             dx = posts[i, k, 0] - robot[X]
             dy = posts[i, k, 1] - robot[Y]
@@ -245,7 +245,7 @@ def _read(
     slope = side_sine / side_cosine
     radius = court.post_radius
     sight = infrared.range + radius
-    seen = np.empty(posts.shape[1], np.int64)
+    in_sight = np.empty(posts.shape[1], np.int64)
     for i in range(len(robots)):
         cosine = math.cos(robots[i, HEADING])
         sine = math.sin(robots[i, HEADING])
@@ -255,7 +255,7 @@ def _read(
             dx = posts[i, k, 0] - robots[i, X]
             dy = posts[i, k, 1] - robots[i, Y]
             if dx * dx + dy * dy < (sight + court.radius) ** 2:
-                seen[count] = k
+                in_sight[count] = k
                 count += 1
         for s in range(mounts.shape[1]):
             mount = mounts[i, s]
@@ -271,7 +271,7 @@ def _read(
             right = to_walls(x, y, right_x, right_y, court.side, beyond)
             left = to_walls(x, y, left_x, left_y, court.side, beyond)
             for number in range(count):
-                k = seen[number]
+                k = in_sight[number]
                 dx = posts[i, k, 0] - x
                 dy = posts[i, k, 1] - y
                 along = dx * ahead_x + dy * ahead_y

@@ -116,11 +116,11 @@ def sort_in_strips(
 def renew_order(x: np.ndarray, y: np.ndarray, tiles: Tiles) -> None:
     """Put bodies that are close together (x, y: (bodies,)) into the same blocks, and in these into the same tiles."""
     bodies = x.shape[0]
-    whole = TILE * TILE
+    bodies_of_block = TILE * TILE
     for n in range(-1, tiles.block.shape[1]):  # blocks, then the tiles of each block
-        start = 0 if n < 0 else n * whole
-        stop = bodies if n < 0 else min(start + whole, bodies)
-        sort_in_strips(tiles.order, start, stop, whole if n < 0 else TILE, x, y)
+        start = 0 if n < 0 else n * bodies_of_block
+        stop = bodies if n < 0 else min(start + bodies_of_block, bodies)
+        sort_in_strips(tiles.order, start, stop, bodies_of_block if n < 0 else TILE, x, y)
     for k in range(bodies):
         tiles.home[tiles.order[k]] = k
 

@@ -121,7 +121,7 @@ class _Checker:
             self._write(content)
         if "quantities" not in content:
             self.stage("distributions, genuine beside simulated")
-            content["quantities"] = [each.to_json() for each in self._quantities(model)]
+            content["quantities"] = [quantity.to_json() for quantity in self._quantities(model)]
             self._write(content)
         if self.profiled:
             self._profile(content)
@@ -349,7 +349,7 @@ class _Checker:
                 plausible(recovered),
                 self.effort,
                 seed=number,
-                use=(RECOVERING,),
+                purpose=(RECOVERING,),
                 references=ATTEMPTS,
             )
         return {"accuracy": test.accuracy, "attainable": test.plausible}

@@ -289,12 +289,12 @@ def dataset_in_memory(
     import xarray
 
     coordinates = {GENERATION: np.arange(completed), "parameter": np.array(parameters)}
-    kept = FULL
+    variables_of = FULL
     if isinstance(arrays, Traces):
-        kept = THIN
+        variables_of = THIN
         coordinates["quantile"] = np.array(QUANTILES)
     variables = {}
-    for name, (dimensions, *_) in kept.items():
+    for name, (dimensions, *_) in variables_of.items():
         attributes = ATTRIBUTES.get(name, {})
         variables[name] = ((GENERATION, *dimensions), arrays[name][:completed], attributes)
     return xarray.Dataset(variables, coords=coordinates)

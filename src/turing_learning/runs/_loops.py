@@ -232,7 +232,7 @@ def panel_examination(
         return {}
     seed = configuration.run.seed
     generation = source.generation
-    told = False
+    is_told = False
     with ExitStack() as opened:
         # All trials are spent: what fails now is not a failure of the run.
         if isinstance(source, FallibleSource):
@@ -242,12 +242,12 @@ def panel_examination(
             test = two_sample_test(evidence, draws, PANEL, seed=seed)
             if test.p_value <= SURE:
                 usual = reference_accuracies(evidence, draws, PANEL, PANEL.references, seed=seed)
-                told = Judgment(examination=replace(test, plausible=usual)).fits is False
+                is_told = Judgment(examination=replace(test, plausible=usual)).fits is False
         except (RefusedError, SystemFailedError):
             return {}
         finally:
             source.generation = generation
-    return {"told_by_panel": np.array(told)}
+    return {"told_by_panel": np.array(is_told)}
 
 
 def search_space(configuration: Configuration, source: Source) -> SearchSpace:

@@ -471,7 +471,11 @@ def _differences(reference: dict[str, Any], settings: dict[str, Any]) -> list[st
 
 def _close(value: Any, other: Any) -> bool:
     """Return whether two settings are numbers, or as many, that differ in their last digits alone."""
-    one, another = np.asarray(value), np.asarray(other)
-    if one.dtype.kind != "f" or another.dtype.kind != "f" or one.shape != another.shape:
+    first_number, second_number = np.asarray(value), np.asarray(other)
+    if (
+        first_number.dtype.kind != "f"
+        or second_number.dtype.kind != "f"
+        or first_number.shape != second_number.shape
+    ):
         return False
-    return np.allclose(one, another, rtol=_LAST_DIGITS, atol=0)
+    return np.allclose(first_number, second_number, rtol=_LAST_DIGITS, atol=0)

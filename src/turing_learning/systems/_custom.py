@@ -616,8 +616,8 @@ class CustomSource(FallibleSource):
         if len(parameters) > 1:
             models += f" and {len(parameters) - 1} more"
         got = f"{failed.reason} [generation 0, {models}]"
-        whole = self._whole_numbers(failed.reason, parameters[0])
-        raise CustomSystemError(f"{rule}; {got}. {remedy}.{whole}")
+        hint = self._whole_numbers(failed.reason, parameters[0])
+        raise CustomSystemError(f"{rule}; {got}. {remedy}.{hint}")
 
     def _whole_numbers(self, reason: str, model: np.ndarray) -> str:
         """Return how to say that parameters are whole numbers, where a reason names values of a model (P,)."""

@@ -357,7 +357,7 @@ def _finish(
 def _said(options: Options, **stated: Any) -> dict[str, Any]:
     """Return what was said of a file, by the options of commands; `stated` are fps, scale and format, if any."""
     columns = [f"{role}={name}" for role, name in (options.columns or {}).items()]
-    said = stated | {
+    given_options = stated | {
         "y_axis": options.y_axis,
         "keypoint": options.keypoint,
         "min_confidence": options.min_confidence,
@@ -366,7 +366,7 @@ def _said(options: Options, **stated: Any) -> dict[str, Any]:
         "resample": options.resample,
         "project": options.project,
     }
-    return {name: value for name, value in said.items() if value}
+    return {name: value for name, value in given_options.items() if value}
 
 
 def _reading(

@@ -54,8 +54,8 @@ def conduct(work: Work, findings: Findings) -> None:
         models = _models(work, system)
         errors = {}
         for form, inferred in models.items():
-            errors[form] = {what: _errors(system, inferred[what]) for what in READOUTS}
-        frames = {label: _tests(system, errors, what) for what, label in READOUTS.items()}
+            errors[form] = {readout: _errors(system, inferred[readout]) for readout in READOUTS}
+        frames = {label: _tests(system, errors, readout) for readout, label in READOUTS.items()}
         if name in HISTORIES:
             published = {}
             for form, values in HISTORIES[name].items():
@@ -66,8 +66,8 @@ def conduct(work: Work, findings: Findings) -> None:
         seeds = tuple(seeds_of(work.sizes | sizes))
         rows = {}
         for form, inferred in models.items():
-            for what in READOUTS:
-                rows[form, what] = seeded(seeds, inferred[what], system.parameter_names)
+            for readout in READOUTS:
+                rows[form, readout] = seeded(seeds, inferred[readout], system.parameter_names)
         findings.table("{system.name}-models", stacked(rows, "form", "model"), system=system)
         parameters = system.parameters.values()
         spans = np.array([parameter.high - parameter.low for parameter in parameters])  # type: ignore[operator]
@@ -87,8 +87,10 @@ def _models(work: Work, system: StimulatedSystem) -> dict[str, dict[str, np.ndar
             name = f"{system.name}-seed{seed}-{form}"
             runs[form].append(work.piece(name, partial(_inferred, work, configuration)))
     models = {}
-    for form, found in runs.items():
-        models[form] = {what: np.array([run[what] for run in found]) for what in READOUTS}
+    for form, of_form in runs.items():
+        models[form] = {
+            readout: np.array([run[readout] for run in of_form]) for readout in READOUTS
+        }
     return models
 
 
@@ -126,7 +128,7 @@ def _inferred(work: Work, configuration: Configuration) -> dict[str, Any] | None
     result = infer(config=configuration, should_stop=work.should_stop)
     if not result.complete:
         return None
-    return {what: list(getattr(result, what).values()) for what in READOUTS}
+    return {readout: list(getattr(result, readout).values()) for readout in READOUTS}
 
 
 def _errors(system: StimulatedSystem, models: np.ndarray) -> np.ndarray:
@@ -146,7 +148,7 @@ def _grouped(system: StimulatedSystem, errors: np.ndarray) -> pd.DataFrame:
 
 
 def _tests(
-    system: StimulatedSystem, errors: dict[str, dict[str, np.ndarray]], what: str
+    system: StimulatedSystem, errors: dict[str, dict[str, np.ndarray]], readout: str
 ) -> pd.DataFrame:
     """Return runs and median errors of each form, and tests of the interactive one against the others.
 
@@ -154,7 +156,7 @@ def _tests(
     whether those of the interactive form are significantly smaller, with Bonferroni's correction
     for all tests.
     """
-    grouped = {form: _grouped(system, of_form[what]) for form, of_form in errors.items()}
+    grouped = {form: _grouped(system, of_form[readout]) for form, of_form in errors.items()}
     interactive = grouped.pop(INTERACTIVE)
     frame = pd.DataFrame({"error": interactive.columns})
     frame["interactive_runs"] = len(interactive)
@@ -177,13 +179,13 @@ def _tests(
 
 def _remark(system: StimulatedSystem, frames: dict[str, pd.DataFrame]) -> str:
     """Say which errors are significantly smaller with interaction, of each kind of models."""
-    parts = []
+    sentences = []
     for label, frame in frames.items():
         for form in PASSIVE:
             if f"smaller_than_{form}" in frame:
                 names = frame["error"][frame[f"smaller_than_{form}"] == "yes"]
-                parts.append(f"{label}, than `{form}`: {', '.join(names) or 'none'}")
+                sentences.append(f"{label}, than `{form}`: {', '.join(names) or 'none'}")
     return (
         f"{system.title}, errors that are significantly smaller with interaction "
-        f"(Mann-Whitney, Bonferroni): {'; '.join(parts)}."
+        f"(Mann-Whitney, Bonferroni): {'; '.join(sentences)}."
     )
