@@ -197,6 +197,11 @@ def _from_file(path: Path, options: Options, format: str | None) -> tuple[Record
         chosen = _find(path, named)
     else:
         chosen = _ALL[FORMATS.index(choice("format", format, FORMATS))]
+    if path.is_dir() and chosen.name not in _OF_FOLDERS:
+        files = len(_exports.csv_files(path))
+        remedy = "Give its files: each is a recording of its own."
+        rule = "be a file, or a folder of TRex, idtracker.ai or ToxTrac"
+        raise refusal(rule, f"a folder of {files} tables", path, remedy)
     allowed = {
         "keypoint": chosen.has_keypoints,
         "heading": chosen.has_keypoints,
@@ -292,7 +297,8 @@ def _finish(
         refuse(missing_name, "be given", got, tuple(remedy), place=source)
     if fps is not None and recording.fps is not None:
         rule = f"be what the file states, {recording.fps}"
-        same = math.isclose(fps, recording.fps, rel_tol=1e-3)
+        # rounded times do not tell 29.97 from 30
+        same = math.isclose(fps, recording.fps, rel_tol=2e-3)
         require(same, "fps", rule, str(fps), "Leave it out.", place=source)
     in_cm = recording.unit == "cm"
     if in_cm and scale is not None:
@@ -532,6 +538,8 @@ def _guessed(cells: list[str]) -> dict[str, str]:
     return guessed if "x" in guessed else {"x": "x_cm"}
 
 
+_OF_FOLDERS = ("trex", "trex-csv")
+"""Formats with a file for each individual."""
 _FOREIGN = (
     (b"\xd0\xcf\x11\xe0", "a workbook", "Save its sheet as CSV (UTF-8)."),
     (b"SQLite format 3", "a database", "FastTrack writes tracking.txt beside it."),

@@ -5,7 +5,8 @@ import math
 
 
 def read(name, content):
-    lines = decoded(content).split("\n")
+    # a last line without a line end may be half a line
+    lines = decoded(content).split("\n")[:-1]
     while lines and not lines[-1].strip(" ,;\r"):
         lines.pop()
     rows = [

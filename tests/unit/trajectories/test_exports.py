@@ -3,6 +3,7 @@
 import json
 import re
 import tracemalloc
+import zipfile
 
 import numpy as np
 import pandas as pd
@@ -219,6 +220,116 @@ def test_the_folder_of_a_session_of_idtracker_ai_is_read(tmp_path):
 def test_files_of_trex_are_individuals_by_their_numbers(tmp_path):
     read = load_trajectories(trex_csv(tmp_path, short_walk()), fps=25)
     assert read.individuals == ("fish0", "fish1", "fish2")
+
+
+@pytest.mark.parametrize("folder", [True, False])
+def test_trex_writes_zeros_with_decimals_and_frames_twice(folder, tmp_path):
+    # header and form of cells as TRex 1.1.9 writes them
+    positions = walk(frames=40)[:, :2]
+    for who in range(2):
+        lines = [
+            "frame,SPEED#wcentroid (cm/s),X#wcentroid (cm),Y#wcentroid (cm),frame,missing,time"
+        ]
+        for frame, (x, y) in enumerate(positions[:, who]):
+            missing = frame == 7
+            place = "inf,inf" if missing else f"{x},{y}"
+            lines.append(f"{frame}.000,0.067,{place},{frame}.000,{missing:d}.000,{frame / 30:.3f}")
+        (tmp_path / f"video_fish{who}.csv").write_text("\n".join(lines) + "\n")
+    read = load_trajectories(tmp_path if folder else tmp_path / "video_fish0.csv")
+    assert read.fps == 30
+    assert read.unit == "cm"
+    expected = (positions * [1, -1])[:, : 1 + folder]
+    np.testing.assert_array_equal(np.flatnonzero(~read.present[:, 0]), [7])
+    np.testing.assert_allclose(read.positions[8:], expected[8:])
+
+
+@pytest.mark.parametrize("fps", [24, 25, 29.97, 30, 50])
+def test_times_with_two_decimals_state_the_rate(fps, tmp_path):
+    positions = walk(frames=400)
+    rows = {"Frame": range(400), "Time": [f"{frame / fps:.2f}" for frame in range(400)]}
+    for who in range(2):
+        rows |= {
+            f"{axis.upper()}_Arena0_Ind{who}": positions[:, who, k] for k, axis in enumerate("xy")
+        }
+    path = write(tmp_path, pd.DataFrame(rows), sep=";")
+    read = load_trajectories(path, pixels_per_cm=10)
+    assert read.format == "animalta"
+    assert read.fps == pytest.approx(fps, rel=2e-4)
+    assert load_trajectories(path, pixels_per_cm=10, fps=fps).fps == fps
+    # long ones, too, whose times begin anywhere and are truncated
+    seconds = [f"{int(100 * (639.07 + frame / fps)) / 100:.2f}" for frame in range(400)]
+    long = pd.DataFrame({"seconds": seconds, "x": positions[:, 0, 0], "y": positions[:, 0, 1]})
+    path = write(tmp_path, long[~long.index.isin(range(100, 160))], "long.csv")
+    for said in ({}, {"fps": fps}):
+        read = load_trajectories(path, **SAID, **said)
+        assert read.fps == pytest.approx(fps, rel=2e-4)
+        np.testing.assert_array_equal(np.flatnonzero(~read.present), range(100, 160))
+
+
+def test_animalta_with_a_row_for_each_individual_is_read(tmp_path):
+    positions = walk(frames=60)[:, :3]
+    lines = ["Frame;Time;Arena;Ind;X;Y"]
+    for arena, ind, who in ((0, 0, 0), (0, 1, 1), (1, 0, 2)):
+        for frame, (x, y) in enumerate(positions[:, who]):
+            lines.append(f"{frame:05.2f};{frame / 30:05.2f};{arena};{ind};{x};{y}")
+    path = tmp_path / "coordinates.csv"
+    path.write_text("\n".join(lines) + "\n")
+    read = load_trajectories(path, pixels_per_cm=10)
+    assert (read.format, read.fps) == ("animalta", 30)
+    assert read.individuals == ("Arena0_Ind0", "Arena0_Ind1", "Arena1_Ind0")
+    np.testing.assert_allclose(read.positions, positions * [0.1, -0.1])
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_the_long_table_of_idtracker_ai_is_in_pixels_of_an_image(beside, tmp_path):
+    positions = walk(frames=100)[:, :2]
+    folder = tmp_path / "session_fish" / "trajectories_csv"
+    folder.mkdir(parents=True)
+    lines = ["frame,time,individual,x,y,probability"]
+    for frame in range(100):
+        for who in range(2):
+            x, y = positions[frame, who]
+            # where it interpolated, it has no probability
+            sure = "nan" if frame % 9 == 3 else "1.000e+00"
+            lines.append(f"{frame},{frame / 28:.3f},{who},{x},{y},{sure}")
+    (folder / "trajectories_tidy.csv").write_text("\n".join(lines) + "\n")
+    if beside:
+        (folder / "attributes.json").write_text(json.dumps({"frames_per_second": 28}))
+    read = load_trajectories(tmp_path / "session_fish", pixels_per_cm=10)
+    assert (read.format, read.fps) == ("idtracker.ai-csv", 28)
+    np.testing.assert_allclose(read.positions, positions * [0.1, -0.1])
+
+
+def test_a_folder_of_other_tables_is_refused_with_what_to_give(tmp_path):
+    for name in ("a.csv", "b.csv"):
+        (tmp_path / name).write_text("frame,x,y\n0,1,1\n1,2,2\n")
+    with pytest.raises(
+        ValueError, match=r"a folder of TRex, .*; got a folder of 2 tables .* each is a recording"
+    ):
+        load_trajectories(tmp_path, fps=25, **SAID)
+
+
+def test_a_zip_of_other_files_is_refused(tmp_path):
+    with zipfile.ZipFile(tmp_path / "tables.zip", "w") as archive:
+        archive.writestr("a.csv", "frame,x,y\n0,1,1\n")
+    with pytest.raises(ValueError, match="hold one array of positions"):
+        load_trajectories(tmp_path / "tables.zip", fps=25, **SAID)
+
+
+def test_boxes_beside_positions_are_not_said_to_be_read(tmp_path):
+    # as OCTRON writes them, below lines of facts
+    rows = {"frame_idx": [0, 1], "track_id": [1, 1], "pos_x": [32.0, 31.0], "pos_y": [29.0, 30.0]}
+    rows |= {
+        "bbox_x_min": [26, 25],
+        "bbox_x_max": [36, 36],
+        "bbox_y_min": [19, 20],
+        "bbox_y_max": [35, 37],
+    }
+    read = load_trajectories(write(tmp_path, pd.DataFrame(rows)), fps=25, **SAID)
+    np.testing.assert_allclose(read.positions[:, 0], [[3.2, 2.9], [3.1, 3.0]])
+    assert read.reading.columns["x"] == "pos_x"
+    assert "left" not in read.reading.columns
+    assert "bbox_x_min" in read.reading.unread
 
 
 def test_an_array_of_positions_is_a_recording(tmp_path):

@@ -298,7 +298,12 @@ def test_a_file_of_arrays_that_is_cut_off_or_damaged_is_refused_or_right(name, t
         file.write_bytes(cut(data.draw, content))
     read = outcome(path, SAID[name])
     if read is not None:
-        np.testing.assert_allclose(read.positions, expected(name, positions))
+        whole = expected(name, positions)
+        # a table gives its whole rows
+        if name == "via":
+            whole = whole[: len(read.positions), : len(read.individuals)]
+        np.testing.assert_allclose(read.positions[read.present], whole[read.present])
+        assert name == "via" or read.positions.shape == whole.shape
 
 
 @pytest.mark.parametrize("name", ["idtracker.ai-h5", "sleap", "deeplabcut-h5", "movement", *REAL])

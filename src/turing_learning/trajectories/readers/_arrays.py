@@ -261,7 +261,12 @@ def read_archive(path: Path) -> Recording:
         else:
             check_unpacked(sum(array_sizes(path).values()), path)
             with np.load(path, allow_pickle=False) as archive:
-                contents = {name: archive[name] for name in archive.files}
+                # other files in a zip come as bytes
+                contents = {
+                    name: archive[name]
+                    for name in archive.files
+                    if f"{name}.npy" in archive.zip.namelist()
+                }
     if contents.keys() >= set(CTRAX):
         return _ctrax(contents, path)
     solid = {name: item for name, item in contents.items() if item.ndim == 3}

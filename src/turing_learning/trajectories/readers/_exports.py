@@ -16,7 +16,7 @@ from .._recording import Format, Options, Recording, natural, refusal
 from ._arrays import refuse_large, whole
 from ._layouts import TREX, Layout, in_unit
 from ._long import read_long
-from ._sheets import HEAD_BYTES, MISSING, encoding_of, number_of, separator_of, sheet_of
+from ._sheets import HEAD_BYTES, MISSING, UNENDED, encoding_of, number_of, separator_of, sheet_of
 from ._tables import frame_sheet, names_of
 from ._times import IN_UNITS, UNITS_OF_TIME, rounded
 
@@ -52,9 +52,9 @@ def read_ethovision(path: Path, options: Options) -> Recording:
 
     text = _text_of(path)
     lines = text.splitlines()
-    if not text.endswith(("\n", "\r")):
-        remedy = "The file may be cut off; if it is whole, add a line end."
-        raise refusal("end with a line end", repr(text[-20:]), f"{path}:{len(lines)}", remedy)
+    unended = not text.endswith(("\n", "\r"))
+    if unended:
+        lines.pop()
     match = _HEADER_LINES.match(lines[0]) if lines else None
     count = int(match[1]) if match else 0
     if not 2 <= count < len(lines):
@@ -98,6 +98,8 @@ def read_ethovision(path: Path, options: Options) -> Recording:
     who = facts.get("subject name") or "1"
     # the table has one individual because the file does, and not for want of a column
     remarks = [line for line in recording.remarks if not line.startswith("without a column id")]
+    if unended:
+        remarks.append(UNENDED)
     return replace(
         in_unit(recording, units.get(x, "").lower()),
         individuals=(who,),

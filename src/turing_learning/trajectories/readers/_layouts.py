@@ -89,6 +89,22 @@ TRACKMATE = (
         untracked=True,
     )
 )
+ANIMALTA_ROWS = Layout(  # Chiara and Kim 2023, AnimalTA, Methods in Ecology and Evolution 14
+    "animalta",
+    {"frame": ["frame"], "time": ["time"], "x": ["x"], "y": ["y"]},
+    who=("ind",),
+    y_axis="down",
+    extras=False,
+)
+IDTRACKER_ROWS = (
+    Layout(  # Romero-Ferrero et al. 2019, idtracker.ai, Nature Methods 16; trajectories_tidy.csv
+        "idtracker.ai-csv",
+        {"frame": ["frame"], "time": ["time"], "x": ["x"], "y": ["y"]},
+        who=("individual",),
+        y_axis="down",
+        extras=False,
+    )
+)
 FASTTRACK = (
     Layout(  # Gallois and Candelier 2021, FastTrack, PLoS Computational Biology 17; y of images
         "fasttrack",

@@ -262,9 +262,11 @@ class _LongTable:
             self.texts.append(self.when)
 
     def _read(self) -> None:
-        """Read the columns that were chosen; refuse one that is there twice."""
+        """Read the columns that were chosen; refuse one that is there twice, unless its cells are the same."""
         for name in {*self.wanted, *self.texts}:
-            if self.names.count(name) > 1:
+            again = [k for k, other in enumerate(self.names) if other == name]
+            # TRex writes frames once for itself, and again for who chose them
+            if len(again) > 1 and len(set(map(tuple, self.sheet.read([], again)[1]))) > 1:
                 raise refusal("name each column once", f"{name!r} twice", self.sheet.origin)
         columns = list(map(self.names.index, self.wanted))
         texts = list(map(self.names.index, self.texts))
@@ -369,6 +371,10 @@ class _LongTable:
         positions, choices = _positions(
             self.numbers, self.plain, self.box, "left" in self.stated_columns
         )
+        if self.plain and not choices:
+            # what was read to see that x and y are neither corners nor fixed
+            self.wanted = [name for name in self.wanted if name not in self.box.values()]
+            self.box = {}
         for name in self.depth:
             if len({*self.words[name]} - {""}) > 1:
                 x, y, z = (self.names_by_role.get(axis, axis) for axis in ("x", "y", name))
@@ -376,7 +382,7 @@ class _LongTable:
                     f"positions are those in {x} and {y} alone, as if all {z} were the same"
                 )
         if MISSING in self.words:
-            unseen = np.array([word.lower() not in NO for word in self.words[MISSING]])
+            unseen = np.array([not _says_no(word) for word in self.words[MISSING]])
             positions = np.where(unseen[:, None], np.nan, positions)
         invisible = np.ones(len(positions), dtype=bool)
         invisible[self.visible()] = False
@@ -427,7 +433,7 @@ class _LongTable:
         """Return the numbers of the rows that a column does not call invisible, as outliers in tables of Movebank."""
         if VISIBLE not in self.words:
             return np.arange(self._rows())
-        return np.flatnonzero([word.lower() not in NO for word in self.words[VISIBLE]])
+        return np.flatnonzero([not _says_no(word) for word in self.words[VISIBLE]])
 
     def individuals(self, frames: np.ndarray, positions: np.ndarray) -> tuple[str, list[str]]:
         """Return the column that names the individuals, empty if there is none, and in words why it does."""
@@ -504,7 +510,12 @@ MISSING, VISIBLE = "missing", "visible"
 """Columns that say which rows hold no position: 1 where it is missing, false where it is not visible."""
 UNIT = "unit"
 """Column that says in which unit positions are, as Imaris writes it."""
-NO = ("false", "f", "no", "0", "0.0", "")
+NO = ("false", "f", "no", "")
+
+
+def _says_no(word: str) -> bool:
+    """Return whether a cell says no: by a word, or by 0, which TRex writes as 0.000."""
+    return word.lower() in NO or number_of(word) == 0
 
 
 def _name_by_file(source: object) -> str:

@@ -2,6 +2,7 @@
 
 import codecs
 import csv
+import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -35,6 +36,8 @@ class Sheet:
     decimal_comma: bool = False  #: Whether decimals may follow a comma
 
 
+UNENDED = "the last line has no line end and is left out: it may be cut off"
+"""What is said of a text whose last line may be half a line."""
 MOST_COMMENTS = 1000
 """Lines before the names of columns."""
 MOST_TITLES = 10
@@ -83,12 +86,19 @@ class TableText:
     titles: tuple[str, ...] = ()  #: Titles among these lines
     fps: float | None = None  #: Frame rate that a comment states
     unit: str = ""  #: Of positions, as "m", where a comment states it
+    ended: bool = True  #: Whether the last line has a line end
 
     @classmethod
     def of(cls, path: Path) -> "TableText":
         """Return a file with what stands before its table."""
         with path.open("rb") as file:
             encoding = encoding_of(file.read(HEAD_BYTES))
+            size = file.seek(0, os.SEEK_END)
+            file.seek(max(0, size - 2))
+            tail = file.read()
+        ended = tail.endswith(b"\n")
+        if encoding == "utf-16":
+            ended = size % 2 == 0 and tail in (b"\n\0", b"\0\n")
         lines = _lines(path, encoding)
         line = next(lines, "")
         skipped = 0
@@ -123,6 +133,7 @@ class TableText:
             tuple(filter(None, titles)),
             fps,
             unit,
+            ended,
         )
 
     def first_lines(self, count: int) -> list[str]:
@@ -140,12 +151,15 @@ class TableText:
         return separator_of(next(iter(self.first_lines(1)), ""))
 
     def lines(self) -> Iterator[tuple[int, str]]:
-        """Yield number and text of each line of the table; blank lines are accepted at its end only."""
+        """Yield number and text of each line of the table; blank lines are accepted at its end only.
+
+        A last line without a line end is none: it may be cut off, and "97" what is left of "970".
+        """
         blank = 0
         empty: list[tuple[int, str]] = []
         for number, line in enumerate(_lines(self.path, self.encoding), start=1):
             row = self._whole(line, number)
-            if number <= self.skipped:
+            if number <= self.skipped or not line.endswith("\n"):
                 continue
             if self.commented and number == self.skipped + 1:
                 row = _uncommented(row)
@@ -166,12 +180,9 @@ class TableText:
     def _whole(self, line: str, number: int) -> str:
         """Return a line without its end; refuse one that is cut off, or is no text."""
         where = f"{self.path}:{number}"
-        if not line.endswith("\n"):
-            if len(line) > LONGEST_LINE:
-                rule = f"have lines of at most {LONGEST_LINE} characters"
-                raise refusal(rule, "a longer one", where)
-            remedy = "The file may be cut off; if it is whole, add a line end."
-            raise refusal("end with a line end", repr(line[-20:]), where, remedy)
+        if len(line) > LONGEST_LINE:
+            rule = f"have lines of at most {LONGEST_LINE} characters"
+            raise refusal(rule, "a longer one", where)
         line = line.rstrip("\r\n")
         if "\0" in line:
             raise refusal("be a text file", "a zero byte", where)
@@ -311,6 +322,8 @@ def text_sheet(
         remarks.append(f"lines above the names of columns are no rows: {', '.join(text.titles)}")
     if text.encoding == "cp1252":
         remarks.append("the text is no UTF-8 and was read as Windows-1252")
+    if not text.ended:
+        remarks.append(UNENDED)
     units = {}
     if text.unit:
         units = {"x": text.unit, "y": text.unit}

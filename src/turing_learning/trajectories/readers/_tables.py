@@ -3,7 +3,7 @@
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, product
 from pathlib import Path
@@ -25,8 +25,10 @@ from .._recording import (
 )
 from ._columns import choose, named, of_key_point, refuse_corners, refuse_points
 from ._layouts import (
+    ANIMALTA_ROWS,
     CM_PER_UNIT,
     FASTTRACK,
+    IDTRACKER_ROWS,
     LAYOUTS,
     MOVEBANK,
     ROS,
@@ -67,6 +69,8 @@ def names_of(glance: "Glance") -> set[str]:
 
 def _is_tidy(glance: "Glance") -> bool:
     names = names_of(glance)
+    if _is_animalta(glance) or _is_tidy_of_idtracker(names):
+        return False
     # a table of a program is read by its own layout, unless somebody renamed its columns to x and y
     if not {"x", "y"} <= names and any(layout.fits(names) for layout in LAYOUTS):
         return False
@@ -77,8 +81,7 @@ def _is_tidy(glance: "Glance") -> bool:
     listed = sorted(names)
     if is_long(names) or {"x", "y"} <= plain_roles(listed, project=False).keys() or angles(listed):
         return True
-    by_program = _is_csv(glance) or _is_animalta(glance)
-    return bool(other_names) and is_wide(other_names) and not by_program
+    return bool(other_names) and is_wide(other_names) and not _is_csv(glance)
 
 
 def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
@@ -162,15 +165,24 @@ TIDY_FORMAT = Format(
 COORDINATES = {"x": 0, "y": 1, "probid": 2, "likelihood": 2, "confidence": 2}
 
 
+def _is_tidy_of_idtracker(names: Collection[str]) -> bool:
+    return set(names) == {"frame", "time", "individual", "x", "y", "probability"}
+
+
 def _is_csv(glance: "Glance") -> bool:
     names = glance.cells(",")
+    if _is_tidy_of_idtracker(names):
+        return True
     if names[:1] in (["time"], ["seconds"]):
         names = names[1:]
     return names[:2] == ["x1", "y1"]
 
 
 def read_csv(path: Path, options: Options) -> Recording:
-    """Read time (s), then x and y (pixels) of each individual; attributes.json beside it may state the frame rate."""
+    """Read time (s), then x and y (pixels) of each individual, or a row for each of them (trajectories_tidy.csv).
+
+    A file attributes.json beside it may state the frame rate.
+    """
     beside, fps = path.parent / "attributes.json", None
     if beside.is_file():
         try:
@@ -181,7 +193,11 @@ def read_csv(path: Path, options: Options) -> Recording:
             ) from None
         rate = stated.get("frames_per_second") if isinstance(stated, dict) else None
         fps = None if rate is None else check_rate(rate, beside)
-    return read_wide(sheet_of(path, ","), "x1, y1, x2, y2, ... after the time", options, fps=fps)
+    sheet = sheet_of(path, ",")
+    if "individual" in sheet.names:
+        recording = read_long(sheet, options, IDTRACKER_ROWS)
+        return replace(recording, fps=fps or recording.fps)
+    return read_wide(sheet, "x1, y1, x2, y2, ... after the time", options, fps=fps)
 
 
 _WIDE = (
@@ -394,17 +410,44 @@ _ANIMALTA = re.compile(r"[xy]_arena[0-9]+_.+")
 
 def _is_animalta(glance: "Glance") -> bool:
     names = names_of(glance) - {"frame", *TIME}
-    return bool(names) and all(map(_ANIMALTA.fullmatch, names))
+    in_rows = {"arena", "ind"} <= names and ANIMALTA_ROWS.fits(names_of(glance))
+    return in_rows or (bool(names) and all(map(_ANIMALTA.fullmatch, names)))
 
 
 def read_animalta(path: Path, options: Options) -> Recording:
-    """Read what AnimalTA exports: frame and time (s), x and y (pixels) of each individual of each arena."""
+    """Read what AnimalTA exports: frame and time (s), x and y (pixels) of each individual of each arena.
+
+    Where the number of individuals changes, it writes a row for each, with columns Arena and Ind.
+    """
     sheet = sheet_of(path)
+    if {"arena", "ind"} <= {name.lower() for name in sheet.names}:
+        return read_long(_with_arenas(sheet), options, ANIMALTA_ROWS)
     columns = [name for name in sheet.names if name.lower() not in ("frame", *TIME)]
     rule = "Frame, Time, X_Arena0_Ind0, Y_Arena0_Ind0, ..."
     if not all(_ANIMALTA.fullmatch(name.lower()) for name in columns):
         raise refusal(f"have the columns {rule}", sheet.names, sheet.origin)
     return read_wide(sheet, rule, options)
+
+
+def _with_arenas(sheet: Sheet) -> Sheet:
+    """Return a table of AnimalTA whose individuals are called as in its other table, Arena0_Ind1."""
+    lower = [name.lower() for name in sheet.names]
+    arena, ind = lower.index("arena"), lower.index("ind")
+
+    def read(
+        numbers: Sequence[int], texts: Sequence[int] = ()
+    ) -> tuple[np.ndarray, list[list[str]]]:
+        values, words = sheet.read(numbers, texts)
+        if ind in texts:
+            _, (arenas,) = sheet.read([], [arena])
+            at = list(texts).index(ind)
+            pairs = zip(arenas, words[at], strict=True)
+            words[at] = [f"Arena{where}_Ind{who}" for where, who in pairs]
+        return values, words
+
+    names = list(sheet.names)
+    names[arena] = ""
+    return replace(sheet, names=names, read=read)
 
 
 ANIMALTA_FORMAT = (

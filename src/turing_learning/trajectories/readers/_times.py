@@ -52,6 +52,10 @@ LATE = 0.25
 """Frames by which a time may be beside that of its frame."""
 TINY = 1e-300
 """Smallest rate of which a logarithm is taken."""
+MOST_TRIED = 20
+"""Rates to either side that are tried with each number of digits."""
+MOST_DECIMALS = 6
+"""Decimals to which programs round times (s)."""
 FARTHEST = 1e19
 """Largest time in any unit: ten times `LARGEST` s, some 300 years, in ns."""
 
@@ -71,8 +75,56 @@ def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
     if span <= 0:
         return None
     fps = float((frames[-1] - frames[0]) / span)
+    plain = _plain_rate(seconds, frames, fps) if fps > 0 else None
+    if plain is not None:
+        return plain
     late = (seconds - seconds[0]) * fps - (frames - frames[0])
     return rounded(fps) if np.abs(late).max() < 0.1 else None
+
+
+def _rounding(seconds: np.ndarray) -> float:
+    """Return to how many s times are rounded, as 0.01 for those with two decimals; 0 where they are not."""
+    for decimals in range(MOST_DECIMALS + 1):
+        scaled = seconds * 10.0**decimals
+        if np.abs(scaled - np.round(scaled)).max() <= 1e-3:
+            return 0.1**decimals
+    return 0.0
+
+
+def _plain_rate(seconds: np.ndarray, frames: np.ndarray, fps: float) -> float | None:
+    """Return the rate with the fewest digits, from 2 on, that gives all times as they are rounded; None if none does.
+
+    Times with two decimals, as AnimalTA writes them, are up to a third of a frame beside those of 30
+    frames per second, and the first and last of a few hundred state 30.015. `fps` is about the rate.
+    """
+    step = _rounding(seconds)
+    exact = np.ptp(seconds - frames / fps) <= 1e-3 * step
+    # frames at the same rounded time state no rate
+    if not step or exact or step * fps > 1:
+        return None
+    # both ends may be off by a step
+    uncertain = fps * 2 * step / float(np.ptp(seconds))
+    for digits in range(2, 6):
+        unit = 10.0 ** (math.floor(math.log10(fps)) + 1 - digits)
+        nearest = round(fps / unit)
+        reach = min(MOST_TRIED, math.floor(uncertain / unit) + 1)
+        for shift in sorted(range(-reach, reach + 1), key=abs):
+            rate = rounded((nearest + shift) * unit)
+            if rate > 0 and _fits(seconds, frames, rate, step):
+                return rate
+    return None
+
+
+def _fits(seconds: np.ndarray, frames: np.ndarray, rate: float, step: float) -> bool:
+    """Return whether frames at a rate give times that are rounded to a step, or truncated."""
+    return bool(np.ptp(seconds - frames / rate) <= 1.001 * step)
+
+
+def _counted(moments: np.ndarray) -> np.ndarray:
+    """Return numbers of frames (N,) at times in order, by the mean of the steps that are single."""
+    steps = np.diff(moments)
+    single = steps[steps < 1.5 * np.median(steps)].mean()
+    return np.concatenate(([0.0], np.cumsum(np.round(steps / single))))
 
 
 def check_rate(value: object, path: object) -> float:
@@ -174,6 +226,14 @@ def frames_at(
             rate = candidate
             break
     away = _away(since, rate)
+    if away.max() > LATE and span > 0:
+        # rounded to two decimals, times of video are as far beside their frames
+        numbers = _counted(moments)
+        counted_rate = numbers[-1] / span
+        plain = fps or _plain_rate(moments, numbers, counted_rate)
+        if plain and _fits(moments, numbers, plain, _rounding(moments)):
+            start = max(0, round(float(moments[0]) * plain))
+            return numbers[np.searchsorted(moments, times)] + start, plain if fps is None else None
     rule = f"have times (s) that are whole frames apart, at {rate:.6g} per second"
     typical = rounded(1 / float(np.median(np.diff(moments)))) if len(moments) > 1 else rate
     remedy: list[str | Setting] = [
@@ -184,7 +244,10 @@ def frames_at(
     if fps is not None:
         remedy = ["If the rate is another, correct ", Setting("fps"), ". ", *remedy]
     refuse_first(away > LATE, at, rule, times, tuple(remedy))
-    stated = rounded(rate) if fps is None and span > 0 else None
+    stated = None
+    if fps is None and span > 0:
+        numbers = np.round((moments - moments[0]) * rate)
+        stated = _plain_rate(moments, numbers, rate) or rounded(rate)
     return np.round(since * rate) + max(0, round(float(moments[0]) * rate)), stated
 
 
