@@ -20,7 +20,22 @@ RIGHT = {
     "right, wheels act 3 cycles late": {"lag": 3},
     "right, wheels wrong by up to 10 %": {"spread": 0.1},
     "right, tracker's noise 0.1 cm and 0.03 rad": {"noise_cm": 0.1, "noise_rad": 0.03},
+    "right, wheels wrong by up to 25 %": {"spread": 0.25},
+    "right, tracker's noise 0.3 cm and 0.1 rad": {"noise_cm": 0.3, "noise_rad": 0.1},
+    "right, tracker without noise": {"noise_cm": 0.0, "noise_rad": 0.0},
     "right, agents as in the paper": {"controller": (-0.7, -1.0, 1.0, -1.0)},
+    "right, agents drive straight": {"controller": (1.0, 1.0, 1.0, 1.0)},
+    "right, agents stand": {"controller": (0.0, 0.0, 0.0, 0.0)},
+    "right, agents turn in place": {"controller": (1.0, -1.0, 1.0, -1.0)},
+    "right, one replica": {"agents": 2, "replicas": 1},
+    "right, four replicas": {"agents": 20, "replicas": 4},
+    "right, late in a run": {"near": 0.1},
+    "right, straight, late in a run, without noise": {
+        "controller": (1.0, 1.0, 1.0, 1.0),
+        "near": 0.001,
+        "noise_cm": 0.0,
+        "noise_rad": 0.0,
+    },
 }
 
 

@@ -27,6 +27,8 @@ def test_what_is_wrong_is_found_within_ten_trials_and_named(wrong):
         {"controller": (-0.7, -1.0, 1.0, -1.0)},
         {"controller": (0.5, 0.5, 0.5, 0.5)},
         {"controller": (0.0, 0.0, 0.0, 0.0)},
+        {"controller": (1.0, 1.0, 1.0, 1.0), "noise_cm": 0.0, "noise_rad": 0.0, "near": 0.001},
+        {"near": 0.1},
     ],
     ids=str,
 )

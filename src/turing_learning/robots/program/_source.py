@@ -129,7 +129,8 @@ class PcProgram:
         self._setup = setup
         self._timing = setup.timing
         self._scenario = scenario
-        self._check = TrackCheck(scenario.robot, [replica.name for replica in setup.replicas])
+        names = [replica.name for replica in setup.replicas]
+        self._check = TrackCheck(scenario.robot, names, scenario.arena)
         self._equipment = equipment
         self._clock = equipment.clock
         self._watch = watch

@@ -128,20 +128,7 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
     for who in np.flatnonzero(gaps.any(axis=0)).tolist():
         text = f"{names[who]} is out of sight. Look after it."
         faults.append(Fault(int(np.argmax(gaps[:, who])), MISSING, text))
-    apart = (
-        np.linalg.norm(positions[:, :, None] - positions[:, None], axis=-1) - 2 * robot.radius_cm
-    )
-    apart[:, everybody, everybody] = math.inf
-    # A robot can be pushed only where another one or a wall is this near
-    if arena:
-        room = apart.min(axis=-1)
-    else:
-        room = np.full(positions.shape[:2], -math.inf)
-    if arena and arena.width_cm and arena.height_cm:
-        sides = np.array([arena.width_cm, arena.height_cm])
-        room = np.minimum(
-            room, np.minimum(positions, sides - positions).min(axis=-1) - robot.radius_cm
-        )
+    room = room_around(positions, robot, arena)
     sights = []
     for individual in everybody:
         for frames in pairwise(np.flatnonzero(track.present[:, individual])):
@@ -175,6 +162,24 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
         text = f"{names[who[step]]} cannot have moved {how}: it was carried, or turned by hand. Repeat the trial."
         faults.append(Fault(int(after[step]), CARRIED, text))
     return tuple(faults)
+
+
+def room_around(positions: np.ndarray, robot: Robot, arena: Arena | None = None) -> np.ndarray:
+    """Return how far (cm) robots at positions (T, A, 2) are from the next one, or a wall: there they can be pushed.
+
+    Without an arena all may be pushed always.
+    """
+    if arena is None:
+        return np.full(positions.shape[:2], -math.inf)
+    everybody = range(positions.shape[1])
+    between = np.linalg.norm(positions[:, :, None] - positions[:, None], axis=-1)
+    between[:, everybody, everybody] = math.inf
+    room = np.asarray(between.min(axis=-1) - 2 * robot.radius_cm)
+    if arena.width_cm and arena.height_cm:
+        sides = np.array([arena.width_cm, arena.height_cm])
+        walls = np.minimum(positions, sides - positions).min(axis=-1) - robot.radius_cm
+        room = np.minimum(room, walls)
+    return room
 
 
 def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
