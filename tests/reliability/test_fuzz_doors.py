@@ -279,7 +279,16 @@ def options_in_help(command):
     found = set(re.findall(r"--[a-z][a-z-]*", run([command, "--help"]).out))
     return sorted(
         found
-        - {"--help", "--version", "--cluster", "--generations", "--trials", "--robots", "--runs"}
+        - {
+            "--help",
+            "--version",
+            "--cluster",
+            "--dask",
+            "--generations",
+            "--trials",
+            "--robots",
+            "--runs",
+        }
     )
 
 

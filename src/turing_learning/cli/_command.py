@@ -108,7 +108,7 @@ class Callers(OptionGroup):
 
     workers: Annotated[Integer | None, Parameter(name="--workers")] = None
     """Number of processes that call the simulator, or that execute the runs of a study."""
-    cluster: str | None = None
+    cluster: Annotated[str | None, Parameter(name=("--cluster", "--dask"))] = None
     """A Dask scheduler whose workers do that, as tcp://10.0.0.1:8786."""
 
     @contextmanager

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
+import scipy  # its parts come when they are used: scipy.stats alone takes half a second
 
 from turing_learning.errors import integer, number, refuse, require
 from turing_learning.report import Game
@@ -207,7 +207,7 @@ def pool_answers(files: Iterable[str | Path]) -> Answers:
     right = int(pooled["right"].sum())
     count = len(pooled)
     require(count, "files", "hold answers", "none")
-    interval = binomtest(right, count).proportion_ci(CONFIDENCE)
-    chance = binomtest(right, count, alternative="greater").pvalue
+    interval = scipy.stats.binomtest(right, count).proportion_ci(CONFIDENCE)
+    chance = scipy.stats.binomtest(right, count, alternative="greater").pvalue
     bounds = (float(interval.low), float(interval.high))
     return Answers(right, count, len(set(people)), bounds, float(chance), pooled)

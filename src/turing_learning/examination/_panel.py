@@ -8,8 +8,8 @@ from math import comb
 from typing import Any
 
 import numpy as np
+import scipy  # its parts come when they are used: scipy.stats alone takes half a second
 from scipy.special import ndtr, ndtri, stdtrit
-from scipy.stats import rankdata
 
 from turing_learning.analysis import LEVEL, area_under_curve
 from turing_learning.errors import integer, require
@@ -113,7 +113,7 @@ class Views:
         _, statistics = named_statistics(windows, names, interval_s)
         views = {"windows": windows, "statistics": in_deviations(statistics)}
         if any(examiner.sees == "ranks" for examiner in examiners):
-            ranks = rankdata(views["statistics"], method="min", axis=0) - 1
+            ranks = scipy.stats.rankdata(views["statistics"], method="min", axis=0) - 1
             views["ranks"] = np.floor(ranks * LEVELS / len(windows))
         if any(examiner.sees == "convolutions" for examiner in examiners):
             views["convolutions"] = in_deviations(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.stats import rankdata
+import scipy  # its parts come when they are used: scipy.stats alone takes half a second
 
 from ._examiners import Kernel, Ridge
 from ._panel import (
@@ -180,7 +180,7 @@ def telling_statistics(
 def statistics_that_tell(samples: LabelledWindows) -> list[Telling]:
     """Return the statistics that tell most, each alone; those that say the same as a better one are left out."""
     names, values = samples.statistics
-    ranks = rankdata(values, axis=0) / len(values)
+    ranks = scipy.stats.rankdata(values, axis=0) / len(values)
     labels = np.repeat(samples.labels[:, None], len(names), axis=1)
     genuine = samples.labels > 0.5
     sign = np.where(ranks[genuine].mean(axis=0) >= ranks[~genuine].mean(axis=0), 1.0, -1.0)
@@ -251,7 +251,7 @@ def _shuffled(samples: LabelledWindows, seed: int) -> list[Telling]:
 
 def _alike(values: np.ndarray) -> list[list[int]]:
     """Return columns of values (K, F) in sets that say the same as the first of each."""
-    ranks = rankdata(values, axis=0)
+    ranks = scipy.stats.rankdata(values, axis=0)
     correlations = np.abs(np.atleast_2d(np.corrcoef(ranks, rowvar=False)))
     sets: list[list[int]] = []
     for column in range(values.shape[1]):

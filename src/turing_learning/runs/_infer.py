@@ -19,6 +19,7 @@ from turing_learning.interaction import describe_stimulated
 from turing_learning.store import RunFolderError, check_folder
 from turing_learning.swarm import Scenario
 from turing_learning.systems import (
+    NO_PRIOR,
     Arguments,
     CustomOptions,
     CustomSystem,
@@ -151,6 +152,8 @@ def infer(
     >>> result.estimate  # doctest: +SKIP
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
+    given = brief(options.get("prior"))
+    check("prior" not in options, "prior", "be left out", given, NO_PRIOR)
     refuse_unknown(
         options, {*CustomOptions.__annotations__, *signature(infer).parameters} - {"options"}
     )

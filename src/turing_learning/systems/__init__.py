@@ -9,9 +9,9 @@
     custom system,
     `Arguments` what its caller hands over. `SystemFailedError` ends a run that can be resumed,
     `CustomSystemError` where a simulator failed.
-`describe`, `describe_simulated`, `read_parameters`
+`describe`, `describe_simulated`, `read_parameters`, `NO_PRIOR`
     A custom system from what a caller hands over: samples, simulator, `Range` of each parameter,
-    `CustomOptions`. The same with simulated samples; the parameters alone.
+    `CustomOptions`. The same with simulated samples; the parameters alone; why a prior is refused.
 `system_of`
     The system of a scenario.
 `Genuine`, `observed`, `held_out_groups`

@@ -5,6 +5,7 @@ from ._calls import name_of as name_of
 from ._custom import CustomSource as CustomSource
 from ._custom import CustomSystem as CustomSystem
 from ._custom import same_time_step as same_time_step
+from ._describe import NO_PRIOR as NO_PRIOR
 from ._describe import CustomOptions as CustomOptions
 from ._describe import Range as Range
 from ._describe import describe as describe

@@ -173,6 +173,12 @@ def describe_simulated(
     return describe(genuine, system.parameters, options)
 
 
+NO_PRIOR = (
+    "Classifiers judge models, and no prior enters the search: give two bounds, and where the first "
+    "models shall be by `Parameter(low, high, initial=(...))`."
+)
+
+
 def read_parameters(ranges: Any) -> dict[str, Parameter]:
     """Return parameters by name, checked; each is given as a `Parameter` or as two bounds."""
     parameters = {}
@@ -181,11 +187,7 @@ def read_parameters(ranges: Any) -> dict[str, Parameter]:
             parameters[name] = value
         elif callable(getattr(value, "ppf", None)):
             rule = "have a range for each name, not a distribution"
-            remedy = (
-                "Classifiers judge models, and no prior enters the search: give two bounds, and "
-            )
-            remedy += "where the first models shall be by `Parameter(low, high, initial=(...))`."
-            refuse("parameters", rule, brief(value), remedy, place=repr(name))
+            refuse("parameters", rule, brief(value), NO_PRIOR, place=repr(name))
         else:
             parameters[name] = _parameter_within(tuple(value), name)
     return parameters

@@ -13,6 +13,7 @@ import numpy as np
 from turing_learning.errors import (
     RefusedError,
     Setting,
+    Text,
     brief,
     choice,
     refuse,
@@ -37,6 +38,7 @@ from .readers import _annotations, _arrays, _exports, _tables
 from .readers._arrays import names_in, read_dataset
 from .readers._sheets import HEAD_BYTES, HEAD_LINES, TableText, separator_of
 from .readers._tables import read_frame
+from .readers._times import UNSTATED
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -294,6 +296,9 @@ def _finish(
             give = " Give " if remedy else "Give "
             remedy += [give, Setting(name), f", too: {_MEANT[name]}."]
         got = "none, and the file does not state it"
+        uneven = [remark for remark in recording.remarks if remark.startswith(UNSTATED)]
+        if missing_name == "fps" and uneven:
+            got = f"none, and {uneven[0]}"
         refuse(missing_name, "be given", got, tuple(remedy), place=source)
     if fps is not None and recording.fps is not None:
         rule = f"be what the file states, {recording.fps}"
@@ -380,7 +385,9 @@ def _reading(
 ) -> Reading:
     """Return in words where frame rate, scale and direction of y come from; `otherwise` if nobody states them."""
     fps = otherwise
-    if recording.fps is not None:
+    if options.resample is not None:
+        fps = "made even by resampling"
+    elif recording.fps is not None:
         fps = "stated by the file"
     elif options.fps is not None:
         fps = "given"
@@ -483,8 +490,11 @@ def _find(path: Path, named: bool) -> Format:
         return fitting[0]
     if not fitting and glance.lines and _NUMBERS.fullmatch(glance.lines[0]):
         got = f"numbers alone, {glance.lines[0][:60]!r}"
-        boxes = "frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z for those of MOT"
-        remedy = f"Name its columns there, for example frame,id,x,y, or {boxes}."
+        remedy: Text = (
+            "Name its columns there, for example frame,id,x,y; or for boxes of MOT give ",
+            Setting("format", "mot"),
+            ".",
+        )
         raise refusal("begin with a header line", got, f"{path}:1", remedy)
     received = "none of them"
     give: list[str | Setting] = ["Give ", Setting("format"), "."]

@@ -84,3 +84,9 @@ def test_a_program_stands_alone(call, program):
         code,
         "`--workers` must be left out for simulated robots, whose threads are --threads" in err,
     ) == (2, True), err
+
+
+@pytest.mark.parametrize("name", ["--cluster", "--dask"])
+def test_a_scheduler_of_dask_has_two_names(name, call, program):
+    code, _, err = call("infer", *program, *SMALL, "--workers", "2", name, "tcp://x:1")
+    assert (code, "`--workers` must be left out beside --cluster" in err) == (2, True), err

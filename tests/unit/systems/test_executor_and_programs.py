@@ -399,6 +399,10 @@ def test_a_prior_is_refused_with_the_reason():
     message = r"not a distribution; got .*\['mean'\]\. Classifiers judge models, and no prior enters the search: give two bounds"
     with pytest.raises(ValueError, match=message):
         tl.systems.read_parameters({"mean": norm(5, 1)})
+    with pytest.raises(
+        ValueError, match=r"`prior` must be left out; .* no prior enters the search"
+    ):
+        tl.infer(genuine=np.ones((3, 5, 1)), simulate=noise_of_one, prior={"mean": norm(5, 1)})
 
 
 def test_a_client_of_dask_yields_what_this_process_yields():

@@ -73,6 +73,7 @@ def test_uneven_times_are_resampled_on_request(tmp_path):
     seconds = np.arange(len(read.positions)) / 25
     np.testing.assert_allclose(read.positions[1:-1, 1, 1], (10 + 6 * seconds)[1:-1])
     assert "times were made even by resampling at 25 per second" in read.remarks
+    assert read.reading.fps == "made even by resampling"
 
 
 def test_resampling_fills_no_gap(tmp_path):
@@ -298,6 +299,51 @@ def test_the_long_table_of_idtracker_ai_is_in_pixels_of_an_image(beside, tmp_pat
     read = load_trajectories(tmp_path / "session_fish", pixels_per_cm=10)
     assert (read.format, read.fps) == ("idtracker.ai-csv", 28)
     np.testing.assert_allclose(read.positions, positions * [0.1, -0.1])
+
+
+DAY = ["30/03/2024 23:59:58", "30/03/2024 23:59:59", "31/03/2024 00:00:00"]
+MONTH = ["3/30/2024 23:59:58", "3/30/2024 23:59:59", "3/31/2024 0:00:00"]
+SAME = ["3/4/2024 9:59:58", "3/4/2024 9:59:59", "3/4/2024 10:00:00"]
+
+
+@pytest.mark.parametrize("dates", [DAY, MONTH, SAME])
+def test_dates_with_strokes_are_read_where_it_is_clear_what_is_the_day(dates, tmp_path):
+    rows = pd.DataFrame({"date": dates, "x": [1.0, 2.0, 3.0], "y": [4.0, 5.0, 6.0]})
+    read = load_trajectories(write(tmp_path, rows), **SAID)
+    assert read.fps == 1
+    np.testing.assert_allclose(read.positions[:, 0] * 10, rows[["x", "y"]])
+
+
+def test_dates_with_strokes_of_which_it_is_not_clear_are_refused(tmp_path):
+    rows = pd.DataFrame({"date": ["1/2/2024", "2/2/2024", "3/2/2024"], "x": 1.0, "y": 2.0})
+    with pytest.raises(ValueError, match=r"clear what is the day.*; got '1/2/2024' .*year first"):
+        load_trajectories(write(tmp_path, rows), **SAID)
+
+
+def test_corners_of_cvat_are_those_of_a_box(tmp_path):
+    rows = {"frame": range(3), "track_id": 1, "xtl": [0.0, 1, 2], "ytl": 0.0}
+    rows |= {"xbr": [10.0, 11, 12], "ybr": 6.0}
+    read = load_trajectories(write(tmp_path, pd.DataFrame(rows)), fps=25, **SAID)
+    np.testing.assert_allclose(read.positions[:, 0], [[0.5, 0.3], [0.6, 0.3], [0.7, 0.3]])
+
+
+def test_rows_of_mot_with_other_columns_are_refused_with_their_format(tmp_path):
+    path = tmp_path / "gt.txt"
+    path.write_text("".join(f"{frame},1,{frame}.0,2.0,10,6,1,1,0.87\n" for frame in range(1, 5)))
+    with pytest.raises(ValueError, match=r"for boxes of MOT give format='mot'"):
+        load_trajectories(path, fps=25, pixels_per_cm=1)
+    assert load_trajectories(path, fps=25, pixels_per_cm=1, format="mot").positions[0, 0, 0] == 6
+
+
+@pytest.mark.parametrize("wide", [True, False])
+def test_times_that_state_no_rate_are_named_where_one_is_asked_for(wide, tmp_path):
+    rows = pd.DataFrame({"frame": range(6), "Time": [0.0, 0.03, 0.07, 0.01, 0.13, 0.17]})
+    for name in ("x_a", "y_a", "x_b", "y_b") if wide else ("x", "y"):
+        rows[name] = np.arange(6.0)
+    with pytest.raises(
+        ValueError, match=r"`fps` must be given; got none, and no rate .* column Time"
+    ):
+        load_trajectories(write(tmp_path, rows), **SAID)
 
 
 def test_a_folder_of_other_tables_is_refused_with_what_to_give(tmp_path):

@@ -25,8 +25,8 @@ APART = (
 )  # fmt: skip
 """Names of columns of recordings, which have nothing to do with each other."""
 _SIDES = {
-    "left": ("left", "xmin", "x_min", "x1"), "top": ("top", "ymin", "y_min", "y1"),
-    "right": ("right", "xmax", "x_max", "x2"), "bottom": ("bottom", "ymax", "y_max", "y2"),
+    "left": ("left", "xmin", "x_min", "x1", "xtl"), "top": ("top", "ymin", "y_min", "y1", "ytl"),
+    "right": ("right", "xmax", "x_max", "x2", "xbr"), "bottom": ("bottom", "ymax", "y_max", "y2", "ybr"),
     "width": ("width", "w"), "height": ("height", "h"),
 }  # fmt: skip
 """Names of the columns of a box, perhaps with a prefix."""

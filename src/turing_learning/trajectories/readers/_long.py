@@ -30,6 +30,7 @@ from ._times import (
     IN_UNITS,
     TIME,
     UNITS_OF_TIME,
+    UNSTATED,
     check_times,
     frames_at,
     per_second,
@@ -332,7 +333,11 @@ class _LongTable:
                 if sheet.decimal_comma:
                     beside = [time.replace(",", ".") for time in beside]
                 fps = _rate_beside(beside, frames, self.options.fps, sheet.origin, name)
-        return _Moments(frames, fps, [sheet.remark] if sheet.remark else [])
+        remarks = [sheet.remark] if sheet.remark else []
+        if self.clock and fps is None:
+            spelled = sheet.names[self.names.index(self.clock[0])]
+            remarks.append(f"{UNSTATED}{spelled}: they are uneven, or count frames")
+        return _Moments(frames, fps, remarks)
 
     def _by_times(self) -> _Moments:
         """Return frames at the times of the rows; with resampling their order, and the times (s)."""

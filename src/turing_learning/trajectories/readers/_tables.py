@@ -46,6 +46,7 @@ from ._sheets import Sheet, TableText, number_of, separator_of, sheet_of, text_s
 from ._times import (
     FARTHEST,
     TIME,
+    UNSTATED,
     check_rate,
     check_times,
     per_second,
@@ -263,6 +264,9 @@ def read_wide(
             if stated is not None and not math.isclose(stated, 1):
                 name = sheet.names[clocks["time"]].lower()
                 rate = rounded(stated * per_second(stated, options.fps, sheet.origin, name))
+            else:
+                name = sheet.names[clocks["time"]]
+                remarks += (f"{UNSTATED}{name}: they are uneven, or count frames",)
     if options.resample is not None:
         got = f"{options.resample:g}"
         refuse(

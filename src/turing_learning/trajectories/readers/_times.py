@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from itertools import product
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from turing_learning.errors import Setting, Text, refuse
 
 from .._implausible import LEAST_RATE, MOST_RATE
 from .._recording import LARGEST, refusal, refuse_first
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _UNITS = {
     "s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e3, "msec": 1e3, "milliseconds": 1e3, "us": 1e6,
@@ -41,6 +44,8 @@ UNITS_OF_TIME = {
     "hour": "hours", "frame": "", "frames": "",
 }  # fmt: skip
 """Units of times in header lines -> names of `IN_UNITS`; empty where times count frames."""
+UNSTATED = "no rate is stated by times in the column "
+"""How a remark begins that says so of times beside frame numbers."""
 LARGEST_START_S = 1e8
 """First time (s) from which on times count since another age, as those of computers since 1970."""
 PER_SECOND = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600, "days": 1 / 86400}
@@ -269,7 +274,13 @@ def seconds_of(
     words = pd.Series(texts, dtype=object)
     # dates with points are of day, month and year; those with strokes may be of month and day
     words = words.str.replace(r"^([0-9]{2})\.([0-9]{2})\.([0-9]{4})", r"\3-\2-\1", regex=True)
-    dates = pd.to_datetime(words, format="ISO8601", utc=True, errors="coerce")
+    strokes = words.str.extract(r"^([0-9]{1,2})/([0-9]{1,2})/([0-9]{4})( .*)?$")
+    form = "ISO8601"
+    if strokes[2].notna().all():
+        day, month = _day_and_month(strokes, at, texts)
+        words = strokes[2] + "-" + strokes[month] + "-" + strokes[day] + strokes[3].fillna("")
+        form = "mixed"
+    dates = pd.to_datetime(words, format=form, utc=True, errors="coerce")
     if dates.isna().any():
         dates = pd.Timestamp(0, tz="UTC") + pd.to_timedelta(
             words.where(words.str.contains(":")), errors="coerce"
@@ -281,6 +292,22 @@ def seconds_of(
     quoted = np.array(list(map(repr, texts)), dtype=object)
     refuse_first(unread, at, "have times that are numbers, dates (ISO 8601) or h:min:s", quoted)
     return (dates - dates.min()).dt.total_seconds().to_numpy(), True
+
+
+def _day_and_month(
+    strokes: "pd.DataFrame", at: Callable[[int], str], texts: Sequence[str]
+) -> tuple[int, int]:
+    """Return which of the first two parts of dates such as 31/12/2024 is the day, and which the month.
+
+    Only one that is above 12 tells, or one date alone, of which it does not matter.
+    """
+    first, second = (strokes[part].astype(int) for part in (0, 1))
+    if (first > 12).any() or len(strokes.drop_duplicates([0, 1, 2])) == 1:
+        return (1, 0) if (second > 12).any() else (0, 1)
+    if (second > 12).any():
+        return 1, 0
+    rule = "have dates of which it is clear what is the day, as 2024-12-31"
+    raise refusal(rule, repr(texts[0]), at(0), "Write the year first, or day.month.year.")
 
 
 def since_start(times: np.ndarray, per_s: float) -> tuple[np.ndarray, list[str]]:
