@@ -124,7 +124,12 @@ def distribution_figure(values: np.ndarray, label: str) -> "Figure":
     if low == high:
         low -= 0.5
         high += 0.5
-    axes.hist(values, bins=BINS, range=(low, high), color=BLUE, linewidth=0)
+    counts, edges = np.histogram(values, bins=BINS, range=(low, high))
+    across, share = np.repeat(edges, 2)[1:-1], np.repeat(counts / len(values), 2)
+    axes.fill_between(across, share, color=BLUE, linewidth=0)
+    # a line, which answers to the pointer on pages
+    axes.plot(across, share, color=BLUE, linewidth=0.8, label=f"share in each of {BINS} bins")
+    axes.set_ylim(bottom=0)
     median = float(np.median(values))
     axes.axvline(median, color=INK, linestyle=DASHED, linewidth=1.0, label=f"median {median:.3g}")
     axes.tick_params(labelleft=False, length=0, axis="y")

@@ -37,6 +37,8 @@ def test_look_says_how_a_file_is_read_and_writes_a_page(call):
     page = Path("fish-look.html").read_text()
     for part in ("tracks", "presence", "speed", "turn"):
         assert f'id="{part}-' in page
+    # distributions answer to the pointer, as curves do
+    assert page.count("share in each of 60 bins&quot;") == 2
     assert "10 pixels per cm" in page
 
 
