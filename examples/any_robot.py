@@ -4,11 +4,13 @@ import json
 import math
 import socket
 import time
+from collections import deque
 
 import numpy as np
 
 from turing_learning.robots import Fault, LaboratorySetup, Model, Signal, Status, Track
 
+MOST_SIGNALS = 1000  # that wait; a robot signals twice in a loop
 LONGEST_LINE = 10_000  # bytes; a robot that sends more without an end of line is broken
 ANSWER_S = 10.0  # so long an answer may take
 SILENCE_S = 5.0  # so long poses may fail to come
@@ -26,7 +28,7 @@ class JsonRobot:
         host, port = address.split(":")
         self._socket = socket.create_connection((host, int(port)), timeout=2.0)
         self._arrived = b""
-        self._signals: list[Signal] = []
+        self._signals: deque[Signal] = deque(maxlen=MOST_SIGNALS)
 
     def _receive(self, deadline: float) -> dict:
         """Return the next message; raise TimeoutError if there is none at the deadline, however much comes."""
@@ -40,13 +42,13 @@ class JsonRobot:
             self._arrived += data
         line, _, self._arrived = self._arrived.partition(b"\n")
         try:
-            message = json.loads(line)
+            message = {**json.loads(line)}
             if "signal" in message:
                 trial, sequence = int(message["trial"]), int(message["sequence"])
                 self._signals.append(
                     Signal(str(message["signal"]), trial, sequence, time.monotonic())
                 )
-        except (ValueError, TypeError, KeyError, RecursionError) as error:
+        except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
             raise ConnectionError(f"the robot sends what makes no sense: {line[:80]!r}") from error
         if time.monotonic() > deadline + 1.0:
             raise TimeoutError("the robot never stops sending")
@@ -75,7 +77,7 @@ class JsonRobot:
                 executing,
                 bool(answer["battery_ok"]),
             )
-        except (ValueError, TypeError, KeyError) as error:
+        except (ValueError, TypeError, KeyError, OverflowError) as error:
             raise ConnectionError(f"the robot's status makes no sense: {answer}") from error
 
     def start(self) -> None:
@@ -91,7 +93,7 @@ class JsonRobot:
         deadline = time.monotonic() + timeout_s
         while True:
             while self._signals:
-                signal = self._signals.pop(0)
+                signal = self._signals.popleft()
                 if signal.kind == kind:
                     return signal
             self._receive(deadline)

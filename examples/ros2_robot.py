@@ -6,11 +6,13 @@ On each robot, or anywhere in its network (see docs/robots/any-robot.md):
     python ros2_robot.py robot_1 10.0.0.1 5001 -0.7 -1.0 1.0 -1.0     # an agent with the paper's controller
 
 It subscribes to /robot_3/proximity0 ... proximity7 (sensor_msgs/Range, from the front right one clockwise) and /robot_3/sight
-(std_msgs/Bool: a robot is ahead), and publishes /robot_3/cmd_vel (geometry_msgs/Twist).
+(std_msgs/Bool: a robot is ahead), each again and again, and publishes /robot_3/cmd_vel (geometry_msgs/Twist). A robot whose sensors
+are silent stands.
 
 The PC needs the poses alone. `tracker` in the laboratory's file is one of
 
     ros2_robot:PoseTopics      /robot_3/pose, geometry_msgs/PoseStamped, for each robot
+    ros2_robot:PlainPoses      /robot_3/pose, geometry_msgs/Pose, for each robot
     ros2_robot:RigidBodies     /rigid_bodies, mocap4r2_msgs/RigidBodies, as of mocap4ros2: bodies have the robots' names
     ros2_robot:Transforms      /tf, tf2_msgs/TFMessage: child_frame_id is the robot's name
 """
@@ -25,7 +27,7 @@ from typing import Any
 
 import numpy as np
 import rclpy
-from geometry_msgs.msg import Point, PoseStamped, Quaternion, Twist
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Twist
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Range
@@ -47,6 +49,7 @@ HALF_M = 0.0075
 CM = 100.0
 AXES = ("x", "y", "z")
 
+SILENCE_S = 1.0  # after which sensors count as broken: a robot without them stands
 PATIENCE_S = 10.0  # until all robots have been seen once
 
 
@@ -79,6 +82,7 @@ class RosBody:
     def __init__(self, name: str, ros: Spinning) -> None:
         self._twist = ros.node.create_publisher(Twist, f"/{name}/cmd_vel", 1)
         self._sight, self._ranges = False, [math.inf] * 8
+        self._seen_s = self._felt_s = -math.inf
         ros.subscribe(Bool, f"/{name}/sight", self._see)
         for number in range(8):
             ros.subscribe(
@@ -89,8 +93,10 @@ class RosBody:
 
     def _see(self, message: Bool) -> None:
         self._sight = message.data
+        self._seen_s = time.monotonic()
 
     def _feel(self, message: Range, number: int) -> None:
+        self._felt_s = time.monotonic()
         near = message.range < message.max_range
         self._ranges[number] = message.range if near else math.inf
 
@@ -102,6 +108,8 @@ class RosBody:
         self._twist.publish(twist)
 
     def proximity(self) -> tuple[int, ...]:
+        if time.monotonic() - self._felt_s > SILENCE_S:
+            raise ConnectionError("no proximity sensor says anything")
         return tuple(
             round(DARK + BRIGHT / (1 + (distance / HALF_M) ** 2)) for distance in self._ranges
         )
@@ -110,6 +118,8 @@ class RosBody:
         return True
 
     def sight(self) -> int:
+        if time.monotonic() - self._seen_s > SILENCE_S:
+            raise ConnectionError("the line-of-sight sensor says nothing")
         return int(self._sight)
 
 
@@ -149,9 +159,11 @@ class Poses:
         raise NotImplementedError
 
     def take(self, name: str, stamp: Any, position: Point, turn: Quaternion) -> None:
-        if name in self._seen:
+        pose = pose_of(position, turn)
+        # Motion capture says NaN of what it has lost
+        if name in self._seen and all(map(math.isfinite, pose)):
             stamp_s = stamp.sec + 1e-9 * stamp.nanosec
-            self._seen[name].append((stamp_s, time.monotonic() - stamp_s, *pose_of(position, turn)))
+            self._seen[name].append((stamp_s, time.monotonic() - stamp_s, *pose))
 
     def track(self, begin_s: float, images: int) -> Track:
         due_s = begin_s + self._interval_s * np.arange(images)
@@ -189,6 +201,20 @@ class PoseTopics(Poses):
 
     def _stamped(self, message: PoseStamped, name: str) -> None:
         self.take(name, message.header.stamp, message.pose.position, message.pose.orientation)
+
+
+class PlainPoses(Poses):
+    """A topic of Pose for each robot. It has no stamp: the time is that of its arrival."""
+
+    def subscribe(self, ros: Spinning) -> None:
+        for name in self._seen:
+            ros.subscribe(
+                Pose,
+                f"/{name}/pose",
+                lambda message, name=name: self.take(
+                    name, ros.node.get_clock().now().to_msg(), message.position, message.orientation
+                ),
+            )
 
 
 class RigidBodies(Poses):

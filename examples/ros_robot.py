@@ -35,20 +35,26 @@ BRIGHT, DARK, HALF_M = (
 )  # what the loop takes for a wall: a reading as of an e-puck, half as bright at this distance
 
 
+SILENCE_S = 1.0  # after which sensors count as broken: a robot without them stands
+
+
 class RosBody:
     """A `RobotBody`: wheels that are a Twist, and sensors that are topics."""
 
     def __init__(self, name: str) -> None:
         self._twist = rospy.Publisher(f"/{name}/cmd_vel", Twist, queue_size=1)
         self._sight, self._ranges = False, [math.inf] * 8
+        self._seen_s = self._felt_s = -math.inf
         rospy.Subscriber(f"/{name}/sight", Bool, self._see)
         for k in range(8):
             rospy.Subscriber(f"/{name}/proximity{k}", Range, self._feel, callback_args=k)
 
     def _see(self, message: Bool) -> None:
         self._sight = message.data
+        self._seen_s = time.monotonic()
 
     def _feel(self, message: Range, number: int) -> None:
+        self._felt_s = time.monotonic()
         self._ranges[number] = message.range if message.range < message.max_range else math.inf
 
     def set_speed(self, left: int, right: int) -> None:
@@ -61,12 +67,16 @@ class RosBody:
         self._twist.publish(twist)
 
     def proximity(self) -> tuple[int, ...]:
+        if time.monotonic() - self._felt_s > SILENCE_S:
+            raise ConnectionError("no proximity sensor says anything")
         return tuple(round(DARK + BRIGHT / (1 + (far / HALF_M) ** 2)) for far in self._ranges)
 
     def battery_ok(self) -> bool:
         return True
 
     def sight(self) -> int:
+        if time.monotonic() - self._seen_s > SILENCE_S:
+            raise ConnectionError("the line-of-sight sensor says nothing")
         return int(self._sight)
 
 

@@ -175,3 +175,42 @@ def test_rigid_bodies_and_transforms_become_poses(example):
         getattr(poses, take)(message)
         assert poses._seen["a"][0][2:] == pytest.approx((100.0, 200.0, 0.0))
         assert poses._seen["a"][0][0] == 5.25
+
+
+def test_poses_without_stamps_are_taken_when_they_come_and_lost_ones_are_left_out(example):
+    takes = []
+    stamp = SimpleNamespace(sec=7, nanosec=0)
+    clock = SimpleNamespace(now=lambda: SimpleNamespace(to_msg=lambda: stamp))
+    ros = SimpleNamespace(
+        node=SimpleNamespace(get_clock=lambda: clock),
+        subscribe=lambda message, topic, take: takes.append((topic, take)),
+    )
+    poses = object.__new__(example.PlainPoses)
+    poses._seen = {"a": [], "b": []}
+    poses.subscribe(ros)
+    assert [topic for topic, _ in takes] == ["/a/pose", "/b/pose"]
+    turn = SimpleNamespace(x=0.0, y=0.0, z=0.0, w=1.0)
+    for x in (1.0, math.nan):
+        takes[1][1](SimpleNamespace(position=SimpleNamespace(x=x, y=2.0, z=0.0), orientation=turn))
+    assert not poses._seen["a"]
+    ((stamp_s, _, *pose),) = poses._seen["b"]
+    assert (stamp_s, *pose) == pytest.approx((7.0, 100.0, 200.0, 0.0))
+
+
+def test_sensors_that_are_silent_cannot_be_read(example, monkeypatch):
+    takes = {}
+    ros = SimpleNamespace(
+        node=SimpleNamespace(create_publisher=lambda *_: None),
+        subscribe=lambda message, topic, take: takes.update({topic: take}),
+    )
+    body = example.RosBody("robot_3", ros)
+    for read in (body.sight, body.proximity):
+        with pytest.raises(OSError, match="says"):
+            read()
+    takes["/robot_3/sight"](SimpleNamespace(data=True))
+    takes["/robot_3/proximity7"](SimpleNamespace(range=0.1, max_range=0.5))
+    assert body.sight() == 1
+    assert body.proximity()[0] == example.DARK
+    monkeypatch.setattr(example, "SILENCE_S", -1.0)
+    with pytest.raises(OSError, match="says nothing"):
+        body.sight()

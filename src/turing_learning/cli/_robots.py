@@ -286,7 +286,7 @@ def _opened(
         asked = setup.camera.calibration
         if rehearsal.setup.camera.calibration != asked:
             print(
-                f"rehearsal with a calibration of its own, as there is none yet: {asked}",
+                f"rehearsal with a calibration of its own, as there is none yet: {asked or 'none given'}",
                 file=sys.stderr,
             )
         yield rehearsal, tl.robots.rehearse(rehearsal)

@@ -307,6 +307,19 @@ def test_a_rehearsal_wears_the_markers_of_the_file(markers, labels, tmp_path):
     assert track.faults == ()
 
 
+def test_a_rehearsal_of_robots_that_no_camera_tracks_has_markers_of_its_own(tmp_path):
+    text = 'tracker = "any_robot:UdpPoses"\n[scenario.arena]\nwidth_cm = 80.0\nheight_cm = 90.0\n'
+    for role, name in (("agent", "a1"), ("agent", "a2"), ("replica", "r1")):
+        text += (
+            f'[[robots]]\nname = "{name}"\nrole = "{role}"\nmarker = "{name}"\naddress = "{name}"\n'
+        )
+    (tmp_path / "lab.toml").write_text(text)
+    with as_emulated(load_laboratory(tmp_path / "lab.toml")) as laboratory:
+        track = rehearse(laboratory).open_tracker().track(0.0, 3)
+    assert track.labels == ("0", "1", "2")
+    assert track.complete
+
+
 def test_a_dictionary_that_does_not_exist_is_named():
     with pytest.raises(
         ValueError,
@@ -371,6 +384,15 @@ class Peer:
         (b"not JSON\n", 1, "makes no sense"),
         (b'{"signal": "STOP"}\n', 1, "makes no sense"),
         (b"[" * 5000 + b"\n", 1, "makes no sense"),
+        (b"[]\n", 1, "makes no sense"),
+        (b'{"signal": "STOP", "trial": 1e999, "sequence": 1}\n', 1, "makes no sense"),
+        (
+            b'{"did": "status", "state": "R1", "in_state_s": 1'
+            + b"0" * 400
+            + b', "waiting": 1, "executing": 1, "battery_ok": 1}\n',
+            1,
+            "status makes no sense",
+        ),
         (b'{"did": "status", "state": 1}\n', 1, "status makes no sense"),
         (b"", 1, "timed out"),
     ],
@@ -389,6 +411,20 @@ def test_a_robot_that_sends_nonsense_is_a_lost_link_within_its_time(
     with suppress(OSError):
         robot.drop_signals()
     assert time.monotonic() - began < 5.0
+    robot.close()
+    peer.close()
+
+
+def test_a_flood_of_signals_does_not_fill_the_memory(monkeypatch):
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    import any_robot
+
+    monkeypatch.setattr(any_robot, "ANSWER_S", 0.5)
+    peer = Peer(b'{"signal": "START", "trial": 1, "sequence": 1}\n' * 200, 10**9)
+    robot = any_robot.JsonRobot(peer.address)
+    with pytest.raises(TimeoutError):
+        robot.status()
+    assert len(robot._signals) == any_robot.MOST_SIGNALS
     robot.close()
     peer.close()
 

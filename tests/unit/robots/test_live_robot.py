@@ -1,5 +1,6 @@
 """The program of a robot whose computer runs Python: it survives its peers and its hardware, and stands when nobody is there."""
 
+import re
 import socket
 import threading
 import time
@@ -288,6 +289,21 @@ def test_a_robot_is_reached_from_its_own_computer_or_by_named_peers_alone():
         served.connect() as line,
     ):
         assert PublicClient(line.fileno()).ask("C") == "c,0"
+
+
+@pytest.mark.parametrize(
+    ("where", "message"),
+    [
+        ({"host": "::1"}, "`host` must be an address or a name of IPv4; got '::1'"),
+        (
+            {"host": "0.0.0.0", "peers": ["10.0.0.x"]},
+            "`peers` must be addresses or networks; got '10.0.0.x'",
+        ),
+    ],
+)
+def test_a_host_or_a_peer_that_is_none_is_named(where, message):
+    with pytest.raises(ValueError, match=re.escape(message)):
+        live(Wheels(), ended=lambda: True, **where)
 
 
 def test_a_client_that_makes_no_sense_does_not_lock_the_pc_out(robot, monkeypatch):

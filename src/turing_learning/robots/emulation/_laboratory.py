@@ -485,8 +485,15 @@ def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
         if scenario.arena.bounded and not calibrated:
             changes["calibration"] = str(Path(folder) / "camera.json")
             overhead_camera(*sides_cm(scenario)).save(Path(folder) / "camera.json")
-        camera = setup.camera.model_copy(update=changes)
-        plain = {"camera": camera, "emulated": True, "open_replica": None, "tracker": None}
+        plain: dict[str, object] = {"emulated": True, "open_replica": None, "tracker": None}
+        # Robots that no camera tracks wear no markers of ours; emulated ones need some
+        if setup.tracker:
+            changes["markers"] = "aruco"
+            marked = []
+            for number, robot in enumerate(setup.robots):
+                marked.append(robot.model_copy(update={"marker": str(number)}))
+            plain["robots"] = tuple(marked)
+        plain["camera"] = setup.camera.model_copy(update=changes)
         yield replace(laboratory, setup=setup.model_copy(update=plain))
 
 

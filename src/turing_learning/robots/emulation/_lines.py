@@ -18,7 +18,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from turing_learning.errors import require
+from turing_learning.errors import refuse, require
 from turing_learning.robots._clock import Clock, RealClock, VirtualClock
 from turing_learning.robots._link import ALIVE, ALIVE_S, Link, open_link
 
@@ -425,7 +425,15 @@ def live(
     """
     remedy = "Give the PC's address, as peers=('10.0.0.1',)."
     # Who connects moves the robot
-    local = ip_address(socket.gethostbyname(host)).is_loopback
+    try:
+        local = ip_address(socket.gethostbyname(host)).is_loopback
+    except OSError as error:
+        refuse("host", "be an address or a name of IPv4", repr(host), f"({error})")
+    for peer in peers:
+        try:
+            ip_network(peer)
+        except ValueError:
+            refuse("peers", "be addresses or networks", repr(peer), remedy)
     require(
         local or peers, "peers", f"name who may move the robot at host {host!r}", "nobody", remedy
     )
