@@ -31,7 +31,7 @@ from turing_learning.trajectories import Trajectories, Windows
 from ._family import MOST_PLACES, Family
 from ._pieces import horizon_steps
 from ._starts import without_jumps
-from ._tank import open_grid, recorded_grid, rectangle_grid, tanks_of
+from ._tank import open_grid, recorded_grid, rectangle_grid, same_tank, tanks_of
 
 GAINS = ("speed", "speed_noise", "turn_noise", "walls", "attraction", "alignment", "memory")
 """Names of the parameters, in the order in which kernels take them; each is 1 as recorded."""
@@ -313,7 +313,7 @@ class Network(Family):
         recordings, windows
             What was recorded of others, once or several times, in cm, and the windows of all of it.
         tanks
-            As in `learned`.
+            As in `learned`; "recorded" is the tank that was learned from, where they move in the same one.
         seed
             Of the choice of moments.
 
@@ -334,7 +334,7 @@ class Network(Family):
         rule = "be of individuals that stay, as those that were learned from"
         require(not comers and not self._open, "recordings", rule, "some that come and go")
         paths = [without_jumps(recording) for recording in recordings]
-        grids, walls = _grids(paths, tanks)
+        grids, walls = _grids(paths, tanks, self.brain.tanks)
         rule = "be None, as the network was learned without walls"
         require(self.brain.tanks.walls.any() or not any(walls), "tanks", rule, brief(tanks))
         learned = windows.frames("learning")
@@ -638,9 +638,14 @@ def _check_recordings(recordings: Sequence[Trajectories], windows: Windows) -> N
 
 
 def _grids(
-    paths: Sequence[np.ndarray], tanks: Sequence[tuple[float, float] | str | None]
+    paths: Sequence[np.ndarray],
+    tanks: Sequence[tuple[float, float] | str | None],
+    known: Tanks | None = None,
 ) -> tuple[list[tuple[np.ndarray, np.ndarray, float]], list[bool]]:
-    """Return the grid of each recording's tank, and whether it has walls, by paths (F, A, 2) with NaN."""
+    """Return the grid of each recording's tank, and whether it has walls, by paths (F, A, 2) with NaN.
+
+    One that is `known` is not measured again.
+    """
     asked = list(tanks) * (len(paths) if len(tanks) == 1 else 1)
     fits = len(asked) == len(paths)
     require(fits, "tanks", f"be one, or one for each of {len(paths)} recordings", len(tanks))
@@ -650,7 +655,10 @@ def _grids(
         if tank is None:
             grids.append(open_grid())
         elif isinstance(tank, str):
-            grids.append(recorded_grid(positions))
+            grid = recorded_grid(positions)
+            if known is not None:
+                grid = same_tank(positions, grid, known)
+            grids.append(grid)
         else:
             center = (positions.min(axis=0) + positions.max(axis=0)) / 2
             grids.append(rectangle_grid(center, tank))

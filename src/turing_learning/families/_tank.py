@@ -21,6 +21,10 @@ EXIT_CELLS = 3
 LEAST_PART = 0.01
 """Share of the positions that a separate part of a tank has at least, or of last places an exit; one with fewer is
 mistakes of trackers."""
+OUTSIDE = 0.002
+"""Share of the positions that may lie outside of the tank that they are of: its own outliers at four ends."""
+ALIKE = 0.1
+"""Share of its sides by which the places that are reached may fall short of a tank."""
 
 
 def recorded_grid(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
@@ -43,6 +47,33 @@ def recorded_grid(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]
     regions, count = scipy.ndimage.label(inside)
     visits = np.bincount(regions[tuple(cells[likely].T)], minlength=count + 1)
     return corner, inside & (visits >= LEAST_PART * likely.sum())[regions], cell
+
+
+def same_tank(
+    positions: np.ndarray, grid: tuple[np.ndarray, np.ndarray, float], tanks: Tanks
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the grid of the tank in which positions (N, 2) are, if that is known, else `grid`, that of where they are.
+
+    Fewer positions, or animals that keep off its walls, show less of a tank.
+    """
+    sides = _sides(grid)
+    for corner, inside, cell, walls in zip(
+        tanks.corner, tanks.inside, tanks.cell, tanks.walls, strict=True
+    ):
+        cells = np.floor((positions - corner) / cell).astype(int)
+        on_grid = ((cells >= 0) & (cells < inside.shape)).all(axis=1)
+        within = inside[tuple(cells[on_grid].T)].sum()
+        known = corner, inside, float(cell)
+        reaches = (np.abs(sides / _sides(known) - 1) <= ALIKE).all()
+        if walls and reaches and within >= (1 - OUTSIDE) * len(positions):
+            return known
+    return grid
+
+
+def _sides(grid: tuple[np.ndarray, np.ndarray, float]) -> np.ndarray:
+    """Return width and height (cm) of the tank on a grid."""
+    _, inside, cell = grid
+    return (np.ptp(np.argwhere(inside), axis=0) + 1) * cell
 
 
 def rectangle_grid(

@@ -218,6 +218,28 @@ def test_groups_begin_as_others_were_recorded_to(network):
         assert np.nanmean(own) == pytest.approx(np.nanmean(learned), rel=0.1)
 
 
+def test_others_in_the_tank_that_was_learned_from_have_the_same_walls(network):
+    walled = in_a_tank(network)
+    others = virtual_group(walled, dict.fromkeys(walled.parameters, 1.0), duration_s=120, seed=1)
+    frames, individuals, _ = others.positions.shape
+    # to and fro, soon everywhere
+    times = np.arange(frames)[:, None, None] + np.linspace(0, 100, individuals)[:, None]
+    to_and_fro = np.abs((times * (0.0137, 0.0211)) % 2 - 1) - 0.5
+
+    def walls_of(sides):
+        recording = replace(others, positions=to_and_fro * sides)
+        windows = recording.windows(20, signals=("speed", "turn"))
+        return walled.in_recordings(recording, windows).brain.tanks
+
+    # nobody has been nearer to a wall than 1 cm
+    same = walls_of((38.0, 38.0))
+    np.testing.assert_array_equal(same.inside, walled.brain.tanks.inside)
+    np.testing.assert_array_equal(same.distance, walled.brain.tanks.distance)
+    for sides in ((38.0, 30.0), (44.0, 44.0)):
+        tank = walls_of(sides)
+        assert tank.inside.sum() * tank.cell**2 == pytest.approx(sides[0] * sides[1], rel=0.1)
+
+
 def test_walls_that_a_network_has_not_seen_are_refused(network):
     others = virtual_group(network, dict.fromkeys(network.parameters, 1.0), duration_s=20, seed=1)
     windows = others.windows(20, signals=("speed", "turn"))
