@@ -140,6 +140,8 @@ def response_maps(
 def response_figure(maps: Mapping[str, ResponseMaps]) -> "Figure":
     """Draw maps of several sources, such as recorded and simulated animals, one below the other.
 
+    Cells with fewer than 20 moments stay empty.
+
     Parameters
     ----------
     maps
@@ -158,7 +160,12 @@ def response_figure(maps: Mapping[str, ResponseMaps]) -> "Figure":
     axis_labels = ("to its right (cm)", "ahead of it (cm)")
     rows = []
     for source_maps in maps.values():
-        rows.append([source_maps.turning, source_maps.acceleration, source_maps.wall_turning])
+        # Means of few moments are noise, and strong
+        seen = source_maps.moments >= FEWEST
+        seen_walls = source_maps.wall_moments >= FEWEST
+        turning = np.where(seen, source_maps.turning, np.nan)
+        acceleration = np.where(seen, source_maps.acceleration, np.nan)
+        rows.append([turning, acceleration, np.where(seen_walls, source_maps.wall_turning, np.nan)])
     return maps_figure(
         list(maps),
         rows,
