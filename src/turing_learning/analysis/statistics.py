@@ -107,13 +107,15 @@ def rhythm_statistics(windows: np.ndarray) -> np.ndarray:
 
 
 def rhythm_statistic_names(names: Sequence[str], length: int, interval_s: float) -> list[str]:
-    """Return the names (F,) of what `rhythm_statistics` returns for windows of so many steps of a duration (s)."""
+    """Return the names (F,) of what `rhythm_statistics` returns for windows of so many steps.
+
+    `interval_s` is the duration of a step (s), 0 if it is not known.
+    """
     titles = []
     for low, high in pairwise(_edges(length)):
-        slow = length * interval_s / (low + 1)
-        fast = length * interval_s / high
-        period = f"{slow:.2g} s"
+        period = time_in_words(length / (low + 1), interval_s)
         if high > low + 1:
+            fast = length / high * (interval_s or 1.0)
             period = f"{fast:.2g} to {period}"
         titles += [f"rhythm of {name}, {period}" for name in names]
     titles += [f"asymmetry of {name}" for name in names]
@@ -122,7 +124,7 @@ def rhythm_statistic_names(names: Sequence[str], length: int, interval_s: float)
     titles += [f"rare large changes of {name}" for name in names]
     for signal, partner in combinations(names, 2):
         for lag in delays(length):
-            titles.append(f"magnitudes of {together(signal, partner, lag * interval_s)}")
+            titles.append(f"magnitudes of {together(signal, partner, lag, interval_s)}")
     return titles
 
 
@@ -134,13 +136,21 @@ def delays(length: int) -> list[int]:
     return steps
 
 
-def together(signal: str, partner: str, delay_s: float) -> str:
-    """Return in words which two signals go together; the first is later if the delay is above 0."""
-    if delay_s == 0:
+def time_in_words(steps: float, interval_s: float) -> str:
+    """Return a number of steps of a duration (s) in seconds, in steps where that is 0, as it is not known."""
+    if interval_s == 0:
+        return f"{steps:.2g} steps"
+    return f"{steps * interval_s:.2g} s"
+
+
+def together(signal: str, partner: str, lag: int, interval_s: float) -> str:
+    """Return in words which two signals go together; the first is later if the lag (steps) is above 0."""
+    if lag == 0:
         return f"{signal} and {partner} together"
-    if delay_s > 0:
-        return f"{partner} and {signal} {delay_s:.2g} s later"
-    return f"{signal} and {partner} {-delay_s:.2g} s later"
+    later = f"{time_in_words(abs(lag), interval_s)} later"
+    if lag > 0:
+        return f"{partner} and {signal} {later}"
+    return f"{signal} and {partner} {later}"
 
 
 def delayed_product(signal: np.ndarray, partner: np.ndarray, lag: int) -> np.ndarray:

@@ -180,7 +180,4 @@ def _write_animals(
         print(f"beyond what was recorded: {warning}", file=sys.stderr)
     print(tl.runs.write_group(group, path, tank_cm=tank_cm, force=force))
     if path.suffix.lower() in tl.runs.TABLE_SUFFIXES:
-        options = ""
-        if path.suffix.lower() == ".csv":
-            options = "--pixels-per-cm 1 --y-axis up "
-        print(f"Read it with: turing-learning look {shlex.quote(str(path))} {options}".rstrip())
+        print(f"Read it with: turing-learning look {shlex.quote(str(path))}")

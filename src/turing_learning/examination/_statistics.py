@@ -14,6 +14,7 @@ from turing_learning.analysis.statistics import (
     signal_statistics,
     signal_trends,
     standardized,
+    time_in_words,
     together,
 )
 
@@ -32,7 +33,7 @@ def named_statistics(
 ) -> tuple[list[str], np.ndarray]:
     """Return names (F,) and values (K, F) of statistics of windows (K, T, D) of signals with names (D,).
 
-    `interval_s` is the duration of a step (s), which the names of rhythms state.
+    `interval_s` is the duration of a step (s), which the names of rhythms state; 0 if it is not known.
     """
     if windows.shape[1] < 2:
         return list(names), windows[:, 0]
@@ -54,12 +55,12 @@ def named_statistics(
             if lag < 0 or (lag == 0 and first_signal > second_signal):
                 continue
             labels.append(
-                together(rhythmic[first_signal], rhythmic[second_signal], lag * interval_s)
+                together(rhythmic[first_signal], rhythmic[second_signal], lag, interval_s)
             )
             columns.append(delayed_product(unit[first_signal], unit[second_signal], lag)[:, None])
     for signal, name in enumerate(rhythmic):
         for steps in (2, 4, 8, 16):
             if 2 * steps < length:
-                labels.append(f"persistence of {name} over {steps * interval_s:.2g} s")
+                labels.append(f"persistence of {name} over {time_in_words(steps, interval_s)}")
                 columns.append(delayed_product(unit[signal], unit[signal], steps)[:, None])
     return labels, np.concatenate(columns, axis=1)

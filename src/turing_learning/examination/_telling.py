@@ -95,7 +95,7 @@ class LabelledWindows:
     @cached_property
     def statistics(self) -> tuple[list[str], np.ndarray]:
         """Names (F,) and values (K, F) of what examiners see of them."""
-        return named_statistics(self.windows, self.names, self.interval_s or 1.0)
+        return named_statistics(self.windows, self.names, self.interval_s)
 
     def some(self, rng: np.random.Generator) -> "LabelledWindows":
         """Return a part that is quick to look at, of as many samples of both sides."""
@@ -116,7 +116,7 @@ class LabelledWindows:
 
     def accuracy(self, windows: np.ndarray, names: Sequence[str]) -> float:
         """Return how often a regression is right that sees other windows (K, any, any) of the same samples."""
-        views = Views.of(windows, names, self.interval_s or 1.0, (), 0)
+        views = Views.of(windows, names, self.interval_s, (), 0)
         labels = self.labels[:, None]
         scores = Ridge().cross_fitted(views.standardized["statistics"], labels, self.groups)
         return _balanced(right_answers(scores, labels, self.groups), self.labels)[0]

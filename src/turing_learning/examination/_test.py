@@ -320,7 +320,7 @@ def _arrays(
 
 def _views(pair: Pair, examiners: Sequence[Examiner], seed: int) -> Views:
     windows = np.concatenate((pair.real.samples, pair.simulated.samples))
-    return Views.of(windows, pair.names, pair.interval_s or 1.0, examiners, seed)
+    return Views.of(windows, pair.names, pair.interval_s, examiners, seed)
 
 
 def _grouping(pair: Pair, views: Views, seed: int) -> str:

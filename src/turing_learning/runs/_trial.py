@@ -117,7 +117,9 @@ def write_group(
     refuse_target(path, name="out", suffixes=TABLE_SUFFIXES, force=force)
     with writing(path, "out"), whole(path) as temporary:
         if suffix == ".csv":
-            group.to_pandas().round(4).to_csv(temporary, index=False)
+            # it stands beside recordings in pixels, or in metres, whose options are not for it
+            names = {"x": "x (cm)", "y": "y up (cm)", "time": "time (s)"}
+            group.to_pandas().round(4).rename(columns=names).to_csv(temporary, index=False)
         else:
             group.to_xarray().to_netcdf(temporary, engine="scipy")
     return path

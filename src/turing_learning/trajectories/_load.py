@@ -306,7 +306,8 @@ def _finish(
         same = math.isclose(fps, recording.fps, rel_tol=2e-3)
         require(same, "fps", rule, str(fps), "Leave it out.", place=source)
     in_cm = recording.unit == "cm"
-    if in_cm and scale is not None:
+    # 1 is what is said of a file in cm
+    if in_cm and scale not in (None, 1):
         refuse("pixels_per_cm", "be left out for a file in cm", brief(scale), place=source)
     in_pixels = not in_cm and scale in ("unknown", None)
     per_cm = 1.0 if in_cm or in_pixels else float(scale)  # type: ignore[arg-type]

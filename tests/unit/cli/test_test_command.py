@@ -55,6 +55,18 @@ def test_the_simulated_recordings_have_a_scale_and_a_rate_of_their_own(call, tmp
     assert found["accuracy"] < 0.8
 
 
+def test_virtual_animals_keep_their_scale_beside_a_recording_in_pixels(call, tmp_path):
+    write_recording(tmp_path / "pixels.csv", 0.3, scale=20.0)
+    write_recording(tmp_path / "plain.csv", 0.3)
+    plain = pd.read_csv(tmp_path / "plain.csv")
+    stated = {"x": "x (cm)", "y": "y up (cm)"}
+    plain.rename(columns=stated).to_csv(tmp_path / "virtual.csv", index=False)
+    told = ("--fps", "10", "--pixels-per-cm", "20", "--y-axis", "down", "--signals", "speed")
+    both = ("test", "pixels.csv", "--against", "virtual.csv")
+    found = json.loads(call(*both, *told, "--quick", "--json")[1])
+    assert found["accuracy"] < 0.8
+
+
 def test_arrays_are_samples_and_several_files_are_groups(call, tmp_path):
     for k in range(4):
         np.save(tmp_path / f"real{k}.npy", RNG.standard_normal((10, 20, 2)))

@@ -150,3 +150,15 @@ def test_a_constant_has_no_rhythm():
     together = [k for k, label in enumerate(labels) if "speed" in label and "turn" in label]
     assert together
     assert (values[:, together] == 0).all()
+
+
+def test_times_are_steps_where_nobody_says_how_long_a_step_is():
+    windows = RNG.standard_normal((4, 20, 2))
+    unknown, _ = named_statistics(windows, ["a", "b"], 0.0)
+    known, _ = named_statistics(windows, ["a", "b"], 0.5)
+    assert "persistence of a over 4 steps" in unknown
+    assert "persistence of a over 2 s" in known
+    assert "rhythm of a, 20 steps" in unknown
+    assert "rhythm of a, 10 s" in known
+    assert len([name for name in unknown if name.endswith(" 2 steps later")]) > 0
+    assert not [name for name in unknown if name.endswith(" s") or " s later" in name]

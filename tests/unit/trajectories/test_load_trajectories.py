@@ -89,6 +89,7 @@ def test_a_scale_that_contradicts_the_file_is_refused(tmp_path):
         ValueError, match="`pixels_per_cm` must be left out for a file in cm; got 10"
     ):
         load_trajectories(trex(tmp_path, walk()), pixels_per_cm=10)
+    assert load_trajectories(trex(tmp_path, walk()), pixels_per_cm=1).unit == "cm"
 
 
 def test_positions_stay_in_pixels_when_the_scale_is_said_to_be_unknown(tmp_path):

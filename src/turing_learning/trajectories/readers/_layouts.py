@@ -20,9 +20,12 @@ _LENGTHS = "|".join(CM_PER_UNIT)
 _UNIT = re.compile(rf"(.*?)(?:[ _]*[\[(]({_LENGTHS}|px|pixels?)[\])]|[ _/](mm|cm|m|um|px))")
 """A name with a unit at its end: x (cm), x [mm], x_cm, x/m."""
 _POSITION = re.compile(
-    r"(?:value\.)?(?:(?:pos(?:ition)?|cent(?:er|re|roid))[. _-]*|c)?([xyz])(?:[ _-]?(?:cent(?:er|re|roid)|pos(?:ition)?))?"
+    r"(?:value\.)?(?:(?:pos(?:ition)?|cent(?:er|re|roid))[. _-]*|c)?([xyz])(?:[ _-]?(?:cent(?:er|re|roid)|pos(?:ition)?|up))?"
 )
-"""A name of a coordinate without its unit: x, pos. x, position_x, centroid_x, cx, x center, value.centroid.x of Bonsai."""
+"""A name of a coordinate without its unit: x, pos. x, position_x, centroid_x, cx, x center, value.centroid.x of Bonsai,
+y up of tables of virtual animals."""
+UPWARDS = re.compile(r"y up .*")
+"""A name of y that states its direction: y up (cm)."""
 _ANGLES = {
     "x": re.compile(r"lon|lng|long|longitude|location[-_]long"),
     "y": re.compile(r"lat|latitude|location[-_]lat"),

@@ -22,7 +22,7 @@ from ._columns import (
     refuse_several,
     refuse_size,
 )
-from ._layouts import CM_PER_UNIT, TIDY, Layout, angles, plain_roles, unit_of
+from ._layouts import CM_PER_UNIT, TIDY, UPWARDS, Layout, angles, plain_roles, unit_of
 from ._places import projected, resampled
 from ._sheets import Sheet, number_of
 from ._times import (
@@ -278,7 +278,8 @@ class _LongTable:
     @property
     def y_axis(self) -> YAxis | None:
         """Direction of y in the file, None if it is not known."""
-        return "up" if self.options.project else self.layout.y_axis
+        upwards = UPWARDS.fullmatch(self.names_by_role.get("y", ""))
+        return "up" if self.options.project or upwards else self.layout.y_axis
 
     @property
     def unit(self) -> str | None:
