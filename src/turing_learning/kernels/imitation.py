@@ -501,6 +501,23 @@ def bend_inside(
 
 
 @inlined
+def along_wall(
+    tanks: Tanks, tank: int, x: float, y: float, angle: float, turn: float, length: float
+) -> float:
+    """Return the least angle (rad) by which a step has to be turned to stay in the tank, up to a quarter turn; 0 if none is.
+
+    `turn` (rad) is its own turn from the axis `angle` (rad), to whose side it is turned first.
+    """
+    first_side = -1.0 if turn < 0 else 1.0
+    for k in range(round(math.pi / 2 / BEND) + 1):
+        for side in (first_side, -first_side):
+            turned = angle + turn + side * k * BEND
+            if may_be_at(tanks, tank, x + length * math.cos(turned), y + length * math.sin(turned)):
+                return side * k * BEND
+    return 0.0
+
+
+@inlined
 def keeps_apart(
     path: np.ndarray, frame: int, i: int, new_x: float, new_y: float, closest: float
 ) -> bool:
@@ -782,6 +799,9 @@ def _move_range(
                     if not careful:
                         # the wall is everywhere ahead: a shorter step, in the end none
                         length *= 1.0 - (attempt - TRIES // 2) / (TRIES // 2 - 1)
+                        if leaving[m]:
+                            # whoever goes straight to a goal behind a wall would stand there for good
+                            bend = along_wall(tanks, tank, x, y, angle, pieces.turn[r], length)
                     new_x = x + length * math.cos(angle + bend + pieces.turn[r])
                     new_y = y + length * math.sin(angle + bend + pieces.turn[r])
                     outside = not may_be_at(tanks, tank, new_x, new_y)

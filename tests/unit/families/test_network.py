@@ -398,6 +398,27 @@ def test_people_keep_their_speed_and_their_way(people):
         assert (np.abs(ways) > 600).mean() > 0.9
 
 
+def test_nobody_stands_at_a_wall_in_front_of_a_goal_behind_it():
+    pytest.importorskip("torch")
+    rng = np.random.default_rng(2)
+    recording = passing()
+    positions = np.array(recording.positions)
+    # the corridor has a corner in its middle, around which people are led, each on a lane of its own
+    beyond = positions[..., 0] - 400
+    lane = positions[..., 1].copy()
+    behind = beyond > 0
+    positions[..., 0] = np.where(behind, 400 - lane, positions[..., 0] - lane)
+    positions[..., 1] = np.where(behind, beyond + lane, lane)
+    positions += rng.normal(0, 0.5, positions.shape)
+    positions[~recording.present] = 0
+    around = replace(recording, positions=positions)
+    network = Network.learned(around, around.windows(length_s=2), steps=100)
+    longer = replace(network, steps=600)
+    moved = longer.simulate(values(network, 4), np.random.default_rng(2))
+    steps = np.linalg.norm(np.diff(moved, axis=1), axis=-1)
+    assert (steps[np.isfinite(steps)] == 0).mean() < 0.001
+
+
 def test_another_tank_for_people_who_come_and_go_is_refused(people):
     _, network = people
     with pytest.raises(ValueError, match="`tank_cm` must be None, as individuals come and go"):
