@@ -117,7 +117,10 @@ def predictive_check(
         nearest = np.argsort(remoteness, kind="stable")[:NEIGHBORS]
         samples = np.concatenate((simulated, others[0][nearest]))
         models = np.concatenate((parameters, others[1][nearest]))
-    labels, table = window_statistics(np.concatenate((genuine, samples)), names)
+    # Samples of a run are stored in single precision. Ranks would tell equal values from these by
+    # their last digits, such as counts of 0.
+    stored = np.concatenate((genuine, samples)).astype(np.float32).astype(np.float64)
+    labels, table = window_statistics(stored, names)
     count = len(genuine)
     genuine_rows = table[:count]
     fresh_rows = table[count : count + len(simulated)]

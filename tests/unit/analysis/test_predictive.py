@@ -124,3 +124,27 @@ def test_few_samples_of_many_signals_do_not_reject_the_right_model():
         rejected += check.p_value < 0.01
     # before: eight of eight
     assert rejected <= 1
+
+
+def test_equal_values_of_the_right_model_are_not_told_by_their_precision():
+    # a run stores its samples in single precision, where a seventh is another number
+    def counts(parameters, rng):
+        return rng.poisson(parameters[:, :, None], (len(parameters), 30, 1)) - 1 / 7
+
+    p_values = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        genuine = counts(np.full((30, 1), 0.3), rng)
+        draws = np.abs(draws_around([0.3], 0.02, rng))
+        others = np.abs(draws_around([0.3], 0.1, rng))
+        result = predictive_check(
+            genuine,
+            counts(draws[:30], rng),
+            draws[:30],
+            draws,
+            names=("x",),
+            rng=rng,
+            others=(counts(others, rng).astype(np.float32), others),
+        )
+        p_values.append(result.p_value)
+    assert np.mean(np.array(p_values) <= 0.05) <= 0.15
