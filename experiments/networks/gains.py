@@ -4,10 +4,10 @@ A network learns from ten minutes of six animals of a composed family. Then othe
 and the gains of the network are inferred from them with the usual settings. Of which animals:
 
 * *network*: those that the network itself moves with half of the attraction. The truth of all gains is known.
-* *form of 0063*: the same before decision 0064. The code of this form is not there any more.
-* *elsewhere*: the same, but groups of models begin as in the recording that was learned from, not as in this one.
+* *elsewhere*: as *network*, but groups of models begin as in the recording that was learned from, not as in this one.
 * *samples*: the same animals again, but each window is of a group of its own that begins as in what was learned from.
 * *begun*: the same, but the groups begin as in the recording. So the model with the true gains is exactly right.
+* *form of 0063*: as *network*, before decision 0064. Its code is not there any more.
 * *equations*: those of the family, whose attraction was halved. Whether that is a gain of 0.5 is not known beforehand.
 
 Each case is a recording and a run with seeds of their own. Rows go to gains.csv, one for each case and gain; what is

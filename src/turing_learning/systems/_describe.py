@@ -177,6 +177,7 @@ NO_PRIOR = (
     "Classifiers judge models, and no prior enters the search: give two bounds, and where the first "
     "models shall be by `Parameter(low, high, initial=(...))`."
 )
+"""Why a prior is refused, and what to do instead."""
 
 
 def read_parameters(ranges: Any) -> dict[str, Parameter]:
