@@ -114,7 +114,9 @@ class PoseTopics:
         heading = math.atan2(
             2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y**2 + turn.z**2)
         )
-        seen.append((stamp_s, time.monotonic() - stamp_s, 100 * at.x, 100 * at.y, heading))
+        # a tracker that lost a robot may say so by a pose that is no number
+        if math.isfinite(at.x + at.y + heading):
+            seen.append((stamp_s, time.monotonic() - stamp_s, 100 * at.x, 100 * at.y, heading))
 
     def track(self, begin_s: float, images: int) -> Track:
         due_s = begin_s + self._interval_s * np.arange(images)

@@ -139,7 +139,7 @@ def delays(length: int) -> list[int]:
 def time_in_words(steps: float, interval_s: float) -> str:
     """Return a number of steps of a duration (s) in seconds, in steps where that is 0, as it is not known."""
     if interval_s == 0:
-        return f"{steps:.2g} steps"
+        return f"{float(f'{steps:.2g}'):g} steps"
     return f"{steps * interval_s:.2g} s"
 
 

@@ -30,6 +30,7 @@ from tracker_files import (
 from tracker_files import walk as short_walk
 
 import turing_learning as tl
+from turing_learning.errors import RefusedError
 from turing_learning.trajectories import load_trajectories
 
 SAID = {"pixels_per_cm": 10, "y_axis": "up"}
@@ -267,8 +268,22 @@ def test_times_with_two_decimals_state_the_rate(fps, tmp_path):
         np.testing.assert_array_equal(np.flatnonzero(~read.present), range(100, 160))
 
 
+@pytest.mark.parametrize("fps", [29.9, 30.1, 59.5])
+def test_rounded_times_of_a_short_file_leave_the_rate_to_the_user(fps, tmp_path):
+    rows = {
+        "frame": range(40),
+        "time": [f"{frame / fps:.2f}" for frame in range(40)],
+        "x": walk(frames=40)[:, 0, 0],
+        "y": walk(frames=40)[:, 0, 1],
+    }
+    path = write(tmp_path, pd.DataFrame(rows))
+    with pytest.raises(RefusedError, match="no rate is stated by times"):
+        load_trajectories(path, **SAID)
+    assert load_trajectories(path, fps=fps, **SAID).fps == fps
+
+
 def test_animalta_with_a_row_for_each_individual_is_read(tmp_path):
-    positions = walk(frames=60)[:, :3]
+    positions = walk(frames=400)[:, :3]
     lines = ["Frame;Time;Arena;Ind;X;Y"]
     for arena, ind, who in ((0, 0, 0), (0, 1, 1), (1, 0, 2)):
         for frame, (x, y) in enumerate(positions[:, who]):
@@ -297,7 +312,8 @@ def test_the_long_table_of_idtracker_ai_is_in_pixels_of_an_image(beside, tmp_pat
     if beside:
         (folder / "attributes.json").write_text(json.dumps({"frames_per_second": 28}))
     read = load_trajectories(tmp_path / "session_fish", pixels_per_cm=10)
-    assert (read.format, read.fps) == ("idtracker.ai-csv", 28)
+    assert read.format == "idtracker.ai-csv"
+    assert read.fps == pytest.approx(28, rel=1e-3)
     np.testing.assert_allclose(read.positions, positions * [0.1, -0.1])
 
 

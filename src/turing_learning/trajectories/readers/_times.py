@@ -55,6 +55,8 @@ VIDEO_RATES = (24.0, 25.0, 29.97, 30.0)
 USUAL_RATE = 30.0
 LATE = 0.25
 """Frames by which a time may be beside that of its frame."""
+CERTAIN = 2e-3
+"""Share of a rate by which the ends of a file may leave it open: rounded times state none otherwise."""
 TINY = 1e-300
 """Smallest rate of which a logarithm is taken."""
 MOST_TRIED = 20
@@ -80,11 +82,11 @@ def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
     if span <= 0:
         return None
     fps = float((frames[-1] - frames[0]) / span)
-    plain = _plain_rate(seconds, frames, fps) if fps > 0 else None
-    if plain is not None:
-        return plain
     late = (seconds - seconds[0]) * fps - (frames - frames[0])
-    return rounded(fps) if np.abs(late).max() < 0.1 else None
+    # Stored runs were begun with this rate, which has to stay as it is
+    if np.abs(late).max() < 0.1:
+        return rounded(fps)
+    return _plain_rate(seconds, frames, fps) if fps > 0 else None
 
 
 def _rounding(seconds: np.ndarray) -> float:
@@ -109,6 +111,9 @@ def _plain_rate(seconds: np.ndarray, frames: np.ndarray, fps: float) -> float | 
         return None
     # both ends may be off by a step
     uncertain = fps * 2 * step / float(np.ptp(seconds))
+    # in short files more than one plain rate may fit
+    if uncertain > CERTAIN * fps:
+        return None
     for digits in range(2, 6):
         unit = 10.0 ** (math.floor(math.log10(fps)) + 1 - digits)
         nearest = round(fps / unit)
@@ -249,10 +254,7 @@ def frames_at(
     if fps is not None:
         remedy = ["If the rate is another, correct ", Setting("fps"), ". ", *remedy]
     refuse_first(away > LATE, at, rule, times, tuple(remedy))
-    stated = None
-    if fps is None and span > 0:
-        numbers = np.round((moments - moments[0]) * rate)
-        stated = _plain_rate(moments, numbers, rate) or rounded(rate)
+    stated = rounded(rate) if fps is None and span > 0 else None
     return np.round(since * rate) + max(0, round(float(moments[0]) * rate)), stated
 
 
