@@ -323,6 +323,8 @@ class _Slot:
             self._ready = True
             if self._stopped:
                 self._send(_STOP)
+        # A script that cannot be imported says so before it has read all that is sent
+        with suppress(OSError):
             answer = _received(output)
         if answer is None:
             self.end()
