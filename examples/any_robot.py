@@ -42,7 +42,7 @@ class JsonRobot:
             self._arrived += data
         line, _, self._arrived = self._arrived.partition(b"\n")
         try:
-            message = {**json.loads(line)}
+            message = dict(**json.loads(line))  # a list or a number is no message
             if "signal" in message:
                 trial, sequence = int(message["trial"]), int(message["sequence"])
                 self._signals.append(

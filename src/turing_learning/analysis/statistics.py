@@ -116,7 +116,7 @@ def rhythm_statistic_names(names: Sequence[str], length: int, interval_s: float)
         period = time_in_words(length / (low + 1), interval_s)
         if high > low + 1:
             fast = length / high * (interval_s or 1.0)
-            period = f"{fast:.2g} to {period}"
+            period = f"{_in_short(fast)} to {period}"
         titles += [f"rhythm of {name}, {period}" for name in names]
     titles += [f"asymmetry of {name}" for name in names]
     titles += [f"rare large values of {name}" for name in names]
@@ -139,8 +139,15 @@ def delays(length: int) -> list[int]:
 def time_in_words(steps: float, interval_s: float) -> str:
     """Return a number of steps of a duration (s) in seconds, in steps where that is 0, as it is not known."""
     if interval_s == 0:
-        return f"{float(f'{steps:.2g}'):g} steps"
-    return f"{steps * interval_s:.2g} s"
+        return f"{_in_short(steps)} steps"
+    return f"{_in_short(steps * interval_s)} s"
+
+
+def _in_short(number: float) -> str:
+    """Return a number with two digits, or as a whole number where it has more."""
+    if number >= 99.5:
+        return f"{number:.0f}"
+    return f"{number:.2g}"
 
 
 def together(signal: str, partner: str, lag: int, interval_s: float) -> str:

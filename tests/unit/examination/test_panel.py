@@ -162,3 +162,9 @@ def test_times_are_steps_where_nobody_says_how_long_a_step_is():
     assert "rhythm of a, 10 s" in known
     assert len([name for name in unknown if name.endswith(" 2 steps later")]) > 0
     assert not [name for name in unknown if name.endswith(" s") or " s later" in name]
+
+
+def test_long_times_are_whole_numbers():
+    labels, _ = named_statistics(RNG.standard_normal((4, 300, 1)), ["a"], 0.0)
+    assert "rhythm of a, 300 steps" in labels
+    assert not [label for label in labels if "e+0" in label]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.collections import QuadMesh
 
 from turing_learning.families import Couzin, virtual_group
 from turing_learning.trajectories import Trajectories, response_figure, response_maps
@@ -81,6 +82,17 @@ def test_what_cannot_be_compared_or_drawn_is_refused(maps):
         response_maps([])
     with pytest.raises(ValueError, match="`maps` must be of one source"):
         response_figure({})
+
+
+def test_cells_of_few_moments_stay_empty_in_the_figure(maps):
+    assert np.sum((maps.moments > 0) & (maps.moments < 20)) > 0
+    assert np.sum((maps.wall_moments > 0) & (maps.wall_moments < 20)) > 0
+    meshes = []
+    for axes in response_figure({"Recorded": maps}).axes:
+        meshes += [mesh.get_array() for mesh in axes.collections if isinstance(mesh, QuadMesh)]
+    drawn = [np.ma.count(np.ma.masked_invalid(mesh)) for mesh in meshes[:3]]
+    cells, wall_cells = np.sum(maps.moments >= 20), np.sum(maps.wall_moments >= 20)
+    assert drawn == [cells, cells, wall_cells]
 
 
 def test_maps_are_drawn_side_by_side(maps, tmp_path):

@@ -34,9 +34,8 @@ STILL_RAD = 0.02  #: Change of a heading in a trial below which it is frozen
 STRETCHES = (5, 12, 25)
 BEND_RAD = 0.6  #: Turn of a course that headings follow, unless they are frozen
 CERTAIN = 4.0  #: Standard errors of a turn of a course, from which on it is one
-FROZEN_RAD = (
-    0.1  #: Turn of most headings meanwhile, below which they are frozen, whatever their noise
-)
+#: Turn of most headings meanwhile, below which they are frozen, whatever their noise
+FROZEN_RAD = 0.1
 LEAST_BENDS = 10  #: Courses that turn, before anything is said of them
 #: Mean resultant length below which headings that never change are not those of robots that drive straight
 DRIVEN = 0.98
@@ -92,6 +91,7 @@ _MISTAKES_OF_ONE: Mapping[str, Callable[[Wheels], Wheels]] = {
 """What may be wrong with one replica -> how wheel speeds that were seen become those that were sent."""
 
 FROZEN = "headings look frozen: they do not follow where robots drive. Check the tracker."
+UNCHANGED = "headings look frozen: nobody's has changed in any trial. Check the tracker."
 
 
 @dataclass(frozen=True)
@@ -155,8 +155,8 @@ class TrackCheck:
         turns = wrap(np.diff(poses[..., 2], axis=0))
         valid = track.present[1:] & track.present[:-1]
         length = np.hypot(steps[..., 0], steps[..., 1])
-        moving = valid & (length > MOVING * self._robot.maximum_speed_cm_s * track.interval_s)
         reach = self._robot.maximum_speed_cm_s * track.interval_s
+        moving = valid & (length > MOVING * reach)
         free = room_around(poses[..., :2], self._robot, self._arena) > reach
         return _Seen(
             along=np.arctan2(steps[..., 1], steps[..., 0]).T,
@@ -176,7 +176,7 @@ class TrackCheck:
         unchanged = max(trial.turned.max() for trial in self._trials) < STILL_RAD
         moving = np.concatenate([trial.moving.ravel() for trial in self._trials])
         if moving.sum() < LEAST_STEPS:
-            return FROZEN if unchanged else ""
+            return UNCHANGED if unchanged else ""
         all_along = np.concatenate([trial.along.ravel() for trial in self._trials])
         all_headings = np.concatenate([trial.heading.ravel() for trial in self._trials])
         # Twice the angle: forward and backward are the same

@@ -30,7 +30,6 @@ from ._times import (
     IN_UNITS,
     TIME,
     UNITS_OF_TIME,
-    UNSTATED,
     check_times,
     frames_at,
     per_second,
@@ -38,6 +37,7 @@ from ._times import (
     seconds_of,
     since_start,
     stated_rate,
+    unstated,
 )
 
 EXTRAS = {"heading": "headings", "confidence": "confidence"}
@@ -337,7 +337,7 @@ class _LongTable:
         remarks = [sheet.remark] if sheet.remark else []
         if self.clock and fps is None:
             spelled = sheet.names[self.names.index(self.clock[0])]
-            remarks.append(f"{UNSTATED}{spelled}: they are uneven, or count frames")
+            remarks.append(unstated(spelled))
         return _Moments(frames, fps, remarks)
 
     def _by_times(self) -> _Moments:

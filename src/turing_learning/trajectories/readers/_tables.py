@@ -46,13 +46,13 @@ from ._sheets import Sheet, TableText, number_of, separator_of, sheet_of, text_s
 from ._times import (
     FARTHEST,
     TIME,
-    UNSTATED,
     check_rate,
     check_times,
     per_second,
     rounded,
     seconds_of,
     stated_rate,
+    unstated,
 )
 
 if TYPE_CHECKING:
@@ -266,7 +266,7 @@ def read_wide(
                 rate = rounded(stated * per_second(stated, options.fps, sheet.origin, name))
             else:
                 name = sheet.names[clocks["time"]]
-                remarks += (f"{UNSTATED}{name}: they are uneven, or count frames",)
+                remarks += (unstated(name),)
     if options.resample is not None:
         got = f"{options.resample:g}"
         refuse(

@@ -45,7 +45,7 @@ UNITS_OF_TIME = {
 }  # fmt: skip
 """Units of times in header lines -> names of `IN_UNITS`; empty where times count frames."""
 UNSTATED = "no rate is stated by times in the column "
-"""How a remark begins that says so of times beside frame numbers."""
+"""How `unstated` begins."""
 LARGEST_START_S = 1e8
 """First time (s) from which on times count since another age, as those of computers since 1970."""
 PER_SECOND = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600, "days": 1 / 86400}
@@ -87,6 +87,11 @@ def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
     if np.abs(late).max() < 0.1:
         return rounded(fps)
     return _plain_rate(seconds, frames, fps) if fps > 0 else None
+
+
+def unstated(column: str) -> str:
+    """Return the remark on a column of times beside frame numbers that states no rate."""
+    return f"{UNSTATED}{column}: they are uneven, rounded too far, or count frames"
 
 
 def _rounding(seconds: np.ndarray) -> float:
