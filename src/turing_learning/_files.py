@@ -136,7 +136,6 @@ class Seals:
         return bool(self._digests.get(name))
 
     def names(self) -> list[str]:
-        """Return the names of all sealed files."""
         return [name for name, digests in self._digests.items() if digests]
 
     def fits(self, name: str, digest: str) -> bool:
@@ -193,11 +192,9 @@ class Seals:
 
 
 def digest_of(content: bytes | memoryview) -> str:
-    """Return the SHA-256 of bytes."""
     return hashlib.sha256(content).hexdigest()
 
 
 def file_digest(path: Path) -> str:
-    """Return the SHA-256 of a file."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -207,13 +207,8 @@ def optional(module: str, name: str, extra: str) -> ModuleType:
 
     Raise `MissingExtraError` with the command that installs it.
     """
-    try:
-        return import_module(module)
-    except ImportError as error:
-        command = f"pip install 'turing-learning[{extra}]'"
-        raise MissingExtraError(
-            f"{name} must be installed; got no such module. Run: {command}"
-        ) from error
+    require_extras((module, name, extra))
+    return import_module(module)
 
 
 def require_extras(*libraries: tuple[str, str, str]) -> None:

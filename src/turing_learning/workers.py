@@ -258,7 +258,10 @@ class _Slot:
             if answer is None or late:
                 self.end()
             if answer is not None:
-                return _result(answer)
+                succeeded, result = pickle.loads(answer)  # noqa: S301 - from a process of our own
+                if not succeeded:
+                    raise result
+                return result
             if late:
                 raise TimeoutError(f"it took longer than {self._timeout_s:g} s")
             status = "killed on demand"
@@ -374,13 +377,6 @@ class _Slot:
         process = self._process
         if process is not None:
             process.kill()
-
-
-def _result(answer: bytes) -> Any:
-    succeeded, result = pickle.loads(answer)  # noqa: S301 - from a process of our own
-    if not succeeded:
-        raise result
-    return result
 
 
 def _expire(process: "subprocess.Popen[bytes]", late: threading.Event) -> None:

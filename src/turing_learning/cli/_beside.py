@@ -87,7 +87,6 @@ def reproduce(
 def _repeated(
     experiment: str, fast: bool, as_printed: bool, out: Path | None, workers: int | None
 ) -> "tuple[tl.reproduction.Standing, ...]":
-    """Repeat experiments, and return their standings."""
     ahead = "the same command resumes"
     try:
         with stopping(ahead) as should_stop:

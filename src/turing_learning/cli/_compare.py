@@ -95,7 +95,6 @@ def compare(
 
 
 def resume_comparison(path: Path, threads: int | None, callers: Callers) -> None:
-    """Go on with the comparison in a folder."""
     content = tl.comparison.remembered_comparison(path)
     _conduct(content, path, threads, callers)
 
@@ -159,7 +158,6 @@ def _conduct(
 def _finished(
     paths: tuple[Path, ...], seed: int, quick: bool, out: Path | None, force: bool, as_json: bool
 ) -> None:
-    """Compare finished runs."""
     from turing_learning.comparison.present import comparison_page
     from turing_learning.targets import refuse_target
 

@@ -115,9 +115,8 @@ def _run(arguments: list[str]) -> int:
         tl.runs.RunStorageError,
         tl.systems.CustomSystemError,
         tl.studies.ExecutorError,
+        tl.robots.LaboratoryError,
     ) as error:
-        return _say(f"error: {error}", FAILED)
-    except tl.robots.LaboratoryError as error:
         return _say(f"error: {error}", FAILED)
     except OSError as error:
         return _say(f"error: {_of_files(error)}", FAILED)

@@ -65,7 +65,6 @@ class StopRequest:
         self._announce = announce
 
     def __call__(self) -> bool:
-        """Return whether the run should stop."""
         return self._asked
 
     def receive(self, number: int, frame: FrameType | None) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..errors import integer, require
+from ..errors import integer
 from ..evolution import Seed, check_seed, generation_rng, state_arrays
 
 
@@ -65,17 +65,6 @@ class ClassifierArchive:
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state."""
-        genomes, shares, admitted = state_arrays(
-            state, {"genomes": "B Q", "specificity": "B", "seen": ""}
-        ).values()
-        rule = f"be at most {self.capacity} classifiers (B, Q)"
-        require(len(genomes) <= self.capacity, "state['genomes']", rule, f"shape {genomes.shape}")
-        require(
-            ((shares >= 0) & (shares <= 1)).all(),
-            "state['specificity']",
-            "be shares from 0 to 1",
-            shares.tolist(),
-        )
-        self.genomes = genomes
-        self.specificity = shares
-        self._seen = int(admitted)
+        shapes = {"genomes": "B Q", "specificity": "B", "seen": ""}
+        self.genomes, self.specificity, seen = state_arrays(state, shapes).values()
+        self._seen = int(seen)

@@ -61,9 +61,8 @@ class Case:
     """
 
     windows: np.ndarray  # (W, T, D)
-    recording: int | None = (
-        None  # of the normal recordings, among whose individuals it is; None: alone
-    )
+    # of the normal recordings, among whose individuals it is; None: alone
+    recording: int | None = None
     index: int = 0  # of the individual in whose stead it is
     kind: str = ""
 

@@ -51,9 +51,8 @@ class Detection:
 
     #: The first is the one to read: motion statistics, unless another method tells known cases clearly better
     rankings: tuple[Ranking, ...]
-    false_alarms: (
-        float  #: Share of normal individuals that may be called abnormal, as it was asked for
-    )
+    #: Share of normal individuals that may be called abnormal, as it was asked for
+    false_alarms: float
     level: float | None  #: The share that can be promised; None if none can
     normal: int  #: Number of normal individuals
     #: Number of recordings that these are from; 0 where all are of one pool
@@ -147,8 +146,6 @@ class Detection:
 
 @dataclass(frozen=True, eq=False)
 class MethodScores:
-    """The scores that a method gives."""
-
     name: str  # of the method
     # (W,) of each individual that is judged: what its windows add
     shares: list[np.ndarray]

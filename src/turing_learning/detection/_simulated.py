@@ -42,7 +42,6 @@ class SimulatedBehaviors:
 
 
 def stream(seed: int, purpose: int) -> np.random.Generator:
-    """Return the random numbers of one purpose."""
     integer("seed", seed, 0, error=ConfigurationError)
     return np.random.default_rng((DETECTION, seed, purpose))
 

@@ -355,7 +355,6 @@ class Detector:
 
 
 def check_rule(rule: str) -> None:
-    """Reject what is no rule."""
     check(rule in RULES, "rule", "be one of the rules", repr(rule), nearest(rule, RULES))
 
 

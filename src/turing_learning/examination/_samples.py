@@ -45,15 +45,8 @@ class Side:
 
     def taken(self, rows: np.ndarray) -> "Side":
         """Return some of the samples."""
-        paths = None if self.paths is None else self.paths[rows]
-        return Side(
-            samples=self.samples[rows],
-            recording=self.recording[rows],
-            individual=self.individual[rows],
-            start=self.start[rows],
-            block=self.block[rows],
-            paths=paths,
-        )
+        taken = {name: array[rows] for name, array in vars(self).items() if array is not None}
+        return Side(**taken)
 
     def owners(self, grouping: str) -> np.ndarray:
         """Return labels (K,) of the groups: "recordings", "individuals" or "blocks of time"."""
@@ -208,7 +201,6 @@ def _names(
 
 
 def _steps(every: Sequence[Trajectories], window_s: float | None) -> int:
-    """Return the steps of a sample."""
     fps = every[0].fps
     if window_s is not None:
         steps = round(window_s * fps)
@@ -222,7 +214,6 @@ def _steps(every: Sequence[Trajectories], window_s: float | None) -> int:
 def _cut(
     recording: Trajectories, number: int, names: tuple[str, ...], steps: int, smooth_frames: int
 ) -> Side:
-    """Cut one recording into samples."""
     individual_names = [name for name in names if name in SIGNALS]
     windows = recording.windows(
         steps, signals=individual_names or ["speed"], hold_out=0.0, smooth_frames=smooth_frames
@@ -280,7 +271,7 @@ def _of_group(recording: Trajectories, name: str) -> np.ndarray:
 
 def _joined(sides: Sequence[Side]) -> Side:
     arrays = {}
-    for name in ("samples", "recording", "individual", "start", "block", "paths"):
+    for name in vars(sides[0]):
         arrays[name] = np.concatenate([getattr(side, name) for side in sides])
     return Side(**arrays)
 

@@ -27,6 +27,15 @@ Motion = np.ndarray | Trajectories | Sequence[Trajectories]
 FEWEST_HALVED = 6
 """Groups of real samples that are halved for the control; with fewer, blocks of time are."""
 
+ABOUT_GROUPS = {
+    "recordings": "Groups are recordings.",
+    "individuals": "Groups are individuals: what all of one recording share counts as a difference.",
+    "blocks of time": "Groups are blocks of time: lasting differences between individuals count as differences.",
+    "samples": "Each sample is a group: name `groups` if some belong together.",
+    "groups": "Groups are those that were named.",
+}
+"""What to know about the groups."""
+
 
 @dataclass(frozen=True, repr=False)
 class TuringTest(Tabular):
@@ -36,9 +45,8 @@ class TuringTest(Tabular):
     signals: tuple[str, ...]  #: That it saw
     #: What gives the simulated samples away, the most telling statistics first
     telling: tuple[Telling, ...]
-    control: Examined | None = (
-        None  #: The same test of one half of the real groups against the other
-    )
+    #: The same test of one half of the real groups against the other
+    control: Examined | None = None
     remarks: tuple[str, ...] = ()  #: How samples were made, a sentence each
     windows: LabelledWindows | None = field(default=None, compare=False)  #: The samples
     #: Of real and simulated samples (K, T + 1, 2)
@@ -275,7 +283,7 @@ def _tested(
         signals=pair.names,
         telling=telling,
         control=between_halves,
-        remarks=(*pair.remarks, *_remarks(grouping)),
+        remarks=(*pair.remarks, ABOUT_GROUPS[grouping]),
         windows=windows,
         paths=(pair.real.paths, pair.simulated.paths),
     )
@@ -361,15 +369,3 @@ def _control(
         (int(in_half.sum()), int((~in_half).sum())), (owners[in_half], owners[~in_half])
     )
     return examine_views(_views(split, QUICK, seed), numbers, grouping, QUICK, permutations, seed)
-
-
-def _remarks(grouping: str) -> list[str]:
-    """Return what to know about the groups."""
-    about = {
-        "recordings": "Groups are recordings.",
-        "individuals": "Groups are individuals: what all of one recording share counts as a difference.",
-        "blocks of time": "Groups are blocks of time: lasting differences between individuals count as differences.",
-        "samples": "Each sample is a group: name `groups` if some belong together.",
-        "groups": "Groups are those that were named.",
-    }
-    return [about[grouping]]

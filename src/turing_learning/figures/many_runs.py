@@ -17,6 +17,7 @@ from .style import (
     ORANGE,
     RULE,
     SKY,
+    TRUE_VALUE,
     draw_line,
     note,
     one_panel,
@@ -101,16 +102,8 @@ def box_panels_figure(
     for axes, values in zip(panels.axes, groups.values(), strict=True):
         _draw_boxes(axes, list(values.T), names=names)
         if true_values:
-            axes.hlines(
-                true_values,
-                centers - 0.42,
-                centers + 0.42,
-                label="true value",
-                zorder=3,
-                color=INK,
-                linewidth=1.1,
-                linestyle=DASHED,
-            )
+            ends = (centers - 0.42, centers + 0.42)
+            axes.hlines(true_values, *ends, label="true value", zorder=3, **TRUE_VALUE)
         limits.append(_limits(axes, values, true_values))
     panels.label(quantity, "Parameter")
     lows, highs = zip(*limits, strict=True)
@@ -177,7 +170,7 @@ def dispersion_figure(
     numbers = range(1, len(models) + 1)
     _draw_boxes(axes, [agents], positions=[0], color=INK, facecolor="#c9ced4", hatch="////")
     _draw_boxes(axes, list(models), positions=numbers, facecolor="white")
-    axes.axhline(least_possible, color=INK, linewidth=1.1, linestyle=DASHED, label="least possible")
+    axes.axhline(least_possible, label="least possible", **TRUE_VALUE)
     axes.set_xlim(-0.9, len(models) + 0.9)
     # With many models few numbers are named, so that "agents" has room.
     named = [k for k in numbers if len(models) <= LEVEL_LABELS or k % 5 == 0]
@@ -232,13 +225,8 @@ def convergence_figure(
         for k, name in enumerate(names):
             draw_line(axes, values[:, k], trials, linewidth=1.3, label=name, **series(k))
             if truth is not None:
-                axes.axhline(
-                    truth[k],
-                    color=series(k)["color"],
-                    linewidth=0.7,
-                    linestyle=(0, (2, 3)),
-                    label="_",
-                )
+                look = {"color": series(k)["color"], "linewidth": 0.7, "linestyle": (0, (2, 3))}
+                axes.axhline(truth[k], label="_", **look)
     panels.over_generations("Median over the runs", len(values), trials)
     return panels.with_legend(ncols=min(len(names), 6))
 
@@ -284,24 +272,9 @@ def prediction_figure(
     low, middle, high = np.quantile(values, (0.25, 0.5, 0.75), axis=0)
     centers = np.arange(len(names))
     panels, axes = one_panel(max(4.2, 0.8 * len(names) + 1.4), 3.2)
-    axes.hlines(
-        truth,
-        centers - 0.36,
-        centers + 0.36,
-        color=INK,
-        linewidth=1.1,
-        linestyle=DASHED,
-        label="true value",
-    )
-    axes.plot(
-        centers - 0.14,
-        predicted,
-        "D",
-        color=ORANGE,
-        markersize=6,
-        markerfacecolor="none",
-        label="predicted",
-    )
+    axes.hlines(truth, centers - 0.36, centers + 0.36, label="true value", **TRUE_VALUE)
+    look: dict[str, Any] = {"color": ORANGE, "markersize": 6, "markerfacecolor": "none"}
+    axes.plot(centers - 0.14, predicted, "D", label="predicted", **look)
     axes.errorbar(
         centers + 0.14, middle, np.stack([middle - low, high - middle]),
         fmt="o", color=BLUE, ecolor=SKY, markersize=5, capsize=3, label="inferred: median, quartiles",
@@ -328,15 +301,8 @@ def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) 
             for trials in sorted(errors):
                 axes.plot(np.full(len(errors[trials]), trials), errors[trials], marker, **dots)
             medians = [float(np.median(errors[trials])) for trials in sorted(errors)]
-            axes.plot(
-                sorted(errors),
-                medians,
-                marker=marker,
-                markersize=5.5,
-                linewidth=1.3,
-                label=name,
-                **look,
-            )
+            look |= {"marker": marker, "markersize": 5.5, "linewidth": 1.3}
+            axes.plot(sorted(errors), medians, label=name, **look)
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.0f}"))
     row.label("Mean absolute error", "Trials")
@@ -357,22 +323,15 @@ def dynamic_outputs_figure(
     """
     panels = panel_row(list(outputs), max(3.6, 2.7 * len(outputs)), 3.0)
     steps = np.arange(1, len(readings) + 1)
+    dashed: dict[str, Any] = {"linewidth": 1.0, "linestyle": DASHED}
+    dots: dict[str, Any] = {"markersize": 3, "linewidth": 1.2}
     for axes, values in zip(panels.axes, outputs.values(), strict=True):
         for step in steps[readings != 0]:
             axes.axvspan(step - 0.5, step + 0.5, color=RULE, alpha=0.6, linewidth=0, zorder=0)
         for side, color, name in ((0, BLUE, "left wheel"), (1, ORANGE, "right wheel")):
-            axes.plot(
-                steps,
-                truth[:, side],
-                color=color,
-                linewidth=1.0,
-                linestyle=DASHED,
-                drawstyle="steps-mid",
-            )
-            axes.plot(
-                steps, values[:, side], "o-", color=color, markersize=3, linewidth=1.2, label=name
-            )
-        axes.plot([], [], color=MUTED, linewidth=1.0, linestyle=DASHED, label="agents")
+            axes.plot(steps, truth[:, side], color=color, drawstyle="steps-mid", **dashed)
+            axes.plot(steps, values[:, side], "o-", color=color, label=name, **dots)
+        axes.plot([], [], color=MUTED, label="agents", **dashed)
         axes.axvspan(0, 0, color=RULE, alpha=0.6, linewidth=0, label="I = 1")
         axes.set_xlim(0.5, len(steps) + 0.5)
     panels.label("Output", "Time step")

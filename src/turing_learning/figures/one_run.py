@@ -22,6 +22,7 @@ from .style import (
     ORANGE,
     RULE,
     SKY,
+    TRUE_VALUE,
     Panels,
     draw_line,
     new_figure,
@@ -69,7 +70,7 @@ def parameters_figure(
         values = np.concatenate([best, typical])
         limits = np.percentile(values, CENTRAL_PERCENTILES)
         if truth is not None:
-            axes.axhline(truth[k], color=INK, linewidth=1.1, linestyle=DASHED, label="true value")
+            axes.axhline(truth[k], label="true value", **TRUE_VALUE)
             limits = np.append(limits, truth[k])
         low, high = limits.min(), limits.max()
         # a constant has no extent: a margin of its size keeps the axis from being empty

@@ -30,6 +30,9 @@ PAGE_COLORS = {
 DASHED = (0, (4, 2.5))
 """Line style of true values and limits."""
 
+TRUE_VALUE: dict[str, Any] = {"color": INK, "linewidth": 1.1, "linestyle": DASHED}
+"""Look of lines at true values, and at the best that there can be."""
+
 _COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER)
 _DASHES: tuple[Any, ...] = (
     "-",
@@ -180,16 +183,8 @@ def label(axes: "Axes", y: str, x: str) -> None:
 
 def note(axes: "Axes", text: str, *, height: float = 1.02) -> None:
     """Write a remark above the right end of a panel."""
-    axes.text(
-        1,
-        height,
-        text,
-        transform=axes.transAxes,
-        ha="right",
-        va="bottom",
-        fontsize=7.5,
-        color=MUTED,
-    )
+    look: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": 7.5, "color": MUTED}
+    axes.text(1, height, text, transform=axes.transAxes, **look)
 
 
 def draw_line(

@@ -8,7 +8,7 @@ import numpy as np
 from turing_learning.arrays import array
 from turing_learning.errors import integer
 
-from .style import BLUE, DASHED, GREEN, INK, MUTED, ORANGE, Panels, label, new_figure, panel_row
+from .style import BLUE, GREEN, INK, MUTED, ORANGE, TRUE_VALUE, Panels, label, new_figure, panel_row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -193,9 +193,7 @@ def gathering_figure(
                 times_s, mean - deviation, mean + deviation, color=color, alpha=0.15, linewidth=0
             )
             axes.plot(times_s, mean, color=color, linestyle=dashes, linewidth=1.4, label=name)
-        axes.axhline(
-            limits[quantity], color=INK, linewidth=1.1, linestyle=DASHED, label="best possible"
-        )
+        axes.axhline(limits[quantity], label="best possible", **TRUE_VALUE)
         axes.set_xlim(0, times_s[-1])
         axes.set_ylim(bottom=0)
         label(axes, quantity, "Time (s)")

@@ -231,9 +231,8 @@ class PinnedDown:
     open_share: float | None
     #: Largest error of the recoveries; None without recovery
     recovery_error: float | None
-    bound: str = (
-        ""  #: The bound that the estimate sits at, in words, such as "6 rad/s"; empty for none
-    )
+    #: The bound that the estimate sits at, in words, such as "6 rad/s"; empty for none
+    bound: str = ""
     #: Whether a panel tells the model from the samples: nothing is known of the parameters of a model that is wrong
     rejected: bool = False
     #: Of a run of trials: whether values below the estimate, and above it, are shown to fit worse. Only a parameter of

@@ -556,7 +556,6 @@ def describe_stimulated(
 
 
 def _stimulus_of(settings: Mapping[str, Any]) -> Stimulus:
-    """Return the stimuli that options describe."""
     ranges = settings["stimulus"]
     if isinstance(ranges, Mapping):
         checked = {}

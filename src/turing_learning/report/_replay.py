@@ -243,13 +243,8 @@ def write_mp4(
 
     Parameters
     ----------
-    replay
-        What to show.
-    path
-        The file, in an existing folder; one that exists is replaced. It appears complete or not at
-        all.
-    speed
-        Seconds of the swarm's time in one second of film, > 0.
+    replay, path, speed
+        As for `write_gif`.
     frames_per_second
         Frames per second, 1 to 120.
 

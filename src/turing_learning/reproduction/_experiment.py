@@ -349,7 +349,6 @@ class Runs:
 
 
 def seeds_of(sizes: Sizes) -> range:
-    """Return the seeds of runs."""
     return range(sizes["first_seed"], sizes["first_seed"] + sizes["runs"])
 
 

@@ -125,9 +125,8 @@ class StatementCheck:
 
     statement: str  # in the paper's numbering
     cases: int
-    difference: (
-        float  # largest distance of a minimum that was searched for from the one that is stated
-    )
+    # largest distance of a minimum that was searched for from the one that is stated
+    difference: float
     distance: float  # smallest distance of that minimum from the agent's outputs
 
     @property

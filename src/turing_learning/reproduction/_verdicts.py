@@ -168,7 +168,6 @@ def shares_not_worse(share: float, runs: int, printed: float, printed_runs: int)
 
 
 def valued(names: Sequence[str], values: Iterable[float], form: str = ".2f") -> str:
-    """Return names with values."""
     return ", ".join(f"{name} {value:{form}}" for name, value in zip(names, values, strict=True))
 
 

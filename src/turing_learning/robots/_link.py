@@ -294,9 +294,8 @@ class EPuck(Replica):
         self._retries = integer("retries", retries)
         self._signals: deque[Signal] = deque(maxlen=_MOST_SIGNALS)
         self.garbled = self.reconnections = 0
-        self._refused = (
-            0  # how often a command, since it was first sent, was answered as one that is not known
-        )
+        # how often a command, since it was first sent, was answered as one that is not known
+        self._refused = 0
 
     def version(self) -> str:
         """Return the version of the robot's protocol."""

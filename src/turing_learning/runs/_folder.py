@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning._files import PARTIAL, digest_of, remove_partial, write_atomically
+from turing_learning._files import digest_of, remove_partial, write_atomically
 from turing_learning.config import Configuration, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, refusing_as
 from turing_learning.evolution import state_part
@@ -366,20 +366,11 @@ class RunFolder(Store):
 
     def foreign_names(self) -> list[str]:
         """Return the names in the folder that are not of a run that has only been begun."""
-        begun = {
-            self.configuration_path.name,
-            LABORATORY,
-            CAMERA,
-            NETWORK,
-            "seals.txt",
-            self.lock_path.name,
-        }
-        if not self.lock_path.exists():
-            begun = set()
-        if not self.path.exists():
-            return []
-        names = {path.name for path in self.path.iterdir()}
-        return sorted(name for name in names - begun if not name.endswith(PARTIAL))
+        names = super().foreign_names()
+        if self.lock_path.exists():
+            begun = {self.configuration_path.name, LABORATORY, CAMERA, NETWORK}
+            names = [name for name in names if name not in begun]
+        return names
 
     def storage(self) -> AbstractContextManager[None]:
         """Say of a folder that cannot be written any further how to resume its run, which needs nothing else."""
@@ -472,7 +463,6 @@ def stored_generations(folder: Path) -> int:
 
 
 def discard_checkpoints(folder: Path, above: int) -> None:
-    """Remove checkpoints of more than `above` generations."""
     for path in [path for generation, path in _newest_first(folder) if generation > above]:
         path.unlink(missing_ok=True)
 

@@ -74,7 +74,6 @@ class Generations:
 
     @property
     def completed(self) -> int:
-        """Number of completed generations."""
         return self.coevolution.generation
 
     def step(self) -> Generation:
@@ -89,11 +88,9 @@ class Generations:
     readout = take_rows
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return all that is needed to resume."""
         return self.coevolution.state()
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Take over a state."""
         self.coevolution.restore(state)
 
 
@@ -148,7 +145,6 @@ class TrialsLoop:
 
     @property
     def completed(self) -> int:
-        """Number of completed batches."""
         return self.trials.batches
 
     @property

@@ -240,7 +240,6 @@ def stored_checkpoint(folder: RunFolder, configuration: Configuration) -> Checkp
 def traces_of(
     checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration
 ) -> histories.Traces:
-    """Return the traces up to a checkpoint."""
     traces = histories.Traces(configuration.length, len(configuration.parameter_names))
     traces.restore(folder.traces(checkpoint) or {})
     return traces

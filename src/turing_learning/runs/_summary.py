@@ -91,7 +91,6 @@ def summarize(traces: Traces, ending: Ending, record: Record) -> Result:
 
 
 def _posterior(traces: Traces, ending: Ending, record: Record) -> Posterior:
-    """Return the result of a run of trials."""
     configuration = record.configuration
     names = configuration.scenario.parameter_names
     window = configuration.run.estimated_from(traces.completed)
@@ -159,7 +158,6 @@ def _covariance(names: tuple[str, ...], draws: np.ndarray) -> dict[str, dict[str
 
 
 def _evolution(traces: Traces, ending: Ending, record: Record) -> Evolution:
-    """Return the result of a run of generations."""
     configuration = record.configuration
     names = configuration.scenario.parameter_names
     window = configuration.run.estimated_from(traces.completed)

@@ -105,12 +105,10 @@ def _count_running(futures: Iterable["Future[str]"]) -> int:
 class Backend:
     """Who executes the runs."""
 
-    submit: (
-        "Callable[[str, int, str], Future[str]]"  # takes what `execute` does but for `should_stop`
-    )
-    running: Callable[[Iterable["Future[str]"]], int] = (
-        _count_running  # how many are being executed
-    )
+    # takes what `execute` does but for `should_stop`
+    submit: "Callable[[str, int, str], Future[str]]"
+    # how many are being executed
+    running: Callable[[Iterable["Future[str]"]], int] = _count_running
     # Ends all at once, where that is possible
     kill: Callable[[], None] = lambda: None
 

@@ -77,7 +77,6 @@ class Plan:
         return range(1, len(self) + 1)
 
     def configuration(self, number: int) -> Configuration:
-        """Return the configuration of a run."""
         return with_settings(self.base, self.settings[number - 1])
 
     def group(self, number: int) -> dict[str, Any]:

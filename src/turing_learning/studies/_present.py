@@ -93,7 +93,6 @@ def label(group: Mapping[str, Any]) -> str:
 
 
 def study_report(result: StudyResult, plan: Plan, drawings: Sequence[Picture]) -> str:
-    """Return the page of a study."""
     missing = []
     if result.failed:
         missing.append(f"{report.counted(len(result.failed), 'run')} failed")

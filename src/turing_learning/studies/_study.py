@@ -353,7 +353,6 @@ class StudyExecution:
         self._ended_since_report.append(self._ended[number])
 
     def progress(self, running: int) -> StudyProgress:
-        """Return how far the study is."""
         finished = tuple(self._ended_since_report)
         self._ended_since_report = []
         complete = [run for run in self._ended.values() if run.complete]

@@ -317,7 +317,6 @@ def tracked_speeds(scenario: Scenario, poses: np.ndarray, keys: np.ndarray) -> n
 
 
 def _wrapped(angles: np.ndarray) -> np.ndarray:
-    """Return angles in [-pi, pi)."""
     return (angles + math.pi) % (2 * math.pi) - math.pi
 
 

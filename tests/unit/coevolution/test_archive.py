@@ -45,26 +45,10 @@ def test_a_capacity_below_one_is_refused():
         ClassifierArchive(0, seed=1)
 
 
-@pytest.mark.parametrize(
-    ("state", "message"),
-    [
-        (
-            {"genomes": np.zeros((2, 3))},
-            r"`state` must hold an array 'specificity'; got \['genomes'\]",
-        ),
-        (
-            {"genomes": np.zeros((2, 3)), "specificity": np.full(2, 1.5), "seen": np.array(2)},
-            r"`state\['specificity'\]` must be shares from 0 to 1; got \[1.5, 1.5\]",
-        ),
-        (
-            {"genomes": np.zeros((9, 3)), "specificity": np.ones(9), "seen": np.array(9)},
-            r"at most 4 classifiers .* got shape \(9, 3\)",
-        ),
-    ],
-)
-def test_a_state_that_does_not_fit_is_refused(state, message):
+def test_a_state_that_lacks_an_array_is_refused():
+    message = r"`state` must hold an array 'specificity'; got \['genomes'\]"
     with pytest.raises(ValueError, match=message):
-        ClassifierArchive(4, seed=1).restore(state)
+        ClassifierArchive(4, seed=1).restore({"genomes": np.zeros((2, 3))})
 
 
 def judgments(referees=None, specificity=None):

@@ -187,10 +187,10 @@ def _show_networks(findings: Findings, preset: str, outcomes: Sequence[NetworkRu
     findings.picture("{preset}-dynamic-outputs", NETWORKS, curves, **words)
 
 
-def settling(outputs: np.ndarray, readings: np.ndarray = READINGS) -> int:
+def settling(outputs: np.ndarray) -> int:
     """Return in which step after a change of the reading, from 1, outputs (T, 2) are near where they end."""
     slowest = 1
-    for phase in np.split(outputs, np.flatnonzero(np.diff(readings)) + 1):
+    for phase in np.split(outputs, np.flatnonzero(np.diff(READINGS)) + 1):
         astray = np.flatnonzero((np.abs(phase - phase[-1]) > NEAR_TRUTH).any(axis=1))
         if astray.size:
             slowest = max(slowest, int(astray[-1]) + 2)

@@ -352,9 +352,8 @@ class Conditions:
     """What is not ideal in a laboratory."""
 
     clock_drift: float = 5e-5  #: Largest relative error of a robot's clock
-    battery_s: float = (
-        6000.0  #: How long the weakest battery lasts; the best lasts 1.4 times as long
-    )
+    #: How long the weakest battery lasts; the best lasts 1.4 times as long
+    battery_s: float = 6000.0
     #: Shortest and longest time that bytes take between a robot and the PC
     latency_s: tuple[float, float] = (0.01, 0.04)
     intervention_s: float = 60.0  #: How long the operator needs when asked
@@ -362,9 +361,8 @@ class Conditions:
     camera_lag_s: float = 0.037
     #: Whether robots begin their control cycles at moments of their own, which stay the same, as real ones do
     own_phases: bool = True
-    period_spread: float = (
-        0.005  #: Largest relative error of a robot's control cycle; only with phases of their own
-    )
+    #: Largest relative error of a robot's control cycle; only with phases of their own
+    period_spread: float = 0.005
     optics: Optics = field(default_factory=Optics)  #: Of the camera
 
     def __post_init__(self) -> None:

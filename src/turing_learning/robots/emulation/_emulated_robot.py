@@ -35,9 +35,8 @@ LARGEST_NUMBER = 32767
 LARGEST_IMAGE = 38_400
 # mode (color), width, height, zoom; also where a larger one is asked for
 _USUAL_IMAGE = (1, 40, 40, 8)
-LARGEST_ANSWER = (
-    65_536  #: Bytes that wait to be sent; what goes beyond is lost, as on a line that is full
-)
+#: Bytes that wait to be sent; what goes beyond is lost, as on a line that is full
+LARGEST_ANSWER = 65_536
 # What `sscanf(",%d")` of the firmware reads
 _NUMBER = re.compile(r",[ \t\n\v\f\r]*([+-]?[0-9]+)")
 _LOGGER = logging.getLogger(__name__)

@@ -26,9 +26,8 @@ from ._emulated_robot import ALONE_S, FULL_SPEED, GREETING, STILL, Body, Emulate
 
 _PAUSE_S = 0.05  # between the pieces of a spoiled answer
 _POLL_S, _WRITING_S = 0.02, 1.0
-IDLE_S = (
-    5.0  # a client that has said nothing that makes sense for so long gives way to the next one
-)
+# a client that has said nothing that makes sense for so long gives way to the next one
+IDLE_S = 5.0
 _WATCHING_S = 0.2
 _STOPPING_TRIES = 20  # at the end, where a body takes no command
 _LOGGER = logging.getLogger(__name__)

@@ -343,9 +343,8 @@ IMAGES = 20  #: Taken to measure the camera's rate
 RATE_TOLERANCE = 0.1
 #: A PC that is busy for a moment takes images late, and then many at once
 RATE_TRIES = 5
-LANDMARK_CM = (
-    1.0  #: Largest distance between where a landmark lies by the file and where it is seen
-)
+#: Largest distance between where a landmark lies by the file and where it is seen
+LANDMARK_CM = 1.0
 
 
 @dataclass(frozen=True)

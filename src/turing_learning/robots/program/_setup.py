@@ -111,9 +111,8 @@ class TimingSection(Section):
     wait_s: Positive = 1.0
     disperse_s: Positive = 8.0
     execute_s: Positive = 7.0
-    tolerance_s: Positive = (
-        1.0  #: How late a signal may be, and how far apart those of two replicas
-    )
+    #: How late a signal may be, and how far apart those of two replicas
+    tolerance_s: Positive = 1.0
 
     @property
     def loop_s(self) -> float:
@@ -124,9 +123,8 @@ class TimingSection(Section):
 class InterventionsSection(Section):
     """When a human has to come (paper, section 5.3); 0 for never."""
 
-    batteries_every: Count = (
-        25  #: Generations, or tens of trials, after which all batteries are replaced
-    )
+    #: Generations, or tens of trials, after which all batteries are replaced
+    batteries_every: Count = 25
     #: A robot that moves less in a trial, and does not turn, is stuck
     stuck_cm: NotNegative = 0.2
 

@@ -34,15 +34,13 @@ from ._setup import LaboratoryError, LaboratorySetup
 BEGIN = "P0"  #: Before the states P1 to P5: connecting
 STUCK = "stuck"  #: Kind of fault of a robot that does not move although it should
 TURN_RAD = 0.1
-SURE_TURN_RAD = (
-    0.5  #: A model that must turn a robot so far in the track, in every sensor state, cannot stand
-)
+#: A model that must turn a robot so far in the track, in every sensor state, cannot stand
+SURE_TURN_RAD = 0.5
 #: How often the program tries again alone after a missed signal, or where the camera gives no
 #: images
 ALONE = 2
-IMAGES_ALONE = (
-    10  #: How often after lost images: of 51 images, 1 % lost, two trials in five have a gap
-)
+#: How often after lost images: of 51 images, 1 % lost, two trials in five have a gap
+IMAGES_ALONE = 10
 #: How long a lost link is retried: as long as Bluetooth needs to reconnect
 RECONNECT_S = 30.0
 #: If at least this share of the robots jumps in one image, it was the camera that moved
@@ -480,9 +478,8 @@ def stuck_robots(
 
 
 LARGEST = -1.0, 1.0  # wheel speeds, as fractions of the largest
-TRIALS_OF_A_GENERATION = (
-    10  # of the paper: in how many batteries lose what one generation costs them
-)
+# of the paper: in how many batteries lose what one generation costs them
+TRIALS_OF_A_GENERATION = 10
 # Before links are reopened, twice as long each time; the longest pause
 PAUSE_S, LONGEST_PAUSE_S = (2.0, 8.0)
 _LOGGER = logging.getLogger(__name__)
@@ -525,9 +522,8 @@ class LaboratorySource(Source):
         Of a run of trials: number of its batches -> trials that these spend.
     """
 
-    generation: int = (
-        0  #: Number of the generation, or batch, that is collected next; set by the run
-    )
+    #: Number of the generation, or batch, that is collected next; set by the run
+    generation: int = 0
     whole_batches = True
 
     def __init__(

@@ -207,9 +207,8 @@ FORMAT = "turing-learning camera calibration"
 VERSION = 1
 LEAST_VIEWS = 5
 LEAST_CORNERS = 8  #: Corners of the board that a view must show to be used
-LARGEST_ERROR_PX = (
-    1.0  #: Root mean square reprojection error (pixels) above which a calibration is rejected
-)
+#: Root mean square reprojection error (pixels) above which a calibration is rejected
+LARGEST_ERROR_PX = 1.0
 
 
 @dataclass(frozen=True)

@@ -220,9 +220,8 @@ class ArucoMarkers(Markers):
     side_cm: float = 4.8  #: Side of the black square
     disk_radius_cm: float = 3.7
     height_cm: float = 6.0  #: Height of the marker above the floor
-    dictionary: str = (
-        "4X4_50"  #: OpenCV's name of it without ``DICT_``, for example 5X5_100 or APRILTAG_36h11
-    )
+    #: OpenCV's name of it without ``DICT_``, for example 5X5_100 or APRILTAG_36h11
+    dictionary: str = "4X4_50"
     has_heading = True
 
     def check_label(self, label: str) -> None:
