@@ -81,9 +81,11 @@ def detect(
     if samples is not None and simulate is None:
         refuse("samples", "be left out beside a file", str(samples), place="--samples")
     learned_recording = tl.runs.RunFolder(run).recording() or {}
-    # What files do not state is as it was when the run read its recording.
-    options = learned_recording.get("options", {})
-    usual = {name: options[name] for name in USUAL_OPTIONS if name in options}
+    # What files do not state is as it was when the run read its recording; None of a run on none.
+    usual = None
+    if learned_recording:
+        options = learned_recording.get("options", {})
+        usual = {name: options[name] for name in USUAL_OPTIONS if name in options}
     if motion is None:
         tracks.refuse_beside("be left out where there is no recording", out=out)
     elif not _is_recording(motion, tracks, usual):
@@ -122,7 +124,7 @@ def detect(
         detector = tl.detection.Detector.from_run(result, rule=rule, **arguments)
         summary = _voted(detector, judged)
     if isinstance(judged, tl.detection.RecordedMotion):
-        _add_usual_options(summary, tracks, usual)
+        _add_usual_options(summary, tracks, usual or {})
     if as_json:
         print(json.dumps(summary.content, indent=2))
     else:
@@ -198,12 +200,15 @@ def _learned_from(
     return []
 
 
-def _is_recording(path: Path, tracks: Tracks, usual: Mapping[str, Any]) -> bool:
-    """Return whether a tracker wrote a file; other files hold samples."""
+def _is_recording(path: Path, tracks: Tracks, usual: Mapping[str, Any] | None) -> bool:
+    """Return whether a tracker wrote a file; other files hold samples.
+
+    Of a run on a recording (`usual` is not None) all are that do not begin as samples do.
+    """
     from turing_learning.detection import MOTION_SUFFIXES, holds_motion
 
     return path.suffix.lower() not in MOTION_SUFFIXES or (
-        bool(tracks.given or usual) and not holds_motion(path)
+        bool(tracks.given or usual is not None) and not holds_motion(path)
     )
 
 
@@ -212,12 +217,12 @@ def _read(
     option: str,
     tracks: Tracks,
     learned: "tl.detection.RunClassifiers",
-    usual: Mapping[str, Any],
+    usual: Mapping[str, Any] | None,
 ) -> "Motion":
     """Return the motion in a file: windows of a recording that fits the run, or samples."""
     if not _is_recording(path, tracks, usual):
         return _samples(path, option, learned)
-    recording = tracks.read(path, option, usual)
+    recording = tracks.read(path, option, usual or {})
     recording.announce()
     with refusing_as(RefusedError, place=str(path)):
         motion = tl.detection.recorded_motion(recording, learned, smooth_frames=tracks.smooth)
@@ -249,7 +254,7 @@ def _samples(
         tracked = path.is_file() and not holds_motion(path)
         remedy = ""
         if tracked:
-            remedy = " If a tracker wrote it, give --fps and --pixels-per-cm."
+            remedy = " If a tracker wrote it, give --fps and --pixels-per-cm, or --format where it states them."
         raise RefusedError(f"{error}{remedy}".replace("`motion`", f"`{option}`")) from error
 
 

@@ -310,10 +310,9 @@ def resume(
     """
     folder = RunFolder(path)
     give_parts(folder, models, classifier)
+    given = Arguments(genuine, simulate, workers, timeout_s, executor=executor)
     with refusing_as(RunFolderError):
-        arguments = folder.configuration().system.accept(
-            Arguments(genuine, simulate, workers, timeout_s, executor=executor)
-        )
+        arguments = folder.configuration().system.accept(given)
 
     def reopen(configuration: Configuration) -> Source:
         rule = "be one that the computer can resume alone"
@@ -325,7 +324,10 @@ def resume(
 
     run = Run.open(path, reopen, threads=threads, trials=trials, tolerance=tolerance)
     with run, watched(observer, should_stop, False if run.complete else progress) as observer:
-        return conduct(run, observer, should_stop)
+        result = conduct(run, observer, should_stop)
+    assert result.record is not None, "it is in a folder"
+    # A check needs what was given, as after `infer`
+    return replace(result, record=replace(result.record, arguments=given))
 
 
 def new_run_path(name: str, seed: int, parent: Path = RUNS) -> Path:

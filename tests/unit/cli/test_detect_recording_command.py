@@ -247,7 +247,7 @@ def test_a_table_of_a_tracker_without_options_is_told_of_them(fish, call):
     assert call("detect", fish, write_recording("table.csv")) == (
         *(2, ""),
         "error: `motion` must begin with individual,step or individual,sample,step and the names of signals; got 'frame,id,x,y' "
-        "[table.csv:1]. If a tracker wrote it, give --fps and --pixels-per-cm.\n",
+        "[table.csv:1]. If a tracker wrote it, give --fps and --pixels-per-cm, or --format where it states them.\n",
     )
 
 
@@ -284,6 +284,26 @@ def test_without_normal_recordings_individuals_are_ranked_beside_those_that_the_
             "recordings of normal individuals are given" in json.loads(call(*gone)[1])["remarks"][0]
         )
         Path(fish).unlink(missing_ok=True)
+
+
+def write_spots(path, seed):
+    """Spots as TrackMate exports them: the file states frame rate, scale and direction of y."""
+    _, *rows = Path(write_recording(path, seed)).read_text().splitlines()
+    names = "LABEL,FRAME,TRACK_ID,POSITION_X,POSITION_Y,POSITION_T"
+    spots = [names, *["Label,Frame,Track ID,X,Y,T"] * 2, ",,,(cm),(cm),(sec)"]
+    for row in rows:
+        spots.append(f"ID,{row},{int(row.split(',')[0]) / 10}")
+    Path(path).write_text("\n".join(spots) + "\n")
+    return path
+
+
+def test_tables_that_state_all_are_recordings_to_a_run_that_has_learned_from_one(call):
+    run = ["--model", "burst-and-coast", "--window", "2", *SMALL, "--out", "run"]
+    assert call("infer", "--trajectories", write_spots("fish.csv", seed=0), *run)[0] == 0
+    code, out, err = call("detect", "run", write_spots("table.csv", seed=1), "--out", "odd.csv")
+    assert code == 0, err
+    assert "of 6 abnormal, by windows of 20 steps" in out
+    assert "What files do not state" not in out
 
 
 @pytest.mark.parametrize(

@@ -245,6 +245,14 @@ def test_a_check_of_a_run_that_goes_on_says_so(tmp_path, stop_after):
     assert tl.load_run(stopped.path).check(**given, force=True).unfinished is None
 
 
+def test_a_resumed_run_is_checked_with_what_it_was_resumed_with(tmp_path, stop_after):
+    stopped = infer(out=tmp_path / "run", should_stop=stop_after(3))
+    for _ in ("goes on", "is finished"):
+        resumed = tl.resume(stopped.path, genuine=recorded(), simulate=walk)
+        found = resumed.check(effort=replace(BRIEF, references=4), recoveries=0)
+        assert found.unfinished is None
+
+
 def test_a_run_that_cannot_be_checked_keeps_nothing_of_it(tmp_path):
     result = infer(out=tmp_path / "run")
     calls = []
