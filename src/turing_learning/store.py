@@ -63,10 +63,8 @@ class RunFolderError(RefusedError):
     """A folder is rejected before anything runs; nothing has been changed."""
 
 
-check_folder, reject_folder = (
-    partial(require, error=RunFolderError),
-    partial(refuse, error=RunFolderError),
-)
+check_folder = partial(require, error=RunFolderError)
+reject_folder = partial(refuse, error=RunFolderError)
 """Reject a folder, as `require` and `refuse` do."""
 
 

@@ -180,7 +180,8 @@ def resume(
     require(not trust, "--trust", rule, "it", place=str(run))
     # A run that is finished is shown again without its recording.
     system: dict[str, Any] = {}
-    if recording.given or trials is not None or not _is_finished(run):
+    finished = tl.runs.RunFolder(run).manifest()["state"] == tl.runs.FINISHED
+    if recording.given or trials is not None or not finished:
         system = system_of(run, recording, "resume({run}, genuine=..., simulate=...)")
         system.pop("recording", None)
     if tl.runs.RunFolder(run).configuration().system.simulated is not None:
@@ -191,12 +192,6 @@ def resume(
     with callers.options() as options:
         _execute(partial(resumed_run, **options), run)
     return None
-
-
-def _is_finished(run: Path) -> bool:
-    from turing_learning.runs import FINISHED
-
-    return bool(tl.runs.RunFolder(run).manifest()["state"] == FINISHED)
 
 
 def show(run: Path, /) -> None:

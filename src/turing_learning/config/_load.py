@@ -361,12 +361,10 @@ def _scenario_fields(
                 got += f" [{where}]"
             reject("scenario", "be the same everywhere", got, "Leave one of them out.")
         return asdict(SCENARIOS[argument])
-    if in_file is not None:
-        if in_file in SCENARIOS:
-            return asdict(SCENARIOS[in_file])
-        return {}
-    if name is None:
-        return asdict(SCENARIOS[DEFAULT_SCENARIO])
+    if preset is None and name is None:
+        in_file = DEFAULT_SCENARIO
+    if in_file in SCENARIOS:
+        return asdict(SCENARIOS[in_file])
     return {}
 
 

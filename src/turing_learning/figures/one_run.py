@@ -123,15 +123,7 @@ def fitness_figure(
     for number, (start, stop) in enumerate(edges.reshape(-1, 2)):
         # Named once in the legend.
         name = "selection stopped" if number == 0 else "_"
-        axes.axvspan(
-            start - 0.5,
-            stop - 0.5,
-            facecolor=MUTED,
-            alpha=0.3,
-            edgecolor=MUTED,
-            linewidth=0.5,
-            label=name,
-        )
+        axes.axvspan(start - 0.5, stop - 0.5, color=MUTED, alpha=0.3, linewidth=0.5, label=name)
     lines = (
         ("models", model_fitness, ORANGE, (0, (5, 1.2))),
         ("classifiers", classifier_fitness, BLUE, "-"),

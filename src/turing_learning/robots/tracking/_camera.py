@@ -337,32 +337,18 @@ class Calibration:
             content = json.loads(Path(path).read_text(encoding="utf-8"))
         except ValueError as error:
             refuse("calibration", "be a JSON file", str(error), place=file)
-        readable = isinstance(content, dict) and (
-            content.get("format"),
-            content.get("version"),
-        ) == (FORMAT, VERSION)
-        require(
-            readable,
-            "calibration",
-            f"be a {FORMAT} of version {VERSION}",
-            "something else",
-            place=file,
-        )
+        rule = f"be a {FORMAT} of version {VERSION}"
+        known = {"format": FORMAT, "version": VERSION}
+        readable = isinstance(content, dict) and known.items() <= content.items()
+        require(readable, "calibration", rule, "something else", place=file)
 
-        def read(name: str, shape: str) -> np.ndarray:
-            return array(name, content.get(name), shape, place=file)
+        def read(name: str, shape: str, **kind: Any) -> np.ndarray:
+            return array(name, content.get(name), shape, place=file, **kind)
 
         rotation = read("rotation", "3 3")
         orthogonal = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
         require(orthogonal, "rotation", "be a rotation", rotation.tolist(), place=file)
-        size = content.get("image_size")
-        require(
-            isinstance(size, list) and len(size) == 2,
-            "image_size",
-            "be two integers",
-            repr(size),
-            place=file,
-        )
+        size = read("image_size", "2", dtype=np.int64).tolist()
         width, height = (integer("image_size", side, 1, place=file) for side in size)
         lens_px = number("lens_error_px", content.get("lens_error_px"), place=file)
         error_px = number("error_px", content.get("error_px"), place=file)
