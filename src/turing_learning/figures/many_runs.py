@@ -66,10 +66,6 @@ def box_figure(
     truth : (P,)
         The agents' parameters, dashed; None where they are unknown.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Source
     ------
     Paper, figure 4.

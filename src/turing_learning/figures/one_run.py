@@ -341,10 +341,6 @@ def timeline_figure(
         What such a window is called in the legend.
     unjudged
         Names of those who are too short to judge: gray.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     fits = len(names) == len(windows) == len(scores) == len(abnormal) > 0
     require(fits, "names", "be one name for each of the individuals, at least one", len(names))

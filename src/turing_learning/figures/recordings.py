@@ -55,10 +55,6 @@ def tracks_figure(
         Positions that can hardly be true; they are crosses.
     unit
         Of lengths.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     panels, axes = one_panel(5.4, 4.6)
     every = max(1, positions.shape[0] * positions.shape[1] // MOST_POINTS)
@@ -93,10 +89,6 @@ def presence_figure(
         Number of the individual, and time (s), of each jump.
     fps
         Frame rate (1/s).
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     names = names[:MOST_ROWS]
     panels, axes = one_panel(8.4, 0.24 * len(names) + 1.2)
@@ -156,10 +148,6 @@ def maps_figure(
         Of each column: those of the cells along x and along y.
     labels
         Of each column: what is drawn with its unit, and the two axes.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     count = len(edges)
     headings = [f"{title}: {labels[k][0]}" for title in titles for k in range(count)]

@@ -45,11 +45,6 @@ def report(result: Result, path: str | Path | None = None, *, force: bool = Fals
     force
         Whether any other file is replaced, too.
 
-    Returns
-    -------
-    Path
-        The file.
-
     Raises
     ------
     ValueError

@@ -159,11 +159,6 @@ def study(
         Asked a few times a second; once it returns True, all runs stop after their present
         generation and can be resumed.
 
-    Returns
-    -------
-    StudyResult
-        The table.
-
     Raises
     ------
     ConfigurationError
