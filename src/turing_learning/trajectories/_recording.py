@@ -292,9 +292,11 @@ MOST_LINES = 5
 class Problems:
     """What `Trajectories.check` finds."""
 
-    missing: dict[str, int]  #: For each individual: frames without a position
+    #: For each individual: frames without a position between its first and its last one
+    missing: dict[str, int]
     gaps: dict[str, int]  #: Runs of such frames
     longest_gap: dict[str, int]  #: Frames in the longest
+    away: dict[str, int]  #: Frames before its first position and after its last one
     #: Steps that are too long, in order of time; displacements over a gap are no steps
     jumps: tuple[Jump, ...]
     #: Numbers of frames in which everybody is exactly where they were in the one before: the video stood still
@@ -325,7 +327,7 @@ class Problems:
             self.headings,
             self.doubts,
         )
-        return any(self.missing.values()) or any(problems)
+        return any(self.missing.values()) or any(self.away.values()) or any(problems)
 
     def __str__(self) -> str:
         lines: list[str] = []
@@ -333,7 +335,7 @@ class Problems:
             thinning = f"`thinned({self.every})` keeps those"
             lines.append(f"only one frame in {self.every} is there: {thinning}")
         lines += self.headings + self.doubts
-        gaps = [name for name, count in self.missing.items() if count]
+        gaps = [name for name, count in self.missing.items() if count or self.away[name]]
         if len(gaps) > MOST_LINES:
             lines.append(self.described_gaps)
         else:
@@ -343,7 +345,7 @@ class Problems:
         else:
             lines += map(self._described, self.jumps)
         for name in self.still:
-            frames_there = counted(self.frames - self.missing[name])
+            frames_there = counted(self._life(name) - self.missing[name])
             lines.append(f"{name}: never moves, in {frames_there}")
         for problem, frames in (
             ("repeat the one before", self.repeated_frames),
@@ -357,8 +359,16 @@ class Problems:
         return "\n".join([*lines, *self.remarks]) or "no problems found"
 
     def _gaps_of(self, name: str) -> str:
-        gaps = f"{counted(self.gaps[name], 'gap')} of up to {self.longest_gap[name]}"
-        return f"{name}: {self.missing[name]} of {counted(self.frames)} missing, in {gaps}"
+        missing = f"{self.missing[name]} of {counted(self._life(name))} missing"
+        if self.missing[name]:
+            missing += f", in {counted(self.gaps[name], 'gap')} of up to {self.longest_gap[name]}"
+        if self.away[name]:
+            missing += f"; away for {counted(self.away[name])} before and after"
+        return f"{name}: {missing}"
+
+    def _life(self, name: str) -> int:
+        """Return the number of frames from the first position of an individual to its last one."""
+        return self.frames - self.away[name]
 
     def _described(self, jump: Jump) -> str:
         length = f"{jump.distance:.3g} {self.unit}"
@@ -367,14 +377,25 @@ class Problems:
 
     @property
     def described_gaps(self) -> str:
-        """Missing positions of all individuals in one line; empty if none is missing."""
+        """Missing positions of all individuals in one line; empty if none is missing.
+
+        Before its first position and after its last one, an individual is away.
+        """
         missing = sum(self.missing.values())
-        if not missing:
-            return ""
-        share = missing / (self.frames * len(self.missing))
-        longest = max(self.longest_gap, key=self.longest_gap.__getitem__)
-        gaps = f"{counted(sum(self.gaps.values()), 'gap')} of up to {self.longest_gap[longest]} frames ({longest})"
-        return f"{counted(missing, 'position')} of all individuals missing ({share:.2%}), in {gaps}"
+        parts = []
+        if missing:
+            share = missing / sum(map(self._life, self.missing))
+            longest = max(self.longest_gap, key=self.longest_gap.__getitem__)
+            gaps = f"{counted(sum(self.gaps.values()), 'gap')} of up to {self.longest_gap[longest]} frames ({longest})"
+            parts.append(
+                f"{counted(missing, 'position')} of all individuals missing ({share:.2%}), in {gaps}"
+            )
+        away = sum(count > 0 for count in self.away.values())
+        if away:
+            parts.append(
+                f"{away} of {counted(len(self.away), 'individual')} come later or go earlier"
+            )
+        return "; ".join(parts)
 
     @property
     def described_jumps(self) -> str:

@@ -90,7 +90,8 @@ class Trajectories:
         summary = (
             f"{counted(individuals, 'individual')}, {counted(frames)} at {self.fps:g} per second"
         )
-        return f"{summary} ({self.duration_s:.4g} s), in {self.unit}, {1 - self.present.mean():.2%} missing"
+        missing = 1 - self.present.sum() / self._lives.sum()
+        return f"{summary} ({self.duration_s:.4g} s), in {self.unit}, {missing:.2%} missing"
 
     @property
     def duration_s(self) -> float:
@@ -106,9 +107,14 @@ class Trajectories:
     @property
     def at_once(self) -> int:
         """Largest number of individuals at a time, each of them there from its first position to its last."""
+        return int(self._lives.sum(axis=1).max())
+
+    @property
+    def _lives(self) -> np.ndarray:
+        """Frames from the first position of each individual to its last one (F, A)."""
         begun = last_true(self.present) >= 0
         going_on = next_true(self.present) < len(self.present)
-        return int((begun & going_on).sum(axis=1).max())
+        return begun & going_on
 
     @property
     def reach(self) -> np.ndarray:
@@ -152,16 +158,16 @@ class Trajectories:
             & (present[1:] == present[:-1]).all(axis=1)
             & present[1:].any(axis=1)
         )
-        # So that gaps lie between frames with somebody
-        boundaries = np.pad(present, ((1, 1), (0, 0)), constant_values=True)
         missing = {}
         gaps = {}
         longest_gap = {}
+        away = {}
         for k, name in enumerate(names):
-            lengths = np.diff(np.flatnonzero(boundaries[:, k])) - 1
+            lengths = np.diff(np.flatnonzero(present[:, k])) - 1
             missing[name] = int(lengths.sum())
             gaps[name] = int((lengths > 0).sum())
-            longest_gap[name] = int(lengths.max())
+            longest_gap[name] = int(lengths.max(initial=0))
+            away[name] = len(present) - int(present[:, k].sum()) - missing[name]
         # Where each individual was first seen
         starts = positions[present.argmax(axis=0), np.arange(present.shape[1])]
         moved = ((positions != starts).any(axis=2) & present).any(axis=0)
@@ -197,6 +203,7 @@ class Trajectories:
             missing=missing,
             gaps=gaps,
             longest_gap=longest_gap,
+            away=away,
             jumps=tuple(jumps),
             repeated_frames=tuple((np.flatnonzero(same) + first_frame + 1).tolist()),
             empty_frames=tuple((np.flatnonzero(~present.any(axis=1)) + first_frame).tolist()),

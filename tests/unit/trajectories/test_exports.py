@@ -343,6 +343,60 @@ def test_corners_of_cvat_are_those_of_a_box(tmp_path):
     np.testing.assert_allclose(read.positions[:, 0], [[0.5, 0.3], [0.6, 0.3], [0.7, 0.3]])
 
 
+def test_boxes_of_cvat_outside_of_the_image_are_no_positions(tmp_path):
+    rows = {"frame": range(4), "track_id": 1, "xtl": [0.0, 1, 2, 9], "ytl": 0.0}
+    rows |= {"xbr": [10.0, 11, 12, 19], "ybr": 6.0, "outside": [0, 0, 1, 0]}
+    read = load_trajectories(write(tmp_path, pd.DataFrame(rows)), fps=25, **SAID)
+    assert read.present[:, 0].tolist() == [True, True, False, True]
+    assert "1 rows are left out as not visible" in str(read.check())
+
+
+@pytest.mark.parametrize("name", ["time", "time (s)", "timestamp"])
+@pytest.mark.parametrize(("rate", "gap"), [(60, 0), (60, 7), (75, 0), (59.94, 3)])
+def test_times_with_two_decimals_that_look_like_a_higher_rate_say_the_lower_one(
+    name, rate, gap, tmp_path
+):
+    numbers = np.delete(np.arange(2000), slice(500, 500 + gap))
+    rows = {name: (numbers / rate).round(2), "x": numbers * 0.1, "y": 0.0}
+    path = write(tmp_path, pd.DataFrame(rows))
+    read = load_trajectories(path, **SAID)
+    assert read.fps == 100
+    assert f"but are also those of {rate:g} that were rounded: if so, give fps={rate:g}" in str(
+        read.check()
+    )
+    said = load_trajectories(path, fps=rate, **SAID)
+    assert said.fps == rate
+    assert np.flatnonzero(said.present[:, 0]).tolist() == numbers.tolist()
+
+
+def test_times_of_a_hundred_frames_per_second_with_gaps_stay_so(tmp_path):
+    numbers = np.flatnonzero(np.random.default_rng(0).random(3000) < 0.6)
+    path = write(tmp_path, pd.DataFrame({"time": numbers / 100, "x": numbers * 0.1, "y": 0.0}))
+    assert "rounded" not in str(load_trajectories(path, **SAID).check())
+
+
+@pytest.mark.parametrize("skipped", [None, [1, 2, 3]])
+def test_spots_of_trackmate_read_by_pandas_are_those_of_the_file(skipped, tmp_path):
+    lines = ["LABEL,ID,TRACK_ID,POSITION_X,POSITION_Y,POSITION_Z,POSITION_T,FRAME"]
+    lines += ["Label,Spot ID,Track ID,X,Y,Z,T,Frame"] * 2
+    lines.append(",,,(micron),(micron),(micron),(sec),")
+    for frame in range(5):
+        lines += [
+            f"ID{who},{who},{who},{frame}.5,{who}.5,0.0,{frame / 10},{frame}" for who in (3, 8)
+        ]
+    lines.append("ID9,9,,7.5,7.5,0.0,0.1,1")
+    path = tmp_path / "spots.csv"
+    path.write_text("\n".join(lines) + "\n")
+    table = pd.read_csv(path, skiprows=skipped)
+    given = {}
+    if skipped is not None:
+        given = {"pixels_per_cm": 1e4, "fps": 10}
+    read, of_file = load_trajectories(table, **given), load_trajectories(path)
+    np.testing.assert_allclose(read.positions, of_file.positions)
+    assert (read.fps, read.individuals) == (10, of_file.individuals) == (10, ("3", "8"))
+    assert "1 rows are left out: they are of no track" in str(read.check())
+
+
 def test_rows_of_mot_with_other_columns_are_refused_with_their_format(tmp_path):
     path = tmp_path / "gt.txt"
     path.write_text("".join(f"{frame},1,{frame}.0,2.0,10,6,1,1,0.87\n" for frame in range(1, 5)))

@@ -110,10 +110,17 @@ def test_missing_values_are_counted_for_each_individual():
     assert str(problems) == "b: 3 of 6 frames missing, in 2 gaps of up to 2"
 
 
-def test_gaps_at_the_ends_count():
-    problems = recording(line(), [[0], [0], [1], [1], [1], [0]]).problems
-    assert (problems.missing, problems.gaps, problems.longest_gap) == ({"a": 3}, {"a": 2}, {"a": 2})
-    assert problems.empty_frames == (0, 1, 5)
+def test_who_comes_later_or_goes_earlier_is_away_and_not_missing():
+    seen = recording(line(), [[0], [0], [1], [0], [1], [0]])
+    problems = seen.problems
+    assert (problems.missing, problems.gaps, problems.longest_gap) == ({"a": 1}, {"a": 1}, {"a": 1})
+    assert problems.away == {"a": 3}
+    assert problems.empty_frames == (0, 1, 3, 5)
+    said = "a: 1 of 3 frames missing, in 1 gap of up to 1; away for 3 frames before and after"
+    assert str(problems).startswith(said)
+    assert str(seen).endswith("33.33% missing")
+    come_and_go = "1 position of all individuals missing (33.33%), in 1 gap of up to 1 frames (a); "
+    assert problems.described_gaps == come_and_go + "1 of 1 individual come later or go earlier"
 
 
 def test_a_jump_is_a_step_above_the_stated_multiple_of_the_typical_one():

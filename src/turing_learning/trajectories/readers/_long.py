@@ -1,5 +1,6 @@
 """Tables with a row for each individual and frame."""
 
+import math
 import re
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
@@ -33,6 +34,7 @@ from ._times import (
     check_times,
     frames_at,
     per_second,
+    rate_before_rounding,
     rounded,
     seconds_of,
     since_start,
@@ -253,6 +255,9 @@ class _LongTable:
             self.turned = []
         self.depth = self._present(("z",))
         self.hidden = self._present((MISSING, VISIBLE))
+        # of other tables it may be a place
+        if CORNER in self.box.values():
+            self.hidden += self._present((OUTSIDE,))
         #: Columns that are read as numbers, and as texts
         self.wanted = [*self.plain, *self.box.values(), *self.extra, *self.turned]
         self.texts = [*self.who, *self.recording_columns, *self.depth, *self.hidden]
@@ -366,6 +371,16 @@ class _LongTable:
                 frames, fps = frames_at(times, None, name, sheet.origin, sheet.at)
         if frames is None:
             frames, fps = frames_at(times, options.fps, name, sheet.origin, sheet.at)
+        lower = None
+        if fps is not None:
+            lower = rate_before_rounding(np.unique(times) / IN_UNITS.get(name, 1.0), fps)
+        if lower is not None and options.fps and math.isclose(lower[0], options.fps, rel_tol=1e-3):
+            frames, fps = frames_at(times, options.fps, name, sheet.origin, sheet.at)
+        elif lower is not None:
+            as_read = f"times are read as {fps:g} frames per second with gaps"
+            remarks.append(
+                f"{as_read}, but are also those of {lower[0]:g} that were rounded: if so, give fps={lower[0]:g}"
+            )
         return _Moments(frames, fps, remarks, sparse=_even(times, name))
 
     def positions(self) -> tuple[np.ndarray, list[str]]:
@@ -437,6 +452,8 @@ class _LongTable:
 
     def visible(self) -> np.ndarray:
         """Return the numbers of the rows that a column does not call invisible, as outliers in tables of Movebank."""
+        if OUTSIDE in self.words:
+            return np.flatnonzero([not word or _says_no(word) for word in self.words[OUTSIDE]])
         if VISIBLE not in self.words:
             return np.arange(self._rows())
         return np.flatnonzero([not _says_no(word) for word in self.words[VISIBLE]])
@@ -512,6 +529,8 @@ def _refuse_bodies(
 QUATERNION = ("qx", "qy", "qz", "qw")
 OFF = 0.1
 """By how much the squares of a unit quaternion may differ from 1 in sum."""
+CORNER, OUTSIDE = "xtl", "outside"
+"""Columns of CVAT: a corner of a box, and whether the individual is out of the image and the box that of before."""
 MISSING, VISIBLE = "missing", "visible"
 """Columns that say which rows hold no position: 1 where it is missing, false where it is not visible."""
 UNIT = "unit"

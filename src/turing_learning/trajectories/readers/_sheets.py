@@ -409,7 +409,7 @@ def sheet_of(path: Path, separator: str = "", absent: Sequence[str] = ()) -> She
     if extra_lines:
         below = f"{len(extra_lines)} more header lines are no rows: {extra_lines[-1]}"
         remark = "; ".join(filter(None, [sheet.remark, below]))
-        units = _units_in(cells_of(extra_lines[-1], separator, path, 1 + len(extra_lines)), names)
+        units = units_in(cells_of(extra_lines[-1], separator, path, 1 + len(extra_lines)), names)
         sheet = replace(sheet, remark=remark, units={**sheet.units, **units})
     return sheet
 
@@ -423,7 +423,7 @@ def _has_row_names(text: TableText, separator: str, width: int) -> bool:
     return False
 
 
-def _units_in(cells: Sequence[str], names: Sequence[str]) -> dict[str, str]:
+def units_in(cells: Sequence[str], names: Sequence[str]) -> dict[str, str]:
     """Return name in small letters -> unit of the cells below it, perhaps in brackets, as "(micron)"."""
     units = {}
     for name, cell in zip(names, cells, strict=False):

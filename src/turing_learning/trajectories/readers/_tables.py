@@ -4,6 +4,7 @@ import json
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import chain, product
 from pathlib import Path
@@ -42,7 +43,16 @@ from ._layouts import (
 )
 from ._long import is_long, is_wide, read_long
 from ._places import resampled
-from ._sheets import Sheet, TableText, number_of, separator_of, sheet_of, text_sheet
+from ._sheets import (
+    MOST_HEADER_LINES,
+    Sheet,
+    TableText,
+    number_of,
+    separator_of,
+    sheet_of,
+    text_sheet,
+    units_in,
+)
 from ._times import (
     FARTHEST,
     TIME,
@@ -654,10 +664,34 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
     if any(name is not None for name in frame.index.names):
         frame = frame.reset_index()
     names = {str(name).lower() for name in frame.columns}
+    if TRACKMATE.fits(names) and "track_id" in names and not options.columns:
+        return replace(read_long(trackmate_sheet(frame), options, TRACKMATE), **stated)
     numbered = not names.isdisjoint(("x", "frame", *TIME)) or frame_column(names)
     if not numbered and not options.columns:
         frame = frame.reset_index(names="frame")
     return replace(_long_or_wide(frame_sheet(frame), options), **stated)
+
+
+def trackmate_sheet(frame: "pd.DataFrame") -> Sheet:
+    """Return a data frame of TrackMate's spots as a table, without the header lines that came in as rows."""
+    import pandas as pd
+
+    lower = [str(name).lower() for name in frame.columns]
+    lines = 0
+    for cell in frame.iloc[:MOST_HEADER_LINES, lower.index("position_x")]:
+        if not isinstance(cell, str) or np.isfinite(number_of(cell)):
+            break
+        lines += 1
+    tracks = frame.columns[lower.index("track_id")]
+    # Spots of no track make numbers of tracks 8.0
+    with suppress(TypeError, ValueError):
+        frame = frame.astype({tracks: "Int64"})
+    sheet = frame_sheet(frame.iloc[lines:])
+    if not lines:
+        return sheet
+    cells = ["" if pd.isna(cell) else str(cell) for cell in frame.iloc[lines - 1]]
+    remark = f"{lines} more header lines are no rows: {','.join(cells)}"
+    return replace(sheet, remark=remark, units=units_in(cells, sheet.names))
 
 
 def frame_sheet(frame: "pd.DataFrame", source: str = "DataFrame") -> Sheet:

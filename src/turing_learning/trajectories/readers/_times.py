@@ -142,6 +142,26 @@ def _counted(moments: np.ndarray) -> np.ndarray:
     return np.concatenate(([0.0], np.cumsum(np.round(steps / single))))
 
 
+def rate_before_rounding(times: np.ndarray, rate: float) -> tuple[float, np.ndarray] | None:
+    """Return the rate at which times (s) with two decimals look like a higher one with gaps, and their frames (N,).
+
+    Times of 60 frames per second are 0, 0.02, 0.03, 0.05: all are times of 100 frames per second. Times
+    (N,) are each there once, in order. None where `rate`, which they state, may be right.
+    """
+    step = _rounding(times)
+    if len(times) < 3 or not step or not math.isclose(step * rate, 1, rel_tol=1e-6):
+        return None
+    steps = np.diff(times)
+    # two frames are at most two steps apart where none is missing
+    single = steps < 2.5 * step
+    mean = steps[single].mean()
+    frames = np.cumsum(np.concatenate(([0], np.where(single, 1, np.round(steps / mean)))))
+    plain = _plain_rate(times, frames, frames[-1] / float(np.ptp(times)))
+    if plain is None or plain > 0.99 * rate:
+        return None
+    return plain, frames
+
+
 def check_rate(value: object, path: object) -> float:
     """Return a frame rate that a file states, if it can be one."""
     stated = np.asarray(value)
@@ -223,7 +243,11 @@ def frames_at(
     if len(moments) > 1:
         step = float(np.median(np.diff(moments)))
         counts = step == 1 and bool((moments == np.floor(moments)).all())
-        factor = per_second(1 / step, fps, file, name, counts=counts)
+        typical_rate = 1 / step
+        unrounded = None if fps is None else rate_before_rounding(moments, typical_rate)
+        if unrounded is not None:
+            typical_rate = unrounded[0]
+        factor = per_second(typical_rate, fps, file, name, counts=counts)
         times = times / factor
         moments = moments / factor
     check_times(times, at)
@@ -246,6 +270,10 @@ def frames_at(
         numbers = _counted(moments)
         counted_rate = numbers[-1] / span
         plain = fps or _plain_rate(moments, numbers, counted_rate)
+        if fps is not None and (finer := _rounding(moments)):
+            unrounded = rate_before_rounding(moments, 1 / finer)
+            if unrounded is not None:
+                numbers = unrounded[1]
         if plain and _fits(moments, numbers, plain, _rounding(moments)):
             start = max(0, round(float(moments[0]) * plain))
             return numbers[np.searchsorted(moments, times)] + start, plain if fps is None else None
