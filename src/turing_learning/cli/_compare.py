@@ -17,7 +17,7 @@ from ._command import Callers
 from ._open import opened
 from ._options import Integer, Sampling, Settings, named, print_problems, settings_of, tell_learning
 from ._stopping import Interrupted, stopping
-from ._tables import plain_console, print_files
+from ._tables import plain_console, print_files, print_table
 
 EXAMPLE = "For example: turing-learning compare fish.csv --model couzin --model burst-and-coast"
 
@@ -187,6 +187,23 @@ def _print(comparison: "tl.comparison.Comparison", as_json: bool) -> None:
         print(json.dumps(comparison.to_json(), indent=2, allow_nan=False))
     else:
         plain_console().print(comparison)
+
+
+def show_comparison(path: Path) -> None:
+    """Print the ranking that a finished comparison has stored, what its runs say, and where they are."""
+    stored = path / "result.json"
+    remedy = f"Go on with it: {tl.runs.resume_command(path)}"
+    require(stored.is_file(), "run", "be a comparison that is finished", str(path), remedy)
+    content = json.loads(stored.read_text(encoding="utf-8"))
+    rows = []
+    for model in content["models"]:
+        low, high = model["interval"]
+        accuracy = f"{model['accuracy']:.3f} ({low:.3f} to {high:.3f})"
+        rows.append([model["name"], accuracy, model["verdict"], model["run_says"]])
+    console = plain_console()
+    print_table(console, ["model", "accuracy (95 %)", "verdict", "its run says"], rows)
+    console.print(" ".join(content["sentences"]))
+    print_files(console, report=path / "report.html", runs=path / "runs")
 
 
 def _panel(*, quick: bool) -> "tuple[tl.examination.Examiner, ...]":

@@ -195,14 +195,18 @@ def resume(
 
 
 def show(run: Path, /) -> None:
-    """Print what a run or study has inferred so far.
+    """Print what a run or study has inferred so far, or which model of a finished comparison is hardest to tell.
 
     Example: turing-learning show runs/aggregation-20261121-093015-seed1
 
-    :param run: A run folder, or a study folder.
+    :param run: A run folder, or that of a study or comparison.
     """
     if tl.studies.is_study(run):
         print_study(plain_console(), tl.load_study(run))
+    elif tl.comparison.is_comparison(run):
+        from ._compare import show_comparison
+
+        show_comparison(run)
     else:
         print_result(plain_console(), tl.runs.load_run(run), run)
 

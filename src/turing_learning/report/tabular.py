@@ -210,7 +210,8 @@ def tables(headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -
         cells = [row[k] for row in rows]
         is_number.append(all(cell[:1] in "-0123456789" or cell == "inf" for cell in cells))
         width_of_column = max(map(len, (heading, *cells)))
-        if not is_number[k]:
+        # the first column does not wrap
+        if not is_number[k] and k > 0:
             width_of_column = min(width_of_column, NARROWEST_WORDS)
         least_widths.append(width_of_column)
     remaining = list(range(1, len(headings)))

@@ -116,6 +116,10 @@ def test_the_command_compares_families_and_functions_and_goes_on(
     # the same again, from the folder alone: nothing is inferred anew
     assert call("resume", "c")[0] == 0
     assert json.loads((tmp_path / "c" / "result.json").read_text()) == found
+    code, out, err = call("show", "c")
+    assert code == 0, err
+    assert {"burst-and-coast", "mine:simulate", "runs:"} <= {*out.split()}
+    assert found["sentences"][0].split(",")[0] in " ".join(out.split())
     # nor where the recording has moved
     moved = shutil.copy(recorded, tmp_path / "moved.csv")
     assert call("compare", moved, *asked[2:], "--quick", "--out", "c")[0] == 0

@@ -1,5 +1,7 @@
 """Numbers as a reader sees them."""
 
+import io
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -43,6 +45,20 @@ def test_it_is_said_what_is_unknown_and_why():
     told = describe_unknown({"a": [nan, nan], "b": [0.0, 0.0], "c": [nan, nan]})
     assert told == f"The 90 % interval is unknown for a, c: {WHY_UNKNOWN}."
     assert describe_unknown({"b": [0.0, 0.0]}) == ""
+
+
+def test_no_cell_is_cut_beside_long_names_of_rows():
+    from rich.console import Console
+
+    name = "persistent+walls+differences+tracker"
+    headings = ["model", "accuracy (95 %)", "more than the first", "verdict"]
+    row = [name, "0.982 (0.948 to 1.000)", "0.262 (0.150 to 0.370)", "told apart"]
+    console = Console(width=80, record=True, file=io.StringIO())
+    for table in tables(headings, [row], 80):
+        console.print(table)
+    text = console.export_text()
+    assert all(cell in text for cell in row)
+    assert "\N{HORIZONTAL ELLIPSIS}" not in text
 
 
 @pytest.mark.parametrize(("width", "count"), [(19, 1), (18, 1), (17, 1), (16, 2)])
