@@ -568,11 +568,17 @@ def conduct(
     """
     with run:
         generations = iter(run)
-        for progress in generations:
-            if observer is not None:
-                observer(progress)
-            if should_stop is not None and should_stop():
-                generations.close()  # type: ignore[attr-defined] # of a generator: saves, while the folder is locked
+        try:
+            for progress in generations:
+                if observer is not None:
+                    observer(progress)
+                if should_stop is not None and should_stop():
+                    generations.close()  # type: ignore[attr-defined] # of a generator: saves, while the folder is locked
+        except KeyboardInterrupt as error:
+            if isinstance(run, Run) and run.folder is not None:
+                call = in_words(how_to_resume(run.folder.path, run.configuration))
+                error.add_note(f"The run is in {run.folder.path}. Resume it with {call}.")
+            raise
         return run.result
 
 

@@ -245,6 +245,18 @@ def test_a_check_of_a_run_that_goes_on_says_so(tmp_path, stop_after):
     assert tl.load_run(stopped.path).check(**given, force=True).unfinished is None
 
 
+def test_ctrl_c_in_python_says_how_a_run_goes_on(tmp_path):
+    def interrupt(progress):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        infer(out=tmp_path / "run", observer=interrupt)
+    (note,) = caught.value.__notes__
+    assert f"The run is in {tmp_path / 'run'}. Resume it with " in note
+    assert "resume(" in note
+    assert "genuine=" in note
+
+
 def test_a_resumed_run_is_checked_with_what_it_was_resumed_with(tmp_path, stop_after):
     stopped = infer(out=tmp_path / "run", should_stop=stop_after(3))
     for _ in ("goes on", "is finished"):

@@ -154,6 +154,8 @@ def rate_before_rounding(times: np.ndarray, rate: float) -> tuple[float, np.ndar
     steps = np.diff(times)
     # two frames are at most two steps apart where none is missing
     single = steps < 2.5 * step
+    if not single.any():
+        return None
     mean = steps[single].mean()
     frames = np.cumsum(np.concatenate(([0], np.where(single, 1, np.round(steps / mean)))))
     plain = _plain_rate(times, frames, frames[-1] / float(np.ptp(times)))
