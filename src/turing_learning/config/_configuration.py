@@ -13,7 +13,7 @@ from turing_learning.few_trials import FEWEST_BATCHES, batch_schedule
 from turing_learning.interaction import StimulatedSystem
 from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
-from turing_learning.systems import CustomSystem, System, physics_steps, system_of
+from turing_learning.systems import SMALLEST_SCALE, CustomSystem, System, physics_steps, system_of
 
 from . import _sections as sections
 from ._sections import (
@@ -248,9 +248,9 @@ def check_limits(configuration: Configuration) -> None:
     if configuration.classifiers.input_scale == "robot":
         name = "scenario.robot.wheel_distance_cm"
         rule = "make the largest speeds"
-    rule += f" between {SMALLEST:g} and {LARGEST:g}"
+    rule += f" between {SMALLEST_SCALE:g} and {LARGEST:g}"
     for value in configuration.input_scale:
-        require(SMALLEST <= value <= LARGEST, name, rule, f"{value:g}")
+        require(SMALLEST_SCALE <= value <= LARGEST, name, rule, f"{value:g}")
     if configuration.classifiers.network == sections.NETWORKS[0]:
         hidden = configuration.classifiers.hidden
         largest = sections.LARGEST_NEURONS - len(configuration.input_scale)

@@ -317,6 +317,8 @@ def _prepared(
     fold = rng.permutation(models)[model] % FOLDS
     canary = rng.uniform(-1, 1, models)[model]
     varies = x.std(axis=0) > LEAST_DEVIATION
+    rule = "differ between samples of the models, which all look alike to every classifier"
+    require(varies.any(), "counterfeit_outputs", rule, f"{len(x)} samples without a difference")
     x = x[:, varies]
     mean = x.mean(axis=0)
     scale = x.std(axis=0)

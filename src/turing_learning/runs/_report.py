@@ -13,6 +13,7 @@ from turing_learning import report as pages
 from turing_learning.analysis import is_known, mean_absolute_error
 from turing_learning.config import Configuration, to_toml
 from turing_learning.errors import reject
+from turing_learning.families import is_model
 from turing_learning.figures import Picture
 from turing_learning.figures import one_run as one_run
 from turing_learning.identifiability import Check
@@ -20,7 +21,7 @@ from turing_learning.report import Listing, Report, describe_selection, is_page,
 from turing_learning.report.tabular import aligned
 from turing_learning.targets import refuse_target, writing
 
-from ._folder import DIALOGUES
+from ._folder import DIALOGUES, RunFolder
 from ._history import SELECTION_CODES
 from ._paper import SOURCE
 from ._plots import distributions_of, draw_fitness, draw_parameters, recorded_replay, replay
@@ -103,7 +104,11 @@ def write_report(
             again = f"{infer} --out AGAIN"
         if result.checked is None:
             tells = "Can fresh classifiers tell the model from the system? What is pinned down?"
-            steps.append((f"turing-learning check {run}", tells))
+            check = f"turing-learning check {run}"
+            if _needs_python(result, manifest):
+                check = f"turing_learning.load_run({str(result.path)!r}).check(genuine=..., simulate=...)"
+                tells += " In Python, with the samples and the simulator of the run."
+            steps.append((check, tells))
         second_folder = quote(f"{result.path}-again")
         pool = f"turing-learning pool {run} {second_folder}"
         if simulated:
@@ -156,6 +161,17 @@ def in_words(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.2f}"
     return str(value)
+
+
+def _needs_python(result: Result, manifest: Mapping[str, Any]) -> bool:
+    """Return whether samples or simulator of a run were given in Python, so that no command has them."""
+    system = result.configuration.system
+    # The entry "command" of a run on a program says how it is called.
+    if is_model(system.name) or isinstance(manifest.get("command"), Mapping):
+        return False
+    assert result.path is not None
+    needed = {setting.name for setting in system.resuming}
+    return not needed <= RunFolder(result.path).known_parts()
 
 
 def _items_in_words(values: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -27,8 +27,8 @@
 `Simulator`, `imported`, `importable_name`, `name_of`
     A simulator as a type; a function by the name that another process imports it by; that name, if
     there is one; that name, or a refusal.
-`scales_of`, `same_time_step`
-    What samples are divided by; whether two time steps count as the same.
+`scales_of`, `SMALLEST_SCALE`, `same_time_step`
+    What samples are divided by, and the least of it; whether two time steps count as the same.
 `physics_steps`
     Physics steps of single robots in a generation, which the configuration limits.
 """

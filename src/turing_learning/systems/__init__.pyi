@@ -11,6 +11,7 @@ from ._describe import Range as Range
 from ._describe import describe as describe
 from ._describe import describe_simulated as describe_simulated
 from ._describe import read_parameters as read_parameters
+from ._genuine import SMALLEST_SCALE as SMALLEST_SCALE
 from ._genuine import Genuine as Genuine
 from ._genuine import held_out_groups as held_out_groups
 from ._genuine import observed as observed

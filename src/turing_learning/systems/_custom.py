@@ -609,7 +609,7 @@ class CustomSource(FallibleSource):
         if failed.complete:
             raise CustomSystemError(failed.reason)
         rule = "`simulate` must return samples of every model"
-        remedy = "Repair it, or narrow the bounds of the parameters"
+        remedy = "Repair it, return NaN for a model that has none, or narrow the bounds of the parameters"
         if self.system.vectorized:
             remedy += "; for a function of one model's parameters (P,) set vectorized=False"
         models = self.system.shown(parameters[0])

@@ -12,6 +12,7 @@ from ..purposes import GENUINE
 from ..trajectories import DIRECTED
 from ._custom import CustomSystem, headings_of
 from ._genuine import (
+    SMALLEST_SCALE,
     Genuine,
     SplitSamples,
     cut_samples,
@@ -134,6 +135,11 @@ def describe(
         remedy = "See what `recording.check()` finds, and give windows of individuals that move."
         got = f"the same at every step of all of them: {constant}"
         refuse("genuine", "be windows of motion that varies", got, remedy)
+    variation = np.ptp(data.learning.reshape(-1, len(signals)), axis=0)
+    rule = f"vary by {SMALLEST_SCALE:g} or more in a signal"
+    remedy = "Give them, and those of the simulator, in a smaller unit."
+    told = len(data.constant) < len(signals) or not variation.any()
+    require(told, "genuine", rule, f"{variation.max():.3g} at most", remedy)
     # A model without noise can be found by a constant
     if constant:
         remedy = "If that is not what was observed, repair the samples, or leave the signal out."

@@ -475,9 +475,9 @@ def test_a_scenario_of_another_name_is_refused_with_its_place():
         (
             "scenario.robot.wheel_distance_cm",
             1e-9,
-            "must make the largest speeds between 1e-09 and 1e+09; got 2.56e+10",
+            "must make the largest speeds between 1e-13 and 1e+09; got 2.56e+10",
         ),
-        ("classifiers.input_scale", [1.0, 1e300], "must be between 1e-09 and 1e+09; got 1e+300"),
+        ("classifiers.input_scale", [1.0, 1e300], "must be between 1e-13 and 1e+09; got 1e+300"),
         (
             "classifiers.hidden",
             254,

@@ -1,3 +1,4 @@
+import html
 import json
 import pickle
 import re
@@ -120,6 +121,16 @@ def test_the_report_shows_units_and_no_replay(whole):
     assert "Fish in a tank: what Turing Learning inferred" in page
     assert "speed (cm/s)" in page
     assert '<section id="replay"' not in page
+
+
+def test_the_report_says_how_python_checks_what_no_command_can_open(whole, tmp_path):
+    call = f"turing_learning.load_run({str(whole)!r}).check(genuine=..., simulate=...)"
+    page = (whole / "report.html").read_text(encoding="utf-8")
+    assert html.escape(call) in page
+    assert "turing-learning check" not in page
+    named = tmp_path / "named"
+    infer("own_models:herd", "own_models:walk", out=named, settings=FULL)
+    assert f"turing-learning check {named}<" in (named / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_history_holds_models_in_the_users_units(whole):
@@ -644,6 +655,24 @@ def test_a_signal_that_does_not_vary_is_told_in_words(caplog):
         "Genuine samples do not vary in every signal: signal1 is 0.3, at every step of all of them."
         in record.message
     )
+
+
+def test_signals_in_so_large_a_unit_that_they_count_as_constant_are_refused():
+    with pytest.raises(
+        ValueError, match=re.escape("`genuine` must vary by 1e-13 or more in a signal")
+    ):
+        infer(genuine=recorded() * 1e-16, generations=1)
+
+
+def test_models_that_all_look_alike_to_classifiers_are_refused():
+    def still(parameters, rng):
+        return np.full((len(parameters), 20, 1), 7.0)
+
+    with pytest.raises(ValueError, match="which all look alike to every classifier"):
+        tl.infer(
+            genuine=still(np.empty((40, 1)), None), simulate=still, parameters={"a": (0, 10)}, trials=50,
+            vectorized=True, progress=False, settings={"run.threads": 1},
+        )  # fmt: skip
 
 
 def test_a_recording_in_which_nobody_moves_is_refused(tmp_path):

@@ -316,7 +316,9 @@ def test_a_group_of_the_wrong_shape_in_the_first_generation_is_told_as_such():
 
 def test_a_simulator_of_one_model_is_not_advised_to_be_one():
     text = refused(source(lambda parameters, rng: np.zeros((STEPS, 1)), batches=0))
-    assert text.endswith("Repair it, or narrow the bounds of the parameters.")
+    assert text.endswith(
+        "Repair it, return NaN for a model that has none, or narrow the bounds of the parameters."
+    )
 
 
 def test_models_with_another_number_of_samples_fail():

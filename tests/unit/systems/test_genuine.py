@@ -179,3 +179,18 @@ def test_signals_that_are_the_same_throughout_are_known():
     values[3, 0, 1] = 7.0
     assert read(values, held_out=[3]).constant == (1,)
     assert read(values, held_out=[4]).constant == ()
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e-12])
+def test_signals_of_any_unit_are_divided_by_their_spread(unit):
+    small = read(samples() * unit)
+    assert small.constant == ()
+    np.testing.assert_allclose(small.scales()[1], np.array(read(samples()).scales()[1]) * unit)
+
+
+@pytest.mark.parametrize("value", [1e-6, 0.3, 1e3])
+def test_what_rounding_leaves_of_a_constant_is_no_signal(value):
+    values = samples()
+    values[..., 1] = value * (1 + 1e-15 * values[..., 1])
+    assert read(values).constant == (1,)
+    assert read(values).scales()[1][1] == 1.0
