@@ -78,6 +78,12 @@ class Examined:
         return self.p_value <= LEVEL
 
     @property
+    def blind(self) -> bool:
+        """Whether all samples look the same to all examiners."""
+        # guessing is all that any labelling gives
+        return self.power_accuracy is None and self.critical < 0.5 + TINY
+
+    @property
     def best(self) -> Member:
         """The examiner with the highest accuracy."""
         return max(self.examiners, key=lambda member: member.accuracy)
@@ -168,7 +174,6 @@ def examine(
     Lopez-Paz and Oquab, Revisiting classifier two-sample tests, ICLR 2017; Ojala and Garriga, Permutation tests for
     studying classifier performance, Journal of Machine Learning Research 11 (2010); docs/decisions/0039-examination.md.
     """
-    integer("permutations", permutations, 19)
     windows = np.concatenate((genuine, others))
     names = tuple(names or (f"signal {d + 1}" for d in range(windows.shape[2])))
     views = Views.of(windows, names, interval_s, examiners, seed)
@@ -205,6 +210,7 @@ def examine_views(
     permutations: int, seed: int,
 ) -> Examined:  # fmt: skip
     """Examine samples that have been described; see `examine`."""
+    integer("permutations", permutations, 19)
     groups = np.concatenate(owners)
     counts = len(np.unique(owners[0])), len(np.unique(owners[1]))
     rng = np.random.default_rng((seed, 1))

@@ -79,7 +79,9 @@ class Pair:
             enough = _enough(*counts)
             if enough and grouping == "recordings":
                 return [grouping]
-            if enough:
+            # individuals share signals of their group: each would be a copy of the others
+            shared = grouping == "individuals" and not OF_GROUPS.keys().isdisjoint(self.names)
+            if enough and not shared:
                 choices.append(grouping)
         return choices or ["blocks of time"]
 

@@ -40,6 +40,9 @@ ALIKE = 0.9
 SHUFFLED = 5
 """Statistics that are listed with what is lost where they are shuffled."""
 
+DIGITS = 9
+"""Of both values of a statistic, at most: as many as samples are not rounded to."""
+
 SHORTEST = 4
 """Steps of a part of a sample, at least."""
 
@@ -78,7 +81,11 @@ class Telling:
         if self.unit == "%":
             return f"{self.simulated:.0%} against {self.real:.0%}".replace("%", " %")
         unit = f" {self.unit}" if self.unit else ""
-        return f"{self.simulated:.3g} against {self.real:.3g}{unit}"
+        digits = 3
+        # "3 against 3" tells nobody anything
+        while digits < DIGITS and f"{self.simulated:.{digits}g}" == f"{self.real:.{digits}g}":
+            digits += 1
+        return f"{self.simulated:.{digits}g} against {self.real:.{digits}g}{unit}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -94,10 +94,13 @@ class TuringTest(Tabular):
             ]
         else:
             sentences = [f"The test cannot say whether the simulated motion passes ({numbers})."]
-            sentences += [
-                noticed or "So few groups could not have noticed any difference.",
-                "Give more recordings.",
-            ]
+            if examined.blind:
+                sentences.append("All samples look the same to the examiners.")
+            else:
+                sentences += [
+                    noticed or "So few groups could not have noticed any difference.",
+                    "Give more recordings.",
+                ]
         if self.control is not None:
             sentences.append(self._of_control(self.control))
         return tuple(sentences)
@@ -283,7 +286,7 @@ def _tested(
         signals=pair.names,
         telling=telling,
         control=between_halves,
-        remarks=(*pair.remarks, ABOUT_GROUPS[grouping]),
+        remarks=(*pair.remarks, ABOUT_GROUPS[grouping], *_oddities(windows)),
         windows=windows,
         paths=(pair.real.paths, pair.simulated.paths),
     )
@@ -369,3 +372,19 @@ def _control(
         (int(in_half.sum()), int((~in_half).sum())), (owners[in_half], owners[~in_half])
     )
     return examine_views(_views(split, QUICK, seed), numbers, grouping, QUICK, permutations, seed)
+
+
+def _oddities(samples: LabelledWindows) -> list[str]:
+    """Return what is odd about samples and easily overlooked: signals that stand still, and copies."""
+    oddities = []
+    for name, values in zip(samples.names, np.moveaxis(samples.windows, 2, 0), strict=True):
+        if np.ptp(values) == 0:
+            oddities.append(
+                f"{name} is constant: differences below 1e-9 of its largest value do not count."
+            )
+    genuine = {window.tobytes() for window in samples.windows[samples.labels > 0.5]}
+    simulated = samples.windows[samples.labels < 0.5]
+    copies = sum(window.tobytes() in genuine for window in simulated)
+    if copies:
+        oddities.append(f"{copies} of {len(simulated)} simulated samples equal a real one.")
+    return oddities

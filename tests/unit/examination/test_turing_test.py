@@ -176,3 +176,42 @@ def test_nothing_is_shuffled_where_the_sides_are_alike():
     rng = np.random.default_rng(7)
     found = tl.test(*rng.standard_normal((2, 100, 30, 2)), examiners=QUICK)
     assert not [cue for cue in found.telling if cue.kind == "shuffled"]
+
+
+def test_individuals_are_no_groups_where_signals_are_those_of_the_whole_group():
+    # all of one recording share the signal: each would be a copy of the others, and any two recordings told apart
+    sides = [walkers(frames=1200)], [walkers(frames=1200)]
+    assert "individuals" in pair_of(*sides, names=["speed"], **OPTIONS).groupings
+    for names in (["polarization"], ["speed", "area"]):
+        assert pair_of(*sides, names=names, **OPTIONS).groupings == ["blocks of time"]
+
+
+def test_samples_that_are_all_the_same_do_not_ask_for_more_recordings():
+    # at such an offset nothing of the motion is left in a billionth of the largest value
+    far = [1e12 + RNG.standard_normal((20, 20, 1)) for _ in range(2)]
+    found = tl.test(*far, names=["x"], examiners=QUICK)
+    assert found.verdict == "cannot say"
+    assert "All samples look the same to the examiners." in found.text
+    assert "Give more recordings" not in found.text
+    assert any(remark.startswith("x is constant") for remark in found.remarks)
+
+
+def test_copies_of_real_samples_are_named():
+    real, simulated = RNG.standard_normal((2, 20, 20, 1))
+    assert not any(
+        "equal a real one" in remark for remark in tl.test(real, simulated, examiners=QUICK).remarks
+    )
+    simulated[:3] = real[5:8]
+    found = tl.test(real, simulated, examiners=QUICK)
+    assert "3 of 20 simulated samples equal a real one." in found.remarks
+
+
+def test_values_that_differ_are_not_written_alike():
+    real, simulated = np.full((20, 20, 1), 3.0), np.full((20, 20, 1), 3.0001)
+    found = tl.test(real, simulated, names=["x"], examiners=QUICK)
+    assert "mean x (3.0001 against 3)" in found.text
+
+
+def test_too_few_exchanges_of_labels_are_rejected():
+    with pytest.raises(ValueError, match="`permutations` must be an integer of at least 19"):
+        tl.test(*RNG.standard_normal((2, 20, 20, 1)), permutations=5)
