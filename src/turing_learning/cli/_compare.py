@@ -15,7 +15,16 @@ from turing_learning.errors import refuse, require
 
 from ._command import Callers
 from ._open import opened
-from ._options import Integer, Sampling, Settings, named, print_problems, settings_of, tell_learning
+from ._options import (
+    Integer,
+    Sampling,
+    Settings,
+    named,
+    print_problems,
+    settings_of,
+    tell_learning,
+    words_of,
+)
 from ._stopping import Interrupted, stopping
 from ._tables import plain_console, print_files, print_table
 
@@ -217,17 +226,9 @@ def _command(content: Mapping[str, Any], paths: "list[Path]") -> str:
     words = ["turing-learning", "compare", *(path.name for path in paths)]
     for model in content["models"]:
         words += ["--model", model]
-    for name, value in content["options"].items():
-        # They stand first, without an option.
-        if name == "trajectories":
-            continue
-        option = f"--{name.replace('_', '-')}"
-        if value is True:
-            words.append(option)
-            continue
-        values = value if isinstance(value, list) else [value]
-        for item in values:
-            words += [option, f"{item:g}" if isinstance(item, float) else str(item)]
+    # recordings stand first, without an option
+    options = {name: value for name, value in content["options"].items() if name != "trajectories"}
+    words += words_of(options)
     for name in ("preset", "config"):
         if content[name] is not None and content[name] != "default":
             words += [f"--{name}", Path(content[name]).name]

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 import turing_learning as tl
 from turing_learning.errors import refuse, require
 
-from ._options import Against, Integer, Real, Tracks, named
+from ._options import Against, Integer, Real, Tracks, named, words_of
 from ._tables import plain_console
 
 if TYPE_CHECKING:
@@ -100,10 +100,12 @@ def test(
         plain_console().print(outcome)
     if out is not None:
         title = f"{named(real)} against {named(against_files)}"
-        command = shlex.join(
-            ["turing-learning", "test", *map(str, real), "--against", *map(str, against_files)]
-        )
-        tl.report.write_page(test_page(outcome, title, command), out)
+        words = ["turing-learning", "test", *map(str, real), "--against", *map(str, against_files)]
+        for given in (against.given, tracks.given):
+            words += words_of({name: value for name, value in given.items() if name != "against"})
+        options = {"signals": signals, "window": window, "control": control, "quick": quick}
+        words += words_of({**options, "seed": seed or None})
+        tl.report.write_page(test_page(outcome, title, shlex.join(words)), out)
         print(out, file=sys.stderr if as_json else sys.stdout)
 
 

@@ -66,6 +66,22 @@ class OptionGroup:
         refuse_beside(rule, remedy, **self.given | others)
 
 
+def words_of(options: Mapping[str, Any]) -> list[str]:
+    """Return options, by their names in Python, as they are typed; those that are None or False are left out."""
+    words = []
+    for name, value in options.items():
+        if value is None or value is False:
+            continue
+        option = option_of(name)
+        if value is True:
+            words.append(option)
+            continue
+        values = value if isinstance(value, list) else [value]
+        for item in values:
+            words += [option, f"{item:.12g}" if isinstance(item, float) else str(item)]
+    return words
+
+
 @Parameter(name="*", group=RECORDED)
 @dataclass(frozen=True)
 class Tracks(OptionGroup):

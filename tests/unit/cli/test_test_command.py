@@ -36,6 +36,9 @@ def test_two_recordings_end_in_sentences_json_and_a_page(call, tmp_path, wide):
     page = (tmp_path / "page.html").read_text()
     assert "What gives it away" in page
     assert "Telltale samples" in page
+    # who types the command on the page gets the same page
+    command = "test real.csv --against simulated.csv --fps 10 --pixels-per-cm 1 --y-axis up --control --quick"
+    assert f"turing-learning {command}" in page
     code, out, _ = call("test", "real.csv", "--against", "simulated.csv", *READ, "--json")
     found = json.loads(out)
     assert found["accuracy"] > 0.9
