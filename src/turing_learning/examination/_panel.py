@@ -97,6 +97,10 @@ class Examined:
         return content
 
 
+SEEN = ("statistics", "ranks", "convolutions", "windows")
+"""What examiners may ask to see of samples."""
+
+
 @dataclass(frozen=True, eq=False)
 class Views:
     """What examiners see of samples; computed once, without labels."""
@@ -211,6 +215,10 @@ def examine_views(
 ) -> Examined:  # fmt: skip
     """Examine samples that have been described; see `examine`."""
     integer("permutations", permutations, 19)
+    require(len(examiners) > 0, "examiners", "be one or several", "none")
+    for examiner in examiners:
+        rule = f"see one of {', '.join(SEEN)}"
+        require(examiner.sees in SEEN, "examiners", rule, repr(examiner.sees), place=examiner.name)
     groups = np.concatenate(owners)
     counts = len(np.unique(owners[0])), len(np.unique(owners[1]))
     rng = np.random.default_rng((seed, 1))

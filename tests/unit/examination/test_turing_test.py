@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import turing_learning as tl
-from turing_learning.examination import QUICK, TuringTest
+from turing_learning.examination import QUICK, Ridge, TuringTest
 from turing_learning.examination._samples import pair_of
 from turing_learning.trajectories import Trajectories
 
@@ -215,3 +215,13 @@ def test_values_that_differ_are_not_written_alike():
 def test_too_few_exchanges_of_labels_are_rejected():
     with pytest.raises(ValueError, match="`permutations` must be an integer of at least 19"):
         tl.test(*RNG.standard_normal((2, 20, 20, 1)), permutations=5)
+
+
+def test_examiners_that_are_none_or_see_what_there_is_not_are_rejected():
+    sides = RNG.standard_normal((2, 20, 20, 1))
+    with pytest.raises(ValueError, match="`examiners` must be one or several; got none"):
+        tl.test(*sides, examiners=[])
+    with pytest.raises(
+        ValueError, match=r"`examiners` must see one of statistics, .*; got 'pixels'"
+    ):
+        tl.test(*sides, examiners=[Ridge("mine", "pixels")])
