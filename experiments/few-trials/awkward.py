@@ -1,9 +1,10 @@
-"""Intervals on 48, 40 and 8 awkward systems, written by people who had not read the method.
+"""Intervals on 48, 40 and 8 awkward systems, written by people who had not read the method, and
+on 18 with products and ratios, whose writer had.
 
 ``python awkward.py TRIALS RECORDINGS FIRST LAST``: for each system and each of these seeds a truth
 is drawn, and as many recordings of it. Rows go to awkward.csv; a run that has its rows is not
-repeated. Names of systems may follow, "blind" for the 40 or "further" for the 8; without them the
-48 are run.
+repeated. Names of systems may follow, "blind" for the 40, "further" for the 8 or "logarithms" for
+the 18; without them the 48 are run.
 ``python awkward.py`` alone prints how many of the intervals hold, how many runs are called converged
 though they are far off, and how many of the systems with several solutions are found as such.
 """
@@ -16,6 +17,7 @@ import awkward_systems
 import blind_systems
 import curves
 import further_systems
+import logarithm_systems
 import numpy as np
 import pandas as pd
 
@@ -39,8 +41,12 @@ FIELDS = (
     "verdict",
     "cpu_s",
 )
-SETS = {"blind": blind_systems.SYSTEMS, "further": further_systems.SYSTEMS}
-SYSTEMS = awkward_systems.SYSTEMS | blind_systems.SYSTEMS | further_systems.SYSTEMS
+SETS = {
+    "blind": blind_systems.SYSTEMS,
+    "further": further_systems.SYSTEMS,
+    "logarithms": logarithm_systems.SYSTEMS,
+}
+SYSTEMS = awkward_systems.SYSTEMS | SETS["blind"] | SETS["further"] | SETS["logarithms"]
 FAR = 5.0
 """Half-widths of the interval beyond which an estimate is far off."""
 

@@ -1,5 +1,5 @@
 """New samples of the estimate beside the genuine ones, and solutions that are images of others.
-Decisions 0037 and 0043."""
+Decisions 0037, 0043 and 0069."""
 
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -60,6 +60,10 @@ FEWEST_SIMULATED = 10
 
 LEAST_ODD = 0.0005
 """p-value from which the first models of a run do not rule a symmetry out, see `oddness`."""
+
+LEAST_ODD_PRODUCT = 1e-5
+"""The same where products take the place of parameters: outputs bend more along these, which the
+F-test takes for noise."""
 
 MOST_MOVING = 0.01
 """p-value up to which what a symmetry moves says something at all."""
@@ -165,7 +169,12 @@ class Examiner:
             # what a known symmetry turns back to the solution, or near it, is nothing new
             if group is not None and not self._lies_apart(symmetry, solution, group.folded(image)):
                 continue
-            if self._resemble(solution, image, count, rng):
+            alike = self._resemble(solution, image, count, rng)
+            if alike and symmetry.logarithmic.any():
+                # where models between are as good, both are of one ridge of such products
+                halfway = symmetry.halfway(solution)
+                alike = not self._resemble(solution, halfway, count, rng)
+            if alike:
                 generators.append(symmetry)
                 group = self._group(generators, solution)
                 solution = group.folded(draws)
@@ -180,10 +189,13 @@ class Examiner:
 
         That is, the first family of symmetries that the first models of the run, which are
         anywhere, do not rule out, nor samples of the draws on one side beside those of their
-        images. All of its symmetries belong to a system, or none.
+        images. All of its symmetries belong to a system, or none. Products are not among them: of
+        broad draws many of these hold nearly, and walkers do not jump along them.
         """
         outputs = self._outputs(first_trials)
         for family in self.space.candidates:
+            if any(symmetry.logarithmic.any() for symmetry in family):
+                continue
             if not any(share_beyond(symmetry, draws) >= MIXED for symmetry in family):
                 continue
             if not all(
@@ -264,7 +276,8 @@ class Examiner:
                 if not self._apart(symmetry, draws):
                     continue
                 by_chance, _ = oddness(symmetry, first_trials.parameters, outputs)
-                if by_chance >= LEAST_ODD:
+                least = LEAST_ODD_PRODUCT if symmetry.logarithmic.any() else LEAST_ODD
+                if by_chance >= least:
                     plausible.append(symmetry)
                     chances.append(-by_chance)
                 else:

@@ -1,10 +1,10 @@
-"""What may turn one solution of a custom system into another. Decision 0043."""
+"""What may turn one solution of a custom system into another. Decisions 0043 and 0069."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations, islice
+from itertools import combinations, islice, permutations, product
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,22 @@ FEW_EXCHANGES = 12
 """Exchanges of parameters up to which each is also tried together with each mirrored parameter."""
 
 MOST_CANDIDATES = 300
-"""Families of symmetries that are looked at, at most."""
+"""Families of symmetries that are linear in the parameters, at most; as many others come to them."""
+
+MOST_PRODUCTS = 1000
+"""Symmetries with products of parameters that are made, at most."""
+
+LEAST_INSIDE = 0.25
+"""Share of the range whose images by such a symmetry are in range, too, at least."""
+
+MODELS = 256
+"""Models by which this share is measured."""
+
+KEYS = 8
+"""Those of them that are enough to tell two symmetries."""
+
+LEAST_POSITIVE = 1e-9
+"""Of half the range: what is less is taken for so much, where the logarithm is taken."""
 
 MOST_IMAGES = 120
 """Images of a solution by symmetries in turn, at most: five parts in any order."""
@@ -33,39 +48,90 @@ NUMBERED = re.compile(r"(.*?)[_ ]?(\d+|(?<![^\W_])[^\W_])")
 
 @dataclass(frozen=True, eq=False)
 class Symmetry:
-    """A transformation of models that keeps volumes: matrix @ model + shift.
+    """A transformation of models that keeps volumes: matrix @ coordinates + shift.
+
+    The coordinate of a parameter is its number in units of the space, in which the range is from -1
+    to 1, or the logarithm of how far that is from where the parameter is 0.
 
     Attributes
     ----------
     matrix : (P, P)
     shift : (P,)
-        In units of the space, in which the range is from -1 to 1.
     periodic : (P,) bool
         Which parameters begin again at the ends of their range.
+    zeros : (P,)
+        Where parameters are 0 whose logarithm is taken; -inf for the others.
     """
 
     matrix: np.ndarray
     shift: np.ndarray
     periodic: np.ndarray
+    zeros: np.ndarray
 
     @classmethod
     def none(cls, count: int) -> "Symmetry":
         """Return the symmetry of so many parameters that changes nothing."""
-        return cls(np.eye(count), np.zeros(count), np.zeros(count, dtype=bool))
+        zeros = np.full(count, -np.inf)
+        return cls(np.eye(count), np.zeros(count), np.zeros(count, dtype=bool), zeros)
+
+    @property
+    def logarithmic(self) -> np.ndarray:
+        """Of which parameters (P,) the logarithm is taken."""
+        return np.isfinite(self.zeros)
 
     def of(self, models: np.ndarray) -> np.ndarray:
         """Return the images of models (..., P)."""
-        images = models @ self.matrix.T + self.shift
+        images = self._models(self._coordinates(models) @ self.matrix.T + self.shift)
         if not self.periodic.any():
             return images
         return np.where(self.periodic, (images + 1) % 2 - 1, images)
 
+    def halfway(self, models: np.ndarray) -> np.ndarray:
+        """Return what lies between models (..., P) and their images, in its coordinates."""
+        return self._models((self._coordinates(models) + self._coordinates(self.of(models))) / 2)
+
+    def _coordinates(self, models: np.ndarray) -> np.ndarray:
+        """Return the coordinates (..., P) of models (..., P)."""
+        logarithmic = self.logarithmic
+        if not logarithmic.any():
+            return models
+        sizes = np.where(logarithmic, models - self.zeros, 1)
+        logarithms = np.log(np.maximum(sizes, LEAST_POSITIVE))
+        return np.where(logarithmic, logarithms, models)
+
+    def _models(self, coordinates: np.ndarray) -> np.ndarray:
+        """Return the models (..., P) of such coordinates."""
+        logarithmic = self.logarithmic
+        if not logarithmic.any():
+            return coordinates
+        sizes = np.exp(np.where(logarithmic, coordinates, 0))
+        return np.where(logarithmic, sizes + self.zeros, coordinates)
+
+    def joins(self, other: "Symmetry") -> bool:
+        """Say whether both are linear in the same coordinates."""
+        zeros = np.maximum(self.zeros, other.zeros)
+        return self._linear_in(zeros) and other._linear_in(zeros)
+
+    def _linear_in(self, zeros: np.ndarray) -> bool:
+        """Say whether it is linear in the coordinates of zeros, which takes more logarithms.
+
+        It is where parameters that have the same zero change places, and nothing else.
+        """
+        changed = zeros != self.zeros
+        rows = self.matrix[changed]
+        target = rows.argmax(axis=1)
+        exchanged = (rows == np.eye(len(zeros))[target]).all() and changed[target].all()
+        same = (zeros[target] == zeros[changed]).all()
+        unused = not self.matrix[np.ix_(~changed, changed)].any()
+        fixed = not self.shift[changed].any() and not self.periodic[changed].any()
+        return bool(exchanged and same and unused and fixed)
+
     def after(self, before: "Symmetry") -> "Symmetry":
-        """Return the symmetry that comes to this one after another."""
+        """Return the symmetry that comes to this one after another, which it `joins`."""
         matrix = self.matrix @ before.matrix
         shift = self.matrix @ before.shift + self.shift
         periodic = self.periodic | ((self.matrix != 0) & before.periodic).any(axis=1)
-        return Symmetry(matrix, shift, periodic)
+        return Symmetry(matrix, shift, periodic, np.maximum(self.zeros, before.zeros))
 
     @property
     def exchanges(self) -> bool:
@@ -80,9 +146,17 @@ class Symmetry:
 
     @property
     def key(self) -> tuple[float, ...]:
-        """What is equal for equal ones, beside rounding."""
-        numbers = np.concatenate((self.matrix.ravel(), self.shift, self.periodic))
-        return tuple((np.round(numbers, 9) + 0.0).tolist())
+        """What is equal for equal ones, in whatever coordinates, beside rounding: some images."""
+        images = self.of(_models(len(self.shift))[:KEYS])
+        return tuple((np.round(images.ravel(), 6) + 0.0).tolist())
+
+    def orbit(self, models: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return models (N, P) with all their images, (order, N, P), and which (N,) are in range."""
+        orbit = [models]
+        for _ in range(self.order - 1):
+            orbit.append(self.of(orbit[-1]))
+        images = np.stack(orbit)
+        return images, (np.abs(images) <= 1).all(axis=(0, 2))
 
     @property
     def order(self) -> int:
@@ -103,9 +177,10 @@ class _Axis:
     index: int
     stem: str  #: Its name, without the part of a model it is of
     suffix: str  #: That part, "" where the name says none
-    low: float  #: Of the range of the first models, or its logarithm
+    low: float  #: Of the range of the first models
     high: float
     scale: str
+    positive: bool  #: Whether it is never below 0
 
     @property
     def kind(self) -> tuple[float, float, str]:
@@ -118,6 +193,18 @@ class _Axis:
         if self.scale != "linear" or not self.low < 0 < self.high or self.low == -self.high:
             return None
         return -(self.low + self.high) / (self.high - self.low)
+
+    @property
+    def logarithm(self) -> tuple[float, float, float]:
+        """The zero, in units of the space, and factor and summand of its coordinate.
+
+        That is, how the logarithm of a positive parameter comes of its coordinate, see `Symmetry`.
+        """
+        if self.scale == "linear":
+            half = (self.high - self.low) / 2
+            return -(self.low + self.high) / (self.high - self.low), 1.0, float(np.log(half))
+        middle = np.log(self.low * self.high) / 2
+        return -np.inf, float(np.log(self.high / self.low) / 2), float(middle)
 
     @property
     def share(self) -> bool:
@@ -156,7 +243,8 @@ def candidate_symmetries(parameters: Mapping[str, Parameter]) -> list[list[Symme
 
     Each list is a family: a system has all of it, or nothing. Equal parts of a model may change
     places; the share of the last part may be 1 minus the others. A parameter may be mirrored at the middle
-    of its range or at 0, and turned by a part of its range, alone or together with another one.
+    of its range or at 0, and turned by a part of its range, alone or together with another one. Positive
+    parameters may become products of others and of their inverses.
     """
     axes = _axes(parameters)
     exchanges = sorted(_exchanges(axes), key=lambda family: -family[0].moved.sum())
@@ -170,7 +258,12 @@ def candidate_symmetries(parameters: Mapping[str, Parameter]) -> list[list[Symme
             for axis in axes:
                 if exchange.matrix[axis.index, axis.index] == 1:
                     families.extend([single.after(exchange)] for single in alone[axis.index])
-    return list(islice(_unique(families), MOST_CANDIDATES))
+    families = list(islice(_unique(families), MOST_CANDIDATES))
+    for symmetry in islice(_products(axes), MOST_PRODUCTS):
+        _, inside = symmetry.orbit(_models(len(axes)))
+        if inside.mean() >= LEAST_INSIDE:
+            families.append([symmetry])
+    return list(islice(_unique(families), 2 * MOST_CANDIDATES))
 
 
 def _axes(parameters: Mapping[str, Parameter]) -> list[_Axis]:
@@ -181,8 +274,14 @@ def _axes(parameters: Mapping[str, Parameter]) -> list[_Axis]:
         low, high = parameter.initial
         split = NUMBERED.fullmatch(name)
         stem, suffix = (split[1], split[2]) if split else (name, "")
-        axes.append(_Axis(index, stem, suffix, low, high, parameter.scale))
+        positive = parameter.scale == "log" or (parameter.low is not None and parameter.low >= 0)
+        axes.append(_Axis(index, stem, suffix, low, high, parameter.scale, positive))
     return axes
+
+
+def _models(count: int) -> np.ndarray:
+    """Return some models (N, P) of so many parameters, anywhere in their ranges."""
+    return np.random.default_rng(0).uniform(-1, 1, (MODELS, count))
 
 
 def _alike(axes: Sequence[_Axis]) -> list[list[_Axis]]:
@@ -210,7 +309,7 @@ def _signed(order: Sequence[int], signs: Sequence[float]) -> Symmetry:
     """Return what takes parameters in an order, each with a sign."""
     count = len(order)
     matrix = np.eye(count)[list(order)] * np.asarray(signs)[:, None]
-    return Symmetry(matrix, np.zeros(count), np.zeros(count, dtype=bool))
+    return replace(Symmetry.none(count), matrix=matrix)
 
 
 def _mirrored(count: int, about: dict[int, float]) -> Symmetry:
@@ -287,6 +386,59 @@ def _together(axes: Sequence[_Axis]) -> Iterator[Symmetry]:
                 yield half.after(_mirrored(count, {index: value}))
     for first_axis, second_axis in combinations(axes, 2):
         yield _mirrored(count, {first_axis.index: 0.0, second_axis.index: 0.0})
+
+
+def _product(axes: Sequence[_Axis], powers: Mapping[int, Mapping[int, float]]) -> Symmetry:
+    """Return what puts products of powers of positive parameters in place of some of them."""
+    symmetry = Symmetry.none(len(axes))
+    for index, factors in powers.items():
+        symmetry.zeros[index], unit, summand = axes[index].logarithm
+        symmetry.matrix[index] = 0
+        symmetry.shift[index] = -summand / unit
+        for factor, power in factors.items():
+            symmetry.zeros[factor], factor_unit, factor_summand = axes[factor].logarithm
+            symmetry.matrix[index, factor] = power * factor_unit / unit
+            symmetry.shift[index] += power * factor_summand / unit
+    return symmetry
+
+
+def _products(axes: Sequence[_Axis]) -> Iterator[Symmetry]:
+    """Yield what is linear in logarithms of positive parameters, the plainest first."""
+    positive = [axis for axis in axes if axis.positive]
+    indices = [axis.index for axis in positive]
+    groups = [[], *([index] for index in indices)]
+    groups.extend([axis.index for axis in group] for group in _alike(positive))
+    for first, second in permutations(indices, 2):
+        # two rates, and others that are in proportion to one of them, such as a volume
+        exchanged = {first: {second: 1}, second: {first: 1}}
+        for group in groups:
+            if first in group or second in group:
+                continue
+            # which is an exchange of coordinates
+            if not group and axes[first].kind == axes[second].kind:
+                continue
+            others = {index: {index: 1, first: 1, second: -1} for index in group}
+            yield _product(axes, exchanged | others)
+    for ratio in indices:
+        # a ratio, and what it is the ratio to: the other part takes its place
+        for group, power in product(groups, (1, -1)):
+            if ratio in group:
+                continue
+            others = {index: {index: 1, ratio: power} for index in group}
+            inverted = _product(axes, {ratio: {ratio: -1}} | others)
+            yield inverted
+            for axis in axes:
+                if axis.share and axis.index != ratio and axis.index not in group:
+                    yield inverted.after(_remaining(axes, [axis], axis))
+    for first, second in permutations(indices, 2):
+        # a rate and a time
+        yield _product(axes, {first: {second: -1}, second: {first: -1}})
+        # a side and an area; a part and the middle of both
+        for power in (1, 2):
+            yield _product(axes, {first: {first: -1, second: power}})
+    for first, second, third in permutations(indices, 3):
+        # two rates, one of which is in units of a third parameter
+        yield _product(axes, {first: {second: 1, third: 1}, second: {first: 1, third: -1}})
 
 
 def _parts(axes: Sequence[_Axis]) -> Iterator[list[list[_Axis]]]:
@@ -440,6 +592,8 @@ class SymmetryGroup:
         periodic = _periodic(generators)
         for member in members:
             for generator in generators:
+                if not generator.joins(member):
+                    continue
                 further = generator.after(member)
                 image = further.of(reference)
                 if (np.abs(image) > widest).any():
@@ -464,6 +618,7 @@ class SymmetryGroup:
             "matrices": np.stack([member.matrix for member in self.members]),
             "shifts": np.stack([member.shift for member in self.members]),
             "periodic": np.stack([member.periodic for member in self.members]),
+            "zeros": np.stack([member.zeros for member in self.members]),
             "reference": self.reference,
             "scale": self.scale,
             "widest": self.widest,
@@ -472,7 +627,7 @@ class SymmetryGroup:
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray]) -> "SymmetryGroup":
         """Return the group of a `state`."""
-        columns = (state[name] for name in ("matrices", "shifts", "periodic"))
+        columns = (state[name] for name in ("matrices", "shifts", "periodic", "zeros"))
         members = [Symmetry(*entry) for entry in zip(*columns, strict=True)]
         return cls(members, state["reference"], state["scale"], state["widest"])
 
@@ -530,16 +685,16 @@ def oddness(symmetry: Symmetry, models: np.ndarray, outputs: np.ndarray) -> tupl
     second number asks whether outputs change at all with what is moved. Both are p-values of
     F-tests, of the output that differs most.
     """
-    orbit = [models]
-    for _ in range(symmetry.order - 1):
-        orbit.append(symmetry.of(orbit[-1]))
-    inside = (np.abs(np.stack(orbit)) <= 1).all(axis=(0, 2))
+    orbit, inside = symmetry.orbit(models)
+    orbit = orbit[:, inside]
     models = models[inside]
     outputs = outputs[inside]
     if not len(models):
         return 1.0, 1.0
-    terms = [_terms(image[inside]) for image in orbit]
-    even = np.mean(terms, axis=0)
+    # how much room each image has, beside the others
+    room = np.where(symmetry.logarithmic, orbit - symmetry.zeros, 1).prod(axis=2)
+    terms = np.stack([_terms(image) for image in orbit])
+    even = (terms * room[..., None]).sum(axis=0) / room.sum(axis=0)[:, None]
     fixed = np.abs(terms[0] - _terms(np.where(symmetry.moved, 0.0, models))).max(axis=0) < 1e-9
     plain = _basis(even[:, fixed])
     bent = _basis(even[:, ~fixed], plain)

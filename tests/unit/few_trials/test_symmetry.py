@@ -1,5 +1,6 @@
 """What turns a solution into others: proposed, seen in the first models, and folded away."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,6 +15,7 @@ from turing_learning.few_trials import (
 )
 from turing_learning.few_trials._examination import paired_p_value
 from turing_learning.few_trials._readout import Evidence
+from turing_learning.few_trials._symmetry import oddness
 from turing_learning.models import Parameter
 
 CLUSTERS = [f"{axis}{number}" for number in (1, 2, 3) for axis in "xy"]
@@ -140,15 +142,15 @@ def test_a_mixture_of_images_is_seen_and_nothing_else_is_taken_for_one(examined)
 
 
 def test_a_symmetry_after_another_is_one_again():
-    turn = Symmetry(np.eye(1), np.array([1.0]), np.array([True]))
-    mirror = Symmetry(-np.eye(1), np.array([0.2]), np.array([False]))
+    turn = replace(Symmetry.none(1), shift=np.array([1.0]), periodic=np.array([True]))
+    mirror = replace(Symmetry.none(1), matrix=-np.eye(1), shift=np.array([0.2]))
     models = np.linspace(-0.9, 0.9, 7)[:, None]
     assert np.allclose(turn.after(mirror).of(models), turn.of(mirror.of(models)))
     assert turn.order == mirror.order == 2
 
 
 def test_what_begins_again_at_the_end_of_its_range_is_folded_around_the_circle():
-    half_turn = Symmetry(np.eye(1), np.array([1.0]), np.array([True]))
+    half_turn = replace(Symmetry.none(1), shift=np.array([1.0]), periodic=np.array([True]))
     group = SymmetryGroup.generated(
         [half_turn], np.array([0.98]), np.array([0.05]), np.array([1.0])
     )
@@ -178,3 +180,150 @@ def test_broad_draws_tell_a_false_symmetry_from_a_right_one(amplitude, phase, al
     images = np.c_[amplitude * models[:, 0], phase(models[:, 1])]
     p_value = paired_p_value(models, oscillation(models, rng), oscillation(images, rng), rng)
     assert (p_value >= 0.01) == alike
+
+
+def positive(*names):
+    return {name: Parameter(0.1, 5) for name in names}
+
+
+def numbers(parameters, values):
+    """Return values of parameters in units of the space."""
+    found = []
+    for parameter, value in zip(parameters.values(), values, strict=True):
+        ends = np.array([*parameter.initial, value])
+        if parameter.scale == "log":
+            ends = np.log(ends)
+        found.append(2 * (ends[2] - ends[0]) / (ends[1] - ends[0]) - 1)
+    return np.array(found)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "model", "image"),
+    [
+        # a drug by mouth: fast in and slow out, or slow in and fast out of another volume
+        (
+            {"absorption": Parameter(0.05, 4), "elimination": Parameter(0.05, 4), "volume": Parameter(0, 80)},
+            [2, 0.5, 24],
+            [0.5, 2, 6],
+        ),
+        (
+            {"absorption": Parameter(0.05, 4), "elimination": Parameter(0.05, 4), "volume": Parameter(1, 90, "log")},
+            [2, 0.5, 24],
+            [0.5, 2, 6],
+        ),
+        # rates whose ranges differ
+        ({"fast": Parameter(0.1, 9), "slow": Parameter(0.1, 4)}, [3, 0.5], [0.5, 3]),
+        (positive("size", "ratio"), [1.5, 2], [3, 0.5]),
+        (positive("size", "ratio") | {"share": Parameter(0, 1)}, [1.5, 2, 0.3], [3, 0.5, 0.7]),
+        (positive("rate", "time"), [2, 0.8], [1.25, 0.5]),
+        (positive("side", "area"), [1.25, 5], [4, 5]),
+        (positive("side", "middle"), [1, 2], [4, 2]),
+        (positive("cold", "warm", "factor"), [2, 0.5, 1.6], [0.8, 1.25, 1.6]),
+    ],
+)  # fmt: skip
+def test_products_take_the_place_of_positive_parameters(parameters, model, image):
+    model = numbers(parameters, model)
+    image = numbers(parameters, image)
+    symmetries = [one for family in candidate_symmetries(parameters) for one in family]
+    found = [one for one in symmetries if np.allclose(one.of(model), image)]
+    assert len(found) == 1
+    assert np.allclose(found[0].of(image), model)
+
+
+def test_no_product_takes_the_place_of_what_may_be_negative():
+    parameters = {"shift": Parameter(-1, 5), "open": Parameter(None, 5, initial=(1, 5))}
+    for family in candidate_symmetries(parameters):
+        assert not any(one.logarithmic.any() for one in family)
+
+
+def test_nothing_is_tried_twice_in_whatever_coordinates():
+    parameters = {name: Parameter(0.2, 5, "log") for name in "abc"} | {"share": Parameter(0, 1)}
+    families = candidate_symmetries(parameters)
+    models = np.random.default_rng(1).uniform(-0.9, 0.9, (20, 4))
+    actions = {
+        tuple(sorted(one.of(models).round(6).tobytes() for one in family)) for family in families
+    }
+    assert len(actions) == len(families)
+
+
+def flip_flop():
+    parameters = {name: Parameter(0.05, 4) for name in ("absorption", "elimination")}
+    parameters["volume"] = Parameter(0.5, 80)
+    model = numbers(parameters, [1.6, 0.4, 20])
+    image = numbers(parameters, [0.4, 1.6, 5])
+    for symmetry, *_ in candidate_symmetries(parameters):
+        if np.allclose(symmetry.of(model), image):
+            return symmetry, model, image
+    raise AssertionError("no such symmetry is proposed")
+
+
+def test_a_group_may_hold_what_is_linear_in_logarithms_and_what_is_not():
+    scaled, model, image = flip_flop()
+    exchange = replace(Symmetry.none(3), matrix=np.eye(3)[[1, 0, 2]])
+    mirror = replace(Symmetry.none(3), matrix=np.diag([1.0, 1.0, -1.0]))
+    assert scaled.joins(exchange)
+    assert not scaled.joins(mirror)
+    assert np.allclose(exchange.after(scaled).of(model), exchange.of(image))
+    size = np.full(3, 0.01)
+    group = SymmetryGroup.generated([scaled, mirror], model, size, np.ones(3))
+    # that of both in turn would be linear in neither
+    assert len(group.members) == 3
+    again = SymmetryGroup.restored(group.state)
+    np.testing.assert_allclose(again.folded(image[None]), model[None])
+
+
+def test_first_models_rule_out_no_symmetry_of_a_rate_and_a_time():
+    parameters = {name: Parameter(0.05, 10) for name in ("rate", "time")}
+    model, image = numbers(parameters, [2, 0.8]), numbers(parameters, [1.25, 0.5])
+    symmetries = [one for family in candidate_symmetries(parameters) for one in family]
+    (inverse,) = [one for one in symmetries if np.allclose(one.of(model), image)]
+    right = []
+    wrong = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        # evenly in the range, so unevenly in logarithms
+        models = rng.uniform(-1, 1, (400, 2))
+        rate, time = 0.05 + 9.95 * (models.T + 1) / 2
+        duration = np.tanh(0.5 * (1 / rate + time - 3))[:, None]
+        right.append(oddness(inverse, models, duration + 0.1 * rng.standard_normal((400, 1)))[0])
+        wrong.append(oddness(inverse, models, rate[:, None] + rng.standard_normal((400, 1)))[0])
+    assert np.median(right) > 0.01
+    assert np.median(wrong) < 1e-5
+
+
+def levels(parameters, rng, *, product):
+    """Samples (N, 12, 1) of the levels of a drug, or of a product alone."""
+    absorption, elimination, volume = parameters.T[..., None]
+    hours = np.array([0.25, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 12, 18, 24])
+    if product:
+        level = np.broadcast_to(absorption * elimination, (len(parameters), 12))
+    else:
+        gap = absorption - elimination + 1e-9
+        shape = np.exp(-elimination * hours) - np.exp(-absorption * hours)
+        level = 100 / volume * absorption * shape / gap
+    return (level * np.exp(0.1 * rng.standard_normal(level.shape)))[..., None]
+
+
+@pytest.mark.parametrize("product", [False, True])
+def test_another_solution_is_no_other_place_of_a_ridge(product):
+    scaled, model, image = flip_flop()
+    middle, half = np.array([2.025, 2.025, 40.25]), np.array([1.975, 1.975, 39.75])
+    rng = np.random.default_rng(6)
+
+    class Levels:
+        def collect(self, models, rng):
+            return SimpleNamespace(counterfeit=levels(models, rng, product=product)[:, None])
+
+    space = SearchSpace.between(middle - half, middle + half, limits=True, candidates=[[scaled]])
+    genuine = levels(np.tile(middle + half * model, (25, 1)), rng, product=product)
+    models = rng.uniform(-1, 1, (150, 3))
+    outputs = np.tanh(
+        levels(middle + half * models, rng, product=product)[:, ::3, 0] - genuine.mean()
+    )
+    evidence = Evidence(space, models, outputs, genuine[:, ::3, 0], 1, observed_anew=False)
+    draws = model + 0.005 * rng.standard_normal((600, 3))
+    group = Examiner(Levels(), space, genuine, ("level",)).symmetries(draws, evidence, 1000, rng)
+    if product:
+        assert group is None
+    else:
+        np.testing.assert_allclose(group.members[1].of(model), image)
