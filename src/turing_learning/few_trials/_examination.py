@@ -162,6 +162,9 @@ class Examiner:
             generators.extend(followed.members[1:])
             group = self._group(generators, draws)
         solution = draws if group is None else group.folded(draws)
+        chosen = rng.permutation(len(draws))[:count]
+        # samples of the solution itself, which all of its images are held against
+        own = self._simulated(solution[chosen], rng)
         for symmetry in self._plausible(draws, first_trials)[:IMAGES]:
             image = symmetry.of(solution)
             if any(_alike(image, earlier) for earlier in tried):
@@ -169,15 +172,16 @@ class Examiner:
             # what a known symmetry turns back to the solution, or near it, is nothing new
             if group is not None and not self._lies_apart(symmetry, solution, group.folded(image)):
                 continue
-            alike = self._resemble(solution, image, count, rng)
+            alike = self._resemble(solution[chosen], own, image[chosen], rng)
             if alike and symmetry.logarithmic.any():
                 # where models between are as good, both are of one ridge of such products
-                halfway = symmetry.halfway(solution)
-                alike = not self._resemble(solution, halfway, count, rng)
+                halfway = symmetry.halfway(solution[chosen])
+                alike = not self._resemble(solution[chosen], own, halfway, rng)
             if alike:
                 generators.append(symmetry)
                 group = self._group(generators, solution)
                 solution = group.folded(draws)
+                own = self._simulated(solution[chosen], rng)
             else:
                 tried.append(image)
         return group
@@ -219,8 +223,11 @@ class Examiner:
         """Say whether samples of draws (D, P) resemble those of their images by a group."""
         count = min(samples_of(trials), SAMPLES_OF_IMAGE)
         images = np.stack([member.of(draws) for member in group.members])
-        chosen = rng.integers(1, len(images), size=len(draws))
-        return self._resemble(draws, images[chosen, np.arange(len(draws))], count, rng)
+        member = rng.integers(1, len(images), size=len(draws))
+        image = images[member, np.arange(len(draws))]
+        chosen = rng.permutation(len(draws))[:count]
+        own = self._simulated(draws[chosen], rng)
+        return self._resemble(draws[chosen], own, image[chosen], rng)
 
     @staticmethod
     def _moves_evenly(
@@ -285,18 +292,24 @@ class Examiner:
         return [plausible[k] for k in np.argsort(chances, kind="stable")]
 
     def _resemble(
-        self, models: np.ndarray, image: np.ndarray, count: int, rng: np.random.Generator
+        self,
+        models: np.ndarray,
+        own: tuple[np.ndarray, np.ndarray],
+        image: np.ndarray,
+        rng: np.random.Generator,
     ) -> bool:
-        """Say whether samples of models (D, P) and of their images (D, P) are alike, pair by pair."""
-        chosen = rng.permutation(len(models))[:count]
-        samples, own_usable = self._simulated(models[chosen], rng)
+        """Say whether samples of models (N, P) and of their images (N, P) are alike, pair by pair.
+
+        `own` are those of the models, and which of them have not failed.
+        """
+        samples, own_usable = own
         with getattr(self.source, "probing", nullcontext)():
-            image_samples, image_usable = self._simulated(image[chosen], rng)
+            image_samples, image_usable = self._simulated(image, rng)
         usable = own_usable & image_usable
         if usable.sum() < FEWEST_SIMULATED:
             return False
         pairs = samples[usable], image_samples[usable]
-        if paired_p_value(models[chosen][usable], *pairs, rng) < LEAST_IMAGE:
+        if paired_p_value(models[usable], *pairs, rng) < LEAST_IMAGE:
             return False
         return resemblance(pairs[1], pairs[0], self.signals, rng) >= LEAST_IMAGE
 
