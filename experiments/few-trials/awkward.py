@@ -1,10 +1,10 @@
 """Intervals on 48, 40 and 8 awkward systems, written by people who had not read the method, and
-on 18 with products and ratios, whose writer had.
+on 18 with products and ratios, whose writer had, and 12 whose writer had not.
 
 ``python awkward.py TRIALS RECORDINGS FIRST LAST``: for each system and each of these seeds a truth
 is drawn, and as many recordings of it. Rows go to awkward.csv; a run that has its rows is not
-repeated. Names of systems may follow, "blind" for the 40, "further" for the 8 or "logarithms" for
-the 18; without them the 48 are run.
+repeated. Names of systems may follow, "blind" for the 40, "further" for the 8, "logarithms" for
+the 18 or "products" for the 12; without them the 48 are run.
 ``python awkward.py`` alone prints how many of the intervals hold, how many runs are called converged
 though they are far off, and how many of the systems with several solutions are found as such.
 """
@@ -20,6 +20,7 @@ import further_systems
 import logarithm_systems
 import numpy as np
 import pandas as pd
+import symmetric_products
 
 import turing_learning as tl
 
@@ -45,8 +46,10 @@ SETS = {
     "blind": blind_systems.SYSTEMS,
     "further": further_systems.SYSTEMS,
     "logarithms": logarithm_systems.SYSTEMS,
+    "products": symmetric_products.SYSTEMS,
 }
 SYSTEMS = awkward_systems.SYSTEMS | SETS["blind"] | SETS["further"] | SETS["logarithms"]
+SYSTEMS |= SETS["products"]
 FAR = 5.0
 """Half-widths of the interval beyond which an estimate is far off."""
 

@@ -386,5 +386,7 @@ def _oddities(samples: LabelledWindows) -> list[str]:
     simulated = samples.windows[samples.labels < 0.5]
     copies = sum(window.tobytes() in genuine for window in simulated)
     if copies:
-        oddities.append(f"{copies} of {len(simulated)} simulated samples equal a real one.")
+        oddities.append(
+            f"{copies} of {len(simulated)} simulated samples equal a real one, as far as the panel sees."
+        )
     return oddities

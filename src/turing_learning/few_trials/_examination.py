@@ -40,7 +40,10 @@ LEAST_IMAGE = 0.01
 """p-value of new samples from which an image of a solution is a solution, too."""
 
 IMAGES = 12
-"""Images whose samples are simulated, at most."""
+"""Images by linear symmetries whose samples are simulated, at most."""
+
+PRODUCT_IMAGES = 6
+"""The same of symmetries with products of parameters, of which more are plausible by chance."""
 
 SAMPLES_OF_IMAGE = 75
 """Samples of an image, at most."""
@@ -165,7 +168,7 @@ class Examiner:
         chosen = rng.permutation(len(draws))[:count]
         # samples of the solution itself, which all of its images are held against
         own = self._simulated(solution[chosen], rng)
-        for symmetry in self._plausible(draws, first_trials)[:IMAGES]:
+        for symmetry in self._plausible(draws, first_trials):
             image = symmetry.of(solution)
             if any(_alike(image, earlier) for earlier in tried):
                 continue
@@ -268,13 +271,13 @@ class Examiner:
         return np.asarray(vectors[:, values > 1e-6 * values[0]][:, :DIRECTIONS])
 
     def _plausible(self, draws: np.ndarray, first_trials: Evidence) -> list[Symmetry]:
-        """Return symmetries whose images of draws (D, P) lie apart, the most plausible first.
+        """Return symmetries whose images of draws (D, P) lie apart, linear ones first.
 
-        None that the first models of a run rule out.
+        None that the first models of a run rule out, and the most plausible of each kind.
         """
         outputs = self._outputs(first_trials)
-        plausible = []
-        chances = []
+        linear: list[tuple[float, Symmetry]] = []
+        products: list[tuple[float, Symmetry]] = []
         for family in self.space.candidates:
             ruled_out = 0
             for symmetry in family:
@@ -283,13 +286,21 @@ class Examiner:
                 if not self._apart(symmetry, draws):
                     continue
                 by_chance, _ = oddness(symmetry, first_trials.parameters, outputs)
-                least = LEAST_ODD_PRODUCT if symmetry.logarithmic.any() else LEAST_ODD
+                if symmetry.logarithmic.any():
+                    least = LEAST_ODD_PRODUCT
+                    plausible = products
+                else:
+                    least = LEAST_ODD
+                    plausible = linear
                 if by_chance >= least:
-                    plausible.append(symmetry)
-                    chances.append(-by_chance)
+                    plausible.append((by_chance, symmetry))
                 else:
                     ruled_out += 1
-        return [plausible[k] for k in np.argsort(chances, kind="stable")]
+        chosen: list[Symmetry] = []
+        for plausible, most in ((linear, IMAGES), (products, PRODUCT_IMAGES)):
+            plausible.sort(key=lambda entry: -entry[0])
+            chosen.extend(symmetry for _, symmetry in plausible[:most])
+        return chosen
 
     def _resemble(
         self,

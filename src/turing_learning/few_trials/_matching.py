@@ -317,8 +317,9 @@ def _prepared(
     fold = rng.permutation(models)[model] % FOLDS
     canary = rng.uniform(-1, 1, models)[model]
     varies = x.std(axis=0) > LEAST_DEVIATION
-    rule = "differ between samples of the models, which all look alike to every classifier"
-    require(varies.any(), "counterfeit_outputs", rule, f"{len(x)} samples without a difference")
+    rule = "return samples that classifiers can tell apart"
+    remedy = "See whether it uses its parameters and `rng`."
+    require(varies.any(), "simulate", rule, f"{len(x)} samples that all look alike", remedy)
     x = x[:, varies]
     mean = x.mean(axis=0)
     scale = x.std(axis=0)

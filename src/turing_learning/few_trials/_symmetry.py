@@ -48,7 +48,7 @@ NUMBERED = re.compile(r"(.*?)[_ ]?(\d+|(?<![^\W_])[^\W_])")
 
 @dataclass(frozen=True, eq=False)
 class Symmetry:
-    """A transformation of models that keeps volumes: matrix @ coordinates + shift.
+    """A transformation of models, which keeps volumes of coordinates: matrix @ coordinates + shift.
 
     The coordinate of a parameter is its number in units of the space, in which the range is from -1
     to 1, or the logarithm of how far that is from where the parameter is 0.
@@ -627,7 +627,12 @@ class SymmetryGroup:
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray]) -> "SymmetryGroup":
         """Return the group of a `state`."""
-        columns = (state[name] for name in ("matrices", "shifts", "periodic", "zeros"))
+        # A group that a run follows has no logarithms, and earlier runs have stored none.
+        none = np.full(state["shifts"].shape, -np.inf)
+        columns = (
+            *(state[name] for name in ("matrices", "shifts", "periodic")),
+            state.get("zeros", none),
+        )
         members = [Symmetry(*entry) for entry in zip(*columns, strict=True)]
         return cls(members, state["reference"], state["scale"], state["widest"])
 

@@ -547,7 +547,7 @@ def describe_stimulated(
     except CustomSystemError as error:
         where = f"[the first {_SCALING_TRIALS} trials, whose stimuli no classifier chooses]"
         raise CustomSystemError(f"{error} {where}") from error
-    center, scale = scales_of(samples[..., :count].reshape(-1, count))
+    center, scale = scales_of(samples[..., :count].reshape(-1, count), recorded=False)
     return replace(
         system,
         center=center + system.center[count:],

@@ -12,7 +12,7 @@ from ..purposes import GENUINE
 from ..trajectories import DIRECTED
 from ._custom import CustomSystem, headings_of
 from ._genuine import (
-    SMALLEST_SCALE,
+    PRECISION,
     Genuine,
     SplitSamples,
     cut_samples,
@@ -135,11 +135,20 @@ def describe(
         remedy = "See what `recording.check()` finds, and give windows of individuals that move."
         got = f"the same at every step of all of them: {constant}"
         refuse("genuine", "be windows of motion that varies", got, remedy)
-    variation = np.ptp(data.learning.reshape(-1, len(signals)), axis=0)
-    rule = f"vary by {SMALLEST_SCALE:g} or more in a signal"
-    remedy = "Give them, and those of the simulator, in a smaller unit."
-    told = len(data.constant) < len(signals) or not variation.any()
-    require(told, "genuine", rule, f"{variation.max():.3g} at most", remedy)
+    values = data.learning.reshape(-1, len(signals))
+    variation = np.ptp(values, axis=0)
+    rule = "vary by more than rounding leaves, in one signal or more"
+    got = f"{variation.max():.3g} at most, of values up to {np.abs(values).max():.3g}"
+    remedy = "Give them, and those of the simulator, in a smaller unit, or as differences from a constant."
+    varies = len(data.constant) < len(signals) or not variation.any()
+    require(varies, "genuine", rule, got, remedy)
+    for name, largest, divisor in zip(signals, np.abs(values).max(axis=0), scale, strict=True):
+        if 0 < largest < PRECISION and divisor < PRECISION:
+            message = (
+                "Signal %s is at most %.3g, and is divided by %.3g. "
+                "If that is what rounding leaves of 0, leave the signal out."
+            )
+            _LOGGER.warning(message, name, largest, divisor)
     # A model without noise can be found by a constant
     if constant:
         remedy = "If that is not what was observed, repair the samples, or leave the signal out."

@@ -21,7 +21,8 @@ SCALE_PERCENTILE = 99.0
 SMALLEST_SCALE = 1e-13
 """A signal that varies less counts as constant, and is not divided: computing leaves as much of numbers of size 1."""
 PRECISION = 1e-9
-"""So does a signal that varies less than this, or than this share of its largest magnitude if that is below 1."""
+"""So does a signal that varies less than this, or than this share of its largest magnitude if that is below 1;
+one of a recording, that varies less than this: turns of straight paths are differences of large numbers."""
 
 HELD_OUT = 0.2
 """Default share of the samples that are held out for testing."""
@@ -84,7 +85,8 @@ class Genuine:
     def constant(self) -> tuple[int, ...]:
         """Which signals, from 0, have the same value at every step of all samples for learning."""
         values = self.learning.reshape(-1, self.samples.shape[2])
-        return tuple(np.flatnonzero(np.ptp(values, axis=0) < _constant_below(values)).tolist())
+        least = constant_below(values, recorded=bool(self.origin))
+        return tuple(np.flatnonzero(np.ptp(values, axis=0) < least).tolist())
 
     def scales(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return what is subtracted from each signal and what it is divided by, from the samples for learning.
@@ -92,20 +94,24 @@ class Genuine:
         The median, and the 99th percentile of the distance from it, so that nearly all inputs lie
         within [-1, 1] and a few outliers change nothing; 1 for a signal that does not vary.
         """
-        return scales_of(self.learning.reshape(-1, self.samples.shape[2]))
+        return scales_of(
+            self.learning.reshape(-1, self.samples.shape[2]), recorded=bool(self.origin)
+        )
 
 
-def scales_of(values: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def scales_of(values: np.ndarray, *, recorded: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the center and the scale of the values (n, D) of each signal, see `Genuine.scales`."""
     center = np.median(values, axis=0)
     scale = np.percentile(np.abs(values - center), SCALE_PERCENTILE, axis=0)
-    scale = np.where(scale < _constant_below(values), 1.0, scale)
+    scale = np.where(scale < constant_below(values, recorded=recorded), 1.0, scale)
     return tuple(center.tolist()), tuple(scale.tolist())
 
 
-def _constant_below(values: np.ndarray) -> np.ndarray:
+def constant_below(values: np.ndarray, *, recorded: bool) -> np.ndarray:
     """Return how little the values (n, D) of a constant signal vary (D,): rounding leaves as much of it."""
     largest = np.abs(values).max(axis=0)
+    if recorded:
+        return np.full(len(largest), PRECISION)
     return np.maximum(PRECISION * np.minimum(largest, 1.0), SMALLEST_SCALE)
 
 

@@ -659,16 +659,26 @@ def test_a_signal_that_does_not_vary_is_told_in_words(caplog):
 
 def test_signals_in_so_large_a_unit_that_they_count_as_constant_are_refused():
     with pytest.raises(
-        ValueError, match=re.escape("`genuine` must vary by 1e-13 or more in a signal")
+        ValueError, match=re.escape("`genuine` must vary by more than rounding leaves")
     ):
         infer(genuine=recorded() * 1e-16, generations=1)
+
+
+def test_a_signal_that_may_be_what_rounding_leaves_of_zero_is_named(caplog):
+    small = recorded()
+    small[..., 1] *= 1e-11
+    infer(genuine=small, generations=1)
+    (record,) = caplog.records
+    assert "If that is what rounding leaves of 0, leave the signal out." in record.message
 
 
 def test_models_that_all_look_alike_to_classifiers_are_refused():
     def still(parameters, rng):
         return np.full((len(parameters), 20, 1), 7.0)
 
-    with pytest.raises(ValueError, match="which all look alike to every classifier"):
+    with pytest.raises(
+        ValueError, match="`simulate` must return samples that classifiers can tell apart"
+    ):
         tl.infer(
             genuine=still(np.empty((40, 1)), None), simulate=still, parameters={"a": (0, 10)}, trials=50,
             vectorized=True, progress=False, settings={"run.threads": 1},

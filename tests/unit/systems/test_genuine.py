@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from turing_learning.systems._genuine import read_genuine
+from turing_learning.trajectories import Trajectories
 
 
 def read(genuine, **options):
@@ -194,3 +195,17 @@ def test_what_rounding_leaves_of_a_constant_is_no_signal(value):
     values[..., 1] = value * (1 + 1e-15 * values[..., 1])
     assert read(values).constant == (1,)
     assert read(values).scales()[1][1] == 1.0
+
+
+def test_turns_of_straight_paths_are_no_signal():
+    steps = np.arange(400)[:, None, None] * 0.01
+    angles = np.linspace(0.1, 6.0, 12)
+    positions = steps * np.stack((np.cos(angles), np.sin(angles)), axis=-1) + 20.0
+    frames = Trajectories(
+        positions, np.ones((400, 12), dtype=bool), 100.0, tuple(f"fish {k}" for k in range(12))
+    )
+    windows = frames.windows(length_s=0.5, signals=("speed", "turn"))
+    assert np.ptp(windows.learning[..., 1]) > 0.0
+    data = read(windows)
+    assert 1 in data.constant
+    assert data.scales()[1][1] == 1.0
