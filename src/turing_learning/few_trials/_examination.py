@@ -167,7 +167,7 @@ class Examiner:
         solution = draws if group is None else group.folded(draws)
         chosen = rng.permutation(len(draws))[:count]
         # samples of the solution itself, which all of its images are held against
-        own = self._simulated(solution[chosen], rng)
+        solution_samples = self._simulated(solution[chosen], rng)
         for symmetry in self._plausible(draws, first_trials):
             image = symmetry.of(solution)
             if any(_alike(image, earlier) for earlier in tried):
@@ -175,16 +175,16 @@ class Examiner:
             # what a known symmetry turns back to the solution, or near it, is nothing new
             if group is not None and not self._lies_apart(symmetry, solution, group.folded(image)):
                 continue
-            alike = self._resemble(solution[chosen], own, image[chosen], rng)
+            alike = self._resemble(solution[chosen], solution_samples, image[chosen], rng)
             if alike and symmetry.logarithmic.any():
                 # where models between are as good, both are of one ridge of such products
                 halfway = symmetry.halfway(solution[chosen])
-                alike = not self._resemble(solution[chosen], own, halfway, rng)
+                alike = not self._resemble(solution[chosen], solution_samples, halfway, rng)
             if alike:
                 generators.append(symmetry)
                 group = self._group(generators, solution)
                 solution = group.folded(draws)
-                own = self._simulated(solution[chosen], rng)
+                solution_samples = self._simulated(solution[chosen], rng)
             else:
                 tried.append(image)
         return group
@@ -229,8 +229,8 @@ class Examiner:
         member = rng.integers(1, len(images), size=len(draws))
         image = images[member, np.arange(len(draws))]
         chosen = rng.permutation(len(draws))[:count]
-        own = self._simulated(draws[chosen], rng)
-        return self._resemble(draws[chosen], own, image[chosen], rng)
+        solution_samples = self._simulated(draws[chosen], rng)
+        return self._resemble(draws[chosen], solution_samples, image[chosen], rng)
 
     @staticmethod
     def _moves_evenly(
@@ -287,12 +287,12 @@ class Examiner:
                     continue
                 by_chance, _ = oddness(symmetry, first_trials.parameters, outputs)
                 if symmetry.logarithmic.any():
-                    least = LEAST_ODD_PRODUCT
+                    threshold = LEAST_ODD_PRODUCT
                     plausible = products
                 else:
-                    least = LEAST_ODD
+                    threshold = LEAST_ODD
                     plausible = linear
-                if by_chance >= least:
+                if by_chance >= threshold:
                     plausible.append((by_chance, symmetry))
                 else:
                     ruled_out += 1
@@ -305,15 +305,15 @@ class Examiner:
     def _resemble(
         self,
         models: np.ndarray,
-        own: tuple[np.ndarray, np.ndarray],
+        model_samples: tuple[np.ndarray, np.ndarray],
         image: np.ndarray,
         rng: np.random.Generator,
     ) -> bool:
         """Say whether samples of models (N, P) and of their images (N, P) are alike, pair by pair.
 
-        `own` are those of the models, and which of them have not failed.
+        `model_samples` are those of the models, and which of them have not failed.
         """
-        samples, own_usable = own
+        samples, own_usable = model_samples
         with getattr(self.source, "probing", nullcontext)():
             image_samples, image_usable = self._simulated(image, rng)
         usable = own_usable & image_usable

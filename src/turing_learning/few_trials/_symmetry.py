@@ -408,37 +408,37 @@ def _products(axes: Sequence[_Axis]) -> Iterator[Symmetry]:
     indices = [axis.index for axis in positive]
     groups = [[], *([index] for index in indices)]
     groups.extend([axis.index for axis in group] for group in _alike(positive))
-    for first, second in permutations(indices, 2):
+    for rate, partner in permutations(indices, 2):
         # two rates, and others that are in proportion to one of them, such as a volume
-        exchanged = {first: {second: 1}, second: {first: 1}}
+        exchanged = {rate: {partner: 1}, partner: {rate: 1}}
         for group in groups:
-            if first in group or second in group:
+            if rate in group or partner in group:
                 continue
             # which is an exchange of coordinates
-            if not group and axes[first].kind == axes[second].kind:
+            if not group and axes[rate].kind == axes[partner].kind:
                 continue
-            others = {index: {index: 1, first: 1, second: -1} for index in group}
-            yield _product(axes, exchanged | others)
+            proportional = {index: {index: 1, rate: 1, partner: -1} for index in group}
+            yield _product(axes, exchanged | proportional)
     for ratio in indices:
         # a ratio, and what it is the ratio to: the other part takes its place
         for group, power in product(groups, (1, -1)):
             if ratio in group:
                 continue
-            others = {index: {index: 1, ratio: power} for index in group}
-            inverted = _product(axes, {ratio: {ratio: -1}} | others)
+            proportional = {index: {index: 1, ratio: power} for index in group}
+            inverted = _product(axes, {ratio: {ratio: -1}} | proportional)
             yield inverted
             for axis in axes:
                 if axis.share and axis.index != ratio and axis.index not in group:
                     yield inverted.after(_remaining(axes, [axis], axis))
-    for first, second in permutations(indices, 2):
+    for rate, time in permutations(indices, 2):
         # a rate and a time
-        yield _product(axes, {first: {second: -1}, second: {first: -1}})
+        yield _product(axes, {rate: {time: -1}, time: {rate: -1}})
         # a side and an area; a part and the middle of both
         for power in (1, 2):
-            yield _product(axes, {first: {first: -1, second: power}})
-    for first, second, third in permutations(indices, 3):
+            yield _product(axes, {rate: {rate: -1, time: power}})
+    for rate, partner, factor in permutations(indices, 3):
         # two rates, one of which is in units of a third parameter
-        yield _product(axes, {first: {second: 1, third: 1}, second: {first: 1, third: -1}})
+        yield _product(axes, {rate: {partner: 1, factor: 1}, partner: {rate: 1, factor: -1}})
 
 
 def _parts(axes: Sequence[_Axis]) -> Iterator[list[list[_Axis]]]:

@@ -85,8 +85,8 @@ class Genuine:
     def constant(self) -> tuple[int, ...]:
         """Which signals, from 0, have the same value at every step of all samples for learning."""
         values = self.learning.reshape(-1, self.samples.shape[2])
-        least = constant_below(values, recorded=bool(self.origin))
-        return tuple(np.flatnonzero(np.ptp(values, axis=0) < least).tolist())
+        limits = constant_below(values, recorded=bool(self.origin))
+        return tuple(np.flatnonzero(np.ptp(values, axis=0) < limits).tolist())
 
     def scales(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return what is subtracted from each signal and what it is divided by, from the samples for learning.
