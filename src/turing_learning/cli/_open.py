@@ -28,11 +28,7 @@ def system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
         rule = "be left out for a run on a program, which needs nothing but its folder"
         recording.refuse_beside(rule)
         return program
-    # A run on a family needs no more than a recording, which options may name.
-    needed: set[str] = set()
-    if not tl.families.is_model(system.name):
-        needed = {setting.name for setting in system.resuming}
-    if not needed <= folder.known_parts():
+    if folder.needs_python(system):
         rule = "be on recorded motion, or have samples and a simulator that can be imported"
         got = f"{system.name!r}, to which Python gave them"
         remedy = f"In Python call turing_learning.{call.format(run=repr(str(run)))}."

@@ -167,7 +167,7 @@ class Examiner:
         solution = draws if group is None else group.folded(draws)
         chosen = rng.permutation(len(draws))[:count]
         # samples of the solution itself, which all of its images are held against
-        solution_samples = self._simulated(solution[chosen], rng)
+        solution_samples = None
         for symmetry in self._plausible(draws, first_trials):
             image = symmetry.of(solution)
             if any(_alike(image, earlier) for earlier in tried):
@@ -175,6 +175,8 @@ class Examiner:
             # what a known symmetry turns back to the solution, or near it, is nothing new
             if group is not None and not self._lies_apart(symmetry, solution, group.folded(image)):
                 continue
+            if solution_samples is None:
+                solution_samples = self._simulated(solution[chosen], rng)
             alike = self._resemble(solution[chosen], solution_samples, image[chosen], rng)
             if alike and symmetry.logarithmic.any():
                 # where models between are as good, both are of one ridge of such products
@@ -184,7 +186,7 @@ class Examiner:
                 generators.append(symmetry)
                 group = self._group(generators, solution)
                 solution = group.folded(draws)
-                solution_samples = self._simulated(solution[chosen], rng)
+                solution_samples = None
             else:
                 tried.append(image)
         return group

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import combinations, islice, permutations, product
 from typing import Any
 
@@ -81,14 +81,14 @@ class Symmetry:
 
     def of(self, models: np.ndarray) -> np.ndarray:
         """Return the images of models (..., P)."""
-        images = self._models(self._coordinates(models) @ self.matrix.T + self.shift)
+        images = self._models_of(self._coordinates(models) @ self.matrix.T + self.shift)
         if not self.periodic.any():
             return images
         return np.where(self.periodic, (images + 1) % 2 - 1, images)
 
     def halfway(self, models: np.ndarray) -> np.ndarray:
         """Return what lies between models (..., P) and their images, in its coordinates."""
-        return self._models((self._coordinates(models) + self._coordinates(self.of(models))) / 2)
+        return self._models_of((self._coordinates(models) + self._coordinates(self.of(models))) / 2)
 
     def _coordinates(self, models: np.ndarray) -> np.ndarray:
         """Return the coordinates (..., P) of models (..., P)."""
@@ -99,7 +99,7 @@ class Symmetry:
         logarithms = np.log(np.maximum(sizes, LEAST_POSITIVE))
         return np.where(logarithmic, logarithms, models)
 
-    def _models(self, coordinates: np.ndarray) -> np.ndarray:
+    def _models_of(self, coordinates: np.ndarray) -> np.ndarray:
         """Return the models (..., P) of such coordinates."""
         logarithmic = self.logarithmic
         if not logarithmic.any():
@@ -147,7 +147,7 @@ class Symmetry:
     @property
     def key(self) -> tuple[float, ...]:
         """What is equal for equal ones, in whatever coordinates, beside rounding: some images."""
-        images = self.of(_models(len(self.shift))[:KEYS])
+        images = self.of(_probes(len(self.shift))[:KEYS])
         return tuple((np.round(images.ravel(), 6) + 0.0).tolist())
 
     def orbit(self, models: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -260,7 +260,7 @@ def candidate_symmetries(parameters: Mapping[str, Parameter]) -> list[list[Symme
                     families.extend([single.after(exchange)] for single in alone[axis.index])
     families = list(islice(_unique(families), MOST_CANDIDATES))
     for symmetry in islice(_products(axes), MOST_PRODUCTS):
-        _, inside = symmetry.orbit(_models(len(axes)))
+        _, inside = symmetry.orbit(_probes(len(axes)))
         if inside.mean() >= LEAST_INSIDE:
             families.append([symmetry])
     return list(islice(_unique(families), 2 * MOST_CANDIDATES))
@@ -279,8 +279,9 @@ def _axes(parameters: Mapping[str, Parameter]) -> list[_Axis]:
     return axes
 
 
-def _models(count: int) -> np.ndarray:
-    """Return some models (N, P) of so many parameters, anywhere in their ranges."""
+@cache
+def _probes(count: int) -> np.ndarray:
+    """Return some models (N, P) of so many parameters, anywhere in their ranges; not to be written to."""
     return np.random.default_rng(0).uniform(-1, 1, (MODELS, count))
 
 

@@ -17,7 +17,7 @@ from turing_learning._files import digest_of, remove_partial, write_atomically
 from turing_learning.config import Configuration, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, refusing_as
 from turing_learning.evolution import state_part
-from turing_learning.families import Network, RecordedSystem
+from turing_learning.families import Network, RecordedSystem, is_model
 from turing_learning.provenance import now, provenance, this_process, versions
 from turing_learning.store import (
     FolderKind,
@@ -28,7 +28,7 @@ from turing_learning.store import (
     storage,
 )
 from turing_learning.store import RunFolderError as RunFolderError
-from turing_learning.systems import Arguments, imported
+from turing_learning.systems import Arguments, System, imported
 
 FORMAT_VERSION = 1
 BLOCK = 5000
@@ -289,6 +289,14 @@ class RunFolder(Store):
             if "model" in options:
                 names.add("simulate")
         return functions & names
+
+    def needs_python(self, system: System) -> bool:
+        """Return whether samples or simulator of its system were given in Python, so that no command has them."""
+        # A run on a program says how it is called; one on a family needs no more than a recording.
+        program = (self._unverified_head() or {}).get("command")
+        if isinstance(program, Mapping) or is_model(system.name):
+            return False
+        return not {setting.name for setting in system.resuming} <= self.known_parts()
 
     def remembered(self, arguments: Arguments) -> Arguments:
         """Return what is given of a custom system.

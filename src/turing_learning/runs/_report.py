@@ -13,7 +13,6 @@ from turing_learning import report as pages
 from turing_learning.analysis import is_known, mean_absolute_error
 from turing_learning.config import Configuration, to_toml
 from turing_learning.errors import reject
-from turing_learning.families import is_model
 from turing_learning.figures import Picture
 from turing_learning.figures import one_run as one_run
 from turing_learning.identifiability import Check
@@ -105,7 +104,7 @@ def write_report(
         if result.checked is None:
             tells = "Can fresh classifiers tell the model from the system? What is pinned down?"
             check = f"turing-learning check {run}"
-            if _needs_python(result, manifest):
+            if RunFolder(result.path).needs_python(configuration.system):
                 check = f"turing_learning.load_run({str(result.path)!r}).check(genuine=..., simulate=...)"
                 tells += " In Python, with the samples and the simulator of the run."
             steps.append((check, tells))
@@ -161,17 +160,6 @@ def in_words(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.2f}"
     return str(value)
-
-
-def _needs_python(result: Result, manifest: Mapping[str, Any]) -> bool:
-    """Return whether samples or simulator of a run were given in Python, so that no command has them."""
-    system = result.configuration.system
-    # The entry "command" of a run on a program says how it is called.
-    if is_model(system.name) or isinstance(manifest.get("command"), Mapping):
-        return False
-    assert result.path is not None
-    needed = {setting.name for setting in system.resuming}
-    return not needed <= RunFolder(result.path).known_parts()
 
 
 def _items_in_words(values: Mapping[str, Any]) -> list[tuple[str, str]]:

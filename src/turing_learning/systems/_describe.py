@@ -130,19 +130,21 @@ def describe(
         smooth_frames=int(getattr(genuine, "smooth_frames", 1)),
         headings=headings,
     )
-    constant = ", ".join(f"{signals[d]} is {center[d]:.6g}" for d in data.constant)
-    if isinstance(genuine, SplitSamples) and len(data.constant) == len(signals):
+    constant_signals = data.constant
+    constant = ", ".join(f"{signals[d]} is {center[d]:.6g}" for d in constant_signals)
+    if isinstance(genuine, SplitSamples) and len(constant_signals) == len(signals):
         remedy = "See what `recording.check()` finds, and give windows of individuals that move."
         got = f"the same at every step of all of them: {constant}"
         refuse("genuine", "be windows of motion that varies", got, remedy)
     values = data.learning.reshape(-1, len(signals))
     variation = np.ptp(values, axis=0)
+    largest_values = np.abs(values).max(axis=0)
     rule = "vary by more than rounding leaves, in one signal or more"
-    got = f"{variation.max():.3g} at most, of values up to {np.abs(values).max():.3g}"
+    got = f"{variation.max():.3g} at most, of values up to {largest_values.max():.3g}"
     remedy = "Give them, and those of the simulator, in a smaller unit, or as differences from a constant."
-    varies = len(data.constant) < len(signals) or not variation.any()
+    varies = len(constant_signals) < len(signals) or not variation.any()
     require(varies, "genuine", rule, got, remedy)
-    for name, largest, divisor in zip(signals, np.abs(values).max(axis=0), scale, strict=True):
+    for name, largest, divisor in zip(signals, largest_values, scale, strict=True):
         if 0 < largest < PRECISION and divisor < PRECISION:
             message = (
                 "Signal %s is at most %.3g, and is divided by %.3g. "

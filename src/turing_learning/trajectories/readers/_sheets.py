@@ -407,11 +407,17 @@ def sheet_of(path: Path, separator: str = "", absent: Sequence[str] = ()) -> She
     extra_lines = _more_header_lines(text, separator, names)
     sheet = text_sheet(text, separator, names, skip=1 + len(extra_lines), absent=absent)
     if extra_lines:
-        below = f"{len(extra_lines)} more header lines are no rows: {extra_lines[-1]}"
-        remark = "; ".join(filter(None, [sheet.remark, below]))
-        units = units_in(cells_of(extra_lines[-1], separator, path, 1 + len(extra_lines)), names)
-        sheet = replace(sheet, remark=remark, units={**sheet.units, **units})
+        count = len(extra_lines)
+        cells = cells_of(extra_lines[-1], separator, path, 1 + count)
+        return below_header(sheet, count, extra_lines[-1], cells)
     return sheet
+
+
+def below_header(sheet: Sheet, count: int, line: str, cells: Sequence[str]) -> Sheet:
+    """Return a table that says how many more header lines it had, and has the units in the last of them."""
+    below = f"{count} more header lines are no rows: {line}"
+    remark = "; ".join(filter(None, [sheet.remark, below]))
+    return replace(sheet, remark=remark, units={**sheet.units, **_units_in(cells, sheet.names)})
 
 
 def _has_row_names(text: TableText, separator: str, width: int) -> bool:
@@ -423,7 +429,7 @@ def _has_row_names(text: TableText, separator: str, width: int) -> bool:
     return False
 
 
-def units_in(cells: Sequence[str], names: Sequence[str]) -> dict[str, str]:
+def _units_in(cells: Sequence[str], names: Sequence[str]) -> dict[str, str]:
     """Return name in small letters -> unit of the cells below it, perhaps in brackets, as "(micron)"."""
     units = {}
     for name, cell in zip(names, cells, strict=False):

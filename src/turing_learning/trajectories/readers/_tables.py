@@ -47,11 +47,11 @@ from ._sheets import (
     MOST_HEADER_LINES,
     Sheet,
     TableText,
+    below_header,
     number_of,
     separator_of,
     sheet_of,
     text_sheet,
-    units_in,
 )
 from ._times import (
     FARTHEST,
@@ -665,14 +665,14 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
         frame = frame.reset_index()
     names = {str(name).lower() for name in frame.columns}
     if TRACKMATE.fits(names) and "track_id" in names and not options.columns:
-        return replace(read_long(trackmate_sheet(frame), options, TRACKMATE), **stated)
+        return replace(read_long(_trackmate_sheet(frame), options, TRACKMATE), **stated)
     numbered = not names.isdisjoint(("x", "frame", *TIME)) or frame_column(names)
     if not numbered and not options.columns:
         frame = frame.reset_index(names="frame")
     return replace(_long_or_wide(frame_sheet(frame), options), **stated)
 
 
-def trackmate_sheet(frame: "pd.DataFrame") -> Sheet:
+def _trackmate_sheet(frame: "pd.DataFrame") -> Sheet:
     """Return a data frame of TrackMate's spots as a table, without the header lines that came in as rows."""
     import pandas as pd
 
@@ -690,8 +690,7 @@ def trackmate_sheet(frame: "pd.DataFrame") -> Sheet:
     if not lines:
         return sheet
     cells = ["" if pd.isna(cell) else str(cell) for cell in frame.iloc[lines - 1]]
-    remark = f"{lines} more header lines are no rows: {','.join(cells)}"
-    return replace(sheet, remark=remark, units=units_in(cells, sheet.names))
+    return below_header(sheet, lines, ",".join(cells), cells)
 
 
 def frame_sheet(frame: "pd.DataFrame", source: str = "DataFrame") -> Sheet:
