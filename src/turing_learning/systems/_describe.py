@@ -141,7 +141,9 @@ def describe(
     largest_values = np.abs(values).max(axis=0)
     rule = "vary by more than rounding leaves, in one signal or more"
     got = f"{variation.max():.3g} at most, of values up to {largest_values.max():.3g}"
-    remedy = "Give them, and those of the simulator, in a smaller unit, or as differences from a constant."
+    remedy = (
+        "Give samples, also simulated ones, in a smaller unit, or as differences from a constant."
+    )
     varies = len(constant_signals) < len(signals) or not variation.any()
     require(varies, "genuine", rule, got, remedy)
     for name, largest, divisor in zip(signals, largest_values, scale, strict=True):

@@ -21,8 +21,9 @@ SCALE_PERCENTILE = 99.0
 SMALLEST_SCALE = 1e-13
 """A signal that varies less counts as constant, and is not divided: computing leaves as much of numbers of size 1."""
 PRECISION = 1e-9
-"""So does a signal that varies less than this, or than this share of its largest magnitude if that is below 1;
-one of a recording, that varies less than this: turns of straight paths are differences of large numbers."""
+"""A signal counts as constant, too, if it varies by less than this share of its largest magnitude, or by less than
+this where that is above 1. Signals of recordings are held to this alone: turns of straight paths are differences of
+large numbers."""
 
 HELD_OUT = 0.2
 """Default share of the samples that are held out for testing."""
@@ -108,7 +109,7 @@ def scales_of(values: np.ndarray, *, recorded: bool) -> tuple[tuple[float, ...],
 
 
 def constant_below(values: np.ndarray, *, recorded: bool) -> np.ndarray:
-    """Return how little the values (n, D) of a constant signal vary (D,): rounding leaves as much of it."""
+    """Return the variation (D,) below which each signal counts as constant, given its values (n, D)."""
     largest = np.abs(values).max(axis=0)
     if recorded:
         return np.full(len(largest), PRECISION)
