@@ -204,13 +204,9 @@ def show_comparison(path: Path) -> None:
     remedy = f"Go on with it: {tl.runs.resume_command(path)}"
     require(stored.is_file(), "run", "be a comparison that is finished", str(path), remedy)
     content = json.loads(stored.read_text(encoding="utf-8"))
-    rows = []
-    for model in content["models"]:
-        low, high = model["interval"]
-        accuracy = f"{model['accuracy']:.3f} ({low:.3f} to {high:.3f})"
-        rows.append([model["name"], accuracy, model["verdict"], model["run_says"]])
+    headings = ["model", "accuracy (95 %)", "more than the first", "p", "verdict", "its run says"]
     console = plain_console()
-    print_table(console, ["model", "accuracy (95 %)", "verdict", "its run says"], rows)
+    print_table(console, headings, tl.comparison.ranking(content))
     console.print(" ".join(content["sentences"]))
     print_files(console, report=path / "report.html", runs=path / "runs")
 

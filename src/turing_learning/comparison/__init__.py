@@ -4,6 +4,8 @@
     Infer several models of one system, and say which is hardest to tell from what none has learned from.
 `Subject`, `examine_runs`, `run_subjects`, `recorded_subjects`
     What a model imitates; the same of finished runs; models of recordings by the options of commands.
+`ranking`
+    The cells of its table, also of what a folder has stored.
 `is_comparison`, `remembered_comparison`, `new_comparison_path`
     The folder of a comparison.
 `game_of_run`

@@ -9,3 +9,4 @@ from ._recorded import recorded_subjects as recorded_subjects
 from ._recorded import run_subjects as run_subjects
 from ._result import Compared as Compared
 from ._result import Comparison as Comparison
+from ._result import ranking as ranking

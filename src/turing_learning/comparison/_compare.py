@@ -19,7 +19,7 @@ from turing_learning.models import Parameter
 from turing_learning.report import write_page
 from turing_learning.runs import Result, RunFolder, infer, resume, save_figures
 from turing_learning.store import FolderKind, RunFolderError, Store, check_folder, storage, writable
-from turing_learning.systems import Range, read_parameters
+from turing_learning.systems import Arguments, CustomSystemError, Range, describe, read_parameters
 from turing_learning.trajectories import Windows
 
 from ._result import Compared, Comparison
@@ -31,6 +31,8 @@ RUNS = "runs"
 """Folder of the runs in that of a comparison, and of new comparisons."""
 PERMUTATIONS = 99
 """Exchanges of labels behind a p-value."""
+ASKED = 2
+"""Models that each simulator is asked for before any run begins."""
 
 Announce = Callable[[str], None]
 
@@ -141,6 +143,10 @@ def compare(
     names = {name: _word(name) for name in subjects}
     rule = "have names of different letters and digits"
     require(len(set(names.values())) == len(names), "models", rule, ", ".join(names))
+    for name, subject in subjects.items():
+        begun = out is not None and RunFolder(Path(out) / RUNS / names[name]).is_run()
+        if force or not begun:
+            _refuse_failing(name, subject, seed, options)
     results: dict[str, Result] = {}
     with ExitStack() as stack:
         folder = None
@@ -229,6 +235,22 @@ def _subjects(models: Mapping[str, Any], genuine: Windows | None) -> dict[str, S
         else:
             subjects[name] = Subject(require_windows(genuine, name), model)
     return subjects
+
+
+def _refuse_failing(name: str, subject: Subject, seed: int, options: Mapping[str, Any]) -> None:
+    """Reject a simulator whose samples its run would refuse, before the runs of others have taken their time."""
+    calls = {key: options.get(key) for key in ("workers", "timeout_s", "executor")}
+    vectorized = getattr(subject.simulate, "vectorized", True)
+    system, genuine = describe(subject.windows, subject.ranges(name), {"vectorized": vectorized})
+    rng = np.random.default_rng((seed, 8))
+    models = system.to_units(rng.uniform(-1, 1, (ASKED, len(system.parameters))))
+    with system.open(Arguments(genuine, subject.simulate, **calls)) as source:
+        # as in the first generation, which no failure may pass
+        source.generation = 0
+        try:
+            source.simulate(models, rng)
+        except CustomSystemError as error:
+            raise CustomSystemError(f"{name}: {error}") from error
 
 
 def _word(name: str) -> str:

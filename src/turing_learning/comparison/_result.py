@@ -1,6 +1,6 @@
 """What came out when models of one system were examined, each against the same held-out motion."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -192,28 +192,37 @@ class Comparison(Tabular):
             )
         return pd.DataFrame(rows).set_index("model")
 
-    def rows(self) -> Sequence[Sequence[str]]:
-        """Return the cells of the table, a row for each model, and one for the control."""
-        rows = []
-        for model in self.models:
-            low, high = model.interval
-            difference, below, above = self.difference(model)
-            gap = "-"
-            if model is not self.models[0]:
-                gap = f"{difference:.3f} ({below:.3f} to {above:.3f})"
-            accuracy = f"{model.accuracy:.3f} ({low:.3f} to {high:.3f})"
-            rows.append([model.name, accuracy, gap, f"{model.test.p_value:.3f}", model.verdict])
-        if self.control is not None:
-            low, high = self.control.interval
-            accuracy = f"{self.control.accuracy:.3f} ({low:.3f} to {high:.3f})"
-            rows.append(["control", accuracy, "-", f"{self.control.p_value:.3f}", "-"])
-        return rows
-
     def _shown(self) -> "tuple[str, list[str], list[list[str]], list[str | Text]]":
         headings = ["model", "accuracy (95 %)", "more than the first", "verdict"]
         title = f"{len(self.models)} models, the one that is hardest to tell first"
         rows = []
-        for name, accuracy, difference, _, verdict in self.rows():
+        for name, accuracy, difference, _, verdict, _ in ranking(self.to_json()):
             # terminals have 80 columns; the p-value is on the page
             rows.append([name, accuracy, difference, verdict])
         return title, headings, rows, [" ".join(self.sentences)]
+
+
+def ranking(content: Mapping[str, Any]) -> list[list[str]]:
+    """Return the cells of the table of a comparison, by what its `to_json` has or result.json holds.
+
+    A row for each model, and one for the control: name, accuracy, how much more than the first, p-value, verdict, and what
+    the run says.
+    """
+    rows = []
+    for number, model in enumerate(content["models"]):
+        gap = "-"
+        if number > 0:
+            gap = _with_interval(model["difference"], model["difference_interval"])
+        accuracy = _with_interval(model["accuracy"], model["interval"])
+        p_value = f"{model['p_value']:.3f}"
+        rows.append([model["name"], accuracy, gap, p_value, model["verdict"], model["run_says"]])
+    control = content["control"]
+    if control is not None:
+        accuracy = _with_interval(control["accuracy"], control["interval"])
+        rows.append(["control", accuracy, "-", f"{control['p_value']:.3f}", "-", "-"])
+    return rows
+
+
+def _with_interval(value: float, interval: Sequence[float]) -> str:
+    low, high = interval
+    return f"{value:.3f} ({low:.3f} to {high:.3f})"

@@ -10,7 +10,7 @@ from turing_learning.figures import Picture
 from turing_learning.figures.style import BLUE, DASHED, INK, MUTED, ORANGE, one_panel, panel_grid
 from turing_learning.report import Listing, Report, report_page
 
-from ._result import Compared, Comparison
+from ._result import Compared, Comparison, ranking
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,9 +35,8 @@ def comparison_page(comparison: Comparison, title: str, command: str = "") -> st
     columns = ["model", "accuracy (95 %)", "more than the first (95 %)", "p", "verdict"]
     note = "Accuracy of the best examiner of the panel on groups that it has not seen; 0.5 is guessing. p by permutation "
     note += "of whole groups. Control: one half of the genuine groups against the other."
-    listings = [
-        Listing("ranking", "The hardest to tell first", columns, comparison.rows(), note=note)
-    ]
+    ranked = [row[: len(columns)] for row in ranking(comparison.to_json())]
+    listings = [Listing("ranking", "The hardest to tell first", columns, ranked, note=note)]
     rows: list[list[str | float | None]] = []
     for model in comparison.models:
         for telling in model.telling:

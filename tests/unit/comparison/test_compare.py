@@ -12,6 +12,7 @@ from turing_learning.comparison import Compared, Comparison, Subject, examine_ru
 from turing_learning.examination import QUICK
 from turing_learning.families import BurstAndCoast, as_recorded
 from turing_learning.store import RunFolderError
+from turing_learning.systems import CustomSystemError
 
 pytestmark = pytest.mark.usefixtures("few_kernels", "few_moves")
 
@@ -82,6 +83,21 @@ def test_a_comparison_that_was_stopped_ends_as_one_that_was_not(windows, tmp_pat
         tl.compare(models, genuine=cut, out=tmp_path / "c", **options | {"seed": 5})
 
 
+def test_a_simulator_that_fails_is_refused_before_any_run_begins(windows, tmp_path):
+    recording, cut = windows
+
+    def short(parameters, rng):
+        return np.zeros((len(parameters), 7, 2))
+
+    models = {
+        "coast": as_recorded(BurstAndCoast, recording, cut),
+        "mine": Subject(cut, short, parameters={"a": (0, 1)}),
+    }
+    with pytest.raises(CustomSystemError, match=r"^mine: .* returned shape \(2, 7, 2\)"):
+        tl.compare(models, genuine=cut, out=tmp_path / "c", generations=2, settings=FEW)
+    assert not (tmp_path / "c").exists()
+
+
 def test_the_genuine_motion_itself_is_not_told(windows, run):
     """A simulator that replays the motion that was learned from passes."""
     _, cut = windows
@@ -118,7 +134,7 @@ def test_the_command_compares_families_and_functions_and_goes_on(
     assert json.loads((tmp_path / "c" / "result.json").read_text()) == found
     code, out, err = call("show", "c")
     assert code == 0, err
-    assert {"burst-and-coast", "mine:simulate", "runs:"} <= {*out.split()}
+    assert {"burst-and-coast", "mine:simulate", "control", "runs:"} <= {*out.split()}
     assert found["sentences"][0].split(",")[0] in " ".join(out.split())
     # nor where the recording has moved
     moved = shutil.copy(recorded, tmp_path / "moved.csv")
