@@ -352,21 +352,83 @@ def test_boxes_of_cvat_outside_of_the_image_are_no_positions(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["time", "time (s)", "timestamp"])
-@pytest.mark.parametrize(("rate", "gap"), [(60, 0), (60, 7), (75, 0), (59.94, 3)])
-def test_times_with_two_decimals_that_look_like_a_higher_rate_say_the_lower_one(
-    name, rate, gap, tmp_path
+@pytest.mark.parametrize(
+    ("rate", "gap", "count"),
+    [(60, 0, 2000), (60, 7, 2000), (75, 0, 2000), (59.94, 3, 2000), (60, 0, 60)],
+)
+def test_times_with_two_decimals_that_look_like_a_higher_rate_are_asked_for(
+    name, rate, gap, count, tmp_path
 ):
-    numbers = np.delete(np.arange(2000), slice(500, 500 + gap))
+    numbers = np.delete(np.arange(count), slice(20, 20 + gap))
     rows = {name: (numbers / rate).round(2), "x": numbers * 0.1, "y": 0.0}
     path = write(tmp_path, pd.DataFrame(rows))
-    read = load_trajectories(path, **SAID)
-    assert read.fps == 100
-    assert f"but are also those of {rate:g} that were rounded: if so, give fps={rate:g}" in str(
-        read.check()
-    )
+    with pytest.raises(
+        RefusedError,
+        match=rf"of {rate:g} per second, or of 100 with gaps .* Give fps={rate:.2f}?, or fps=100.0",
+    ):
+        load_trajectories(path, **SAID)
     said = load_trajectories(path, fps=rate, **SAID)
     assert said.fps == rate
     assert np.flatnonzero(said.present[:, 0]).tolist() == numbers.tolist()
+    assert load_trajectories(path, fps=100, **SAID).fps == 100
+
+
+@pytest.mark.parametrize(
+    ("fps", "decimals"), [(24, 2), (29.97, 2), (30, 2), (60, 2), (120, 3), (240, 3)]
+)
+def test_the_right_rate_beside_rounded_times_is_taken(fps, decimals, tmp_path):
+    rows = {"time": (np.arange(120) / fps).round(decimals), "x": np.arange(120.0), "y": 0.0}
+    read = load_trajectories(write(tmp_path, pd.DataFrame(rows)), fps=fps, **SAID)
+    assert (read.fps, len(read.positions)) == (fps, 120)
+    assert read.present.all()
+
+
+@pytest.mark.parametrize("fps", [10, 25, 30, 50, 120])
+def test_half_the_rate_of_the_times_is_refused_with_theirs(fps, tmp_path):
+    rows = {"time": (np.arange(120) / fps).round(3), "x": np.arange(120.0), "y": 0.0}
+    path = write(tmp_path, pd.DataFrame(rows))
+    with pytest.raises(
+        RefusedError, match=r"whole frames apart, at .* They are, at fps=(.*)\.$"
+    ) as refusal:
+        load_trajectories(path, fps=fps / 2, **SAID)
+    proposed = float(str(refusal.value).rpartition("=")[2].rstrip("."))
+    assert proposed == pytest.approx(fps, rel=1e-3)
+
+
+@pytest.mark.parametrize("fps", [24, 29.97, 30, 48, 240])
+def test_the_rate_that_is_proposed_for_whole_milliseconds_is_theirs(fps, tmp_path):
+    rows = {"time": (1000 * np.arange(400) / fps).round(), "x": np.arange(400.0), "y": 0.0}
+    path = write(tmp_path, pd.DataFrame(rows))
+    with pytest.raises(RefusedError, match="If they are in ms, give fps=") as refusal:
+        load_trajectories(path, **SAID)
+    proposed = float(str(refusal.value).partition("give fps=")[2].partition(";")[0])
+    assert proposed == pytest.approx(fps, rel=1e-3)
+    assert len(load_trajectories(path, fps=fps, **SAID).positions) == 400
+
+
+MOMENTS = pd.date_range("2024-03-31 23:59:58", periods=100, freq="40ms", tz="UTC")
+BY_ROW = pd.DataFrame({"x": np.arange(100.0), "y": 0.0})
+
+
+@pytest.mark.parametrize(
+    "form", ["%Y-%m-%d %H:%M:%S.%f UTC", "%d-%m-%Y %H:%M:%S.%f", "%H:%M:%S.%f"]
+)
+@pytest.mark.parametrize("animals", [1, 2])
+def test_dates_of_more_forms_and_clocks_over_midnight_are_times(form, animals, tmp_path):
+    tables = []
+    for who in range(animals):
+        tables.append(BY_ROW.assign(time=MOMENTS.strftime(form), id=who))
+    read = load_trajectories(write(tmp_path, pd.concat(tables)), **SAID)
+    assert (read.fps, len(read.individuals)) == (25, animals)
+    np.testing.assert_allclose(read.positions[:, -1, 0] * 10, BY_ROW.x)
+
+
+def test_dates_beside_frame_numbers_state_the_rate(tmp_path):
+    rows = BY_ROW.assign(frame=range(100), timestamp=[moment.isoformat() for moment in MOMENTS])
+    assert load_trajectories(write(tmp_path, rows), **SAID).fps == 25
+    words = rows.assign(timestamp="soon")
+    with pytest.raises(RefusedError, match="no rate is stated by times in the column timestamp"):
+        load_trajectories(write(tmp_path, words), **SAID)
 
 
 def test_times_of_a_hundred_frames_per_second_with_gaps_stay_so(tmp_path):

@@ -1,6 +1,5 @@
 """Tables with a row for each individual and frame."""
 
-import math
 import re
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
@@ -34,7 +33,6 @@ from ._times import (
     check_times,
     frames_at,
     per_second,
-    rate_before_rounding,
     rounded,
     seconds_of,
     since_start,
@@ -371,16 +369,6 @@ class _LongTable:
                 frames, fps = frames_at(times, None, name, sheet.origin, sheet.at)
         if frames is None:
             frames, fps = frames_at(times, options.fps, name, sheet.origin, sheet.at)
-        lower = None
-        if fps is not None:
-            lower = rate_before_rounding(np.unique(times) / IN_UNITS.get(name, 1.0), fps)
-        if lower is not None and options.fps and math.isclose(lower[0], options.fps, rel_tol=1e-3):
-            frames, fps = frames_at(times, options.fps, name, sheet.origin, sheet.at)
-        elif lower is not None:
-            as_read = f"times are read as {fps:g} frames per second with gaps"
-            remarks.append(
-                f"{as_read}, but are also those of {lower[0]:g} that were rounded: if so, give fps={lower[0]:g}"
-            )
         return _Moments(frames, fps, remarks, sparse=_even(times, name))
 
     def positions(self) -> tuple[np.ndarray, list[str]]:
@@ -586,7 +574,13 @@ def _rate_beside(
 ) -> float | None:
     """Return the frame rate that a column of times beside frame numbers states, if it does."""
     order = np.argsort(frames, kind="stable")
-    seconds = np.array([number_of(time.strip()) for time in times])[order]
+    seconds = np.array([number_of(time.strip()) for time in times])
+    if not np.isfinite(seconds).any():
+        # dates or clocks; what is none states no rate
+        with suppress(RefusedError):
+            seconds, _ = seconds_of(times, f"{file}, row {{}}".format)
+            name = "seconds"
+    seconds = seconds[order]
     rate = stated_rate(seconds, frames[order])
     finite = seconds[np.isfinite(seconds)]
     # they may count frames, too

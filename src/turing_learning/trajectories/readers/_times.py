@@ -61,8 +61,13 @@ TINY = 1e-300
 """Smallest rate of which a logarithm is taken."""
 MOST_TRIED = 20
 """Rates to either side that are tried with each number of digits."""
+ENOUGH = 10
+"""Times from which on a rate at which they are frames is no chance."""
 MOST_DECIMALS = 6
 """Decimals to which programs round times (s)."""
+DAY_S = 86400.0
+MIDNIGHT_S = 23 * 3600.0
+"""Fall of a clock (s) from one row to the next from which on it has passed midnight."""
 FARTHEST = 1e19
 """Largest time in any unit: ten times `LARGEST` s, some 300 years, in ns."""
 
@@ -98,16 +103,19 @@ def _rounding(seconds: np.ndarray) -> float:
     """Return to how many s times are rounded, as 0.01 for those with two decimals; 0 where they are not."""
     for decimals in range(MOST_DECIMALS + 1):
         scaled = seconds * 10.0**decimals
-        if np.abs(scaled - np.round(scaled)).max() <= 1e-3:
+        if np.ptp(scaled) >= 1 and np.abs(scaled - np.round(scaled)).max() <= 1e-3:
             return 0.1**decimals
     return 0.0
 
 
-def _plain_rate(seconds: np.ndarray, frames: np.ndarray, fps: float) -> float | None:
+def _plain_rate(
+    seconds: np.ndarray, frames: np.ndarray, fps: float, *, certain: bool = True
+) -> float | None:
     """Return the rate with the fewest digits, from 2 on, that gives all times as they are rounded; None if none does.
 
     Times with two decimals, as AnimalTA writes them, are up to a third of a frame beside those of 30
     frames per second, and the first and last of a few hundred state 30.015. `fps` is about the rate.
+    In short files more than one may fit: then none is `certain`.
     """
     step = _rounding(seconds)
     exact = np.ptp(seconds - frames / fps) <= 1e-3 * step
@@ -116,8 +124,7 @@ def _plain_rate(seconds: np.ndarray, frames: np.ndarray, fps: float) -> float | 
         return None
     # both ends may be off by a step
     uncertain = fps * 2 * step / float(np.ptp(seconds))
-    # in short files more than one plain rate may fit
-    if uncertain > CERTAIN * fps:
+    if certain and uncertain > CERTAIN * fps:
         return None
     for digits in range(2, 6):
         unit = 10.0 ** (math.floor(math.log10(fps)) + 1 - digits)
@@ -142,26 +149,66 @@ def _counted(moments: np.ndarray) -> np.ndarray:
     return np.concatenate(([0.0], np.cumsum(np.round(steps / single))))
 
 
-def rate_before_rounding(times: np.ndarray, rate: float) -> tuple[float, np.ndarray] | None:
-    """Return the rate at which times (s) with two decimals look like a higher one with gaps, and their frames (N,).
+def _even(moments: np.ndarray, rounding: float) -> tuple[float, np.ndarray] | None:
+    """Return the rate at which moments (N,) in order are whole frames apart, and their frames; None if none is found."""
+    span = float(moments[-1] - moments[0])
+    steps = np.diff(moments)
+    # every frame has somebody, or gaps are whole frames
+    for between in (span / len(steps), np.median(steps), steps.min()):
+        rate = max(1, round(span / between)) / span
+        if _late(moments, rate).max() <= LATE:
+            return rate, np.round((moments - moments[0]) * rate)
+    numbers = _counted(moments)
+    plain = _plain_rate(moments, numbers, numbers[-1] / span)
+    if plain is not None and _fits(moments, numbers, plain, rounding):
+        return plain, numbers
+    return None
 
-    Times of 60 frames per second are 0, 0.02, 0.03, 0.05: all are times of 100 frames per second. Times
-    (N,) are each there once, in order. None where `rate`, which they state, may be right.
+
+def _late(moments: np.ndarray, rate: float) -> np.ndarray:
+    """Return by how many frames times (N,) are beside whole frames after the first."""
+    since = (moments - moments.min()) * rate
+    return np.abs(since - np.round(since))
+
+
+def _frames_of(moments: np.ndarray, rate: float, rounding: float) -> np.ndarray | None:
+    """Return the frames (N,) of moments in order at a rate, or None if they are not whole frames apart.
+
+    Rounded times may be further than `LATE` beside their frames, all within one step of the rounding.
     """
-    step = _rounding(times)
-    if len(times) < 3 or not step or not math.isclose(step * rate, 1, rel_tol=1e-6):
+    since = (moments - moments[0]) * rate
+    numbers = np.round(since)
+    if np.abs(since - numbers).max() <= LATE:
+        return numbers
+    # the first is late, too: by the mean, round the circle of a frame
+    first = np.angle(np.exp(2j * np.pi * since).mean()) / (2 * np.pi)
+    numbers = np.round(since - first)
+    apart = rounding * rate < 1 and (np.diff(numbers) > 0).all()
+    if apart and np.ptp(since - numbers) <= 1.001 * rounding * rate:
+        return numbers - numbers[0]
+    return None
+
+
+def _rate_before_rounding(moments: np.ndarray, rate: float, rounding: float) -> float | None:
+    """Return the rate of moments (N,) in order that look like a higher one with gaps, or None.
+
+    Times of 60 frames per second with two decimals are 0, 0.02, 0.03, 0.05: all are times of 100
+    frames per second. None where `rate`, which they state, is not that of the last decimal.
+    """
+    if len(moments) < 3 or not rounding or not math.isclose(rounding * rate, 1, rel_tol=1e-6):
         return None
-    steps = np.diff(times)
+    steps = np.diff(moments)
     # two frames are at most two steps apart where none is missing
-    single = steps < 2.5 * step
+    single = steps < 2.5 * rounding
     if not single.any():
         return None
     mean = steps[single].mean()
-    frames = np.cumsum(np.concatenate(([0], np.where(single, 1, np.round(steps / mean)))))
-    plain = _plain_rate(times, frames, frames[-1] / float(np.ptp(times)))
+    numbers = np.cumsum(np.concatenate(([0], np.where(single, 1, np.round(steps / mean)))))
+    lower = numbers[-1] / float(np.ptp(moments))
+    plain = _plain_rate(moments, numbers, lower, certain=False)
     if plain is None or plain > 0.99 * rate:
         return None
-    return plain, frames
+    return plain
 
 
 def check_rate(value: object, path: object) -> float:
@@ -189,10 +236,12 @@ def per_second(
         if counts or minutes or not LEAST_RATE <= rate <= MOST_RATE:
             _ask(rate, file, name, counts)
         return 1.0
-    # some frames may have nobody
-    lowest_rate = fps / 1.02 if counts else fps / 100
     for factor in (1.0, *PER_SECOND.values()):
-        if lowest_rate <= rate * factor <= 1.02 * fps:
+        # some frames may have nobody; a rate that is wrong looks as if times were in minutes
+        fewest = fps / 100 if factor >= 1 else fps / 2
+        if counts:
+            fewest = fps / 1.02
+        if fewest <= rate * factor <= 1.02 * fps:
             return factor
     if counts:
         remedy: Text = (
@@ -227,11 +276,6 @@ def _ask(rate: float, file: object, name: str, counts: bool) -> NoReturn:
     )
 
 
-def _away(seconds: np.ndarray, rate: float) -> np.ndarray:
-    """Return by how many frames times are beside those of their frames."""
-    return np.abs(seconds * rate - np.round(seconds * rate))
-
-
 def frames_at(
     times: np.ndarray, fps: float | None, name: str, file: object, at: Callable[[int], str]
 ) -> tuple[np.ndarray, float | None]:
@@ -241,56 +285,51 @@ def frames_at(
     """
     check_times(times, at, FARTHEST)
     moments = np.unique(times)
-    # Times may be in s, ms or frames; the typical step says which
-    if len(moments) > 1:
-        step = float(np.median(np.diff(moments)))
-        counts = step == 1 and bool((moments == np.floor(moments)).all())
-        typical_rate = 1 / step
-        unrounded = None if fps is None else rate_before_rounding(moments, typical_rate)
-        if unrounded is not None:
-            typical_rate = unrounded[0]
-        factor = per_second(typical_rate, fps, file, name, counts=counts)
-        times = times / factor
-        moments = moments / factor
-    check_times(times, at)
-    since, span = times - moments[0], float(moments[-1] - moments[0])
-    rates = [fps or 1.0]
-    if fps is None and span > 0:
-        steps = np.diff(moments)
-        # every frame has somebody, or gaps are whole frames
-        frames_between = [span / len(steps), np.median(steps), steps.min()]
-        rates = [max(1, round(span / step)) / span for step in frames_between]
-    # The first rate at which all times are frames
-    rate = rates[0]
-    for candidate in rates:
-        if _away(since, candidate).max() <= LATE:
-            rate = candidate
-            break
-    away = _away(since, rate)
-    if away.max() > LATE and span > 0:
-        # rounded to two decimals, times of video are as far beside their frames
-        numbers = _counted(moments)
-        counted_rate = numbers[-1] / span
-        plain = fps or _plain_rate(moments, numbers, counted_rate)
-        if fps is not None and (finer := _rounding(moments)):
-            unrounded = rate_before_rounding(moments, 1 / finer)
-            if unrounded is not None:
-                numbers = unrounded[1]
-        if plain and _fits(moments, numbers, plain, _rounding(moments)):
-            start = max(0, round(float(moments[0]) * plain))
-            return numbers[np.searchsorted(moments, times)] + start, plain if fps is None else None
-    rule = f"have times (s) that are whole frames apart, at {rate:.6g} per second"
-    typical = rounded(1 / float(np.median(np.diff(moments)))) if len(moments) > 1 else rate
-    remedy: list[str | Setting] = [
-        "If they are uneven, make them even by ",
-        Setting("resample", typical),
-    ]
-    remedy.append("; or number the frames.")
-    if fps is not None:
-        remedy = ["If the rate is another, correct ", Setting("fps"), ". ", *remedy]
-    refuse_first(away > LATE, at, rule, times, tuple(remedy))
-    stated = rounded(rate) if fps is None and span > 0 else None
-    return np.round(since * rate) + max(0, round(float(moments[0]) * rate)), stated
+    if len(moments) < 2:
+        check_times(times, at)
+        return np.full(len(times), max(0.0, round(float(moments[0]) * (fps or 1.0)))), None
+    typical = float(np.median(np.diff(moments)))
+    counts = typical == 1 and bool((moments == np.floor(moments)).all())
+    rounding = _rounding(moments)
+    even = _even(moments, rounding)
+    # Times may be in s, ms or frames
+    if fps is None:
+        rate = even[0] if even else 1 / typical
+        factor = per_second(rate, None, file, name, counts=counts)
+        lower = _rate_before_rounding(moments, rate, rounding)
+        if lower is not None:
+            _ask_which(rounded(lower * factor), rounded(rate * factor), name, file)
+    else:
+        slowest = 1 / typical if counts else 1 / (typical + rounding)
+        factor = per_second(slowest, fps, file, name, counts=counts)
+        rate = fps / factor
+    check_times(times / factor, at)
+    numbers = even[1] if even and fps is None else _frames_of(moments, rate, rounding)
+    if numbers is None:
+        rule = f"have times (s) that are whole frames apart, at {rate * factor:.6g} per second"
+        resample = Setting("resample", rounded(factor / typical))
+        remedy: Text = (
+            "If they are uneven, make them even by ",
+            resample,
+            "; or number the frames.",
+        )
+        if even and len(moments) >= ENOUGH:
+            remedy = ("They are, at ", Setting("fps", rounded(even[0] * factor)), ".")
+        elif fps is not None:
+            remedy = ("If the rate is another, correct ", Setting("fps"), ". ", *remedy)
+        refuse_first(_late(times, rate) > LATE, at, rule, times / factor, remedy)
+        numbers = np.round((moments - moments[0]) * rate)
+    start = max(0, round(float(moments[0]) * rate))
+    stated = rounded(rate * factor) if fps is None else None
+    return numbers[np.searchsorted(moments, times)] + start, stated
+
+
+def _ask_which(lower: float, rate: float, name: str, file: object) -> NoReturn:
+    """Refuse rounded times that are those of two rates."""
+    rule = f"be given where rounded times in `{name}` are those of two rates"
+    got = f"none, and they are those of {lower:g} per second, or of {rate:g} with gaps"
+    remedy: Text = ("Give ", Setting("fps", lower), ", or ", Setting("fps", rate), ".")
+    refuse("fps", rule, got, remedy, place=str(file))
 
 
 def seconds_of(
@@ -311,14 +350,16 @@ def seconds_of(
     words = pd.Series(texts, dtype=object)
     # dates with points are of day, month and year; those with strokes may be of month and day
     words = words.str.replace(r"^([0-9]{2})\.([0-9]{2})\.([0-9]{4})", r"\3-\2-\1", regex=True)
-    strokes = words.str.extract(r"^([0-9]{1,2})/([0-9]{1,2})/([0-9]{4})( .*)?$")
+    words = words.str.replace(r" ?(UTC|GMT)$", "Z", regex=True)
+    strokes = words.str.extract(r"^([0-9]{1,2})[/-]([0-9]{1,2})[/-]([0-9]{4})( .*)?$")
     form = "ISO8601"
     if strokes[2].notna().all():
         day, month = _day_and_month(strokes, at, texts)
         words = strokes[2] + "-" + strokes[month] + "-" + strokes[day] + strokes[3].fillna("")
         form = "mixed"
     dates = pd.to_datetime(words, format=form, utc=True, errors="coerce")
-    if dates.isna().any():
+    clocks = bool(dates.isna().any())
+    if clocks:
         dates = pd.Timestamp(0, tz="UTC") + pd.to_timedelta(
             words.where(words.str.contains(":")), errors="coerce"
         )
@@ -328,7 +369,12 @@ def seconds_of(
         unread = np.isnan(numbers)
     quoted = np.array(list(map(repr, texts)), dtype=object)
     refuse_first(unread, at, "have times that are numbers, dates (ISO 8601) or h:min:s", quoted)
-    return (dates - dates.min()).dt.total_seconds().to_numpy(), True
+    seconds = (dates - dates.min()).dt.total_seconds().to_numpy(copy=True)
+    # A clock that falls by almost a day has passed midnight
+    if clocks and np.diff(seconds).min(initial=0) < -MIDNIGHT_S:
+        seconds[seconds < seconds[0]] += DAY_S
+        seconds -= seconds[0]
+    return seconds, True
 
 
 def _day_and_month(
