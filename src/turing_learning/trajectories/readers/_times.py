@@ -308,15 +308,12 @@ def frames_at(
     if numbers is None:
         rule = f"have times (s) that are whole frames apart, at {rate * factor:.6g} per second"
         resample = Setting("resample", rounded(factor / typical))
-        remedy: Text = (
-            "If they are uneven, make them even by ",
-            resample,
-            "; or number the frames.",
-        )
+        uneven = ("If they are uneven, make them even by ", resample, "; or number the frames.")
+        remedy: Text = uneven
         if even and len(moments) >= ENOUGH:
             remedy = ("They are, at ", Setting("fps", rounded(even[0] * factor)), ".")
         elif fps is not None:
-            remedy = ("If the rate is another, correct ", Setting("fps"), ". ", *remedy)
+            remedy = ("If the rate is another, correct ", Setting("fps"), ". ", *uneven)
         refuse_first(_late(times, rate) > LATE, at, rule, times / factor, remedy)
         numbers = np.round((moments - moments[0]) * rate)
     start = max(0, round(float(moments[0]) * rate))
