@@ -2,11 +2,11 @@
 
 Classifiers of a run tell genuine motion from the counterfeits that lived then. Alone, none of them
 knows other abnormal motion. Together, their outputs describe an individual, as statistics of its
-motion do. So each method
+motion do. The method that takes these outputs is named "judged alike", but all judge alike. Each
 
 1. describes the windows of all individuals by features; where several are recorded together, by
 how these differ from the median of the recording (`beside_fellows`), as a whole recording may be
-slower than others;
+slower than others (the support vector machine takes them as they are);
 2. learns from normal individuals how features vary, and scores by the distance from them
 (`learn_distance`);
 3. scores each normal individual by what was learned without its recording
@@ -41,8 +41,8 @@ from ._methods import (
 )
 from ._ranking import Detection, MethodScores, rank
 
-FEWEST_FELLOWS = 3
-"""Individuals of a recording, all counted, from which on their median is subtracted: what all share makes nobody abnormal."""
+FEWEST_TOGETHER = 3
+"""Individuals of a recording from which on their median is subtracted: what all share makes nobody abnormal."""
 FELLOWS_WEIGHT = 0.5
 """Share of the fellows' median score that is subtracted from a score: in some recordings all differ by more."""
 AREA_MARGIN = 0.02
@@ -112,12 +112,12 @@ class NormalIndividuals:
         lengths = []
         for windows in pieces:
             lengths += filter(None, map(len, windows))
-        usual = float(np.median(lengths))
+        usual_length = float(np.median(lengths))
         # Nobody needs more windows than the median individual that is judged has. So at least half of
         # these can be judged, where pieces are longer than their motion.
-        usual = min(usual, median_windows / SHORTEST_SHARE)
+        usual_length = min(usual_length, median_windows / SHORTEST_SHARE)
         # Chance makes the scores of short pieces high: they would hide who is abnormal.
-        least_windows = SHORTEST_SHARE * usual
+        least_windows = SHORTEST_SHARE * usual_length
         members = []
         for piece, windows in enumerate(pieces):
             for index, individual in enumerate(windows):
@@ -225,21 +225,21 @@ class TrainedMethod:
         shares = []
         means = np.full(len(individuals), np.nan)
         for who, individual in enumerate(individuals):
-            windows = np.empty(0)
+            own_shares = np.empty(0)
             if len(individual.windows):
-                windows = self.scorer(individual, planted)
-                means[who] = windows.mean()
-            shares.append(windows)
+                own_shares = self.scorer(individual, planted)
+                means[who] = own_shares.mean()
+            shares.append(own_shares)
         # With one recording, individuals are left out, not recordings.
         # How much that changes the scores of other recordings is not known.
         if not self.normal.one_recording:
             factor, offset = self._correction_for_fewer(
                 individuals, means[~np.isnan(means)], planted
             )
-            shares = [offset + factor * windows for windows in shares]
+            shares = [offset + factor * own_shares for own_shares in shares]
             means = offset + factor * means
         usual_scores = self._usual_scores(means)
-        return [windows - usual for windows, usual in zip(shares, usual_scores, strict=True)]
+        return [own_shares - usual for own_shares, usual in zip(shares, usual_scores, strict=True)]
 
     def _correction_for_fewer(
         self, individuals: Sequence[Features], scores: np.ndarray, planted: str
@@ -406,7 +406,7 @@ def judge_alike(
     rule = "hold at least 2 normal individuals with a window"
     check(normal_count >= 2, "genuine", rule, normal_count, "Record more of them.")
     if relative is None:
-        relative = min(filter(None, counts)) >= FEWEST_FELLOWS
+        relative = min(filter(None, counts)) >= FEWEST_TOGETHER
     # Normal individuals are judged by as many windows as those in question have
     median_windows = int(np.median(list(filter(None, map(len, motion)))))
     individuals = NormalIndividuals.of(normal, median_windows)

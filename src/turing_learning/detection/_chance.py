@@ -94,7 +94,11 @@ def _choices(genuine_count: int, samples: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class TimedVerdict:
-    """What a detector says about an individual over time."""
+    """What a detector says about an individual over time.
+
+    Scores are those of a `Detector`: low ones are abnormal. Those that `present.timed_verdicts`
+    takes from `detect` are distances: high ones are.
+    """
 
     individual: str  #: Its name
     #: Number of its windows W; with none there is no verdict, and it is not abnormal

@@ -13,7 +13,7 @@ LONGEST_DELAY_S = 6.0
 STRETCH_S = 30.0
 """In each stretch of about this length (s) an individual may follow another one, with another delay."""
 SIZE_COLUMNS = [1, 2, 3, 5, 10]
-"""Columns of `_unrelated` that are compared with what is usual: turn, acceleration, and distances of the nearest other,
+"""Columns of `_absolute` that are compared with what is usual: turn, acceleration, and distances of the nearest other,
 of the middle of all others and of where another was earlier."""
 
 
@@ -35,7 +35,7 @@ class Usual(NamedTuple):
 
 def usual_motion(paths: np.ndarray, fps: float) -> Usual:
     """Return what is usual in a recording whose paths (F, A, 2) are in cm and without gaps."""
-    return _usual(_unrelated(paths, range(paths.shape[1]), fps))
+    return _usual(_absolute(paths, range(paths.shape[1]), fps))
 
 
 def company(
@@ -58,13 +58,13 @@ def company(
     are in cm and without gaps.
     """
     if usual is None:
-        everybody = _unrelated(paths, range(paths.shape[1]), fps)
+        everybody = _absolute(paths, range(paths.shape[1]), fps)
         usual = _usual(everybody)
-        moved = [everybody[k] for k in individuals]
+        absolute = [everybody[k] for k in individuals]
     else:
-        moved = _unrelated(paths, individuals, fps)
+        absolute = _absolute(paths, individuals, fps)
     related = []
-    for features in moved:
+    for features in absolute:
         logarithms = np.log(np.abs(features[:, SIZE_COLUMNS]) + usual.offset)
         relative = logarithms - usual.logarithms
         columns = (
@@ -80,7 +80,7 @@ def company(
     return related
 
 
-def _unrelated(paths: np.ndarray, individuals: Sequence[int], fps: float) -> list[np.ndarray]:
+def _absolute(paths: np.ndarray, individuals: Sequence[int], fps: float) -> list[np.ndarray]:
     """Return what each individual does at each step (F - 1, 11), not yet beside what is usual."""
     following = _following(paths, individuals, fps)
     pairs = zip(individuals, following, strict=True)
@@ -118,9 +118,9 @@ def _beside_others(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _usual(moved: Sequence[np.ndarray]) -> Usual:
-    """Return what is usual in a recording, from what `_unrelated` finds of each individual."""
-    sizes = np.abs(np.stack(moved)[..., SIZE_COLUMNS])
+def _usual(absolute: Sequence[np.ndarray]) -> Usual:
+    """Return what is usual in a recording, from what `_absolute` finds of each individual."""
+    sizes = np.abs(np.stack(absolute)[..., SIZE_COLUMNS])
     offset = 0.01 * np.median(sizes, axis=(0, 1)) + 1e-9
     return Usual(offset, np.median(np.log(sizes + offset), axis=0))
 

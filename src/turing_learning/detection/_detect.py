@@ -97,7 +97,8 @@ def detect(
         reject("genuine", "be given for a run that has stored no motion", "none", remedy)
     # Without company, statistics of the run's few signals learn nothing from planted individuals.
     planted = normal.cases if with_company else []
-    # The user's own cases say more than planted ones
+    # The user's own cases say more than planted ones. They have no fellows: beside the median of themselves alone
+    # they would not differ.
     if abnormal:
         cases = []
         for recording in abnormal:
@@ -198,6 +199,7 @@ def _planted_into_recording(
     recording = motion.recording
     assert recording is not None
     fps = recording.fps
+    # from one frame before the first window, which its first turn needs
     begin = max(0, round(motion.times[k][0, 0] * fps) - 1)
     last_frame = int(np.flatnonzero(recording.present[:, k])[-1])
     frames = slice(begin, min(begin + int(PLANTED_S * fps), last_frame + 1))
@@ -255,8 +257,8 @@ def _stored(
     # The run has learned from the first half.
     pool = genuine[len(genuine) // 2 :, 0]
     # Windows of one recording are not independent.
-    alike = run.in_laboratory or not recorded
-    promised = alike and len(pool) >= 2 * samples
+    independent = run.in_laboratory or not recorded
+    promised = independent and len(pool) >= 2 * samples
     size = samples if promised else 1
     order = stream(seed, ALIKE).permutation(len(pool))
     begins = range(0, len(pool) - size + 1, size)

@@ -5,7 +5,7 @@ import numpy as np
 from turing_learning.analysis.statistics import rhythm_statistics, signal_statistics, signal_trends
 
 OWN_SIGNALS = 5
-"""The first signals describe own motion: speed, turn, acceleration, and two of them relative to what is usual."""
+"""In `company` the first signals describe own motion: speed, turn, acceleration, and two of them relative to what is usual."""
 RHYTHM_SIGNALS = 3
 """Of the first signals, speed, turn and acceleration, rhythm and correlations are described, too."""
 FIRST_FOLLOWING_SIGNAL = 13

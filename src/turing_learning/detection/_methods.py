@@ -29,6 +29,7 @@ TINY = 1e-12
 """Keeps divisors from being 0."""
 
 CLASSIFIERS = "judged alike"
+"""Name of the method on classifiers' outputs; the others are judged by the same rules, see `_alike`."""
 MOTION = "motion statistics"
 BASELINES = ("window statistics", "one-class SVM")
 

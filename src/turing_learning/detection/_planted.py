@@ -66,8 +66,8 @@ def _paced(
     return path
 
 
-def _smooth(path: np.ndarray, fps: float) -> np.ndarray:
-    width = min(int(SMOOTHING_S * fps) | 1, (len(path) - 1) | 1)
+def _smooth(path: np.ndarray, frames: float) -> np.ndarray:
+    width = min(int(frames) | 1, (len(path) - 1) | 1)
     padded = np.pad(path, ((width // 2, width // 2), (0, 0)), mode="edge")
     window = np.ones(width) / width
     return np.stack([np.convolve(column, window, "valid") for column in padded.T], axis=1)
@@ -76,11 +76,11 @@ def _smooth(path: np.ndarray, fps: float) -> np.ndarray:
 def _near(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
     to_others = np.delete(paths, k, axis=1) - paths[:, k, None]
     nearest = np.hypot(to_others[..., 0], to_others[..., 1]).argmin(axis=1)
-    return paths[:, k] + 0.7 * _smooth(to_others[np.arange(len(paths)), nearest], fps)
+    return paths[:, k] + 0.7 * _smooth(to_others[np.arange(len(paths)), nearest], SMOOTHING_S * fps)
 
 
 def _far(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
-    away = _smooth(paths[:, k] - np.delete(paths, k, axis=1).mean(axis=1), fps)
+    away = _smooth(paths[:, k] - np.delete(paths, k, axis=1).mean(axis=1), SMOOTHING_S * fps)
     length = np.maximum(np.hypot(away[:, :1], away[:, 1:]), 1e-9)
     return paths[:, k] + 0.3 * float(np.hypot(*np.ptp(paths, axis=(0, 1)))) * away / length
 
@@ -91,7 +91,7 @@ def _follows_nobody(paths: np.ndarray, k: int, fps: float, rng: np.random.Genera
 
 def _follows_always(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
     followed = _path_behind(paths, k, 0.5 * fps, rng)
-    return _smooth(followed, fps / 4) + rng.normal(0.0, 0.01, followed.shape)
+    return _smooth(followed, SMOOTHING_S / 4 * fps) + rng.normal(0.0, 0.01, followed.shape)
 
 
 def _delayed_copy(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:

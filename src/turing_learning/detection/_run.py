@@ -52,8 +52,9 @@ class RunClassifiers:
     """The classifiers that a run leaves."""
 
     classifier: Classifier  #: Judges
-    last: np.ndarray  #: (N, Q), the last generation
-    #: (up to 100, Q), the subjectively best of generations that are evenly spread over the run, the last included
+    last: np.ndarray  #: (N, Q), the last generation; of a run of trials the last 20 jurors
+    #: (up to 100, Q), the subjectively best of generations that are evenly spread over the run, the last included; of a
+    #: run of trials the jurors
     best: np.ndarray
     #: (up to 300, Q), one of the 20 fittest of each of as many generations, drawn at random from the whole run; of a
     #: run of trials all evolved ones that judged at its end
