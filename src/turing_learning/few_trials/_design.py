@@ -279,7 +279,7 @@ class TrialDesign:
         return height
 
     def _stated(self, models: np.ndarray) -> np.ndarray:
-        """Return models (N, P) with the end in place of what is the same as it."""
+        """Return models (N, P), those beyond the end of a saturated parameter at that end."""
         saturated = self.space.saturated
         if not saturated.any():
             return models

@@ -39,8 +39,8 @@ LONGER = 2.5
 """By how much length scales of the fine fit may be longer than those of the broad one."""
 
 RULED_OUT = 20.0
-"""Half the squared misses beyond which a broad fit rules models out: twenty judgments do so by
-chance in one of a hundred cases."""
+"""Half the squared misses beyond which a broad fit rules models out: those of twenty parameters are
+as large by chance in one of two hundred cases."""
 
 CHANCES = 1000
 """Means of samples of the model that the distance is held against."""
@@ -59,11 +59,12 @@ NOISE_LEAST = 0.2
 class Likelihood:
     """Composite judgments as functions of the parameters, and where those of the agents are.
 
-    There is one judgment for each parameter. Judgments are in units of the noise of one sample.
+    There is one judgment for each of P parameters, none for the canary, which comes last among the
+    parameters of a model. Judgments are in units of the noise of one sample.
     """
 
     emulator: Emulator
-    points: np.ndarray  #: (N, P), that it was fitted to
+    points: np.ndarray  #: (N, P + 1), that it was fitted to
     outputs: np.ndarray  #: (N, P), composite judgments there
     trust: float  #: Largest variance of a prediction that counts
     target: np.ndarray  #: (P,), mean composite judgment of the genuine samples
@@ -71,18 +72,18 @@ class Likelihood:
     region: "Likelihood | None" = None  #: What else must not rule models out
 
     def remoteness(self, z: np.ndarray) -> np.ndarray:
-        """Return how far (S,) models are judged from the agents, squared."""
+        """Return how far (S,) models (S, P + 1) are judged from the agents, squared."""
         distances: np.ndarray = ((self.emulator.mean(z) - self.target) ** 2).sum(axis=1)
         return distances
 
     def log_likelihood(
         self, z: np.ndarray, optimistic: bool = False, least: np.ndarray | None = None
     ) -> np.ndarray:
-        """Return the logarithm (S,) of the likelihood of models (S, P).
+        """Return the logarithm (S,) of the likelihood of models (S, P + 1).
 
         Parameters
         ----------
-        z : (S, P)
+        z : (S, P + 1)
             Parameters on [-1, 1]; beyond, the likelihood is 0.
         optimistic
             Whether models of which little is known are not held to be unlikely.
@@ -105,7 +106,7 @@ class Likelihood:
         return likelihood
 
     def without_canary(self, z: np.ndarray, least: np.ndarray | None = None) -> np.ndarray:
-        """Return the likelihood of models (S, P - 1) where the canary is at its middle."""
+        """Return the likelihood of models (S, P) where the canary is at its middle."""
         return self.log_likelihood(np.c_[z, np.zeros(len(z))], least=least)
 
 
@@ -116,7 +117,7 @@ class JudgedSamples:
     Outputs in units of their spread over the counterfeit ones, those that vary.
     """
 
-    #: (S, P), parameters of the models on [-1, 1], the canary the last
+    #: (S, P + 1), parameters of the models on [-1, 1], the canary the last
     z: np.ndarray
     x: np.ndarray  #: (S, J), outputs for the counterfeit samples
     g: np.ndarray  #: (K, J), outputs for the genuine ones
@@ -150,13 +151,15 @@ class JudgedSamples:
         remoteness : (S,)
             How far the samples are judged from the agents, as far as that is known.
         logs
-            Length scales and variances from which those of the emulator are sought, see `Emulator`.
+            Logarithms of length scales, shape and variances, see `Emulator`, from which those of
+            the fit are sought.
         far_share
             Share of the samples that are from anywhere.
         weight_floor
             If given, samples are taken evenly down to that weight, relative to the largest.
         """
         weights = self.weights(remoteness)
+        # roots of such weights are weights of a width larger by root 2
         composite, genuine = self._composite(np.sqrt(weights))
         chosen = self._chosen(weights, remoteness, far_share, weight_floor)
         z = self.z[chosen]
@@ -181,9 +184,10 @@ class JudgedSamples:
             longer = min(longer, LONGER)
             emulator = conditioned(z, outputs, logs)
             mean, variance = emulator.predict(z)
-            # misses as if left out, less what the emulator does not know: noise alone
-            noise = np.maximum(1 - variance, NOISE_LEAST)
-            scaled = (outputs - mean) / (noise * np.sqrt(1 + variance / noise))
+            # If left out, a sample misses by 1 / (1 - v) as much, with a variance of
+            # 1 + v / (1 - v), of which 1 is noise
+            noise_share = np.maximum(1 - variance, NOISE_LEAST)
+            scaled = (outputs - mean) / (noise_share * np.sqrt(1 + variance / noise_share))
             misses = scaled @ np.linalg.inv(whiten)
         target, covariance = self._target(genuine, _covariance_of(misses, weights))
         covariance = whiten.T @ covariance @ whiten
@@ -198,7 +202,7 @@ class JudgedSamples:
         )
 
     def _composite(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return composite judgments of counterfeit (S, P - 1) and genuine samples (K, P - 1).
+        """Return composite judgments of counterfeit (S, P) and genuine samples (K, P).
 
         Each fold is judged by what was learned from the others; the canary has no judgment.
         """
@@ -226,8 +230,8 @@ class JudgedSamples:
             # evenly from farther out
             inside = max(near_count, int((weights > weight_floor * weights.max()).sum()))
             return order[np.linspace(0, inside - 1, near_count).astype(int)]
-        alike = remote[min(near_count, len(remote)) - 1] < TIGHT
-        if alike and not far_share:
+        too_alike = remote[min(near_count, len(remote)) - 1] < TIGHT
+        if too_alike and not far_share:
             # half of them by how much they tell of slopes: their squared distance
             lever = np.cumsum(remote[remote < STEEP])
             half = near_count // 2

@@ -76,8 +76,9 @@ RENEWED_BY = 200
 """Trials, the likeliest ones, whose samples say which observers tell nothing."""
 STILL = 0.03
 """Standard deviation of an output, of 0 to 1, below which it tells nothing."""
-_RENEWAL = 7  # part of the random numbers of a batch
-_MIXTURE = 8  # the same
+# Random numbers within a batch, beside those of its portions and repeats
+_RENEWAL = 7
+_MIXTURE = 8
 
 # Symmetries. Decision 0043.
 
@@ -94,7 +95,7 @@ NEAR_LEAST = 250
 NEAR_MOST = 3000
 """Most of them."""
 FAR_TRIALS = 100
-"""Trials from anywhere among them."""
+"""Trials from anywhere among them; at least as many near ones are among those of the wide map."""
 WIDE_EVERY = 3
 """Batches after which the wide map is made anew."""
 WIDE_TRIALS = 500
@@ -115,9 +116,9 @@ PORTIONS = 5
 LOOKED_AT = 4
 """Batches after which a run with a tolerance looks at its intervals, from the second time on."""
 MIXTURES_SOUGHT = (8, 16, 24)
-"""Batches after which walkers are looked at whether they are a mixture of images of each other."""
+"""Batches, from 0, in which it is looked whether walkers are a mixture of images of each other."""
 REFINED = 3
-"""Batches after which a lost run that has settled is matched anew."""
+"""Batches after which a lost run that has chosen where to go on is matched anew."""
 _READ_OUT = 1_000_000  # batch whose random numbers intervals are drawn with
 
 
@@ -135,14 +136,14 @@ class _Stream(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """What is known after a batch of trials."""
+    """What is known after a batch of trials, in the optimizer's numbers."""
 
     number: int  #: 0 for the first batch
     trials: int  #: Trials spent so far
     estimate: np.ndarray  #: (P,), median of the draws of the right model
     spread: np.ndarray  #: (P,), their standard deviation
-    #: (P,), share of the variance of each parameter, among the matched trials, that jurors see in
-    #: one trial
+    #: (P,), share of the variance of each parameter, among the trials of the near map, that jurors
+    #: see in one trial
     explained: np.ndarray
     #: Chi square per moment of the best model, at least 1: above about 5 no model explains the
     #: judgments
@@ -260,12 +261,13 @@ class FewTrials:
         self.batch: Batch | None = None
         self.tolerated = False
         self._number = 0
-        # genomes of the observers, and what both kinds of classifiers say of all samples
+        # genomes of the observers, what they say of all samples, and what evolved classifiers say
         self._drawn = np.empty((0, observers.parameters))
         self._observed = JudgmentRecord(observers)
         self._jury = JudgmentRecord(classifier)
         self.present = np.empty((0, classifier.parameters))
         self._density = Density(None)
+        # walkers of the last batch, and of the repeats of `average`
         self._pooled = np.empty((0, space.dimension))
         self.search = Search(self._space.furthest)
         self._group: SymmetryGroup | None = None
@@ -481,6 +483,7 @@ class FewTrials:
         Return how much of each parameter a trial tells (P,).
         """
         usable = np.flatnonzero(self.buffer.usable)
+        # repeats follow a batch that is counted already
         number = self._number - (repeat > 0)
         rng = generation_rng((MATCHING, self._seed, repeat), number)
         nearest = self._nearest(usable, rng)
@@ -525,10 +528,7 @@ class FewTrials:
             self._design.fold(self._group)
 
     def _nearest(self, usable: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return the trials that are matched.
-
-        Those most likely to be right, and some of the others.
-        """
+        """Return the trials of the near map: the likeliest to be right, and some of the others."""
         size = round(np.clip(NEAR_SHARE * len(usable), NEAR_LEAST, NEAR_MOST))
         if len(usable) <= size or self._density.near is None:
             return usable
@@ -695,7 +695,7 @@ class FewTrials:
         -------
         dict
             "p_value": how often classifiers would tell the model from the agents as well by chance.
-            If the run has settled, in the optimizer's numbers, "estimate" (P,), "interval" (2, P),
+            If `Matched.settled`, in the optimizer's numbers, "estimate" (P,), "interval" (2, P),
             that of all solutions, "mode_interval" (M, 2, P), that of each, and "draws" (D, P);
             "mode" (D,), to which solution each draw belongs, and "identified" (P,), of which
             parameters the run says something. With an examiner "examined" (2,) and "statistic".

@@ -126,7 +126,7 @@ class Matched:
         return self.draws[self.mode == 0]
 
     def with_draws(self, draws: np.ndarray) -> "Matched":
-        """Return what is stated of further draws (N, P), as of one solution."""
+        """Return the same solution with other draws (N, P), and what these state."""
         low, high = np.quantile(draws, [TAIL, 1 - TAIL], axis=0)
         return replace(
             self,
@@ -151,11 +151,11 @@ def combined(solutions: Sequence[Matched], widest: np.ndarray) -> Matched:
     """
     best = min(solutions, key=lambda matched: matched.order)
     farthest = max(best.distance, ALIKE)
-    alike = [
+    mixed = [
         alternative for alternative in solutions if alternative.order <= (False, farthest)
     ] or [best]
     # as many draws as one solution has
-    draws = np.concatenate([alternative.draws for alternative in alike])[:: len(alike)]
+    draws = np.concatenate([alternative.draws for alternative in mixed])[:: len(mixed)]
     low, high = np.quantile(draws, [TAIL, 1 - TAIL], axis=0)
     identified = high - low < UNTOLD_WIDTH * widest
     settled = best.order <= (False, FARTHEST)
@@ -215,8 +215,8 @@ def match(
     draws
         How many of them, D.
     size
-        How many of the nearest counterfeit samples the regression is fitted to; a third of them all
-        where that is more.
+        How many of the nearest counterfeit samples the regression is fitted to: a third of them all
+        where that is more, and half (at least 250) where that is fewer.
 
     Notes
     -----
@@ -230,7 +230,7 @@ def match(
        beforehand, follow every bend of it. Those of the canary test the fit; for the interval the
        canary is held at its middle, because its lack of effect is known.
     4. The samples nearest in judgment to the agents are chosen, and all is done again; at last with
-       these alone, within what the fit before, which knows samples from anywhere, does not rule
+       these alone. The fit before, to which samples from anywhere belong, says then what is ruled
        out. Where the nearest lie closer together than the noise of one, half are taken from farther
        out, by how much they tell of slopes.
     5. The nearest of very many samples are too much alike to tell how judgments change with the
@@ -433,7 +433,7 @@ def _solved(
 ) -> _Solution:
     """Draw from a likelihood, and check the draws.
 
-    Draws begin at its own samples, and at those of a broad fit (D, P).
+    Draws begin at its own samples, and at those of a broad fit (D, P + 1).
     """
     start = np.r_[likelihood.points, broad_points]
     points = draw(likelihood.log_likelihood, start, draws, rng)
@@ -448,11 +448,9 @@ def _solved(
 
 
 def _moved_by_halves(likelihood: Likelihood, points: np.ndarray, rng: np.random.Generator) -> float:
-    """Return how far the solutions of two halves of the samples are apart.
+    """Return how far the solutions of two halves of the samples are apart, see `Matched.moved`.
 
-    The most of all parameters, in standard deviations.
-
-    The draws (D, P) of all samples are weighted by what each half says of them.
+    The draws (D, P + 1) of all samples are weighted by what each half says of them.
     """
     order = rng.permutation(len(likelihood.points))
     before = likelihood.log_likelihood(points)

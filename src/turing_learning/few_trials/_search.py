@@ -123,7 +123,7 @@ class Path:
     curvature: np.ndarray  #: (P, P), mean square of the outputs' slopes
     reach: float  #: Change of the outputs that its next step may make
     steps: int = 0
-    #: Mean square of the outputs at its end; infinite before it has got there
+    #: Mean square of the outputs at its end, less that by chance; infinite before it is there
     excess: float = np.inf
     ended: bool = False  #: Whether it has made its steps, or has joined another
 
