@@ -218,9 +218,9 @@ class RunSection(Section):
         return {spent for _, spent in self.extended}
 
     @property
-    def thin(self) -> bool:
-        """Whether the history holds no populations."""
-        return self.history == "thin" or self.trials > 0
+    def keeps_populations(self) -> bool:
+        """Whether the history holds those of every generation: a full one, of a run by generations."""
+        return self.history == "full" and self.trials == 0
 
     @property
     def save_every(self) -> int:

@@ -32,8 +32,8 @@ from turing_learning.systems import Arguments, System, imported
 
 FORMAT_VERSION = 1
 BLOCK = 5000
-"""Generations whose traces have a file of their own; those since the last such block are in every
-checkpoint."""
+"""Generations whose traces, what a result is made of, have a file of their own; those since the last
+such block are in every checkpoint."""
 RUNNING = "running"
 """State of a run that continues, or was killed."""
 STOPPED = "stopped"
@@ -101,7 +101,7 @@ def _recorded_options(manifest: Mapping[str, Any]) -> Mapping[str, Any]:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """The state of a run after so many completed generations: name -> array."""
+    """The state of a run after so many completed generations, or batches: name -> array."""
 
     generation: int
     arrays: dict[str, np.ndarray]
@@ -133,7 +133,7 @@ class RunFolder(Store):
     laboratory_path = StoredPath(
         LABORATORY, "The laboratory in which the run takes place (JSON); only such a run has one."
     )
-    motion_path = StoredPath(CALIBRATION, "Motion to calibrate detectors with (NumPy).")
+    calibration_path = StoredPath(CALIBRATION, "Motion to calibrate detectors with (NumPy).")
     trials_path = StoredPath("trials", "Every trial that was observed in a laboratory.")
     events_path = StoredPath(
         "events.jsonl", "What happened in the laboratory (a JSON object in each line)."
@@ -223,13 +223,13 @@ class RunFolder(Store):
             "be one of trials, to get more of them",
             f"{self.path}, one of generations",
         )
-        ahead = "Resume it without more trials first."
+        remedy = "Resume it without more trials first."
         check_folder(
             manifest["state"] == FINISHED,
             "run",
             "be finished, to get more trials",
             f"{self.path}",
-            ahead,
+            remedy,
         )
         rule = "have its samples, to get more trials"
         got = f"{self.path}, without them"
@@ -348,6 +348,7 @@ class RunFolder(Store):
         """
         self.refuse_if_taken(force=force)
         if self.is_run():
+            # If it is killed from here on, the folder is still a run that may be replaced
             self.create({"state": RUNNING, "replaced": True})
             self.clear(_RESULTS)
         remove_partial(self.path)
@@ -359,12 +360,12 @@ class RunFolder(Store):
         """Reject a folder into which a new run may not be written."""
         if self.is_run():
             try:
-                ahead = how_to_resume(self.path, self.configuration())
+                resuming = how_to_resume(self.path, self.configuration())
             except RunFolderError:
                 # Which says more once it is tried
-                ahead = f"`{resume_command(self.path)}`"
+                resuming = f"`{resume_command(self.path)}`"
             alternative = ", choose another folder, or replace it with "
-            remedy = ("Resume it with ", ahead, alternative, Setting("force", True), ".")
+            remedy = ("Resume it with ", resuming, alternative, Setting("force", True), ".")
             check_folder(
                 force, "out", "be a new or empty folder", f"{self.path}, which holds a run", remedy
             )

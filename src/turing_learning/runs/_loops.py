@@ -3,7 +3,7 @@
 A coevolution by generations, or an estimate from few trials.
 
 Both step, and say what the step leaves: a `Generation`, or a `TrialBatch`. Both have a `state`, to be restored;
-`rows`, samples that are stored as they come; and a `readout`, what is read off at the end.
+`take_rows`, samples that are stored as they come; and a `readout`, what is read off at the end.
 """
 
 from collections.abc import Mapping

@@ -117,7 +117,7 @@ class Record:
         """Return the history, with names and units, and trials spent where they are the budget; one on disk is verified."""
         configuration = self.configuration
         arrays = self.arrays
-        if self.path is not None and configuration.run.thin:
+        if self.path is not None and not configuration.run.keeps_populations:
             arrays = self._stored_traces(RunFolder(self.path))
         if arrays is not None:
             history = histories.dataset_in_memory(

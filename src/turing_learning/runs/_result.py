@@ -333,7 +333,7 @@ class Result(Judged):
     def calibration(self) -> Mapping[str, np.ndarray] | None:
         """Samples (S, T, D) that the run has stored to calibrate detectors with, "genuine" and "abnormal"; None without."""
         folder = None if self.path is None else RunFolder(self.path)
-        if folder is None or not folder.motion_path.exists():
+        if folder is None or not folder.calibration_path.exists():
             return None
         return dict(folder.read(CALIBRATION))
 

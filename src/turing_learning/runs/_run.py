@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 _LOGGER = logging.getLogger("turing_learning")
 GIVEN = "given"  # in the manifest: the source of samples came from the caller
-_LOOKED_BACK = 50  # generations whose fittest classifiers may be shown
+_SHOWN = 50  # generations, spread over the run, whose fittest classifiers may be shown
 _RECENT = 50  # generations that rate and outlook are taken from
 
 
@@ -94,7 +94,7 @@ class Run:
             self._manifest = {}
         seals = None if folder is None else self._resume_from_checkpoint(folder)
         self._recorder: histories.HistoryRecorder | None = None
-        if not configuration.run.thin:
+        if configuration.run.keeps_populations:
             if folder is None:
                 arrays: Mapping[str, Any] = histories.memory_arrays(self._layout)
             elif seals is None:
@@ -277,8 +277,8 @@ class Run:
                     described=configuration.described,
                 )
         except GeneratorExit:
-            # Python closes a generator that a loop has left. If an error left it, `__exit__` has
-            # closed the run already; after a `break` all is saved as at the end.
+            # Python closes a generator that a loop has left: all is saved as at the end. Where it has
+            # a name, as in `conduct`, an error reaches `__exit__` first: the last checkpoint stays.
             if self._closed:
                 return
         self._finish()
@@ -354,8 +354,8 @@ class Run:
             if folder is not None:
                 with self.storage():
                     folder.update_manifest(state=STOPPED, seconds=self._seconds)
-                ahead = in_words(how_to_resume(folder.path, self.configuration))
-                where = f"{self.completed} generations are stored; resume with {ahead}."
+                resuming = in_words(how_to_resume(folder.path, self.configuration))
+                where = f"{self.completed} generations are stored; resume with {resuming}."
             if error.explained or not self.completed:
                 raise
             raise type(error)(f"{error} {where}") from error.__cause__
@@ -386,7 +386,10 @@ class Run:
             self._saved = self.completed
 
     def _save_checkpoint(self, folder: RunFolder, *, with_state: bool) -> None:
-        """Write a checkpoint, with all that is needed to resume, or only what a result is made of, as the only one then."""
+        """Write a checkpoint, with all that is needed to resume.
+
+        Without the state it holds only what a result is made of, and is the only one that stays.
+        """
         while (self._blocks + 1) * folders.BLOCK <= self.completed:
             block = slice(self._blocks * folders.BLOCK, (self._blocks + 1) * folders.BLOCK)
             folder.write(piece("traces", self._blocks + 1), self._traces.state(block))
@@ -414,7 +417,7 @@ class Run:
         """Save, write the result, and close what is stored in a folder.
 
         A complete run with a full history gets report and figures before its state, so that a run
-        killed here does it again. A thin one drops its buffer.
+        killed here does it again. One with a thin history drops its buffer.
         """
         if self._saved != self.completed:
             self._save()
@@ -449,7 +452,7 @@ class Run:
                 )
             if self.complete:
                 folder.update_manifest(**closed)
-            # A thin run needs no state of the search any more
+            # One with a thin history needs no state any more
             if self.complete and not full:
                 self._save_checkpoint(folder, with_state=False)
                 for path in folder.path.glob("buffer/*.npz"):
@@ -463,7 +466,7 @@ class Run:
         # No generation is collected
         self._source.generation = None
         model = np.array(list(self.result.estimate.values()))
-        rows = np.unique(np.linspace(0, self.completed - 1, _LOOKED_BACK).astype(int))
+        rows = np.unique(np.linspace(0, self.completed - 1, _SHOWN).astype(int))
         history = self.result.history[["classifier", "classifier_fitness"]]
         chosen = history.isel(generation=rows).load()
         best = chosen["classifier_fitness"].to_numpy().argmax(axis=1)
@@ -536,8 +539,8 @@ class Run:
         return checkpoint.part("history/")
 
     def _has_history(self, checkpoint: Checkpoint, folder: RunFolder) -> bool:
-        """Return whether the history up to a checkpoint is there; a thin one is in the checkpoint."""
-        if self.configuration.run.thin:
+        """Return whether the history up to a checkpoint is there; without populations it is in the checkpoint."""
+        if not self.configuration.run.keeps_populations:
             return True
         seals = checkpoint.part("history/")
         path = folder.history_path
