@@ -35,7 +35,8 @@ ACCURACY_MODELS = 15
 # A number of its own each.
 BUFFER = 20  # which genuine samples a bounded pool keeps
 DESIGN = 21  # where the next trials are spent
-MATCHING = 22  # draws and bootstrap of the read-out
+# Folds and maps of a batch; draws and bootstrap of the read-out
+MATCHING = 22
 DIALOGUE = 23  # what the best interrogators do, in a report
 CLIMBING = 24  # what a lost run tries
 # Noise of a tracker: (25, key of the trial), in an emulated laboratory (25, seed)

@@ -18,11 +18,11 @@ of q, parameters are the right ones with the density
     (2)
 
 A run goes in batches (`FewTrials.step`): (1) models are tried, and their samples kept; (2)
-classifiers evolve, and all judge the samples again; (3) outputs are condensed to moments, one or
-two for each parameter, which are 0 on average for a right model (`_jurors`); (4) Gaussian processes
-map the moments (`_map`); (5) walkers follow the density (2), and the next batch is tried around
-them (`_design`). A run whose map fits nothing leaves it for good, and searches from many places
-(`_search`).
+classifiers evolve, and all judge the samples again; (3) outputs are condensed to moments, one for
+each parameter and for each product of two that shows, which are 0 on average for a right model
+(`_jurors`); (4) Gaussian processes map the moments (`_map`); (5) walkers follow the density (2),
+and the next batch is tried around them (`_design`). A run whose map fits nothing leaves it for
+good, and searches from many places (`_search`).
 
 At the end the observers alone are asked, which no model was selected to fool. Their judgments
 become one composite for each parameter, which is held against that of the agents as in (2)

@@ -1,10 +1,11 @@
 """From judgments to moments: numbers whose expectation is 0 for a model that is right.
 
 Goes in: what J classifiers say of each trial, a few hundred numbers, and of the genuine samples.
-Comes out: for each trial about two moments for each parameter. Why it works: a juror, a weighted
-sum of all outputs, is trained to say how large a parameter was in a trial. If a model is right,
-jurors say on average of its trials what they say of the genuine samples, whatever their weights; so
-the difference is 0. The numbers: decision 0028, "Train jurors".
+Comes out: for each trial a moment for each of P parameters, and for each product of two that shows,
+at most P (P + 3) / 2. Why it works: a juror, a weighted sum of all outputs, is trained to say how
+large a parameter was in a trial. If a model is right, jurors say on average of its trials what they
+say of the genuine samples, whatever their weights; so the difference is 0. The numbers: decision
+0028, "Train jurors".
 """
 
 from itertools import pairwise

@@ -279,6 +279,7 @@ class JudgedSamples:
         nearest = np.argsort(-weights, kind="stable")[:effective]
         outputs = self.x[nearest]
         offsets = (likelihood.emulator.mean(self.z) - likelihood.target)[nearest]
+        # a judgment that hardly varies among them says nothing of slopes
         offsets = offsets[:, offsets.std(axis=0) > 0.1]
         # outputs as quadratic functions of the composite judgments, which are 0 for the agents
         terms = np.c_[np.ones(len(offsets)), quadratic_terms(offsets)]

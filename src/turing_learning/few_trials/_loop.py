@@ -69,7 +69,7 @@ GENUINE = 200
 OBSERVERS = 200
 """How many there are."""
 RENEWED_EVERY = 6
-"""Batches between renewals of those that tell nothing any more."""
+"""Batches between renewals of those that tell nothing any more; the third has the first one."""
 RENEWED_UNTIL = 0.7
 """Share of the trials up to which they are renewed."""
 RENEWED_BY = 200

@@ -416,6 +416,7 @@ def _relative(outputs: np.ndarray, genuine: np.ndarray) -> tuple[np.ndarray, np.
     white = (outputs - middle) @ factor
     usual = np.arcsinh((genuine - middle) @ factor)
     spread = np.maximum(usual.std(axis=0), 1e-9)
+    # genuine samples have mean squares of about 1: far below that none looks more genuine
     unlikeness = np.log(np.maximum((white**2).mean(axis=1), 0.3))
     return unlikeness, (np.arcsinh(white) - usual.mean(axis=0)) / spread
 
@@ -445,7 +446,7 @@ def _fit(
     terms = np.c_[np.ones(len(nearest)), (parameters[nearest] - center) @ factor / distance]
     nearness = 1 / (1 + square / (1.5 * distance) ** 2)
     # Cauchy weights, three times reweighted: a few trials in which something rare happened would
-    # tilt the fit.
+    # tilt the fit. A trial with the median miss keeps its weight.
     weights = nearness
     ridge = np.diag(np.r_[1e-9, np.full(len(center), 1e-2)])
     for _ in range(3):

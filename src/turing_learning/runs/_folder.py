@@ -281,14 +281,14 @@ class RunFolder(Store):
     def known_parts(self) -> set[str]:
         """Return which of "genuine" and "simulate" can be found by what the manifest says."""
         manifest = self._unverified_head() or {}
-        functions = {"genuine", "simulate"}
+        parts = {"genuine", "simulate"}
         names = {*manifest}
         options = _recorded_options(manifest)
         if "trajectories" in options:
             names.add("genuine")
             if "model" in options:
                 names.add("simulate")
-        return functions & names
+        return parts & names
 
     def needs_python(self, system: System) -> bool:
         """Return whether samples or simulator of its system were given in Python, so that no command has them."""
@@ -304,7 +304,7 @@ class RunFolder(Store):
         What is not is imported, or read from a recording that must not have changed.
         """
         manifest = self.manifest()
-        functions: dict[str, Any] = {}
+        found: dict[str, Any] = {}
         if arguments.genuine is None and "trajectories" in _recorded_options(manifest):
             system = self.configuration().system
             motion = RecordedSystem.remembered(
@@ -313,16 +313,16 @@ class RunFolder(Store):
             genuine, simulate, _ = motion.opened(
                 system.steps, system.signals, network=self.network()
             )
-            functions["genuine"] = genuine
+            found["genuine"] = genuine
             if arguments.simulate is None and simulate is not None:
-                functions["simulate"] = simulate
+                found["simulate"] = simulate
         elif arguments.simulate is None and (network := self.network()) is not None:
-            functions["simulate"] = network
+            found["simulate"] = network
         for name in ("genuine", "simulate"):
             stored = manifest.get(name)
             if getattr(arguments, name) is None and isinstance(stored, str):
-                functions[name] = imported(stored, name) if ":" in stored else stored
-        return replace(arguments, **functions)
+                found[name] = imported(stored, name) if ":" in stored else stored
+        return replace(arguments, **found)
 
     def network(self) -> Network | None:
         """Return the network that was learned for this run, if there is one."""

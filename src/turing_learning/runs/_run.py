@@ -1,4 +1,7 @@
-"""A run: begin or open it, iterate over its generations, leave the loop to stop."""
+"""A run: begin or open it, iterate over its generations, leave the loop to stop.
+
+What is said of generations here holds of the batches of a run of trials, too.
+"""
 
 import logging
 import time
