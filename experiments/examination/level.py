@@ -101,6 +101,7 @@ SYSTEMS: dict[str, Callable[[np.random.Generator], Examined]] = {
     "1 Couzin group of 10 against 1": shoals(1, 10),
     "60 walkers against 60, one sample each": walkers(60, 1),
     "8 walkers against 8, 10 samples each": walkers(8, 10),
+    "3 Couzin groups of 5 against 3": shoals(3, 5),
 }
 
 

@@ -1,11 +1,13 @@
-"""Planted differences: how well do the panel, its members and other classifiers tell them, and is the right thing named?
+"""Planted differences, each drawn several times: how well do the panel and others tell them, and is the right thing named?
 
-Run with ``python experiments/examination/power.py``; it writes power.csv. MiniRocket is that of aeon, if it is installed
-(``pip install aeon``). Seeds differ from those with which the panel was built.
+Run with ``python experiments/examination/power.py [DRAWS]``; it adds what is missing in power-draws.csv, and writes power.csv,
+the medians. MiniRocket is that of aeon, if it is installed (``pip install aeon``). The jury is that of `check` in version
+0.2.0: evolved Elman networks with its effort, 300 generations of 60 classifiers. Seeds differ from those with which the panel
+was built.
 """
 
 import csv
-import time
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,11 +18,35 @@ from sklearn.model_selection import cross_val_predict
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-import turing_learning as tl
-from turing_learning.examination import PANEL
+from turing_learning.analysis import Jury
+from turing_learning.classifiers import ElmanClassifier
+from turing_learning.coevolution import Judgments, classifier_reward
+from turing_learning.evolution import EvolutionStrategy
+from turing_learning.examination import PANEL, telling_statistics
+from turing_learning.examination._panel import Views, right_answers
+from turing_learning.examination._panel import _cross_fitted as cross_fitted
 from turing_learning.families import BurstAndCoast, Couzin
 
-TABLE = Path(__file__).parent / "power.csv"
+HERE = Path(__file__).parent
+ROWS, MEDIANS = HERE / "power-draws.csv", HERE / "power.csv"
+DRAWS = 6
+SEED = 4521
+"""Of the first draw; the others have the next numbers."""
+
+GENERATIONS, POPULATION = 300, 60
+"""Effort of the jury."""
+
+FOLDS = 5
+
+COLUMNS = (
+    "panel",
+    "gradient boosting",
+    "logistic regression",
+    "MiniRocket",
+    "jury of 0.2.0",
+    "jury, by majority",
+)
+
 SAMPLES = 150
 """Of each side."""
 WALK = ("speed", "turn")
@@ -132,42 +158,118 @@ def others(windows: np.ndarray, labels: np.ndarray, names: tuple[str, ...]) -> d
     return found
 
 
+def evolved(samples: np.ndarray, genuine: np.ndarray, seed: int) -> Jury:
+    """Evolve a jury on samples (K, T, D): `train_jury` of version 0.2.0, with the center and scale of its systems."""
+    center = np.median(samples[genuine], axis=(0, 1))
+    scale = np.quantile(np.abs(samples[genuine] - center), 0.99, axis=(0, 1))
+    network = ElmanClassifier(samples.shape[2], scale=scale.tolist(), threads=1)
+    classifier = Centered(network, center)
+    half = POPULATION // 2
+    strategy = EvolutionStrategy(
+        network.parameters, parents=half, offspring=POPULATION - half, seed=seed
+    )
+
+    def rewarded() -> tuple[np.ndarray, np.ndarray]:
+        genomes = strategy.ask()
+        outputs = classifier.judge(genomes, samples)
+        return genomes, classifier_reward(
+            Judgments(outputs[:, genuine], outputs[:, ~genuine, None])
+        )
+
+    for _ in range(GENERATIONS):
+        strategy.tell(rewarded()[1])
+    genomes, reward = rewarded()
+    informedness = 2 * reward - 1
+    best = np.argsort(-informedness, kind="stable")[:half]
+    voters = best[informedness[best] > 0]
+    weights = informedness[voters] / max(informedness[voters].sum(), 1e-12)
+    return Jury(classifier, genomes[voters], weights)
+
+
+class Centered:
+    """Classifiers that see samples around a center (D,)."""
+
+    def __init__(self, network: ElmanClassifier, center: np.ndarray) -> None:
+        self.network = network
+        self.center = center
+        self.parameters = network.parameters
+
+    def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
+        """Return outputs (N, S)."""
+        return self.network.judge(genomes, samples - self.center)
+
+
+def jury(windows: np.ndarray, genuine: np.ndarray, seed: int) -> tuple[float, float]:
+    """Return the cross-fitted accuracy of juries by the share of votes, as `check` said it, and by majority."""
+    fold = np.random.default_rng(seed).permutation(len(windows)) % FOLDS
+    share = np.empty(len(windows))
+    for part in range(FOLDS):
+        out = fold == part
+        judges = evolved(windows[~out], genuine[~out], FOLDS * seed + part)
+        share[out] = judges.score(windows[out])
+    right = np.where(genuine, share, 1 - share)
+    return float(right.mean()), float((right > 0.5).mean())
+
+
+def panel(windows: np.ndarray, genuine: np.ndarray, names: tuple[str, ...]) -> float:
+    """Return the accuracy that `test` states, without the permutations, which take most of its time."""
+    views = Views.of(windows, names, 0.1, PANEL, 0)
+    groups = np.arange(len(windows))
+    labels = genuine[:, None].astype(float)
+    accuracies = []
+    for examiner in PANEL:
+        scores = cross_fitted(examiner, views.standardized[examiner.sees], labels, groups)
+        accuracies.append(right_answers(scores, labels, groups).mean())
+    return float(max(accuracies))
+
+
+def row(real: np.ndarray, simulated: np.ndarray, names: tuple[str, ...], draw: int) -> list[str]:
+    """Return the accuracies of all on one draw, and which statistic is named first."""
+    genuine = np.repeat([True, False], SAMPLES)
+    windows = np.concatenate((real, simulated))
+    beside = others(windows, genuine, names)
+    accuracies = [panel(windows, genuine, names), *map(beside.get, COLUMNS[1:4])]
+    accuracies += jury(windows, genuine, draw)
+    cells = []
+    for accuracy in accuracies:
+        cells.append("" if accuracy is None else f"{accuracy:.3f}")
+    named = telling_statistics(real, simulated, np.arange(SAMPLES), names=names, units={})[0]
+    return [*cells, named.what]
+
+
 def main() -> None:
-    """Write a row for each planted difference that has none yet."""
-    names = ["gradient boosting", "logistic regression", "MiniRocket"]
-    headings = [
-        "difference",
-        "panel",
-        "p_value",
-        "power_accuracy",
-        "seconds",
-        *names,
-        "named",
-        "right",
-    ]
-    rows = list(csv.reader(TABLE.open())) if TABLE.exists() else [headings]
-    done = {row[0] for row in rows}
-    for name, signals, words, real, simulated in planted(np.random.default_rng(4521)):
-        if name in done:
-            continue
-        begin = time.process_time()
-        found = tl.test(real, simulated, names=signals, examiners=PANEL)
-        seconds = time.process_time() - begin
-        labels = np.repeat([True, False], SAMPLES)
-        beside = others(np.concatenate((real, simulated)), labels, signals)
-        first = found.telling[0].what
-        right = any(word in first for word in words)
-        power = found.examined.power_accuracy or float("nan")
-        numbers = [
-            f"{found.accuracy:.3f}",
-            f"{found.p_value:.2f}",
-            f"{power:.3f}",
-            f"{seconds:.0f}",
-        ]
-        numbers += [f"{beside[key]:.3f}" if key in beside else "" for key in names]
-        rows.append([name, *numbers, first, "yes" if right else "no"])
-        with TABLE.open("w") as file:
-            csv.writer(file, lineterminator="\n").writerows(rows)
+    """Do what is missing, and write the medians."""
+    draws = int(sys.argv[1]) if len(sys.argv) > 1 else DRAWS
+    rows = list(csv.reader(ROWS.open())) if ROWS.exists() else []
+    done = {(row[0], int(row[1])) for row in rows}
+    for draw in range(draws):
+        for name, signals, words, real, simulated in planted(np.random.default_rng(SEED + draw)):
+            if (name, draw) in done:
+                continue
+            cells = row(real, simulated, signals, draw)
+            right = any(word in cells[-1] for word in words)
+            cells.append("yes" if right else "no")
+            with ROWS.open("a") as file:
+                csv.writer(file, lineterminator="\n").writerow([name, draw, *cells])
+    write_medians(list(csv.reader(ROWS.open())))
+
+
+def write_medians(rows: list[list[str]]) -> None:
+    """Write the median accuracies over the draws, and in how many of them the right statistic is named first."""
+    with MEDIANS.open("w") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        more = ["panel above the best of three", "named in the first draw", "rightly named"]
+        writer.writerow(["difference", "draws", *COLUMNS, *more])
+        for name in dict.fromkeys(row[0] for row in rows):
+            own = [row[2:] for row in rows if row[0] == name]
+            medians = []
+            for place in range(len(COLUMNS)):
+                values = [float(cells[place] or np.nan) for cells in own]
+                medians.append(float(np.median(values)))
+            lead = medians[0] - np.nanmax(medians[1:4])
+            right = sum(cells[-1] == "yes" for cells in own)
+            shown = [f"{median:.3f}" for median in medians]
+            writer.writerow([name, len(own), *shown, f"{lead:+.3f}", own[0][-2], right])
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from turing_learning.errors import integer, require
 
 from ._convolution import convolution_features
 from ._examiners import LEVELS, PANEL, TINY, Examiner, Ridge
-from ._statistics import named_statistics
+from ._statistics import moderate, named_statistics
 
 PERMUTATIONS = 99
 """Exchanges of labels; with 99 a p-value can be 0.01."""
@@ -120,10 +120,12 @@ class Views:
     ) -> "Views":
         """Describe windows (K, T, D) of signals with names (D,) for some examiners."""
         windows = without_last_digits(windows)
-        _, statistics = named_statistics(windows, names, interval_s)
-        views = {"windows": windows, "statistics": in_deviations(statistics)}
+        statistic_names, statistics = named_statistics(windows, names, interval_s)
+        seen = statistics[:, moderate(statistic_names, names)]
+        views = {"windows": windows, "statistics": in_deviations(seen)}
         if any(examiner.sees == "ranks" for examiner in examiners):
-            ranks = scipy.stats.rankdata(views["statistics"], method="min", axis=0) - 1
+            values = in_deviations(statistics)
+            ranks = scipy.stats.rankdata(values, method="min", axis=0) - 1
             views["ranks"] = np.floor(ranks * LEVELS / len(windows))
         if any(examiner.sees == "convolutions" for examiner in examiners):
             views["convolutions"] = in_deviations(

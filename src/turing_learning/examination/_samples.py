@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from math import comb
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from turing_learning.analysis import polarization
 from turing_learning.errors import RefusedError, nearest, refuse, refusing_as, require
@@ -27,6 +28,9 @@ FEWEST_ARRANGEMENTS = 30
 
 BLOCKS = 10
 """Blocks of time into which a recording is cut where its individuals are too few to be groups."""
+
+MOSTLY = 0.5
+"""Share of the windows with company in which a signal of the group has to be there, to be taken by default."""
 
 FEWEST_COUNTED = 3
 """Individuals of which an area can be said."""
@@ -103,8 +107,11 @@ def pair_of(
             side[:] = [replace(recording, headings=None) for recording in side]
     sides = [same_rate(side, every, remarks) for side in sides]
     every = [*sides[0], *sides[1]]
-    names = _names(names, every, of_groups=_enough(len(real), len(simulated)))
     steps = _steps(every, window_s)
+    if names is None:
+        names = _all_names(every, steps, remarks, of_groups=_enough(len(real), len(simulated)))
+    else:
+        names = _names(names, every)
     fps = every[0].fps
     remarks.append(f"Samples are windows of {steps} steps ({steps / fps:.3g} s).")
     rng = np.random.default_rng((seed, 2))
@@ -175,23 +182,44 @@ def _enough(real: int, simulated: int) -> bool:
     return divisions >= FEWEST_ARRANGEMENTS
 
 
-def _names(
-    names: Sequence[str] | None, every: Sequence[Trajectories], *, of_groups: bool
+def _all_names(
+    every: Sequence[Trajectories], steps: int, remarks: list[str], *, of_groups: bool
 ) -> tuple[str, ...]:
-    """Return the signals that are asked for, or all that every recording has.
+    """Return all signals that every recording has.
 
-    Signals of the whole group are among the latter only where recordings are groups: all individuals of a recording
-    share them, so they would tell any recording from any other.
+    Signals of the whole group are among them only where recordings are groups: all individuals of a recording share them, so
+    they would tell any recording from any other. They are left out where they would leave out most windows.
     """
+    if any(recording.present.sum(axis=1).max() < 2 for recording in every):
+        return "speed", "turn"
+    names = list(SIGNALS)
+    for name in OF_GROUPS:
+        if not of_groups:
+            break
+        if all(_mostly_there(recording, name, steps) for recording in every):
+            names.append(name)
+        else:
+            remarks.append(f"{name} is left out, as in some recording it is seldom there.")
+    return tuple(names)
+
+
+def _mostly_there(recording: Trajectories, name: str, steps: int) -> bool:
+    """Return whether a signal of the group is there in most windows of so many steps in which anybody has company."""
+    consecutive = recording.present[1:] & recording.present[:-1]
+    company = consecutive.sum(axis=1) >= 2
+    there = company & np.isfinite(_of_group(recording, name))
+    if len(company) < steps:
+        return False
+    counts = []
+    for flags in (there, company):
+        counts.append(np.count_nonzero(sliding_window_view(flags, steps).all(axis=1)))
+    return bool(counts[0] >= max(1, MOSTLY * counts[1]))
+
+
+def _names(names: Sequence[str], every: Sequence[Trajectories]) -> tuple[str, ...]:
+    """Return the signals that are asked for."""
     allowed = (*SIGNALS, *OF_GROUPS)
     fewest = min(recording.present.sum(axis=1).max() for recording in every)
-    if names is None:
-        possible = list(SIGNALS) if fewest >= 2 else ["speed", "turn"]
-        if of_groups and fewest >= 2:
-            possible.append("polarization")
-        if of_groups and fewest >= FEWEST_COUNTED:
-            possible.append("area")
-        return tuple(possible)
     for name in names:
         rule = f"be some of {', '.join(allowed)}"
         require(name in allowed, "signals", rule, repr(name), nearest(name, allowed))

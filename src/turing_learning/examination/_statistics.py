@@ -28,6 +28,22 @@ NEAR_ZERO = {"speed": "share of steps at rest", "turn": "share of straight steps
 """What it is called where a signal is near 0; of others "share of steps with NAME near 0"."""
 
 
+def extreme_names(names: Sequence[str]) -> list[str]:
+    """Return the names (2 D,) of the least and the largest values of signals with names (D,).
+
+    Limits, such as how fast anybody can turn or how near another is let, stand in few steps of a window.
+    """
+    return [f"least {name}" for name in names] + [f"largest {name}" for name in names]
+
+
+def moderate(statistics: Sequence[str], names: Sequence[str]) -> np.ndarray:
+    """Return which statistics (F,) of signals with names (D,) are no extremes.
+
+    One jump of a tracker would outweigh all other values of a regression on extremes. Their ranks do not mind it.
+    """
+    return ~np.isin(statistics, extreme_names(names))
+
+
 def named_statistics(
     windows: np.ndarray, names: Sequence[str], interval_s: float
 ) -> tuple[list[str], np.ndarray]:
@@ -44,6 +60,8 @@ def named_statistics(
     rhythmic_windows = np.where(constant, 0.0, rhythmic_windows)
     labels = signal_statistic_names(names) + [f"trend of {name}" for name in names]
     columns = [signal_statistics(windows), signal_trends(windows)]
+    labels += extreme_names(names)
+    columns += [windows.min(axis=1), windows.max(axis=1)]
     large = np.quantile(np.abs(windows), 0.95, axis=(0, 1))
     labels += [NEAR_ZERO.get(name, f"share of steps with {name} near 0") for name in names]
     columns.append((np.abs(windows) <= STILL * large).mean(axis=1))

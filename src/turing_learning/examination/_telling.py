@@ -17,7 +17,7 @@ from ._panel import (
     varies,
     without_last_digits,
 )
-from ._statistics import named_statistics
+from ._statistics import moderate, named_statistics
 
 LARGEST_SIDE = 600
 """Samples that are looked at for what gives them away, half of each side."""
@@ -27,6 +27,11 @@ LISTED = 8
 
 NEARLY = 0.01
 """Accuracy by which a statistic may be worse than the best and still be named first, if it is simpler."""
+
+WITH_UNITS = (
+    "mean ", "spread of ", "low ", "median ", "high ", "change of ", "least ", "largest "
+)  # fmt: skip
+"""How the names of statistics begin that have the unit of their signal."""
 
 TELLS = 0.55
 """Accuracy below which a statistic gives nothing away."""
@@ -226,6 +231,8 @@ def _shuffled(samples: LabelledWindows, seed: int) -> list[Telling]:
     A. Fisher, C. Rudin, F. Dominici, Journal of Machine Learning Research 20 (2019) 177.
     """
     names, values = samples.statistics
+    kept = moderate(names, samples.names)
+    names, values = list(np.array(names)[kept]), values[:, kept]
     varying = np.flatnonzero(varies(values))
     if not len(varying):
         return []
@@ -275,7 +282,7 @@ def _unit(statistic: str, units: dict[str, str]) -> str:
     """Return the unit of a statistic, "%" for a share, nothing for numbers without unit."""
     if statistic.startswith("share of"):
         return "%"
-    if not statistic.startswith(("mean ", "spread of ", "low ", "median ", "high ", "change of ")):
+    if not statistic.startswith(WITH_UNITS):
         return ""
     # the longest name first: one signal's name may be part of another's
     matching = [name for name in sorted(units, key=len, reverse=True) if name in statistic]

@@ -1,7 +1,8 @@
 """The door: two sets of recordings or arrays to all that is said of them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from math import comb
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,10 +28,13 @@ Motion = np.ndarray | Trajectories | Sequence[Trajectories]
 FEWEST_HALVED = 6
 """Groups of real samples that are halved for the control; with fewer, blocks of time are."""
 
+RECORDINGS_DIFFER = "Smaller groups are told; but so are other divisions of the recordings, which differ themselves."
+"""What to know where differences of recordings would count as one of the sides."""
+
 ABOUT_GROUPS = {
     "recordings": "Groups are recordings.",
     "individuals": "Groups are individuals: what all of one recording share counts as a difference.",
-    "blocks of time": "Groups are blocks of time: lasting differences between individuals count as differences.",
+    "blocks of time": "Groups are blocks of time: lasting differences between individuals, or recordings, count as differences.",
     "samples": "Each sample is a group: name `groups` if some belong together.",
     "groups": "Groups are those that were named.",
 }
@@ -264,7 +268,35 @@ def _of_pair(
     views = _views(pair, examiners, seed)
     grouping = _grouping(pair, views, seed)
     owners = pair.real.owners(grouping), pair.simulated.owners(grouping)
-    return _tested(views, pair, owners, grouping, control, examiners, permutations, seed)
+    tested = _tested(views, pair, owners, grouping, control, examiners, permutations, seed)
+    if grouping == "recordings" or not tested.examined.told_apart:
+        return tested
+    return _of_recordings(tested, views, pair, examiners, seed)
+
+
+def _of_recordings(
+    tested: TuringTest, views: Views, pair: Pair, examiners: Sequence[Examiner], seed: int
+) -> TuringTest:
+    """Return a test that tells, or what comes out by whole recordings if these differ among themselves as much.
+
+    Recordings are too few to be groups, so that smaller groups tell. What one recording shares would be taken for a difference
+    of the sides. So the panel has to tell the true sides better than any other division of the recordings.
+    """
+    owners = pair.real.recording, pair.simulated.recording
+    counts = [len(np.unique(side)) for side in owners]
+    if min(counts) < 2:
+        return tested
+    numbers = group_numbers((len(owners[0]), len(owners[1])), owners)
+    examined = examine_views(views, numbers, "recordings", examiners, PERMUTATIONS, seed)
+    # an exchange of both sides as a whole does as well as none
+    alike = 2 if counts[0] == counts[1] else 1
+    if examined.p_value <= alike / comb(sum(counts), counts[0]) + 1e-9:
+        return tested
+    remarks = [*tested.remarks, RECORDINGS_DIFFER]
+    remarks.remove(ABOUT_GROUPS[tested.examined.grouping])
+    # what is lost where something is shuffled is said only of what is told
+    telling = [cue for cue in tested.telling if cue.kind != "shuffled"]
+    return replace(tested, examined=examined, telling=tuple(telling), remarks=tuple(remarks))
 
 
 def _tested(

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from turing_learning.examination import QUICK, Kernel, Ridge, examine
-from turing_learning.examination._panel import group_labellings
+from turing_learning.examination import PANEL, QUICK, Kernel, Ridge, examine, telling_statistics
+from turing_learning.examination._panel import Views, group_labellings
 from turing_learning.examination._statistics import named_statistics
 
 RNG = np.random.default_rng(4)
@@ -150,6 +150,31 @@ def test_a_constant_has_no_rhythm():
     together = [k for k, label in enumerate(labels) if "speed" in label and "turn" in label]
     assert together
     assert (values[:, together] == 0).all()
+
+
+def limited(limit, rng):
+    """Turns that are rarely as large as a limit: 40 samples of 60 steps."""
+    return np.clip(rng.standard_normal((40, 60, 1)), -limit, limit)
+
+
+def test_trees_and_words_know_limits():
+    rng = np.random.default_rng(17)
+    real, simulated = limited(2.0, rng), limited(2.1, rng)
+    found = examine(real, simulated, names=["turn"], permutations=19)
+    members = {member.name: member.accuracy for member in found.examiners}
+    assert members.pop("boosted trees on window statistics") > 0.9
+    assert max(members.values()) < 0.8
+    units = {"turn": "rad/s"}
+    named = telling_statistics(real, simulated, np.arange(40), names=["turn"], units=units)[0]
+    assert named.what in ("least turn", "largest turn")
+    assert named.unit == "rad/s"
+
+
+def test_least_and_largest_values_are_for_trees_alone():
+    """One jump of a tracker would be all that a regression sees."""
+    views = Views.of(RNG.standard_normal((80, 30, 2)), ("speed", "turn"), 0.1, PANEL, 0)
+    statistics, ranks = views.standardized["statistics"], views.standardized["ranks"]
+    assert ranks.shape[1] == statistics.shape[1] + 4
 
 
 def test_times_are_steps_where_nobody_says_how_long_a_step_is():

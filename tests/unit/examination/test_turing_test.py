@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -89,6 +90,19 @@ def test_signals_of_the_group_are_there_where_there_is_one():
     assert pair_of(four[:1], four[:1], names=None, **OPTIONS).names == pair.names[:4]
     alone = pair_of([walkers(individuals=1)], [walkers()], names=None, **OPTIONS)
     assert alone.names == ("speed", "turn")
+
+
+def test_a_signal_that_is_seldom_there_does_not_leave_out_the_others():
+    """Of four recordings one has a third individual for a moment, so that its group has an area then."""
+    four = [walkers(individuals=3, frames=100) for _ in range(4)]
+    seldom = np.ones((100, 3), dtype=bool)
+    seldom[60:, 2] = False
+    four[1] = replace(four[1], present=seldom, positions=four[1].positions * seldom[..., None])
+    pair = pair_of(four, four, names=None, window_s=3.0, smooth_frames=1, seed=0)
+    assert pair.names[-1] == "polarization"
+    assert "area is left out" in " ".join(pair.remarks)
+    others = [recording for number, recording in enumerate(four) if number != 1]
+    assert "area" in pair_of(others, [*others, *others], names=None, **OPTIONS).names
 
 
 def test_the_area_is_that_of_a_disk_of_evenly_spread_points():
@@ -194,6 +208,29 @@ def test_samples_that_are_all_the_same_do_not_ask_for_more_recordings():
     assert "All samples look the same to the examiners." in found.text
     assert "Give more recordings" not in found.text
     assert any(remark.startswith("x is constant") for remark in found.remarks)
+
+
+def recordings(speeds):
+    """Return a recording of walkers for each speed, which all of it share."""
+    made = []
+    for speed in speeds:
+        plain = walkers(individuals=6, frames=300)
+        made.append(replace(plain, positions=speed * plain.positions))
+    return made
+
+
+def test_what_recordings_share_is_no_difference_of_the_sides():
+    """Three against three: smaller groups tell them, and would tell most divisions of the six."""
+    real, simulated = recordings((1.0, 1.05, 2.0)), recordings((2.0, 2.05, 2.1))
+    found = tl.test(real, simulated, examiners=QUICK)
+    assert found.verdict == "cannot say"
+    assert found.examined.grouping == "recordings"
+    assert "other divisions of the recordings" in " ".join(found.remarks)
+    assert "which differ themselves" in str(found).replace("\n", " ")
+    assert not any("blocks of time" in remark for remark in found.remarks)
+    slower = tl.test(recordings((1.0, 1.05, 1.1)), recordings((1.5, 1.6, 1.7)), examiners=QUICK)
+    assert slower.verdict == "told apart"
+    assert slower.examined.grouping != "recordings"
 
 
 def test_copies_of_real_samples_are_named():
