@@ -109,8 +109,8 @@ class Network(Family):
     in a mirror.
 
     A group starts as one was recorded at some moment of the learning part. What would lead out of the tank is turned
-    along the wall. What cannot be turned so is not chosen, nor what leads into another, or near to where others will
-    be. Nobody who comes and goes is turned. Where a
+    along the wall. What cannot be turned so is not chosen, nor what leads nearer to another than individuals come, by
+    where the pieces of both lead. Nobody who comes and goes is turned. Where a
     recording has many more individuals than are ever there at once, such as pedestrians who pass, others come when and
     where others came after that moment. Each of them has what it had when it was recorded: a goal, to where it left,
     whose direction is its course; and how fast it is when it is fast, in place of the averages. Whoever of them

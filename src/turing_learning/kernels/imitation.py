@@ -41,9 +41,8 @@ OWN = 2 * LAGS + MEMORIES + 2 * RAYS + 1
 OWN_MOTION, WITH_WALLS, WITH_PLACES, WITH_ALL = range(4)
 VIEWS = 4
 
-TRIES = 8
-"""Choices of a step. The first half of them must not lead through a wall or into another; the others must stay in the tank,
-and become shorter."""
+TRIES = 4
+"""Choices of a step where all recorded ones lead out of the tank: they become shorter."""
 ALIKE = 16
 """Recorded contexts, the nearest, among which one is chosen."""
 PROBES = 4
@@ -60,10 +59,9 @@ BEND = math.pi / 36
 """Angle (rad) by which a piece of somebody who stays is turned to either side, if it would lead out of the tank."""
 BENDS = 12
 """Largest number of such turns to one side."""
-CLEAR = 1.3
-"""Times the distance within which others hardly ever come: so far individuals keep from where others will be."""
-CLEAR_AHEAD = 2
-"""Moments in the future, the first ones, at which a choice keeps clear."""
+KEPT = 0.9
+"""A piece that is followed is given up where it leads nearer to another than this many times the distance to which
+individuals hardly ever come; one that is chosen does not lead nearer than that distance."""
 
 
 class Units(NamedTuple):
@@ -172,6 +170,12 @@ def may_leave_at(tanks: Tanks, tank: int, x: float, y: float) -> bool:
     column = min(max(math.floor((x - tanks.corner[tank, 0]) / size), 0), tanks.inside.shape[1] - 1)
     row = min(max(math.floor((y - tanks.corner[tank, 1]) / size), 0), tanks.inside.shape[2] - 1)
     return tanks.exits[tank, column, row]
+
+
+@inlined
+def may_go_to(tanks: Tanks, tank: int, x: float, y: float, leaving: bool) -> bool:
+    """Whether a place is inside of a tank, or where `leaving`, at an exit."""
+    return may_be_at(tanks, tank, x, y) or (leaving and may_leave_at(tanks, tank, x, y))
 
 
 @inlined
@@ -419,8 +423,8 @@ def find_alike(
 @inlined
 def weigh(
     alike: np.ndarray, count: int, pieces: Pieces, units: Units, noises: np.ndarray, weights: np.ndarray
-) -> float:  # fmt: skip
-    """Write how often each of the first `count` steps is chosen, and return the sum: as often, where noises are 1.
+) -> None:  # fmt: skip
+    """Write how often each of the first `count` steps is chosen: as often, where noises are 1.
 
     Noises of length and of turn raise the chance of each, as of a normal distribution with their mean and spread, to
     the power 1 / noise, which multiplies the variance.
@@ -441,7 +445,6 @@ def weigh(
             off = outcome(alike[k], pieces, units, which) - mean
             # no step becomes more than e^4 times as likely: those far away are few
             weights[k] *= math.exp(min(-0.5 * power * off * off / spread, 4.0))
-    return weights[:count].sum()
 
 
 @inlined
@@ -518,55 +521,71 @@ def along_wall(
 
 
 @inlined
-def keeps_apart(
-    path: np.ndarray, frame: int, i: int, new_x: float, new_y: float, closest: float
-) -> bool:
-    """Whether a step does not come nearer to another than individuals do."""
-    x = path[frame, i, 0]
-    y = path[frame, i, 1]
-    for j in range(path.shape[1]):
-        other_x = path[frame, j, 0]
-        other_y = path[frame, j, 1]
-        if j == i or math.isnan(other_x):
-            continue
-        square = (other_x - new_x) ** 2 + (other_y - new_y) ** 2
-        if square < closest * closest and square < (other_x - x) ** 2 + (other_y - y) ** 2:
-            return False
-    return True
-
-
-@inlined
-def keeps_clear(
-    path: np.ndarray, frame: int, i: int, angle: float, speed: float, ahead: np.ndarray, ahead_steps: np.ndarray,
-    nearest: np.ndarray, others_seen: int, clear: float,
-) -> bool:  # fmt: skip
-    """Whether what was recorded after a step does not lead near to others, if these go on as they went.
-
-    `ahead_steps` (AHEAD,) tells after how many steps the moments of `ahead` (AHEAD, 2) are, `nearest` who is seen.
-    Who is that near already may go away.
-    """
+def look_ahead(
+    path: np.ndarray, frame: int, i: int, angle: float, speed: float, pieces: Pieces, row: int, ahead_steps: np.ndarray,
+    future: np.ndarray,
+) -> None:  # fmt: skip
+    """Write where a piece leads (1 + AHEAD, 2): in a step, and in `ahead_steps` (AHEAD,); straight on after its end."""
     x = path[frame, i, 0]
     y = path[frame, i, 1]
     cosine = speed * math.cos(angle)
     sine = speed * math.sin(angle)
-    for other in range(others_seen):
-        j = int(nearest[other, 1])
-        back = 2 if math.isnan(path[frame - PAST, j, 0]) else PAST
-        offset_x = path[frame, j, 0] - x
-        offset_y = path[frame, j, 1] - y
-        velocity_x = (path[frame, j, 0] - path[frame - back, j, 0]) / back
-        velocity_y = (path[frame, j, 1] - path[frame - back, j, 1]) / back
-        for k in range(CLEAR_AHEAD):
-            forward = ahead[k, 0]
-            left = ahead[k, 1]
-            if math.isnan(forward):
-                break
-            dx = offset_x + ahead_steps[k] * velocity_x - (forward * cosine - left * sine)
-            dy = offset_y + ahead_steps[k] * velocity_y - (forward * sine + left * cosine)
-            square = dx * dx + dy * dy
-            if square < clear * clear and square < nearest[other, 0]:
-                return False
-    return True
+    length = speed * pieces.length[row]
+    future[0, 0] = x + length * math.cos(angle + pieces.turn[row])
+    future[0, 1] = y + length * math.sin(angle + pieces.turn[row])
+    last = 1.0
+    for k in range(AHEAD):
+        forward = pieces.ahead[row, k, 0]
+        left = pieces.ahead[row, k, 1]
+        if math.isnan(forward):
+            ratio = ahead_steps[k] / last
+            future[k + 1, 0] = x + ratio * (future[k, 0] - x)
+            future[k + 1, 1] = y + ratio * (future[k, 1] - y)
+        else:
+            future[k + 1, 0] = x + forward * cosine - left * sine
+            future[k + 1, 1] = y + forward * sine + left * cosine
+        last = ahead_steps[k]
+
+
+@inlined
+def go_straight(
+    path: np.ndarray, frame: int, i: int, ahead_steps: np.ndarray, future: np.ndarray
+) -> None:
+    """Write where an individual will be (1 + AHEAD, 2) if it goes on as in its last steps."""
+    back = PAST
+    while back > 1 and math.isnan(path[frame - back, i, 0]):
+        back -= 1
+    for axis in range(2):
+        place = path[frame, i, axis]
+        velocity = (place - path[frame - back, i, axis]) / back
+        if math.isnan(velocity):
+            # whoever has just come
+            velocity = 0.0
+        future[0, axis] = place + velocity
+        for k in range(AHEAD):
+            future[k + 1, axis] = place + ahead_steps[k] * velocity
+
+
+@inlined
+def clearance(path: np.ndarray, frame: int, i: int, futures: np.ndarray, closest: float) -> float:
+    """Return how near an individual comes to another, squared, in units of `closest`; 1 if not nearer than that.
+
+    `futures` (A, 1 + AHEAD, 2) tell where everybody will be. Who is that near already may go away.
+    """
+    least = 1.0
+    for j in range(path.shape[1]):
+        if j == i or math.isnan(path[frame, j, 0]):
+            continue
+        dx = path[frame, j, 0] - path[frame, i, 0]
+        dy = path[frame, j, 1] - path[frame, i, 1]
+        now = (dx * dx + dy * dy) / (closest * closest)
+        for k in range(1 + AHEAD):
+            dx = futures[j, k, 0] - futures[i, k, 0]
+            dy = futures[j, k, 1] - futures[i, k, 1]
+            square = (dx * dx + dy * dy) / (closest * closest)
+            if square < now:
+                least = min(least, square)
+    return least
 
 
 @inlined
@@ -681,7 +700,11 @@ def _move_range(
     alike = np.empty(ALIKE, np.int64)
     distances = np.empty(ALIKE, np.float32)
     chances = np.empty(ALIKE)
+    bends = np.empty(ALIKE)
     followed = np.empty(individuals, np.int64)
+    # where everybody will be: what others have chosen already counts
+    futures = np.empty((individuals, 1 + AHEAD, 2))
+    closest = max(units.closest, 1e-9)
     for m in range(start, stop):
         speed, _, _, walls, places, velocities, recall = gains[m]
         # lengths of a faster group are seen in longer units: it is the same group, faster
@@ -703,6 +726,15 @@ def _move_range(
         key = keys[m]
         followed[:] = -1
         for frame in range(HISTORY, paths.shape[1] - 1):
+            for i in range(individuals):
+                if math.isnan(paths[m, frame, i, 0]):
+                    continue
+                r = pieces.then[followed[i]] if followed[i] >= 0 else -1
+                if r >= 0:
+                    angle = course(paths[m], frame, i, goals[m, i])
+                    look_ahead(paths[m], frame, i, angle, speed, pieces, r, ahead_steps, futures[i])
+                else:
+                    go_straight(paths[m], frame, i, ahead_steps, futures[i])
             for i in range(individuals):
                 absent = math.isnan(paths[m, frame, i, 0])
                 if absent or not math.isnan(paths[m, frame + 1, i, 0]):
@@ -753,66 +785,86 @@ def _move_range(
                         )
                     if math.isnan(bend):
                         r = -1
-                follows = r >= 0
+                # how clear it keeps of others, -1 if it does not go on
+                kept = -1.0
+                if r >= 0:
+                    look_ahead(
+                        paths[m], frame, i, angle + bend, speed, pieces, r, ahead_steps, futures[i]
+                    )
+                    new_x, new_y = futures[i, 0]
+                    if may_go_to(tanks, tank, new_x, new_y, leaving[m]):
+                        kept = clearance(paths[m], frame, i, futures, closest)
+                    else:
+                        r = -1
                 count = 0
-                total = 0.0
-                new_x = x
-                new_y = y
-                for attempt in range(TRIES):
-                    careful = attempt < TRIES // 2
-                    if not follows or attempt > 0:
-                        if count == 0:
-                            find_alike(
-                                context, pieces, cells, cell_distances, squares, alike, distances
+                if kept < KEPT * KEPT:
+                    find_alike(context, pieces, cells, cell_distances, squares, alike, distances)
+                    while count < ALIKE and alike[count] >= 0:
+                        count += 1
+                    weigh(alike, count, pieces, units, gains[m, 1:3], chances)
+                    total = 0.0
+                    chosen = -1
+                    for k in range(count):
+                        bends[k] = bend_inside(
+                            tanks, tank, x, y, angle, speed, pieces, alike[k], AHEAD, leaving[m]
+                        )
+                        clear = -1.0
+                        if not math.isnan(bends[k]):
+                            look_ahead(
+                                paths[m],
+                                frame,
+                                i,
+                                angle + bends[k],
+                                speed,
+                                pieces,
+                                alike[k],
+                                ahead_steps,
+                                futures[i],
                             )
-                            while count < ALIKE and alike[count] >= 0:
-                                count += 1
-                            total = weigh(alike, count, pieces, units, gains[m, 1:3], chances)
+                            new_x, new_y = futures[i, 0]
+                            if may_go_to(tanks, tank, new_x, new_y, leaving[m]):
+                                clear = clearance(paths[m], frame, i, futures, closest)
+                        if clear < 1.0:
+                            chances[k] = 0.0
+                        total += chances[k]
+                        # where none keeps clear, that which comes least near
+                        if clear > kept:
+                            kept = clear
+                            chosen = k
+                    if total > 0.0:
                         remaining = uniform(key, counter) * total
                         counter += np.uint64(1)
-                        k = 0
-                        while k < count - 1 and remaining >= chances[k]:
+                        for k in range(count):
+                            if chances[k] > 0.0 and remaining >= 0.0:
+                                chosen = k
                             remaining -= chances[k]
-                            k += 1
-                        r = alike[k]
+                    if chosen >= 0:
+                        r = alike[chosen]
+                        bend = bends[chosen]
+                if r >= 0:
+                    look_ahead(
+                        paths[m], frame, i, angle + bend, speed, pieces, r, ahead_steps, futures[i]
+                    )
+                    new_x, new_y = futures[i, 0]
+                else:
+                    go_straight(paths[m], frame, i, ahead_steps, futures[i])
+                    # the wall is everywhere ahead: a shorter step, in the end none
+                    for attempt in range(TRIES):
+                        r = alike[int(uniform(key, counter) * count)]
+                        counter += np.uint64(1)
+                        length = speed * pieces.length[r] * (1.0 - attempt / (TRIES - 1))
                         bend = 0.0
-                        if careful:
-                            bend = bend_inside(
-                                tanks, tank, x, y, angle, speed, pieces, r, AHEAD, leaving[m]
-                            )
-                            if math.isnan(bend):
-                                continue
-                        if careful and not keeps_clear(
-                            paths[m],
-                            frame,
-                            i,
-                            angle + bend,
-                            speed,
-                            pieces.ahead[r],
-                            ahead_steps,
-                            nearest,
-                            others_seen,
-                            CLEAR * units.closest,
-                        ):
-                            continue
-                    length = speed * pieces.length[r]
-                    if not careful:
-                        # the wall is everywhere ahead: a shorter step, in the end none
-                        length *= 1.0 - (attempt - TRIES // 2) / (TRIES // 2 - 1)
                         if leaving[m]:
                             # whoever goes straight to a goal behind a wall would stand there for good
                             bend = along_wall(tanks, tank, x, y, angle, pieces.turn[r], length)
-                    new_x = x + length * math.cos(angle + bend + pieces.turn[r])
-                    new_y = y + length * math.sin(angle + bend + pieces.turn[r])
-                    outside = not may_be_at(tanks, tank, new_x, new_y)
-                    if leaving[m] and outside and may_leave_at(tanks, tank, new_x, new_y):
-                        new_x = math.nan
-                        new_y = math.nan
-                        break
-                    if not outside and (
-                        not careful or keeps_apart(paths[m], frame, i, new_x, new_y, units.closest)
-                    ):
-                        break
+                        new_x = x + length * math.cos(angle + bend + pieces.turn[r])
+                        new_y = y + length * math.sin(angle + bend + pieces.turn[r])
+                        if may_go_to(tanks, tank, new_x, new_y, leaving[m]):
+                            break
+                outside = not may_be_at(tanks, tank, new_x, new_y)
+                if leaving[m] and outside and may_leave_at(tanks, tank, new_x, new_y):
+                    new_x = math.nan
+                    new_y = math.nan
                 followed[i] = r
                 paths[m, frame + 1, i, 0] = new_x
                 paths[m, frame + 1, i, 1] = new_y
