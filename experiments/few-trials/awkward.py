@@ -1,10 +1,11 @@
 """Intervals on 48, 40 and 8 awkward systems, written by people who had not read the method, and
-on 18 with products and ratios, whose writer had, and 12 whose writer had not.
+on 18 with products and ratios, whose writer had, 12 whose writer had not, and 10 that are symmetric
+or nearly so, whose writer had.
 
 ``python awkward.py TRIALS RECORDINGS FIRST LAST``: for each system and each of these seeds a truth
 is drawn, and as many recordings of it. Rows go to awkward.csv; a run that has its rows is not
 repeated. Names of systems may follow, "blind" for the 40, "further" for the 8, "logarithms" for
-the 18 or "products" for the 12; without them the 48 are run.
+the 18, "products" for the 12 or "nearly" for the 10; without them the 48 are run.
 ``python awkward.py`` alone prints how many of the intervals hold, how many runs are called converged
 though they are far off, and how many of the systems with several solutions are found as such.
 """
@@ -18,6 +19,7 @@ import blind_systems
 import curves
 import further_systems
 import logarithm_systems
+import nearly_symmetric
 import numpy as np
 import pandas as pd
 import symmetric_products
@@ -47,9 +49,10 @@ SETS = {
     "further": further_systems.SYSTEMS,
     "logarithms": logarithm_systems.SYSTEMS,
     "products": symmetric_products.SYSTEMS,
+    "nearly": nearly_symmetric.SYSTEMS,
 }
 SYSTEMS = awkward_systems.SYSTEMS | SETS["blind"] | SETS["further"] | SETS["logarithms"]
-SYSTEMS |= SETS["products"]
+SYSTEMS |= SETS["products"] | SETS["nearly"]
 FAR = 5.0
 """Half-widths of the interval beyond which an estimate is far off."""
 

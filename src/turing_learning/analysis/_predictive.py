@@ -172,8 +172,8 @@ def resemblance(
     # statistics that do not vary, such as shares of an event that never happens, say nothing
     scores = scores[:, scores.std(axis=0) > 1e-6]
     count = len(first)
-    of_both = (scores[:count], scores[count:])
-    centered = np.concatenate([of_one - of_one.mean(axis=0) for of_one in of_both])
+    # of both together, so that exchanges are held to the same measure
+    centered = scores - scores.mean(axis=0)
     deviation, whitening = _whitened(centered.T @ centered / len(centered))
     total = scores.sum(axis=0)
     # the samples as they are come first: what surprises as much as they do counts

@@ -14,6 +14,7 @@ from turing_learning.coevolution import SampleSource
 
 from ._buffer import SampleBuffer
 from ._matching import Matched
+from ._observers import Observers
 from ._readout import Evidence
 from ._space import SearchSpace
 from ._symmetry import Symmetry, SymmetryGroup, oddness, one_side, share_beyond
@@ -34,19 +35,31 @@ For each root of the number of genuine samples.
 """
 
 EXCHANGED_APART = 0.3
-"""The same of an image by exchanged parameters."""
+"""The same of an image by exchanged parameters, or by products."""
 
-LEAST_IMAGE = 0.01
+LEAST_IMAGE = 0.005
 """p-value of new samples from which an image of a solution is a solution, too."""
 
 IMAGES = 12
 """Images by linear symmetries whose samples are simulated, at most."""
 
-PRODUCT_IMAGES = 6
+PRODUCT_IMAGES = 12
 """The same of symmetries with products of parameters, of which more are plausible by chance."""
+
+PRODUCT_MIXTURES = 6
+"""Products along which draws may be a mixture, at most."""
 
 SAMPLES_OF_IMAGE = 75
 """Samples of an image, at most."""
+
+FIRST_SAMPLES = 12
+"""Samples of an image that are enough to tell most wrong ones."""
+
+SURE_SAMPLES = 300
+"""Samples, at most, by which an image that has passed is looked at once more; of the solution as many."""
+
+TRIALS_PER_SURE_SAMPLE = 10
+"""For so many trials of the run, one of these is simulated."""
 
 PERMUTATIONS = 999
 """Exchanges of samples of a model and its image by which their differences are held against
@@ -64,10 +77,6 @@ FEWEST_SIMULATED = 10
 LEAST_ODD = 0.0005
 """p-value from which the first models of a run do not rule a symmetry out, see `oddness`."""
 
-LEAST_ODD_PRODUCT = 1e-5
-"""The same where products take the place of parameters: outputs bend more along these, which the
-F-test takes for noise."""
-
 MOST_MOVING = 0.01
 """p-value up to which what a symmetry moves says something at all."""
 
@@ -76,6 +85,15 @@ MIXED = 0.1
 
 DIRECTIONS = 12
 """Principal directions of the observers' outputs that `oddness` sees."""
+
+JUDGES = 200
+"""Observers that judge samples of a model and of its image."""
+
+PENALTY = 0.3
+"""Of the regression on their outputs, in the mean square of the differences of a pair."""
+
+FOLDS = 5
+"""Parts of the pairs; what is learned from four is asked of the fifth."""
 
 MOST_DRAWS = 3600
 """Draws of all images together, at most: six times those of one solution."""
@@ -103,6 +121,7 @@ class Examiner:
     space: SearchSpace
     genuine: np.ndarray  #: (K, T, D), all genuine samples, as they are judged
     signals: tuple[str, ...]  #: Names of the D signals
+    observers: Observers  #: What judges samples of a model and of its image
 
     def examine(
         self,
@@ -178,13 +197,12 @@ class Examiner:
             if solution_samples is None:
                 solution_samples = self._simulated(solution[chosen], rng)
             alike = self._resemble(solution[chosen], solution_samples, image[chosen], rng)
-            if alike and symmetry.logarithmic.any():
-                # where models between are as good, both are of one ridge of such products
-                halfway = symmetry.halfway(solution[chosen])
-                alike = not self._resemble(solution[chosen], solution_samples, halfway, rng)
-            if alike:
+            larger = self._group([*generators, symmetry], solution)
+            known = 1 if group is None else len(group.members)
+            further = alike and len(larger.members) > known
+            if further and self.certain(symmetry, larger, larger.folded(draws), trials, rng):
                 generators.append(symmetry)
-                group = self._group(generators, solution)
+                group = larger
                 solution = group.folded(draws)
                 solution_samples = None
             else:
@@ -192,22 +210,30 @@ class Examiner:
         return group
 
     def mixture(
-        self, draws: np.ndarray, first_trials: Evidence, trials: int, rng: np.random.Generator
+        self,
+        draws: np.ndarray,
+        first_trials: Evidence,
+        trials: int,
+        rng: np.random.Generator,
+        *,
+        products: bool = False,
     ) -> SymmetryGroup | None:
         """Return symmetries of the system of which draws (D, P) are a mixture of several images.
 
         That is, the first family of symmetries that the first models of the run, which are
         anywhere, do not rule out, nor samples of the draws on one side beside those of their
-        images. All of its symmetries belong to a system, or none. Products are not among them: of
-        broad draws many of these hold nearly, and walkers do not jump along them.
+        images. All of its symmetries belong to a system, or none. Products are asked for at the end
+        of a run alone: of broad draws many of these hold nearly, which `certain` says of the
+        solution in one region.
         """
         outputs = self._outputs(first_trials)
+        tried = 0
         for family in self.space.candidates:
-            if any(symmetry.logarithmic.any() for symmetry in family):
+            if any(symmetry.logarithmic.any() for symmetry in family) != products:
                 continue
             if not any(share_beyond(symmetry, draws) >= MIXED for symmetry in family):
                 continue
-            if not all(
+            if not products and not all(
                 self._moves_evenly(symmetry, first_trials, outputs, family) for symmetry in family
             ):
                 continue
@@ -220,13 +246,43 @@ class Examiner:
                 continue
             if self.holds(group, group.folded(folded), trials, rng):
                 return group
+            tried += 1
+            if products and tried == PRODUCT_MIXTURES:
+                break
         return None
+
+    def certain(
+        self,
+        symmetry: Symmetry,
+        group: SymmetryGroup,
+        draws: np.ndarray,
+        trials: int,
+        rng: np.random.Generator,
+    ) -> bool:
+        """Say whether images of a solution (D, P) by a group are others, by samples in number.
+
+        A symmetry of the group has just been found. Where models halfway along products are as
+        good, both are of one ridge.
+        """
+        if symmetry.logarithmic.any():
+            count = min(samples_of(trials), SAMPLES_OF_IMAGE)
+            chosen = draws[rng.permutation(len(draws))[:count]]
+            samples = self._simulated(chosen, rng)
+            if self._resemble(chosen, samples, symmetry.halfway(chosen), rng):
+                return False
+        count = int(np.clip(trials // TRIALS_PER_SURE_SAMPLE, FEWEST_SAMPLES, SURE_SAMPLES))
+        return self._holds(group, draws, count, rng)
 
     def holds(
         self, group: SymmetryGroup, draws: np.ndarray, trials: int, rng: np.random.Generator
     ) -> bool:
         """Say whether samples of draws (D, P) resemble those of their images by a group."""
-        count = min(samples_of(trials), SAMPLES_OF_IMAGE)
+        return self._holds(group, draws, min(samples_of(trials), SAMPLES_OF_IMAGE), rng)
+
+    def _holds(
+        self, group: SymmetryGroup, draws: np.ndarray, count: int, rng: np.random.Generator
+    ) -> bool:
+        """Say the same by so many samples of each."""
         images = np.stack([member.of(draws) for member in group.members])
         member = rng.integers(1, len(images), size=len(draws))
         image = images[member, np.arange(len(draws))]
@@ -257,8 +313,12 @@ class Examiner:
 
     def _lies_apart(self, symmetry: Symmetry, draws: np.ndarray, image: np.ndarray) -> bool:
         """Say whether an image (D, P) of draws (D, P) by a symmetry is so far from them."""
-        distance = EXCHANGED_APART if symmetry.exchanges else MIRRORED_APART
-        return _apart(draws, image, distance * np.sqrt(len(self.genuine)))
+        distance = MIRRORED_APART
+        # of products it is looked at whether models halfway are told
+        if symmetry.exchanges or symmetry.logarithmic.any():
+            distance = EXCHANGED_APART
+        places = symmetry.coordinates(draws), symmetry.coordinates(image)
+        return _apart(*places, distance * np.sqrt(len(self.genuine)))
 
     def _group(self, generators: Sequence[Symmetry], draws: np.ndarray) -> SymmetryGroup:
         """Return the group of some symmetries about draws (D, P)."""
@@ -289,13 +349,11 @@ class Examiner:
                     continue
                 by_chance, _ = oddness(symmetry, first_trials.parameters, outputs)
                 if symmetry.logarithmic.any():
-                    threshold = LEAST_ODD_PRODUCT
-                    plausible = products
-                else:
-                    threshold = LEAST_ODD
-                    plausible = linear
-                if by_chance >= threshold:
-                    plausible.append((by_chance, symmetry))
+                    # outputs bend along products, which the F-test takes for noise: it only says
+                    # which are tried first
+                    products.append((by_chance, symmetry))
+                elif by_chance >= LEAST_ODD:
+                    linear.append((by_chance, symmetry))
                 else:
                     ruled_out += 1
         chosen: list[Symmetry] = []
@@ -316,15 +374,41 @@ class Examiner:
         `model_samples` are those of the models, and which of them have not failed.
         """
         samples, own_usable = model_samples
-        with getattr(self.source, "probing", nullcontext)():
-            image_samples, image_usable = self._simulated(image, rng)
-        usable = own_usable & image_usable
-        if usable.sum() < FEWEST_SIMULATED:
+        parts = []
+        for rows in (slice(FIRST_SAMPLES), slice(FIRST_SAMPLES, None)):
+            if not len(image[rows]):
+                break
+            with getattr(self.source, "probing", nullcontext)():
+                parts.append(self._simulated(image[rows], rng))
+            image_samples, image_usable = (
+                np.concatenate(part) for part in zip(*parts, strict=True)
+            )
+            usable = np.flatnonzero(own_usable[: len(image_usable)] & image_usable)
+            if len(usable) < FEWEST_SIMULATED:
+                continue
+            pairs = samples[usable], image_samples[usable]
+            if paired_p_value(models[usable], *pairs, rng) < LEAST_IMAGE:
+                return False
+        if len(usable) < FEWEST_SIMULATED:
             return False
-        pairs = samples[usable], image_samples[usable]
-        if paired_p_value(models[usable], *pairs, rng) < LEAST_IMAGE:
+        if resemblance(pairs[1], pairs[0], self.signals, rng) < LEAST_IMAGE:
             return False
-        return resemblance(pairs[1], pairs[0], self.signals, rng) >= LEAST_IMAGE
+        return self._learned_p_value(*pairs, rng) >= LEAST_IMAGE
+
+    def _learned_p_value(
+        self, samples: np.ndarray, image_samples: np.ndarray, rng: np.random.Generator
+    ) -> float:
+        """Return how often what observers say would tell samples from those of images by chance.
+
+        Statistics that somebody has named do not know of everything, such as the order of skewed
+        shocks in time. Squares say whether samples differ more from each other.
+        """
+        both = np.concatenate((samples, image_samples))
+        judgments = self.observers.judge(self.observers.draw(JUDGES, both, rng), both).T
+        ranks = scipy.stats.rankdata(judgments, axis=0) - (len(both) + 1) / 2
+        values = np.concatenate((ranks, ranks**2), axis=1)
+        scaled = values / (values.std(axis=0) + 1e-12)
+        return learned_p_value(scaled[: len(samples)] - scaled[len(samples) :], rng)
 
     def with_images(
         self, solutions: Sequence[np.ndarray], group: SymmetryGroup
@@ -388,6 +472,30 @@ def paired_p_value(
     # the least p-value of the two, held against that of each exchange
     smallest = np.min([_shares_above(statistic) for statistic in statistics], axis=0)
     return float((smallest <= smallest[0] + 1e-9).mean())
+
+
+def learned_p_value(differences: np.ndarray, rng: np.random.Generator) -> float:
+    """Return how often one would learn so well from some pairs which is which in the others.
+
+    `differences` (N, F) are those of the features of both of a pair. A regression (ridge) of their
+    signs is learned from all folds of pairs but one, which it judges. With each exchange within
+    pairs it is learned anew.
+
+    Source: Lopez-Paz and Oquab, Revisiting classifier two-sample tests (2017).
+    """
+    count = len(differences)
+    products = differences @ differences.T
+    penalty = PENALTY * np.trace(products) / count + 1e-12
+    signs = rng.choice((-1.0, 1.0), size=(PERMUTATIONS + 1, count)).T
+    signs[:, 0] = 1
+    fold = rng.permutation(count) % FOLDS
+    scores = np.empty_like(signs)
+    for number in range(FOLDS):
+        out = fold == number
+        among = products[np.ix_(~out, ~out)] + penalty * np.eye((~out).sum())
+        scores[out] = products[np.ix_(out, ~out)] @ np.linalg.solve(among, signs[~out])
+    right = scores * signs
+    return float(_shares_above(right.mean(axis=0) / (right.std(axis=0) + 1e-12))[0])
 
 
 def _shares_above(statistic: np.ndarray) -> np.ndarray:

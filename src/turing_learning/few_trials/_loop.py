@@ -132,6 +132,8 @@ class _Stream(IntEnum):
     FOLDED = 5  # the solution in one region
     HOLDING = 6  # whether the group that was followed is one
     UNFOLDED = 7  # the solution if it is none
+    PRODUCTS = 8  # of which images by products the draws are a mixture
+    PRODUCTS_FOLDED = 9  # the solution in one region of these
 
 
 @dataclass(frozen=True, eq=False)
@@ -767,7 +769,7 @@ class FewTrials:
         if followed is not None:
             draws = matched.main_draws
             rng = self._match_rng(_Stream.HOLDING)
-            if not examiner.holds(followed, draws, self.trials, rng):
+            if not examiner.certain(followed.members[1], followed, draws, self.trials, rng):
                 # It was taken for a symmetry while draws were still broad.
                 followed = None
                 matched = self._solved_again(None, draws, _Stream.UNFOLDED)
@@ -786,12 +788,26 @@ class FewTrials:
             rng = self._match_rng(_Stream.MIXTURE)
             group = examiner.mixture(draws, first_trials, self.trials, rng)
         if group is None:
-            return matched, None
+            return self._folded_along_products(matched, examiner, first_trials)
         folded = self._solved_again(group, draws, _Stream.FOLDED)
         if folded.settled and examiner.apart(folded.draws, group):
             return folded, group
         if examiner.apart(draws, group):
             return matched, group
+        return matched, None
+
+    def _folded_along_products(
+        self, matched: Matched, examiner: Examiner, first_trials: Evidence
+    ) -> tuple[Matched, SymmetryGroup | None]:
+        """Return the same where draws may be a mixture of solutions that follow by products."""
+        draws = matched.main_draws
+        rng = self._match_rng(_Stream.PRODUCTS)
+        group = examiner.mixture(draws, first_trials, self.trials, rng, products=True)
+        if group is not None:
+            folded = self._solved_again(group, draws, _Stream.PRODUCTS_FOLDED)
+            apart = folded.settled and examiner.apart(folded.draws, group)
+            if apart and examiner.certain(group.members[1], group, folded.draws, self.trials, rng):
+                return folded, group
         return matched, None
 
     def _solved_again(

@@ -21,7 +21,7 @@ MOST_CANDIDATES = 300
 MOST_PRODUCTS = 1000
 """Symmetries with products of parameters that are made, at most."""
 
-LEAST_INSIDE = 0.25
+LEAST_INSIDE = 0.05
 """Share of the range whose images by such a symmetry are in range, too, at least."""
 
 MODELS = 256
@@ -81,16 +81,16 @@ class Symmetry:
 
     def of(self, models: np.ndarray) -> np.ndarray:
         """Return the images of models (..., P)."""
-        images = self._models_of(self._coordinates(models) @ self.matrix.T + self.shift)
+        images = self._models_of(self.coordinates(models) @ self.matrix.T + self.shift)
         if not self.periodic.any():
             return images
         return np.where(self.periodic, (images + 1) % 2 - 1, images)
 
     def halfway(self, models: np.ndarray) -> np.ndarray:
         """Return what lies between models (..., P) and their images, in its coordinates."""
-        return self._models_of((self._coordinates(models) + self._coordinates(self.of(models))) / 2)
+        return self._models_of((self.coordinates(models) + self.coordinates(self.of(models))) / 2)
 
-    def _coordinates(self, models: np.ndarray) -> np.ndarray:
+    def coordinates(self, models: np.ndarray) -> np.ndarray:
         """Return the coordinates (..., P) of models (..., P)."""
         logarithmic = self.logarithmic
         if not logarithmic.any():
@@ -440,6 +440,12 @@ def _products(axes: Sequence[_Axis]) -> Iterator[Symmetry]:
     for rate, partner, factor in permutations(indices, 3):
         # two rates, one of which is in units of a third parameter
         yield _product(axes, {rate: {partner: 1, factor: 1}, partner: {rate: 1, factor: -1}})
+    for rate, time in combinations(indices, 2):
+        # a rate and a time, and a scale of both
+        for scale, power in product(indices, (-1, 1)):
+            if scale not in (rate, time):
+                inverses = {rate: {time: -1}, time: {rate: -1}}
+                yield _product(axes, inverses | {scale: {scale: 1, rate: power, time: power}})
 
 
 def _parts(axes: Sequence[_Axis]) -> Iterator[list[list[_Axis]]]:

@@ -28,6 +28,7 @@ from turing_learning.evolution import join_states
 from turing_learning.few_trials import (
     Examiner,
     FewTrials,
+    Observers,
     SearchSpace,
     Symmetry,
     candidate_symmetries,
@@ -122,6 +123,7 @@ class TrialsLoop:
         seed = run.seed
         classifier = classifier_of(configuration)
         space = search_space(configuration, source)
+        observers = observers_of(configuration)
         self._configuration = configuration
         self._source = source
         # Rows of the buffer that are stored: trials, genuine samples
@@ -136,9 +138,9 @@ class TrialsLoop:
             tolerance=run.tolerance,
             extended=run.extended,
             batch=run.batch,
-            observers=observers_of(configuration),
+            observers=observers,
             genuine=source.recorded,
-            examiner=examiner_of(source, space),
+            examiner=examiner_of(source, space, observers),
             together=source.together,
             searches=source.observed_anew and not source.whole_batches,
         )
@@ -289,12 +291,12 @@ def search_space(configuration: Configuration, source: Source) -> SearchSpace:
     )
 
 
-def examiner_of(source: Source, space: SearchSpace) -> Examiner | None:
+def examiner_of(source: Source, space: SearchSpace, observers: Observers) -> Examiner | None:
     """Return who compares new samples of the estimate with the genuine ones, where these are independent."""
     genuine = source.independent
     if genuine is None:
         return None
-    return Examiner(source, space, genuine, source.system.signals)
+    return Examiner(source, space, genuine, source.system.signals, observers)
 
 
 Loop = Generations | TrialsLoop

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.analysis import predictive_check
+from turing_learning.analysis import predictive_check, resemblance
 
 NAMES = ("x", "y")
 
@@ -148,3 +148,14 @@ def test_equal_values_of_the_right_model_are_not_told_by_their_precision():
         )
         p_values.append(result.p_value)
     assert np.mean(np.array(p_values) <= 0.05) <= 0.15
+
+
+def test_two_sets_of_samples_of_one_system_are_told_as_often_as_the_p_value_says():
+    p_values = []
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        # 25 samples, and more statistics than that
+        both = rng.standard_normal((2, 25, 20, 2)).cumsum(axis=2)
+        p_values.append(resemblance(*both, ("x", "y"), rng))
+    # of 30 six or more would be below 0.05 in one of 300 cases
+    assert np.mean(np.array(p_values) <= 0.05) < 0.2

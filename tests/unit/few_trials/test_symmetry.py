@@ -8,6 +8,7 @@ import pytest
 
 from turing_learning.few_trials import (
     Examiner,
+    PooledClassifier,
     SearchSpace,
     Symmetry,
     SymmetryGroup,
@@ -119,7 +120,11 @@ def examined():
     models = rng.uniform(-1, 1, (150, 2))
     outputs = squared(models, rng)[:, 0]
     evidence = Evidence(space, models, outputs, genuine[:, 0], 1, observed_anew=False)
-    return Examiner(Squares(), space, genuine, ("square", "level")), evidence, rng
+    return (
+        Examiner(Squares(), space, genuine, ("square", "level"), PooledClassifier()),
+        evidence,
+        rng,
+    )
 
 
 def test_a_solution_has_the_images_that_samples_resemble(examined):
@@ -218,7 +223,15 @@ def numbers(parameters, values):
         ({"fast": Parameter(0.1, 9), "slow": Parameter(0.1, 4)}, [3, 0.5], [0.5, 3]),
         (positive("size", "ratio"), [1.5, 2], [3, 0.5]),
         (positive("size", "ratio") | {"share": Parameter(0, 1)}, [1.5, 2, 0.3], [3, 0.5, 0.7]),
+        # of which few models of the range have an image in range
+        (
+            {"rate": Parameter(0.02, 5), "ratio": Parameter(0.05, 20), "share": Parameter(0, 1)},
+            [0.2, 5, 0.6],
+            [1, 0.2, 0.4],
+        ),
         (positive("rate", "time"), [2, 0.8], [1.25, 0.5]),
+        # meals of a predator that many prey confuse
+        (positive("hunger", "half", "swamp"), [1.2, 2, 0.8], [0.75, 1.25, 0.5]),
         (positive("side", "area"), [1.25, 5], [4, 5]),
         (positive("side", "middle"), [1, 2], [4, 2]),
         (positive("cold", "warm", "factor"), [2, 0.5, 1.6], [0.8, 1.25, 1.6]),
@@ -325,8 +338,73 @@ def test_another_solution_is_no_other_place_of_a_ridge(product):
     )
     evidence = Evidence(space, models, outputs, genuine[:, ::3, 0], 1, observed_anew=False)
     draws = model + 0.005 * rng.standard_normal((600, 3))
-    group = Examiner(Levels(), space, genuine, ("level",)).symmetries(draws, evidence, 1000, rng)
+    group = Examiner(Levels(), space, genuine, ("level",), PooledClassifier(1)).symmetries(
+        draws, evidence, 1000, rng
+    )
     if product:
         assert group is None
     else:
         np.testing.assert_allclose(group.members[1].of(model), image)
+
+
+ECHO = {"size": Parameter(0.05, 6), "echo": Parameter(0.1, 10)}
+
+
+def moving_average(shocks):
+    """Return an examiner of a moving average of such shocks, and what has its spectrum."""
+    middle, half = np.array([3.025, 5.05]), np.array([2.975, 4.95])
+
+    def collect(models, rng):
+        size, echo = models.T[..., None]
+        shock = shocks(rng, (len(models), 61))
+        return SimpleNamespace(
+            counterfeit=(size * (shock[:, 1:] + echo * shock[:, :-1]))[:, None, :, None]
+        )
+
+    model, image = numbers(ECHO, [2, 0.5]), numbers(ECHO, [1, 2])
+    families = candidate_symmetries(ECHO)
+    (inverse,) = [family[0] for family in families if np.allclose(family[0].of(model), image)]
+    space = SearchSpace.between(middle - half, middle + half, limits=True, candidates=[[inverse]])
+    genuine = collect(np.tile([2, 0.5], (50, 1)), np.random.default_rng(1)).counterfeit[:, 0]
+    source = SimpleNamespace(collect=collect)
+    return Examiner(source, space, genuine, ("level",), PooledClassifier(1)), inverse, model
+
+
+@pytest.mark.parametrize(
+    ("shocks", "alike"),
+    [
+        (lambda rng, shape: rng.standard_normal(shape), True),
+        (lambda rng, shape: rng.exponential(size=shape) - 1, False),
+        # of which only fourth moments know the order in time
+        (lambda rng, shape: rng.laplace(size=shape), False),
+    ],
+)
+def test_an_image_that_differs_in_the_order_of_shocks_alone_is_no_solution(shocks, alike):
+    examiner, inverse, model = moving_average(shocks)
+    rng = np.random.default_rng(2)
+    draws = model + [0.01, 0.004] * rng.standard_normal((600, 2))
+    group = SymmetryGroup.generated([inverse], model, draws.std(axis=0), np.ones(2))
+    assert examiner.certain(inverse, group, draws, 3000, rng) == alike
+
+
+def test_what_lies_apart_in_logarithms_lies_apart():
+    examiner, inverse, model = moving_average(lambda rng, shape: rng.standard_normal(shape))
+    rng = np.random.default_rng(3)
+    # as 0.5 and 2, with spreads of 0.1 and 0.4
+    draws = model + [0.02, 0.02] * rng.standard_normal((600, 2))
+    group = SymmetryGroup.generated([inverse], model, draws.std(axis=0), np.ones(2))
+    assert examiner.apart(draws, group)
+
+
+def test_a_mixture_of_products_is_looked_for_where_it_is_asked_for():
+    examiner, inverse, model = moving_average(lambda rng, shape: rng.standard_normal(shape))
+    rng = np.random.default_rng(4)
+    draws = model + [0.01, 0.004] * rng.standard_normal((600, 2))
+    draws[::2] = inverse.of(draws[::2])
+    models = rng.uniform(-1, 1, (100, 2))
+    evidence = Evidence(
+        examiner.space, models, rng.random((100, 5)), rng.random((50, 5)), 1, observed_anew=False
+    )
+    assert examiner.mixture(draws, evidence, 1000, rng) is None
+    group = examiner.mixture(draws, evidence, 1000, rng, products=True)
+    assert (group.folded(draws).std(axis=0) < draws.std(axis=0) / 2).all()
