@@ -29,6 +29,11 @@ FEWEST_ARRANGEMENTS = 30
 BLOCKS = 10
 """Blocks of time into which a recording is cut where its individuals are too few to be groups."""
 
+ALONE = (
+    "Signals of neighbors are left out, as in some recording nobody has company for a whole sample."
+)
+"""What to know where only speed and turn are seen of recordings that hold several individuals."""
+
 MOSTLY = 0.5
 """Share of the windows with company in which a signal of the group has to be there, to be taken by default."""
 
@@ -190,7 +195,9 @@ def _all_names(
     Signals of the whole group are among them only where recordings are groups: all individuals of a recording share them, so
     they would tell any recording from any other. They are left out where they would leave out most windows.
     """
-    if any(recording.present.sum(axis=1).max() < 2 for recording in every):
+    if not all(_has_company(recording, steps) for recording in every):
+        if any(recording.present.sum(axis=1).max() >= 2 for recording in every):
+            remarks.append(ALONE)
         return "speed", "turn"
     names = list(SIGNALS)
     for name in OF_GROUPS:
@@ -203,13 +210,20 @@ def _all_names(
     return tuple(names)
 
 
+def _has_company(recording: Trajectories, steps: int) -> bool:
+    """Return whether somebody has company in each of so many steps on end."""
+    consecutive = recording.present[1:] & recording.present[:-1]
+    if len(consecutive) < steps:
+        return False
+    company = consecutive & (consecutive.sum(axis=1) >= 2)[:, None]
+    return bool(sliding_window_view(company, steps, axis=0).all(axis=2).any())
+
+
 def _mostly_there(recording: Trajectories, name: str, steps: int) -> bool:
     """Return whether a signal of the group is there in most windows of so many steps in which anybody has company."""
     consecutive = recording.present[1:] & recording.present[:-1]
     company = consecutive.sum(axis=1) >= 2
     there = company & np.isfinite(_of_group(recording, name))
-    if len(company) < steps:
-        return False
     counts = []
     for flags in (there, company):
         counts.append(np.count_nonzero(sliding_window_view(flags, steps).all(axis=1)))

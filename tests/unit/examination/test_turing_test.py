@@ -105,6 +105,18 @@ def test_a_signal_that_is_seldom_there_does_not_leave_out_the_others():
     assert "area" in pair_of(others, [*others, *others], names=None, **OPTIONS).names
 
 
+def test_a_recording_in_which_individuals_hardly_meet_is_seen_by_speed_and_turn():
+    """One individual follows another: both are there in five of 100 frames, a window has 15."""
+    followed = walkers(individuals=2, frames=100)
+    present = np.ones((100, 2), dtype=bool)
+    present[50:, 0] = False
+    present[:45, 1] = False
+    followed = replace(followed, present=present, positions=followed.positions * present[..., None])
+    pair = pair_of([followed], [walkers()], names=None, **OPTIONS)
+    assert pair.names == ("speed", "turn")
+    assert "nobody has company" in " ".join(pair.remarks)
+
+
 def test_the_area_is_that_of_a_disk_of_evenly_spread_points():
     places = RNG.uniform(-1, 1, (4_000, 2))
     places = 3 * places[(places**2).sum(axis=1) < 1]
