@@ -48,10 +48,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         Always, with the exit code.
     """
     _open_closed_streams()
-    kernels = logging.getLogger("turing_learning.kernels")
-    if not kernels.handlers:
-        kernels.addHandler(_Said())
-        kernels.setLevel(logging.INFO)
+    for name in ("turing_learning.kernels", "turing_learning.runs"):
+        stages = logging.getLogger(name)
+        if not stages.handlers:
+            stages.addHandler(_Said())
+            stages.setLevel(logging.INFO)
     sys.exit(_run(sys.argv[1:] if arguments is None else list(arguments)))
 
 
@@ -66,7 +67,7 @@ def _open_closed_streams() -> None:
 
 
 class _Said(logging.Handler):
-    """Write what is compiled to standard error at once, also where that is a file or a pipe."""
+    """Write what is compiled, or examined, to standard error at once, also where that is a file or a pipe."""
 
     def emit(self, record: logging.LogRecord) -> None:
         sys.stderr.write(f"{record.getMessage()}\n")

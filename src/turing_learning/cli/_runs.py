@@ -432,7 +432,14 @@ def _execute(run: "partial[tl.Result]", path: Path) -> None:
         return "interrupted before the run began"
 
     with stopping(interrupted) as should_stop, watching(console) as view:
-        result = run(observer=view, should_stop=should_stop)
+
+        def watch(progress: tl.runs.Progress) -> None:
+            view(progress)
+            # all trials are stored, and what follows may be done again
+            should_stop.at_once = progress.last
+
+        should_stop.at_once = tl.runs.RunFolder(path).is_spent()
+        result = run(observer=watch, should_stop=should_stop)
     if not result.complete:
         raise Interrupted(f"stopped after {result.length}; {ahead}")
     print_result(console, result, path)

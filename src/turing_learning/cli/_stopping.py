@@ -56,11 +56,13 @@ class Interrupted(Exception):
 class StopRequest:
     """Whether somebody has asked the run to stop; call it to know.
 
-    With `announce`, of a run with robots, the first signal says what it returns, and later ones than the second
-    are only answered, because the robots are being halted.
+    `at_once` says that all is stored, so that the first signal ends it. With `announce`, of a run
+    with robots, the first signal says what it returns, and later ones than the second are only
+    answered, because the robots are being halted.
     """
 
     def __init__(self, announce: Callable[[], str] | None = None) -> None:
+        self.at_once = False
         self._asked = self._halting = False
         self._announce = announce
 
@@ -72,7 +74,7 @@ class StopRequest:
         if self._halting and self._announce is not None:
             _say("the robots are being halted")
             return
-        if self._asked:
+        if self._asked or self.at_once:
             self._halting = True
             raise KeyboardInterrupt
         self._asked = True

@@ -11,8 +11,9 @@
     a tracker wrote.
 `simulate_behaviors`, `random_controllers`, `plant_abnormal`
     Genuine and abnormal motion of a scenario, to calibrate, to compare, and to show.
-`simulated_calibration`, `observed_calibration`
-    What a run keeps for detectors: samples of its system, or what was observed in a laboratory.
+`simulated_calibration`, `observed_calibration`, `RANDOM_MODELS`
+    What a run keeps for detectors: samples of its system, or what was observed in a laboratory; of
+    how many random models.
 `run_classifiers`, `RunClassifiers`
     The classifiers of a run: its last generation, the best of all generations, and a jury of the
     whole run.

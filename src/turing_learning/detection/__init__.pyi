@@ -12,6 +12,7 @@ from ._ranking import Standing as Standing
 from ._run import RunClassifiers as RunClassifiers
 from ._run import recorded_motion as recorded_motion
 from ._run import run_classifiers as run_classifiers
+from ._simulated import RANDOM_MODELS as RANDOM_MODELS
 from ._simulated import observed_calibration as observed_calibration
 from ._simulated import plant_abnormal as plant_abnormal
 from ._simulated import random_controllers as random_controllers

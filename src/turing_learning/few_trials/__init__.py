@@ -50,8 +50,8 @@ defined, and no summary of them is made by hand. Why which number: docs/decision
     from the agents.
 `modes`
     Solutions apart from each other, among draws of the right model.
-`Examiner`
-    Compares new samples of the estimate with the genuine ones.
+`Examiner`, `samples_of`
+    Compares new samples of the estimate with the genuine ones; how many these are.
 """
 
 import lazy_loader

@@ -1,6 +1,7 @@
 from ._buffer import SampleBuffer as SampleBuffer
 from ._design import TrialDesign as TrialDesign
 from ._examination import Examiner as Examiner
+from ._examination import samples_of as samples_of
 from ._loop import Batch as Batch
 from ._loop import FewTrials as FewTrials
 from ._map import MomentField as MomentField

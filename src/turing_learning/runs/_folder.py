@@ -147,6 +147,12 @@ class RunFolder(Store):
         """Return whether this is a run folder of any version."""
         return self.exists()
 
+    def is_spent(self) -> bool:
+        """Return whether all batches or generations of a run are stored; it may have no result yet."""
+        with suppress(RunFolderError):
+            return stored_generations(self.checkpoints_path) >= self.configuration().length
+        return False
+
     def manifest(self) -> dict[str, Any]:
         """Return the manifest; reject a folder that is no run, or one of a later version, with a RunFolderError."""
         if not self.exists():
@@ -439,10 +445,13 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -
     content = buffer.getvalue()
     path = folder / f"generation-{checkpoint.generation:06d}-{digest_of(content)[:16]}.npz"
     write_atomically(path, content)
-    older = [file for _, file in _newest_first(folder) if file != path]
+    others = [(generation, file) for generation, file in _newest_first(folder) if file != path]
+    # of the same generation it takes the place, as where an estimate was examined since
+    outdated = [file for generation, file in others if generation == checkpoint.generation]
+    older = [file for generation, file in others if generation != checkpoint.generation]
     if not alone:
         older = older[KEPT - 1 :]
-    for file in older:
+    for file in (*outdated, *older):
         file.unlink(missing_ok=True)
     return path
 

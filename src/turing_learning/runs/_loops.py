@@ -32,6 +32,7 @@ from turing_learning.few_trials import (
     SearchSpace,
     Symmetry,
     candidate_symmetries,
+    samples_of,
     walked_symmetries,
 )
 from turing_learning.identifiability import (
@@ -81,6 +82,8 @@ class Generations:
         """Run a generation; its models are in their units."""
         generation = self.coevolution.step()
         return replace(generation, models=self._source.to_units(generation.models))
+
+    examined_by = 0
 
     def take_rows(self) -> dict[str, np.ndarray]:
         """Return nothing: populations are in the history, and the result is read from it."""
@@ -153,6 +156,13 @@ class TrialsLoop:
     def tolerated(self) -> bool:
         """Whether it has stopped before its trials were spent."""
         return self.trials.tolerated
+
+    @property
+    def examined_by(self) -> int:
+        """Number of simulations by which the estimate is examined, or more; 0 where they cost little."""
+        if self._source.independent is None or self._source.cheap:
+            return 0
+        return samples_of(self.trials.trials)
 
     def step(self) -> TrialBatch:
         """Spend a batch of trials."""

@@ -44,6 +44,8 @@ class Progress:
         Spent so far, and the budget, of a run of trials; None for other runs.
     batch
         Of a run of trials: what was tried in a batch, and what is known after it.
+    last
+        Whether no generation or batch follows. The estimate of a run of trials is examined then.
     """
 
     generation: Generation | None
@@ -56,6 +58,7 @@ class Progress:
     described: Callable[[np.ndarray], np.ndarray] | None = None
     trials: tuple[int, int] | None = None
     batch: TrialBatch | None = None
+    last: bool = False
 
     @property
     def scored(self) -> Generation | TrialBatch:

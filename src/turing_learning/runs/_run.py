@@ -16,7 +16,7 @@ from turing_learning._files import remove_partial
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, to_toml
 from turing_learning.config.settings import resolved
-from turing_learning.detection import simulated_calibration
+from turing_learning.detection import RANDOM_MODELS, simulated_calibration
 from turing_learning.errors import in_words, refusing_as
 from turing_learning.identifiability import Check
 from turing_learning.provenance import now
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     import xarray
 
 _LOGGER = logging.getLogger("turing_learning")
+_STAGES = logging.getLogger("turing_learning.runs")
 GIVEN = "given"  # in the manifest: the source of samples came from the caller
 _SHOWN = 50  # generations, spread over the run, whose fittest classifiers may be shown
 _RECENT = 50  # generations that rate and outlook are taken from
@@ -89,6 +90,8 @@ class Run:
         # Generations, and blocks of traces, that are stored
         self._saved = self._blocks = 0
         self._readout = dict[str, np.ndarray]()
+        # Whether what is read off at the end is known
+        self._read = False
         self._dialogues = dict[str, np.ndarray]()
         self._begun = time.perf_counter()
         if folder is None:
@@ -244,7 +247,15 @@ class Run:
 
     @property
     def complete(self) -> bool:
-        """Whether nothing is left to do: all generations or batches are completed, or the tolerance is reached."""
+        """Whether nothing is left to do: all generations or batches are completed, or the tolerance is reached.
+
+        The estimate of a run of trials is examined, too.
+        """
+        return self._spent and self._read
+
+    @property
+    def _spent(self) -> bool:
+        """Whether no generation or batch is left to do."""
         return self._loop.tolerated or self._traces.completed == self.configuration.length
 
     def __iter__(self) -> Iterator[Progress]:
@@ -261,9 +272,9 @@ class Run:
         configuration = self.configuration
         spent = self.configuration.trials_after
         try:
-            while not self.complete:
+            while not self._spent:
                 step = self._step()
-                if self.completed % configuration.run.save_every == 0 or self.complete:
+                if self.completed % configuration.run.save_every == 0 or self._spent:
                     self._save()
                 stepped: dict[str, Any] = {"generation": step, "batch": None}
                 if isinstance(step, TrialBatch):
@@ -278,7 +289,10 @@ class Run:
                     seconds_per_generation=float(self._traces["seconds"][-_RECENT:].mean()),
                     recent=self._traces["typical_model"][-_RECENT:],
                     described=configuration.described,
+                    last=self._spent,
                 )
+            if not self._read:
+                self._read_off()
         except GeneratorExit:
             # Python closes a generator that a loop has left: all is saved as at the end. Where it has
             # a name, as in `conduct`, an error reaches `__exit__` first: the last checkpoint stays.
@@ -376,17 +390,37 @@ class Run:
 
     def _save(self) -> None:
         """Write the history and a checkpoint; a run in memory has its history flushed."""
+        if self._spent and not self._loop.stores_rows:
+            self._read = True
         with self.storage():
             if self._recorder is not None:
                 self._recorder.flush()
             self._seconds = self._seconds_before + time.perf_counter() - self._begun
-            if self.complete:
-                self._readout = self._loop.readout()
             if self.folder is not None:
-                if rows := self._loop.take_rows():
+                rows = {} if self._saved == self.completed else self._loop.take_rows()
+                if rows:
                     self.folder.write(piece("buffer", self.completed), rows)
                 self._save_checkpoint(self.folder, with_state=True)
             self._saved = self.completed
+
+    def _read_off(self) -> None:
+        """Examine the estimate of a run of trials, which is stored, and save what is read off."""
+        simulations = self._loop.examined_by
+        if simulations:
+            text = "All trials are spent. %d simulations or more follow, for %.0f s or more: they examine the estimate"
+            if self.folder is not None and self.configuration.run.history == "full":
+                simulations += RANDOM_MODELS
+                text += ", and calibrate detectors"
+            batch = self.configuration.trials_after(self.completed)
+            batch -= self.configuration.trials_after(self.completed - 1)
+            seconds = simulations * float(self._traces["seconds"][-1]) / batch
+            _STAGES.info(f"{text}.", simulations, seconds)
+        if self._source.fallible:
+            self._source.generation = self.completed - 1
+        self._readout = self._loop.readout()
+        self._read = True
+        self._result = None
+        self._save()
 
     def _save_checkpoint(self, folder: RunFolder, *, with_state: bool) -> None:
         """Write a checkpoint, with all that is needed to resume.
@@ -533,6 +567,8 @@ class Run:
             for name in batches[0]:
                 state[f"buffer/{name}"] = np.concatenate([batch[name] for batch in batches])
         self._loop.restore(state)
+        # Checkpoints of before say nothing of it
+        self._read = self._spent and bool(checkpoint.arrays.get(COMPLETE, True))
         self._readout = checkpoint.part(READOUT) if self.complete else {}
         if self._source.failures is not None:
             self._source.failures.restore(checkpoint.part(FAILURES))

@@ -381,7 +381,9 @@ def result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configur
         log = FailureLog(configuration.parameter_names)
         log.restore(failures)
         failed = log.summary()
+    # of a run of trials the estimate may not be examined yet
     complete = checkpoint.generation == configuration.length
+    complete = complete and bool(checkpoint.arrays.get(COMPLETE, True))
     if not complete and checkpoint.arrays.get(COMPLETE):
         # it has stopped early, unless it was given more trials since
         spent = configuration.trials_after(checkpoint.generation)

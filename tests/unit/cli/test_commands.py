@@ -394,6 +394,18 @@ def test_an_interruption_before_there_is_a_run_folder_names_none_to_go_on_with(
     assert not (tmp_path / "run").exists()
 
 
+def test_the_first_signal_ends_what_is_stored():
+    from turing_learning.cli._stopping import Interrupted, stopping
+
+    def stored():
+        with stopping("resume") as should_stop:
+            should_stop.at_once = True
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    with pytest.raises(Interrupted, match=r"^interrupted; resume$"):
+        stored()
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_second_signal_stops_at_once(number):
     from turing_learning.cli._stopping import Interrupted, stopping

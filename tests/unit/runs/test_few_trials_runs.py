@@ -276,6 +276,49 @@ def walked(tmp_path_factory):
     return speeds(tmp_path_factory.mktemp("runs") / "walked", trials=60)
 
 
+@pytest.mark.parametrize("how", ["stopped", "interrupted"])
+def test_a_run_that_ends_while_its_estimate_is_examined_is_resumed_to_the_same_bits(
+    how, walked, tmp_path, caplog
+):
+    known, whole = walked
+    last = []
+    simulated = []
+
+    def interrupting(parameters, rng):
+        simulated.extend(parameters)
+        if how == "interrupted" and len(simulated) > 60:
+            raise KeyboardInterrupt
+        return drift(parameters, rng)
+
+    run = {
+        **known,
+        "simulate": interrupting,
+        "parameters": {"speed": (0.0, 20.0), "inert": (0.0, 20.0)},
+        "settings": {"run.threads": 1},
+        "trials": 60,
+        "seed": 1,
+        "out": tmp_path / "run",
+        "observer": lambda progress: last.append(progress.last),
+        "should_stop": lambda: how == "stopped" and last[-1],
+    }
+    caplog.set_level("INFO", "turing_learning.runs")
+    if how == "stopped":
+        assert not tl.infer(**run).complete
+    else:
+        with pytest.raises(KeyboardInterrupt):
+            tl.infer(**run)
+        assert "230 simulations or more follow, for " in caplog.text
+    # the last batch is not simulated again
+    assert sum(last) == 1
+    stored = tl.load_run(tmp_path / "run")
+    assert (stored.trials, stored.complete) == (60, False)
+    resumed = tl.resume(tmp_path / "run", **known)
+    assert resumed.complete
+    assert resumed.to_json() | {"seconds_total": 0, "seconds_per_generation": 0} == (
+        whole.to_json() | {"seconds_total": 0, "seconds_per_generation": 0}
+    )
+
+
 def test_a_parameter_that_is_not_identified_keeps_a_run_from_converging(walked):
     _, result = walked
     assert result.verdict == "not identified"
