@@ -1,6 +1,8 @@
 """The doors: infer, start, resume; and how far a run is, in one line, on terminals and in
 notebooks."""
 
+import logging
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -15,7 +17,9 @@ from turing_learning.config.parts import part_named
 from turing_learning.config.settings import refuse_unknown, resolved, single_settings
 from turing_learning.errors import brief, check, refusing_as
 from turing_learning.families import Network, RecordedSystem
+from turing_learning.few_trials import FEWEST_BATCHES
 from turing_learning.interaction import describe_stimulated
+from turing_learning.report import counted
 from turing_learning.store import RunFolderError, check_folder
 from turing_learning.swarm import Scenario
 from turing_learning.systems import (
@@ -40,6 +44,9 @@ from ._run import Run, conduct, refuse_given_source
 from ._summary import give_parts
 
 RUNS = Path("runs")
+BUSY = 0.75
+"""Share of their time that workers spend with calls of a batch, below which a batch of another size is proposed."""
+_LOGGER = logging.getLogger("turing_learning")
 
 
 def infer(
@@ -233,7 +240,38 @@ def infer(
             arguments=arguments,
             files=files,
         )
+        say_idle_workers(configuration, source)
         return conduct(run, observer, should_stop)
+
+
+def say_idle_workers(configuration: Configuration, source: Source) -> None:
+    """Say how workers have less to wait for, where the calls of a batch of trials keep few of them busy."""
+    workers = source.callers
+    system = configuration.system
+    trials = configuration.run.trials
+    if not trials or workers is None or not isinstance(system, CustomSystem):
+        return
+    batch = configuration.trials_after(2) - configuration.trials_after(1)
+    calls = batch
+    name = "run.batch"
+    if system.vectorized:
+        calls = min(batch, system.batches)
+        name = "batches"
+    rounds = -(-calls // workers)
+    busy = calls / (rounds * workers)
+    if busy >= BUSY:
+        return
+    most = trials // FEWEST_BATCHES if name == "run.batch" else batch
+    sizes = [count * workers for count in (rounds - 1, rounds) if 2 <= count * workers <= most]
+    text = f"{workers} workers make the {calls} calls of a batch in {counted(rounds, 'round')}, busy for {busy:.0%} of the time"
+    if not sizes:
+        _LOGGER.warning("%s; more are of use in a run of more trials.", text)
+        return
+    size = min(sizes, key=lambda size: abs(math.log(size / calls)))
+    how = f"batches={size}"
+    if name == "run.batch":
+        how = f'settings={{"run.batch": {size}}}, or --set run.batch={size},'
+    _LOGGER.warning("%s; %s keeps them busy. The result depends on it.", text, how)
 
 
 def is_custom(scenario: object, genuine: object, simulate: object, parameters: object) -> bool:

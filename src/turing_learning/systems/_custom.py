@@ -20,7 +20,7 @@ from ..models import Behavior, Jumps, Parameter
 from ..trajectories import SIGNALS, Windows, origin_of
 from ..workers import NotImportable, WorkerDied, Workers, packed
 from ._calls import Answer, Failed, Simulator, answer
-from ._executor import answers_by
+from ._executor import answers_by, workers_of
 from ._genuine import (
     Genuine,
     cut_samples,
@@ -419,6 +419,11 @@ class CustomSource(FallibleSource):
             return None
         return self.system.centered(self.genuine.samples)
 
+    @property
+    def callers(self) -> int | None:
+        """How many calls are made at once; None if nobody says it."""
+        return self._worker_count if self._executor is None else workers_of(self._executor)
+
     def close(self) -> None:
         """End the worker processes, if there are any, at once."""
         workers = self._workers
@@ -592,7 +597,10 @@ class CustomSource(FallibleSource):
             yield from starmap(self._answer, calls)
             return
         if self._workers is None:
-            self._workers = Workers(self._function, self._worker_count, timeout_s=self._timeout_s)
+            # a worker that is lost costs nothing: its call is made again
+            self._workers = Workers(
+                self._function, self._worker_count, timeout_s=self._timeout_s, attempts=2
+            )
         for future in self._workers.in_order(calls):
             try:
                 yield future.result()

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from contextlib import suppress
 from typing import Any
 
 from ._calls import Answer, Failed
@@ -9,7 +10,21 @@ from ._system import CustomSystemError
 
 WORKERS_DIED = ("KilledWorker",)
 """Names of exceptions of a call whose workers died: of Dask. It alone has failed."""
+COUNTS = ("_max_workers", "num_workers")
+"""Where executors of `concurrent.futures` and of mpi4py have the number of their workers."""
 _RESUME = "A run in a folder can be resumed, with another executor, too"
+
+
+def workers_of(executor: Any) -> int | None:
+    """Return how many calls an executor makes at once; None if it does not say it."""
+    for name in COUNTS:
+        if isinstance(count := getattr(executor, name, None), int):
+            return count
+    # of Dask
+    client = getattr(executor, "_client", None)
+    with suppress(Exception):
+        return sum(client.nthreads().values()) if client is not None else None
+    return None
 
 
 def answers_by(
@@ -25,21 +40,33 @@ def answers_by(
     futures: list[Future[Answer]] = []
     try:
         for call in calls:
-            try:
-                futures.append(executor.submit(function, *call))
-            except Exception as error:
-                # Whatever an executor raises that is closed, or cannot pickle
-                raise CustomSystemError(
-                    f"`executor` must take calls; got {_described(error)}. {_RESUME}."
-                ) from None
-        for future in futures:
-            yield _answer_of(future)
+            futures.append(_submitted(executor, function, call))
+        for number, call in enumerate(calls):
+            answered = _answer_of(futures[number], again=True)
+            if answered is None:
+                futures[number] = _submitted(executor, function, call)
+                answered = _answer_of(futures[number])
+            assert answered is not None
+            yield answered
     finally:
         for future in futures:
             future.cancel()
 
 
-def _answer_of(future: "Future[Answer]") -> Answer:
+def _submitted(
+    executor: Executor, function: Callable[..., Answer], call: tuple[Any, ...]
+) -> "Future[Answer]":
+    try:
+        return executor.submit(function, *call)
+    except Exception as error:
+        # Whatever an executor raises that is closed, or cannot pickle
+        raise CustomSystemError(
+            f"`executor` must take calls; got {_described(error)}. {_RESUME}."
+        ) from None
+
+
+def _answer_of(future: "Future[Answer]", *, again: bool = False) -> Answer | None:
+    """Return an answer; None where it may be lost, with a worker that died while it sent it, and can be asked for `again`."""
     try:
         return future.result()
     except (BrokenExecutor, CancelledError) as error:
@@ -50,6 +77,8 @@ def _answer_of(future: "Future[Answer]") -> Answer:
         # The function catches what the simulator raises
         if type(error).__name__ in WORKERS_DIED:
             return Failed("its workers died")
+        if again:
+            return None
         rule = "be a function that its workers can import"
         raise CustomSystemError(
             f"`simulate` must {rule}; got {_described(error)}. {_RESUME}."

@@ -219,6 +219,11 @@ class Source:
         """Release what was opened."""
 
     @property
+    def callers(self) -> int | None:
+        """How many simulations are made at once by workers or an executor; None if nobody says it."""
+        return None
+
+    @property
     def recorded(self) -> np.ndarray | None:
         """All genuine samples (K, T, D) to learn from, as classifiers see them; None where the system is observed anew."""
         return None

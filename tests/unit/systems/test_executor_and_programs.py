@@ -58,16 +58,17 @@ def test_calls_are_made_together_and_come_in_order():
 
 
 class Lossy(ThreadPoolExecutor):
-    """An executor whose first call never comes back."""
+    """An executor whose first call never comes back, nor those of some other numbers."""
 
-    def __init__(self, error):
+    def __init__(self, error, lost=(1,)):
         super().__init__(2)
         self.error = error
+        self.lost = lost
         self.calls = 0
 
     def submit(self, *call, **more):
         self.calls += 1
-        if self.calls > 1:
+        if self.calls not in self.lost:
             return super().submit(*call, **more)
         future = Future()
         future.set_exception(self.error)
@@ -87,9 +88,50 @@ def test_a_call_whose_workers_died_costs_its_model_alone():
     assert samples.counterfeit[1:].any()
 
 
+def test_an_answer_that_is_lost_on_its_way_is_asked_for_again():
+    with (
+        Lossy(ValueError("not enough values to unpack")) as lossy,
+        source(noise_of_one, batches=0) as here,
+    ):
+        found = collect(by(lossy, noise_of_one, batches=0))
+        np.testing.assert_array_equal(found.counterfeit, collect(here).counterfeit)
+    assert lossy.calls == 9
+
+
+@pytest.mark.parametrize(
+    ("workers", "trials", "said"),
+    [
+        (
+            64,
+            3000,
+            '73 calls of a batch in 2 rounds, busy for 57% of the time; settings={"run.batch": 64}, or --set run.batch=64',
+        ),
+        (200, 3000, 'in 1 round, busy for 36% of the time; settings={"run.batch": 200}'),
+        (400, 3000, "more are of use in a run of more trials"),
+        (16, 3000, ""),
+        (2, 300, ""),
+    ],
+)
+def test_workers_that_would_be_idle_are_named_before_a_run_begins(workers, trials, said, caplog):
+    with ThreadPoolExecutor(workers) as threads:
+        tl.infer(
+            genuine=DATA,
+            simulate=noise_of_one,
+            parameters=PARAMETERS,
+            vectorized=False,
+            executor=threads,
+            trials=trials,
+            progress=False,
+            should_stop=lambda: True,
+        )
+    assert said in caplog.text
+    assert ("busy for" in caplog.text) == bool(said)
+
+
 @pytest.mark.parametrize("error", [RuntimeError("no route"), None])
 def test_a_broken_executor_stops_the_run_with_a_remedy(error):
-    with Lossy(error or BrokenExecutor("the scheduler is gone")) as lossy:
+    # the first of eight calls, and once more
+    with Lossy(error or BrokenExecutor("the scheduler is gone"), lost=(1, 9)) as lossy:
         one = by(lossy, noise_of_one, batches=0)
         message = (
             "`executor` must stay; it broke: BrokenExecutor"
