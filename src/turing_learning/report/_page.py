@@ -75,6 +75,7 @@ class Report:
     check_figures: Sequence[Picture] = ()
     # What to do next: commands, and what they are for
     steps: Sequence[tuple[str, str]] = ()
+    methods: str = ""  # what a paper says of the run in its section on methods
     replay: Replay | None = None
     # Names and values: versions, machine, timing
     manifest: Sequence[tuple[str, str]] = ()
@@ -110,6 +111,11 @@ def report_page(report: Report) -> str:
     if report.figures:
         sections.append(_section("figures", "Figures", _figures(report.figures)))
     sections += folded
+    if report.methods:
+        text = (
+            f'<p class="copied" title="One click selects all of it.">{escape(report.methods)}</p>'
+        )
+        sections.append(_folded("methods", "Text for a section on methods", text))
     if report.configuration:
         code = f"<pre><code>{escape(report.configuration)}</code></pre>"
         sections.append(_folded("configuration", "Configuration", code))

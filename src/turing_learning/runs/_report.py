@@ -22,14 +22,13 @@ from turing_learning.targets import refuse_target, writing
 
 from ._folder import DIALOGUES, RunFolder
 from ._history import SELECTION_CODES
+from ._methods import CITATION, methods_text
 from ._paper import SOURCE
 from ._plots import distributions_of, draw_fitness, draw_parameters, recorded_replay, replay
 from ._result import Result
 
 if TYPE_CHECKING:
     import xarray
-
-CITATION = "W. Li, M. Gauci, R. Groß: Turing learning. Swarm Intelligence 10 (2016) 211-243, doi:10.1007/s11721-016-0126-1"
 
 
 def report(result: Result, path: str | Path | None = None, *, force: bool = False) -> Path:
@@ -142,6 +141,7 @@ def write_report(
         data=tables(result, history, configuration),
         warning=warning,
         steps=steps,
+        methods=methods_text(result, manifest),
         replay=moving,
         figures=pictures,
         configuration=to_toml(configuration),
