@@ -17,7 +17,7 @@ from ._tables import plain_console, print_table
 if TYPE_CHECKING:
     from rich.console import Console
 
-FISH = "--fps 30 --pixels-per-cm 20 --every 3 --bridge 5 --model burst-and-coast"
+FISH = "--fps 30 --pixels-per-cm 20 --thin 3 --bridge 5 --model burst-and-coast"
 SWARM = "--fps 10 --pixels-per-cm 1 --y-axis up --model robots"
 """Options of `infer` for the two samples."""
 

@@ -111,7 +111,9 @@ def _run(arguments: list[str]) -> int:
     except MissingExtraError as error:
         return _say(f"error: {error}", REFUSED)
     except RefusedError as error:
-        return _say(f"error: {error.text(OptionWords(arguments[0]))}", REFUSED)
+        program = any(argument.startswith("--simulate-command") for argument in arguments)
+        words = OptionWords(arguments[0], program=program)
+        return _say(f"error: {error.text(words)}", REFUSED)
     except (
         tl.runs.RunStorageError,
         tl.systems.CustomSystemError,

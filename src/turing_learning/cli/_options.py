@@ -108,7 +108,7 @@ class Tracks(OptionGroup):
     """Bring longitude and latitude into a plane."""
     min_confidence: Real | None = None
     """Positions of which the tracker is less sure are missing."""
-    every: Integer | None = None
+    every: Annotated[Integer | None, Parameter(name=("--thin", "--every"))] = None
     """Keep one frame in K, of a file that has only those, or is faster than the motion."""
     split_gaps: Real | None = None
     """Who is away for longer (s) is another individual after that."""

@@ -26,7 +26,6 @@ _ALIKE = (
     "y_axis",
     "format",
     "keypoint",
-    "every",
     "trajectories",
     "signals",
     "tank",
@@ -41,9 +40,12 @@ _ALIKE = (
 _OPTIONS = {name: f"--{name.replace('_', '-')}" for name in _ALIKE} | {
     "pixels_per_cm": "--pixels-per-cm", "length_s": "--window", "steps": "--window", "max_gap": "--bridge",
     "smooth_frames": "--smooth", "names": "--signals", "tank_cm": "--tank", "tanks": "--tank", "columns": "--column",
-    "longest_rest_s": "--longest-rest", "longest_gap_s": "--split-gaps",
+    "longest_rest_s": "--longest-rest", "longest_gap_s": "--split-gaps", "every": "--thin",
 }  # fmt: skip
 """Arguments of Python whose options have other names, or stand in messages with their dashes."""
+
+_PROGRAM = {"genuine": "--series", "simulate": "--simulate-command"}
+"""The same of a program and its tables."""
 
 _RECORDED = {"genuine": "--trajectories", "simulate": "--model"}
 """What a recording and a family of models stand for; `detect` has a --genuine of its own."""
@@ -118,8 +120,9 @@ def stopping(
 class OptionWords(Words):
     """The names of options and commands, for the command that was given."""
 
-    def __init__(self, command: str = "") -> None:
-        self._options = _OPTIONS if command == "detect" else _OPTIONS | _RECORDED
+    def __init__(self, command: str = "", *, program: bool = False) -> None:
+        given = _PROGRAM if program else _RECORDED
+        self._options = _OPTIONS if command == "detect" else _OPTIONS | given
 
     def name(self, name: str) -> str:
         """Return the option of an argument; a name that is no argument of a function stays as it is."""

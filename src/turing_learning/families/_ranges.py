@@ -140,6 +140,8 @@ def said_ranges(
         except ValueError:
             rule = "be NAME=LOW:HIGH, or NAME=LOW:HIGH:log, or NAME=LOW:HIGH:integer"
             refuse("range", rule, repr(text), remedy)
+        if limits[0] >= limits[1]:
+            refuse("range", "begin with its lower end", repr(text), remedy)
         rule = "end with log or integer, if with a word"
         require(suffix in ("", "log", "integer"), "range", rule, repr(text), remedy)
         require(name not in named, "range", "be given once for each parameter", repr(text))

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ._recording import thinning
+
 LEAST_RATE, MOST_RATE = 1.0, 2000.0
 """Frame rates (1/s) of most videos; beyond them times are often in another unit than s."""
 FASTEST_CM_S = 1e4
@@ -90,7 +92,7 @@ def implausible(
             every = int(np.ceil(turn / FAINT_TURN))
             doubts.append(
                 f"the tracker's noise, about {noise:.2g} {unit}, makes turns of {turn:.2g} rad from "
-                f"frame to frame: keep one frame in {every} (`--every {every}`), or smooth"
+                f"frame to frame: keep one frame in {every} by {thinning(every)}, or smooth"
             )
     # Uneven times leave most frames without a row
     gaps = _gaps_between(likely)

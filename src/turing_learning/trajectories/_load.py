@@ -312,6 +312,14 @@ def _finish(
     in_pixels = not in_cm and scale in ("unknown", None)
     per_cm = 1.0 if in_cm or in_pixels else float(scale)  # type: ignore[arg-type]
     present = recording.present
+    choices = recording.choices
+    stand_ins = np.zeros_like(present) if in_cm else _minus_ones(recording)
+    if stand_ins.any():
+        present = present & ~stand_ins
+        text = (
+            "positions at exactly (-1, -1), where all others are 0 or more, are taken for missing"
+        )
+        choices += (f"{stand_ins.sum()} {text}",)
     positions = recording.positions / per_cm
     farthest = float(np.nanmax(np.abs(recording.positions)))
     if farthest / per_cm > LARGEST:
@@ -361,9 +369,21 @@ def _finish(
             source=source,
             format=format,
             remarks=remarks,
-            choices=(*recording.choices, *_doubts(recording, per_cm)),
+            choices=(*choices, *_doubts(recording, per_cm)),
             reading=reading,
         )
+
+
+def _minus_ones(recording: Recording) -> np.ndarray:
+    """Return which positions (F, A), in pixels, are (-1, -1), as trackers write for missing ones.
+
+    None where others are negative.
+    """
+    mask = recording.present & (recording.positions == -1).all(axis=2)
+    others = recording.positions[recording.present & ~mask]
+    if not len(others) or others.min() < 0:
+        return np.zeros_like(mask)
+    return np.asarray(mask)
 
 
 def _said(options: Options, **stated: Any) -> dict[str, Any]:

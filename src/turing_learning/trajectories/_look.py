@@ -12,12 +12,18 @@ from turing_learning.figures import Picture
 from turing_learning.figures.recordings import distribution_figure, presence_figure, tracks_figure
 from turing_learning.report import Report, report_page, write_page
 
-from ._recording import Problems
+from ._recording import Problems, thinning
 from ._signals import SIGNALS
 
 if TYPE_CHECKING:
     from ._trajectories import Trajectories
 
+USUAL_WINDOW_S = 4.0
+"""Length of the windows of a run on recordings where nothing else is said."""
+SHORT_GAP_S = 0.25
+"""Longest gap that straight motion may fill."""
+WORTH_FILLING = 0.1
+"""Share of the positions that filled gaps bring into stretches as long as windows, from which on that is proposed."""
 NOTHING_ODD = "Nothing odd was found. Compare the facts with what you know of the experiment."
 
 
@@ -40,10 +46,28 @@ class Look:
         """What may be meant otherwise than it was read, or can hardly be true; a sentence each."""
         doubts = (*self.problems.doubts, *self.problems.headings)
         every = self.problems.every
-        if every == 1:
-            return doubts
-        thin = f"only one frame in {every} is there: keep those, by every={every} or `thinned`"
-        return (thin, *doubts)
+        if every > 1:
+            thin = f"only one frame in {every} is there: keep those, by {thinning(every)}"
+            return (thin, *doubts)
+        return (*doubts, *self._gaps_to_fill)
+
+    @property
+    def _gaps_to_fill(self) -> tuple[str, ...]:
+        """What to fill where short gaps leave few stretches in which windows have place; empty otherwise."""
+        recording = self._likely
+        fps = recording.fps
+        length = round(USUAL_WINDOW_S * fps) + 2
+        share = _in_stretches(recording.present, length)
+        shares = {}
+        for gap in range(1, round(SHORT_GAP_S * fps) + 1):
+            shares[gap] = _in_stretches(recording.bridged(gap).present, length)
+        most = max(shares.values(), default=0.0)
+        if most - share < WORTH_FILLING:
+            return ()
+        gap = next(gap for gap in shares if shares[gap] >= 0.95 * most)
+        cut = f"gaps leave {share:.0%} of the positions in stretches of {USUAL_WINDOW_S:g} s, as long as a run's windows"
+        fill = f"with those of up to {gap} frames filled, by `bridged({gap})` or --bridge {gap}, it is {shares[gap]:.0%}"
+        return (f"{cut}: {fill}",)
 
     @cached_property
     def facts(self) -> dict[str, str]:
@@ -182,3 +206,13 @@ def _listed(names: tuple[str, ...]) -> str:
     """Return names with commas, of many the first ones."""
     ellipsis = ", ..." if len(names) > MOST_LISTED else ""
     return ", ".join(names[:MOST_LISTED]) + ellipsis
+
+
+def _in_stretches(present: np.ndarray, length: int) -> float:
+    """Return the share of positions (F, A) that are there in stretches of at least so many frames."""
+    inside = 0
+    for there in present.T:
+        edges = np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0))
+        lengths = edges[1::2] - edges[::2]
+        inside += int(lengths[lengths >= length].sum())
+    return inside / max(1, int(present.sum()))

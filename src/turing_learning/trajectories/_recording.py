@@ -288,6 +288,11 @@ MOST_LINES = 5
 """Lines about gaps, and about jumps, beyond which they are summed up in one."""
 
 
+def thinning(every: int) -> str:
+    """Return how one frame in so many is kept, in Python and on the command line."""
+    return f"`thinned({every})` or --thin {every}"
+
+
 @dataclass(frozen=True)
 class Problems:
     """What `Trajectories.check` finds."""
@@ -332,8 +337,9 @@ class Problems:
     def __str__(self) -> str:
         lines: list[str] = []
         if self.every > 1:
-            thinning = f"`thinned({self.every})` keeps those"
-            lines.append(f"only one frame in {self.every} is there: {thinning}")
+            lines.append(
+                f"only one frame in {self.every} is there: keep those, by {thinning(self.every)}"
+            )
         lines += self.headings + self.doubts
         gaps = [name for name, count in self.missing.items() if count or self.away[name]]
         if len(gaps) > MOST_LINES:

@@ -21,7 +21,7 @@ from turing_learning.errors import (
 )
 
 from ._implausible import implausible
-from ._recording import JUMP_FACTOR, Jump, Problems, Reading, counted, doubt_headings
+from ._recording import JUMP_FACTOR, Jump, Problems, Reading, counted, doubt_headings, thinning
 from ._signals import Signals, compute_signals, last_true, next_true, wrap
 from ._unlikely import LONGEST_REST_S, Unlikely, find_unlikely
 from ._windows import EXCERPT_S, Windows, cut_windows, join_windows
@@ -446,10 +446,9 @@ class Trajectories:
         """
         if self.every > 1:
             got = f"{self.fps:g} per second, of which only one in {self.every} is there: {self.fps / self.every:g} per second"
-            ahead = "If that is the rate of what was tracked, keep those by thinning: "
-            thinning = Setting("every", self.every)
+            ahead = f"If that is the rate of what was tracked, keep those by {thinning(self.every)}"
             times = Setting("columns", {"time": "frame"})
-            remedy = (ahead, thinning, ". If frame numbers are times, give ", times, ".")
+            remedy = (ahead, ". If frame numbers are times, give ", times, ".")
             refuse("fps", "be the rate of the frames that are there", got, remedy)
         names = self.individuals if individuals is None else individuals
         if len(set(names)) < len(names):

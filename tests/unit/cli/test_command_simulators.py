@@ -90,3 +90,14 @@ def test_a_program_stands_alone(call, program):
 def test_a_scheduler_of_dask_has_two_names(name, call, program):
     code, _, err = call("infer", *program, *SMALL, "--workers", "2", name, "tcp://x:1")
     assert (code, "`--workers` must be left out beside --cluster" in err) == (2, True), err
+
+
+def test_what_is_wrong_with_a_series_or_range_names_its_option(call, program):
+    lines = Path("data.csv").read_text().splitlines()
+    Path("one.csv").write_text("\n".join(lines[:9]) + "\n")
+    one = ["one.csv" if option == "data.csv" else option for option in program]
+    code, _, err = call("infer", *one, "--trials", "60")
+    assert (code, "`--series` must be 2 samples or more" in err) == (2, True), err
+    turned = ["mean=10:0" if option == "mean=0:10" else option for option in program]
+    code, _, err = call("infer", *turned)
+    assert (code, "`--range` must begin with its lower end; got 'mean=10:0'" in err) == (2, True)

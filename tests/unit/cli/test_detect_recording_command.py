@@ -349,7 +349,7 @@ def test_a_recording_of_every_second_frame_is_told_and_kept_by_an_option(fish, c
     assert "of 6 abnormal, by windows of 20 steps" in out
     assert "Thin the faster recording" in call(*command, "--fps", "40", "--every", "2")[2]
     code, _, err = call(*command, "--fps", "20", "--every", "0")
-    assert (code, err) == (2, "error: `--every` must be an integer from 1 to 499; got 0.\n")
+    assert (code, err) == (2, "error: `--thin` must be an integer from 1 to 499; got 0.\n")
 
 
 def test_a_table_without_room_is_left_out_whole_and_the_same_command_may_be_repeated(

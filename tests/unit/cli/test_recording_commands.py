@@ -504,10 +504,10 @@ def test_a_recording_of_every_second_frame_is_inferred_from_at_its_own_rate(call
     code, _, err = call("infer", *options, *small)
     assert code == 2
     assert (
-        "only one in 2 is there: 10 per second. If that is the rate of what was tracked, keep those by thinning: --every 2."
+        "only one in 2 is there: 10 per second. If that is the rate of what was tracked, keep those by `thinned(2)` or --thin 2."
         in err
     )
-    assert call("infer", *options, "--every", "2", *small)[0] == 0
+    assert call("infer", *options, "--thin", "2", *small)[0] == 0
     assert "interval_s = 0.1\n" in Path("run/config.toml").read_text()
     assert call("resume", "run", *options, "--every", "2")[0] == 0
 

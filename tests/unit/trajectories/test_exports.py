@@ -490,7 +490,7 @@ def test_a_folder_of_other_tables_is_refused_with_what_to_give(tmp_path):
 def test_a_zip_of_other_files_is_refused(tmp_path):
     with zipfile.ZipFile(tmp_path / "tables.zip", "w") as archive:
         archive.writestr("a.csv", "frame,x,y\n0,1,1\n")
-    with pytest.raises(ValueError, match="hold one array of positions"):
+    with pytest.raises(ValueError, match=r"got a compressed file .*Unpack it\."):
         load_trajectories(tmp_path / "tables.zip", fps=25, **SAID)
 
 
@@ -875,3 +875,63 @@ def test_individuals_of_coco_without_tracks_and_other_json_are_refused(tmp_path)
     path.write_text('[{"image_id": "0.jpg", "keypoints": [1, 2, 3]}]')
     with pytest.raises(ValueError, match="hold images and annotations, as COCO does; got a list"):
         load_trajectories(path, **said)
+
+
+def test_rows_of_decimal_commas_alone_are_no_header_lines(tmp_path):
+    rows = [f"0,{4 * frame:02d};{frame},5;{frame},25" for frame in range(20)]
+    path = tmp_path / "german.csv"
+    path.write_text("\n".join(["time;x;y", *rows]) + "\n")
+    read = load_trajectories(path, **SAID)
+    assert (read.fps, len(read.positions)) == (25, 20)
+    np.testing.assert_allclose(read.positions[0, 0] * 10, [0.5, 0.25])
+
+
+def test_an_index_without_a_name_is_left_out_of_wide_tables(tmp_path):
+    positions = walk(frames=30)[:, :3]
+    rows = {"": range(30), "frame": range(30)}
+    rows |= {
+        f"{axis}_{who}": positions[:, who, k] for k, axis in enumerate("xy") for who in range(3)
+    }
+    read = load_trajectories(write(tmp_path, pd.DataFrame(rows)), fps=25, **SAID)
+    np.testing.assert_allclose(read.positions * 10, positions)
+
+
+def test_positions_that_are_called_as_by_trackmate_have_individuals(tmp_path):
+    rows = {"frame": np.repeat(range(9), 2), "id": [1, 2] * 9, "position_x": np.arange(18.0)}
+    path = write(tmp_path, pd.DataFrame(rows | {"position_y": 0.0}))
+    read = load_trajectories(path, fps=25, **SAID)
+    assert (read.format, read.individuals) == ("tidy", ("1", "2"))
+
+
+@pytest.mark.parametrize("name", ["theta", "yaw", "angle", "heading_rad", "orientation (rad)"])
+def test_headings_that_are_left_out_are_said(name, tmp_path):
+    rows = {"frame": range(9), "x": np.arange(9.0), "y": 0.0, name: 0.1}
+    path = write(tmp_path, pd.DataFrame(rows))
+    read = load_trajectories(path, fps=25, **SAID)
+    assert f"{name} is not read: if it is the heading in rad" in str(read.check())
+    said = load_trajectories(path, fps=25, columns={"heading": name}, **SAID)
+    assert said.headings is not None
+    assert "is not read" not in str(said.check())
+
+
+@pytest.mark.parametrize("lowest", [0.0, -5.0])
+def test_positions_of_minus_one_are_missing_where_all_others_are_in_the_image(lowest, tmp_path):
+    rows = pd.DataFrame({"frame": range(40), "x": np.arange(40.0) + lowest, "y": 3.0})
+    rows.loc[[7, 20, 21], ["x", "y"]] = -1
+    read = load_trajectories(write(tmp_path, rows), fps=25, **SAID)
+    missing = [7, 20, 21] if lowest == 0 else []
+    assert np.flatnonzero(~read.present).tolist() == missing
+    assert ("3 positions at exactly (-1, -1)" in str(read.check())) == bool(missing)
+
+
+def test_many_short_gaps_are_said_with_what_fills_them(tmp_path):
+    positions = walk(frames=900)[:, :1]
+    rows = pd.DataFrame({"frame": range(900), "x": positions[:, 0, 0], "y": positions[:, 0, 1]})
+    path = write(
+        tmp_path, rows.drop(index=[frame for k in range(40, 880, 50) for frame in range(k, k + 3)])
+    )
+    look = load_trajectories(path, fps=25, **SAID).look()
+    assert "0% of the positions in stretches of 4 s" in look.doubts[-1]
+    assert "filled, by `bridged(3)` or --bridge 3, it is 100%" in look.doubts[-1]
+    whole = load_trajectories(write(tmp_path, rows, "whole.csv"), fps=25, **SAID)
+    assert whole.look().doubts == ()

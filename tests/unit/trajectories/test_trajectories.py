@@ -268,11 +268,11 @@ def test_a_recording_of_every_third_frame_is_named_as_such():
     sparse = recording(line(31, individuals=2), present)
     assert sparse.every == 3
     assert str(sparse.problems).startswith(
-        "only one frame in 3 is there: `thinned(3)` keeps those\n"
+        "only one frame in 3 is there: keep those, by `thinned(3)` or --thin 3\n"
     )
     message = (
         r"`fps` must be the rate of the frames that are there; got 10 per second, of which only one in 3 is there: 3.33333 per "
-        r"second\. .* keep those by thinning: every=3\."
+        r"second\. .* keep those by `thinned\(3\)` or --thin 3\."
     )
     with pytest.raises(ValueError, match=message):
         sparse.windows(2)

@@ -273,6 +273,8 @@ def read_archive(path: Path) -> Recording:
     chosen = [name for name in _PLACES if name in solid] or list(solid)
     if len(chosen) != 1 and "trajectories" not in solid:
         shapes = {name: item.shape for name, item in contents.items()}
+        if not shapes:
+            raise refusal("be text, HDF5 or arrays", "a compressed file", path, "Unpack it.")
         rule = "hold one array of positions (F, A, 2), or one that is called trajectories"
         raise refusal(rule, brief(shapes), path)
     recording = read_positions(solid[chosen[0]], f"{path}, {chosen[0]}")

@@ -49,6 +49,8 @@ class Layout:
     untracked: bool = (
         False  #: Whether rows without an individual are detections that belong to nobody
     )
+    #: Names that it needs besides, where a table of one's own may call positions alike
+    needs: Sequence[str] = ()
     single: bool = False  #: Whether a second column that fits a pattern of x is of another body
 
     def roles(self, names: Sequence[str]) -> dict[str, str]:
@@ -65,7 +67,11 @@ class Layout:
     def fits(self, names: Collection[str]) -> bool:
         """Return whether a table has the columns that this layout needs: of time or frames, and of positions."""
         roles = self.roles(sorted(names))
-        return {"x", "y"} <= roles.keys() and not roles.keys().isdisjoint(("frame", "time"))
+        return (
+            {*self.needs} <= {*names}
+            and {"x", "y"} <= roles.keys()
+            and not roles.keys().isdisjoint(("frame", "time"))
+        )
 
 
 TIDY = Layout()
@@ -88,6 +94,7 @@ TRACKMATE = (
             "z": ["position_z"],
         },
         who=("track_id",),
+        needs=("track_id",),
         y_axis="down",
         untracked=True,
     )

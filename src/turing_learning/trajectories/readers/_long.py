@@ -40,6 +40,8 @@ from ._times import (
     unstated,
 )
 
+_HEADING = re.compile(r"(heading|theta|yaw|angle|orientation|direction)([ _(\[]*rad(ians)?[)\]]*)?")
+"""Names of columns in small letters that may hold headings, and are read where somebody says so."""
 EXTRAS = {"heading": "headings", "confidence": "confidence"}
 
 
@@ -103,6 +105,11 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
         at = f"{sheet.origin}, resampled row {{}}".format
     unread = table.unread(who)
     twice: Text = ""
+    if not layout.columns and "heading" not in table.extra:
+        for name in unread:
+            if _HEADING.fullmatch(name.lower()):
+                said = f"columns={{'heading': {name!r}}} or --column heading={name}"
+                choices.append(f"{name} is not read: if it is the heading in rad, say so by {said}")
     if unread and not who and not layout.columns:
         listed = ", ".join(unread)
         remarks.append(

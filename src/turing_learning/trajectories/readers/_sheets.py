@@ -452,6 +452,8 @@ def _more_header_lines(text: TableText, separator: str, names: Sequence[str]) ->
         cells = [cell.strip() for cell in cells_of(line, separator, text.path, number)]
         lacking = len(names) - len(cells)
         words = list(filter(None, cells))
+        if separator != ",":
+            words = [word.replace(",", ".") for word in words]
         values = [np.isfinite(number_of(cell)) or cell.lower() in MISSING for cell in words]
         # the last cell may be empty
         if lacking not in (0, 1) or not words or any(values) or cells == list(names):

@@ -80,6 +80,9 @@ def names_of(glance: "Glance") -> set[str]:
 
 def _is_tidy(glance: "Glance") -> bool:
     names = names_of(glance)
+    # an index of pandas has no name
+    if glance.lines and not glance.cells(separator_of(glance.lines[0]))[0]:
+        names.discard("")
     if _is_animalta(glance) or _is_tidy_of_idtracker(names):
         return False
     # a table of a program is read by its own layout, unless somebody renamed its columns to x and y
@@ -322,6 +325,8 @@ def _wide_columns(
         )
 
     for column, name in enumerate(sheet.names):
+        if not (name or column):
+            continue  # an index of pandas
         matches = filter(None, (pattern.fullmatch(name) for pattern in _WIDE))
         match = next(matches, None)
         role = ""
