@@ -10,6 +10,7 @@ networks to files beside it; what is there is not done again. The variants:
 * *one limit*: the same, but nobody follows a recorded piece for longer than those who are held up (decision 0051).
 * *longer*: the same, but everybody follows pieces for as long as those who are not held up.
 * *form of 0053*: what a network did before decision 0066, as in the rows *one limit* and *longer* of the bottleneck.
+* *form of 0066*: what it did before decision 0075, as in the row *network* of the corridor, which is older still.
 
 The extra `networks` has to be installed. A seed of both situations takes some twelve minutes of one processor.
 """
