@@ -121,8 +121,8 @@ class OptionWords(Words):
     """The names of options and commands, for the command that was given."""
 
     def __init__(self, command: str = "", *, program: bool = False) -> None:
-        given = _PROGRAM if program else _RECORDED
-        self._options = _OPTIONS if command == "detect" else _OPTIONS | given
+        of_source = _PROGRAM if program else _RECORDED
+        self._options = _OPTIONS if command == "detect" else _OPTIONS | of_source
 
     def name(self, name: str) -> str:
         """Return the option of an argument; a name that is no argument of a function stays as it is."""

@@ -121,8 +121,8 @@ class Views:
         """Describe windows (K, T, D) of signals with names (D,) for some examiners."""
         windows = without_last_digits(windows)
         statistic_names, statistics = named_statistics(windows, names, interval_s)
-        seen = statistics[:, moderate(statistic_names, names)]
-        views = {"windows": windows, "statistics": in_deviations(seen)}
+        without_extremes = statistics[:, moderate(statistic_names, names)]
+        views = {"windows": windows, "statistics": in_deviations(without_extremes)}
         if any(examiner.sees == "ranks" for examiner in examiners):
             values = in_deviations(statistics)
             ranks = scipy.stats.rankdata(values, method="min", axis=0) - 1

@@ -231,8 +231,8 @@ def _shuffled(samples: LabelledWindows, seed: int) -> list[Telling]:
     A. Fisher, C. Rudin, F. Dominici, Journal of Machine Learning Research 20 (2019) 177.
     """
     names, values = samples.statistics
-    kept = moderate(names, samples.names)
-    names, values = list(np.array(names)[kept]), values[:, kept]
+    is_moderate = moderate(names, samples.names)
+    names, values = list(np.array(names)[is_moderate]), values[:, is_moderate]
     varying = np.flatnonzero(varies(values))
     if not len(varying):
         return []

@@ -255,12 +255,12 @@ class Network(Family):
             comings.append(_comings(learned_paths[k], memory, going, come, clock, k))
             if not len(rows):
                 continue
-            some = some_blocks(rows, MOST_ROWS / count, rng)
+            chosen = some_blocks(rows, MOST_ROWS / count, rng)
             batch = recorded(
                 path,
                 learned_paths[k],
                 memory,
-                some,
+                chosen,
                 shapes,
                 k,
                 units,
@@ -339,8 +339,8 @@ class Network(Family):
         require(self.brain.tanks.walls.any() or not any(walls), "tanks", rule, brief(tanks))
         learned = windows.frames("learning")
         learned_paths = [
-            np.where(there[..., None], path, np.nan)
-            for path, there in zip(paths, learned, strict=True)
+            np.where(is_present[..., None], path, np.nan)
+            for path, is_present in zip(paths, learned, strict=True)
         ]
         units = self.brain.units
         # the gain `speed` multiplies what was before the start: others may be faster already
@@ -395,9 +395,9 @@ class Network(Family):
         rates = self.brain.units.memory_rates.tolist()
         description["units"] = self.brain.units._replace(memory_rates=rates)._asdict()
         tensors = {}
-        for part in PARTS:
-            for name, values in getattr(self.brain, part)._asdict().items():
-                tensors[f"{part}.{name}"] = np.ascontiguousarray(values)
+        for section in PARTS:
+            for name, values in getattr(self.brain, section)._asdict().items():
+                tensors[f"{section}.{name}"] = np.ascontiguousarray(values)
         return save(tensors, {"network": json.dumps(description)})
 
     @classmethod
@@ -418,9 +418,9 @@ class Network(Family):
             description.get("format") == FORMAT, "content", rule, f"tensors {brief(list(tensors))}"
         )
         fields: dict[str, Any] = {}
-        for part, tuple_type in PARTS.items():
-            fields[part] = tuple_type(
-                **{name: tensors[f"{part}.{name}"] for name in tuple_type._fields}
+        for section, tuple_type in PARTS.items():
+            fields[section] = tuple_type(
+                **{name: tensors[f"{section}.{name}"] for name in tuple_type._fields}
             )
         units = Units(**description.pop("units"))
         brain = Brain(
@@ -548,8 +548,8 @@ class Network(Family):
             return []
         ratio = 1.0
         if self.individuals != brain.starts.paths.shape[2]:
-            there = np.isfinite(brain.starts.paths[brain.starts.tank == tank, -1, :, 0])
-            ratio = self.individuals / float(there.sum(axis=1).mean())
+            is_present = np.isfinite(brain.starts.paths[brain.starts.tank == tank, -1, :, 0])
+            ratio = self.individuals / float(is_present.sum(axis=1).mean())
         coming = []
         # whoever had come just before the moment is not among those who start there
         earliest = 1 - PAST

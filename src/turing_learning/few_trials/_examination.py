@@ -198,8 +198,8 @@ class Examiner:
                 solution_samples = self._simulated(solution[chosen], rng)
             alike = self._resemble(solution[chosen], solution_samples, image[chosen], rng)
             larger = self._group([*generators, symmetry], solution)
-            known = 1 if group is None else len(group.members)
-            further = alike and len(larger.members) > known
+            members = 1 if group is None else len(group.members)
+            further = alike and len(larger.members) > members
             if further and self.certain(symmetry, larger, larger.folded(draws), trials, rng):
                 generators.append(symmetry)
                 group = larger
@@ -317,8 +317,8 @@ class Examiner:
         # of products it is looked at whether models halfway are told
         if symmetry.exchanges or symmetry.logarithmic.any():
             distance = EXCHANGED_APART
-        places = symmetry.coordinates(draws), symmetry.coordinates(image)
-        return _apart(*places, distance * np.sqrt(len(self.genuine)))
+        coordinates = symmetry.coordinates(draws), symmetry.coordinates(image)
+        return _apart(*coordinates, distance * np.sqrt(len(self.genuine)))
 
     def _group(self, generators: Sequence[Symmetry], draws: np.ndarray) -> SymmetryGroup:
         """Return the group of some symmetries about draws (D, P)."""

@@ -451,12 +451,12 @@ def weigh(
 def outcome(r: int, pieces: Pieces, units: Units, which: int) -> float:
     """Return how far a recorded step led (0) or where (1), soon after if that was recorded."""
     forward = pieces.ahead[r, 1, 0]
-    left = pieces.ahead[r, 1, 1]
+    leftward = pieces.ahead[r, 1, 1]
     if math.isnan(forward):
         return math.log1p(pieces.length[r] / units.step) if which == 0 else pieces.turn[r]
     if which == 0:
-        return math.log1p(math.hypot(forward, left) / units.step)
-    return math.atan2(left, forward)
+        return math.log1p(math.hypot(forward, leftward) / units.step)
+    return math.atan2(leftward, forward)
 
 
 @inlined
@@ -469,11 +469,11 @@ def stays_inside(
     sine = speed * math.sin(angle)
     for k in range(moments):
         forward = ahead[k, 0]
-        left = ahead[k, 1]
+        leftward = ahead[k, 1]
         if math.isnan(forward):
             break
-        new_x = x + forward * cosine - left * sine
-        new_y = y + forward * sine + left * cosine
+        new_x = x + forward * cosine - leftward * sine
+        new_y = y + forward * sine + leftward * cosine
         if not may_be_at(tanks, tank, new_x, new_y):
             return leaving and may_leave_at(tanks, tank, new_x, new_y)
     return True
@@ -533,18 +533,18 @@ def look_ahead(
     length = speed * pieces.length[row]
     future[0, 0] = x + length * math.cos(angle + pieces.turn[row])
     future[0, 1] = y + length * math.sin(angle + pieces.turn[row])
-    last = 1.0
+    steps_before = 1.0
     for k in range(AHEAD):
         forward = pieces.ahead[row, k, 0]
-        left = pieces.ahead[row, k, 1]
+        leftward = pieces.ahead[row, k, 1]
         if math.isnan(forward):
-            ratio = ahead_steps[k] / last
+            ratio = ahead_steps[k] / steps_before
             future[k + 1, 0] = x + ratio * (future[k, 0] - x)
             future[k + 1, 1] = y + ratio * (future[k, 1] - y)
         else:
-            future[k + 1, 0] = x + forward * cosine - left * sine
-            future[k + 1, 1] = y + forward * sine + left * cosine
-        last = ahead_steps[k]
+            future[k + 1, 0] = x + forward * cosine - leftward * sine
+            future[k + 1, 1] = y + forward * sine + leftward * cosine
+        steps_before = ahead_steps[k]
 
 
 @inlined
@@ -556,14 +556,14 @@ def go_straight(
     while back > 1 and math.isnan(path[frame - back, i, 0]):
         back -= 1
     for axis in range(2):
-        place = path[frame, i, axis]
-        velocity = (place - path[frame - back, i, axis]) / back
+        coordinate = path[frame, i, axis]
+        velocity = (coordinate - path[frame - back, i, axis]) / back
         if math.isnan(velocity):
             # whoever has just come
             velocity = 0.0
-        future[0, axis] = place + velocity
+        future[0, axis] = coordinate + velocity
         for k in range(AHEAD):
-            future[k + 1, axis] = place + ahead_steps[k] * velocity
+            future[k + 1, axis] = coordinate + ahead_steps[k] * velocity
 
 
 @inlined
@@ -572,7 +572,7 @@ def clearance(path: np.ndarray, frame: int, i: int, futures: np.ndarray, closest
 
     `futures` (A, 1 + AHEAD, 2) tell where everybody will be. Who is that near already may go away.
     """
-    least = 1.0
+    nearest = 1.0
     for j in range(path.shape[1]):
         if j == i or math.isnan(path[frame, j, 0]):
             continue
@@ -584,8 +584,8 @@ def clearance(path: np.ndarray, frame: int, i: int, futures: np.ndarray, closest
             dy = futures[j, k, 1] - futures[i, k, 1]
             square = (dx * dx + dy * dy) / (closest * closest)
             if square < now:
-                least = min(least, square)
-    return least
+                nearest = min(nearest, square)
+    return nearest
 
 
 @inlined

@@ -310,7 +310,7 @@ class RunFolder(Store):
         What is not is imported, or read from a recording that must not have changed.
         """
         manifest = self.manifest()
-        found: dict[str, Any] = {}
+        sources: dict[str, Any] = {}
         if arguments.genuine is None and "trajectories" in _recorded_options(manifest):
             system = self.configuration().system
             motion = RecordedSystem.remembered(
@@ -319,16 +319,16 @@ class RunFolder(Store):
             genuine, simulate, _ = motion.opened(
                 system.steps, system.signals, network=self.network()
             )
-            found["genuine"] = genuine
+            sources["genuine"] = genuine
             if arguments.simulate is None and simulate is not None:
-                found["simulate"] = simulate
+                sources["simulate"] = simulate
         elif arguments.simulate is None and (network := self.network()) is not None:
-            found["simulate"] = network
+            sources["simulate"] = network
         for name in ("genuine", "simulate"):
             stored = manifest.get(name)
             if getattr(arguments, name) is None and isinstance(stored, str):
-                found[name] = imported(stored, name) if ":" in stored else stored
-        return replace(arguments, **found)
+                sources[name] = imported(stored, name) if ":" in stored else stored
+        return replace(arguments, **sources)
 
     def network(self) -> Network | None:
         """Return the network that was learned for this run, if there is one."""
@@ -445,14 +445,15 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -
     content = buffer.getvalue()
     path = folder / f"generation-{checkpoint.generation:06d}-{digest_of(content)[:16]}.npz"
     write_atomically(path, content)
-    others = [(generation, file) for generation, file in _newest_first(folder) if file != path]
-    # of the same generation it takes the place, as where an estimate was examined since
-    outdated = [file for generation, file in others if generation == checkpoint.generation]
-    older = [file for generation, file in others if generation != checkpoint.generation]
-    if not alone:
-        older = older[KEPT - 1 :]
-    for file in (*outdated, *older):
-        file.unlink(missing_ok=True)
+    spared = 0 if alone else KEPT - 1
+    for generation, file in _newest_first(folder):
+        if file == path:
+            continue
+        # of the same generation it takes the place, as where an estimate was examined since
+        if generation != checkpoint.generation and spared > 0:
+            spared -= 1
+        else:
+            file.unlink(missing_ok=True)
     return path
 
 

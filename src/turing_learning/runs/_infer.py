@@ -262,7 +262,10 @@ def say_idle_workers(configuration: Configuration, source: Source) -> None:
     if busy >= BUSY:
         return
     most = trials // FEWEST_BATCHES if name == "run.batch" else batch
-    sizes = [count * workers for count in (rounds - 1, rounds) if 2 <= count * workers <= most]
+    sizes = []
+    for size in ((rounds - 1) * workers, rounds * workers):
+        if 2 <= size <= most:
+            sizes.append(size)
     text = f"{workers} workers make the {calls} calls of a batch in {counted(rounds, 'round')}, busy for {busy:.0%} of the time"
     if not sizes:
         _LOGGER.warning("%s; more are of use in a run of more trials.", text)

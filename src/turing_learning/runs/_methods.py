@@ -86,9 +86,11 @@ def _models(result: Result, manifest: Mapping[str, Any]) -> str:
     """Return a sentence on the models, their ranges, and the length of the run."""
     family = manifest.get("recording", {}).get("options", {}).get("model")
     program = manifest.get("command", {}).get("simulate_command")
-    kind = f"of the family {family}" if family else ""
+    origin = "simulated"
+    if family:
+        origin = f"of the family {family}"
     if program:
-        kind = f"executed by `{program}`"
+        origin = f"executed by `{program}`"
     ranges = []
     for name, parameter in result.configuration.system.parameters.items():
         if parameter.low is None or parameter.high is None:
@@ -98,7 +100,7 @@ def _models(result: Result, manifest: Mapping[str, Any]) -> str:
         ranges.append(f"{name} {parameter.low:g} to {parameter.high:g}{unit}{scale}")
     sought = f", sought within {'; '.join(ranges)}" if ranges else ""
     done = "complete" if result.complete else "not complete"
-    return f"Models were {kind or 'simulated'}{sought}. The run of {result.length} is {done}."
+    return f"Models were {origin}{sought}. The run of {result.length} is {done}."
 
 
 def _estimates(result: Result) -> str:
@@ -112,5 +114,7 @@ def _estimates(result: Result) -> str:
         texts.append(text)
     intervals = " and 90 % intervals" if any("[" in text for text in texts) else ""
     unknown = getattr(result, "not_identified", ())
-    left = f" Not identified: {', '.join(unknown)}." if unknown else ""
-    return f"Estimates{intervals}: {'; '.join(texts)}.{left}"
+    sentence = f"Estimates{intervals}: {'; '.join(texts)}."
+    if unknown:
+        sentence += f" Not identified: {', '.join(unknown)}."
+    return sentence

@@ -380,8 +380,8 @@ def _minus_ones(recording: Recording) -> np.ndarray:
     None where others are negative.
     """
     mask = recording.present & (recording.positions == -1).all(axis=2)
-    others = recording.positions[recording.present & ~mask]
-    if not len(others) or others.min() < 0:
+    remaining = recording.positions[recording.present & ~mask]
+    if not len(remaining) or remaining.min() < 0:
         return np.zeros_like(mask)
     return np.asarray(mask)
 

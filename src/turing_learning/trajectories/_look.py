@@ -61,10 +61,10 @@ class Look:
         shares = {}
         for gap in range(1, round(SHORT_GAP_S * fps) + 1):
             shares[gap] = _in_stretches(recording.bridged(gap).present, length)
-        most = max(shares.values(), default=0.0)
-        if most - share < WORTH_FILLING:
+        largest_share = max(shares.values(), default=0.0)
+        if largest_share - share < WORTH_FILLING:
             return ()
-        gap = next(gap for gap in shares if shares[gap] >= 0.95 * most)
+        gap = next(gap for gap in shares if shares[gap] >= 0.95 * largest_share)
         cut = f"gaps leave {share:.0%} of the positions in stretches of {USUAL_WINDOW_S:g} s, as long as a run's windows"
         fill = f"with those of up to {gap} frames filled, by `bridged({gap})` or --bridge {gap}, it is {shares[gap]:.0%}"
         return (f"{cut}: {fill}",)
