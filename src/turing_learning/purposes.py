@@ -43,3 +43,5 @@ CLIMBING = 24  # what a lost run tries
 TRACKING = 25
 WHEELS = 26  # scales of the wheels of emulated robots
 CLOCKS = 27  # phases and periods of the control cycles of emulated robots
+# Models whose samples a comparison asks for before its runs begin
+FIRST_SAMPLES = 28

@@ -16,6 +16,7 @@ from turing_learning.errors import integer, require
 from turing_learning.examination import PANEL, Examiner, test_held_out
 from turing_learning.figures import Picture
 from turing_learning.models import Parameter
+from turing_learning.purposes import FIRST_SAMPLES
 from turing_learning.report import write_page
 from turing_learning.runs import Result, RunFolder, infer, resume, save_figures
 from turing_learning.store import FolderKind, RunFolderError, Store, check_folder, storage, writable
@@ -143,6 +144,16 @@ def compare(
     names = {name: _word(name) for name in subjects}
     rule = "have names of different letters and digits"
     require(len(set(names.values())) == len(names), "models", rule, ", ".join(names))
+    head: dict[str, Any] = {}
+    if out is not None:
+        head = {
+            "models": list(subjects),
+            "settings": {"seed": seed} | _plain(options),
+            "systems": {name: _identity(name, subject) for name, subject in subjects.items()},
+            "remembered": remembered or {},
+        }
+        head = json.loads(json.dumps(head, default=_as_json))
+        _free_or_own(Path(out), head, force=force)
     for name, subject in subjects.items():
         begun = out is not None and RunFolder(Path(out) / RUNS / names[name]).is_run()
         if force or not begun:
@@ -151,14 +162,6 @@ def compare(
     with ExitStack() as stack:
         folder = None
         if out is not None:
-            settings = {"seed": seed} | _plain(options)
-            head: dict[str, Any] = {
-                "models": list(subjects),
-                "settings": settings,
-                "systems": {name: _identity(name, subject) for name, subject in subjects.items()},
-                "remembered": remembered or {},
-            }
-            head = json.loads(json.dumps(head, default=_as_json))
             folder = stack.enter_context(_begun(Path(out), head, force=force))
         for number, (name, subject) in enumerate(subjects.items(), start=1):
             say(f"{name}, {number} of {len(subjects)}")
@@ -242,7 +245,7 @@ def _refuse_failing(name: str, subject: Subject, seed: int, options: Mapping[str
     calls = {key: options.get(key) for key in ("workers", "timeout_s", "executor")}
     vectorized = getattr(subject.simulate, "vectorized", True)
     system, genuine = describe(subject.windows, subject.ranges(name), {"vectorized": vectorized})
-    rng = np.random.default_rng((seed, 8))
+    rng = np.random.default_rng((FIRST_SAMPLES, seed))
     models = system.to_units(rng.uniform(-1, 1, (ASKED, len(system.parameters))))
     with system.open(Arguments(genuine, subject.simulate, **calls)) as source:
         # as in the first generation, which no failure may pass
@@ -297,31 +300,35 @@ def _as_json(value: Any) -> Any:
     return re.sub(r" at 0x[0-9a-fA-F]+", "", str(value))
 
 
-@contextmanager
-def _begun(path: Path, head: dict[str, Any], *, force: bool) -> Iterator[Store]:
-    """Make the folder of a comparison, or take the one that is there, and hold it."""
+def _free_or_own(path: Path, head: dict[str, Any], *, force: bool) -> tuple[Store, bool]:
+    """Return the folder of a comparison, and whether it holds this one; reject a folder of anything else."""
     folder = Store(path, KIND)
     rule = "be a new or empty folder, or hold this comparison"
-    begun = folder.exists()
-    if begun:
+    if folder.exists():
         stored = folder.head()
         same = all(stored.get(name) == head[name] for name in KIND.identity)
         remedy = "Choose another folder, or replace it with force=True."
         got = f"{path}, a comparison of other models, settings, ranges, simulators or recordings"
         check_folder(same or force, "out", rule, got, remedy)
-    else:
-        # runs that belong to no comparison are nobody's to take over, or to remove
-        foreign = [
-            name for name in folder.foreign_names() if name != RUNS or any((path / RUNS).iterdir())
-        ]
-        got = f"{path}, which holds {foreign[:1]}"
-        check_folder(not foreign, "out", rule, got, "Choose another folder.")
-        same = False
+        return folder, same
+    # runs that belong to no comparison are nobody's to take over, or to remove
+    foreign = [
+        name for name in folder.foreign_names() if name != RUNS or any((path / RUNS).iterdir())
+    ]
+    got = f"{path}, which holds {foreign[:1]}"
+    check_folder(not foreign, "out", rule, got, "Choose another folder.")
+    return folder, False
+
+
+@contextmanager
+def _begun(path: Path, head: dict[str, Any], *, force: bool) -> Iterator[Store]:
+    """Make the folder of a comparison, or take the one that is there, and hold it."""
+    folder, same = _free_or_own(path, head, force=force)
     with writable("out", path):
         path.mkdir(parents=True, exist_ok=True)
     with folder.locked():
         if not same:
-            if begun:
+            if folder.exists():
                 folder.clear((RUNS, "figures", "report.html", "comparison.csv", "result.json"))
             with writable("out", path):
                 folder.create(head)

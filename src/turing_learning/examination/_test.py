@@ -100,6 +100,8 @@ class TuringTest(Tabular):
             sentences = [f"The test cannot say whether the simulated motion passes ({numbers})."]
             if examined.blind:
                 sentences.append("All samples look the same to the examiners.")
+            elif RECORDINGS_DIFFER in self.remarks:
+                sentences.append("Give more recordings.")
             else:
                 sentences += [
                     noticed or "So few groups could not have noticed any difference.",

@@ -96,6 +96,11 @@ def test_a_simulator_that_fails_is_refused_before_any_run_begins(windows, tmp_pa
     with pytest.raises(CustomSystemError, match=r"^mine: .* returned shape \(2, 7, 2\)"):
         tl.compare(models, genuine=cut, out=tmp_path / "c", generations=2, settings=FEW)
     assert not (tmp_path / "c").exists()
+    # a folder of something else is refused before anybody is asked
+    (tmp_path / "d").mkdir()
+    (tmp_path / "d" / "notes.txt").touch()
+    with pytest.raises(RunFolderError, match=r"notes\.txt"):
+        tl.compare(models, genuine=cut, out=tmp_path / "d", generations=2, settings=FEW)
 
 
 def test_the_genuine_motion_itself_is_not_told(windows, run):
