@@ -29,6 +29,7 @@ from ._recording import (
     Reading,
     Recording,
     YAxis,
+    counted,
     directed,
     refusal,
     share_in_degrees,
@@ -311,15 +312,9 @@ def _finish(
         refuse("pixels_per_cm", "be left out for a file in cm", brief(scale), place=source)
     in_pixels = not in_cm and scale in ("unknown", None)
     per_cm = 1.0 if in_cm or in_pixels else float(scale)  # type: ignore[arg-type]
+    if not in_cm:
+        recording = _without_minus_ones(recording)
     present = recording.present
-    choices = recording.choices
-    stand_ins = np.zeros_like(present) if in_cm else _minus_ones(recording)
-    if stand_ins.any():
-        present = present & ~stand_ins
-        text = (
-            "positions at exactly (-1, -1), where all others are 0 or more, are taken for missing"
-        )
-        choices += (f"{stand_ins.sum()} {text}",)
     positions = recording.positions / per_cm
     farthest = float(np.nanmax(np.abs(recording.positions)))
     if farthest / per_cm > LARGEST:
@@ -369,21 +364,53 @@ def _finish(
             source=source,
             format=format,
             remarks=remarks,
-            choices=(*choices, *_doubts(recording, per_cm)),
+            choices=(*recording.choices, *_doubts(recording, per_cm)),
             reading=reading,
         )
 
 
-def _minus_ones(recording: Recording) -> np.ndarray:
-    """Return which positions (F, A), in pixels, are (-1, -1), as trackers write for missing ones.
+def _without_minus_ones(recording: Recording) -> Recording:
+    """Return a recording in pixels without positions of (-1, -1), which trackers write for missing ones, and says so.
 
-    None where others are negative.
+    Individuals that have no others are left out. All stay where others are negative.
     """
     mask = recording.present & (recording.positions == -1).all(axis=2)
     remaining = recording.positions[recording.present & ~mask]
     if not len(remaining) or remaining.min() < 0:
-        return np.zeros_like(mask)
-    return np.asarray(mask)
+        return recording
+    mask &= ~_on_the_way(recording.positions, mask)
+    if not mask.any():
+        return recording
+    cleared = np.where(mask[..., None], np.nan, recording.positions)
+    never = mask.any(axis=0) & np.isnan(cleared[..., 0]).all(axis=0)
+    which = f"{counted(int(mask.sum()), 'position')} at exactly (-1, -1)"
+    choices = [f"taken for missing, as all others are 0 or more: {which}"]
+    names = np.array(recording.individuals, dtype=object)
+    if never.any():
+        choices.append(f"left out, as they have no other positions: {', '.join(names[never])}")
+    confidence, headings = recording.confidence, recording.headings
+    return replace(
+        recording,
+        positions=cleared[:, ~never],
+        individuals=tuple(names[~never]),
+        confidence=None if confidence is None else confidence[:, ~never],
+        headings=None if headings is None else headings[:, ~never],
+        choices=(*recording.choices, *choices),
+    )
+
+
+def _on_the_way(positions: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """Return which positions (F, A) of a mask are within a usual step of those in the frames before and after."""
+    passed = np.zeros_like(mask)
+    known = np.where(mask[..., None], np.nan, positions)
+    steps = np.linalg.norm(np.diff(known, axis=0), axis=2)
+    for k in np.flatnonzero(mask.any(axis=0)):
+        lengths = steps[~np.isnan(steps[:, k]), k]
+        if len(lengths):
+            away = np.linalg.norm(known[:, k] + 1, axis=1)
+            near = away <= np.quantile(lengths, _USUAL_STEPS)
+            passed[1:-1, k] = near[:-2] & near[2:]
+    return mask & passed
 
 
 def _said(options: Options, **stated: Any) -> dict[str, Any]:
@@ -475,6 +502,8 @@ def _number_of(name: str) -> object:
         return name.lower()
 
 
+# share of the steps of an individual that are no longer than a usual one
+_USUAL_STEPS = 0.95
 # across which hardly any animals are tracked
 _FARTHEST_CM = 1e4
 _NOBODY = (

@@ -383,6 +383,27 @@ def test_the_right_rate_beside_rounded_times_is_taken(fps, decimals, tmp_path):
     assert read.present.all()
 
 
+@pytest.mark.parametrize("start", range(4))
+@pytest.mark.parametrize(("count", "gap"), [(12, 4), (24, 9)])
+def test_a_rate_is_asked_for_where_few_rounded_times_leave_a_gap_open(count, gap, start, tmp_path):
+    numbers = np.delete(np.arange(count), slice(4, 4 + gap))
+    moments = ((numbers + start) / 30).round(2)
+    path = write(tmp_path, pd.DataFrame({"time": moments, "x": numbers * 0.1, "y": 0.0}))
+    with pytest.raises(RefusedError, match=r"how many frames a gap has|whole frames apart"):
+        load_trajectories(path, **SAID)
+    said = load_trajectories(path, fps=30, **SAID)
+    assert np.flatnonzero(said.present[:, 0]).tolist() == numbers.tolist()
+
+
+def test_gaps_between_many_truncated_times_leave_their_rate(tmp_path):
+    numbers = np.delete(np.arange(60), slice(20, 23))
+    moments = np.floor(numbers / 25 * 100) / 100
+    path = write(tmp_path, pd.DataFrame({"time": moments, "x": numbers * 0.1, "y": 0.0}))
+    read = load_trajectories(path, **SAID)
+    assert read.fps == 25
+    assert np.flatnonzero(read.present[:, 0]).tolist() == numbers.tolist()
+
+
 @pytest.mark.parametrize("fps", [10, 25, 30, 50, 120])
 def test_half_the_rate_of_the_times_is_refused_with_theirs(fps, tmp_path):
     rows = {"time": (np.arange(120) / fps).round(3), "x": np.arange(120.0), "y": 0.0}
@@ -421,6 +442,16 @@ def test_dates_of_more_forms_and_clocks_over_midnight_are_times(form, animals, t
     read = load_trajectories(write(tmp_path, pd.concat(tables)), **SAID)
     assert (read.fps, len(read.individuals)) == (25, animals)
     np.testing.assert_allclose(read.positions[:, -1, 0] * 10, BY_ROW.x)
+
+
+@pytest.mark.parametrize("last", [40, 100])
+def test_clocks_over_midnight_may_begin_with_an_individual_that_comes_later(last, tmp_path):
+    clocks = BY_ROW.assign(time=MOMENTS.strftime("%H:%M:%S.%f"))
+    tables = [clocks[25:].assign(id="a"), clocks[:last].assign(id="b")]
+    read = load_trajectories(write(tmp_path, pd.concat(tables)), **SAID)
+    assert read.present.sum(axis=0).tolist() == [75, last]
+    np.testing.assert_allclose(read.positions[:last, 1, 0] * 10, BY_ROW.x[:last])
+    np.testing.assert_allclose(read.positions[25:, 0, 0] * 10, BY_ROW.x[25:])
 
 
 def test_dates_beside_frame_numbers_state_the_rate(tmp_path):
@@ -922,6 +953,28 @@ def test_positions_of_minus_one_are_missing_where_all_others_are_in_the_image(lo
     missing = [7, 20, 21] if lowest == 0 else []
     assert np.flatnonzero(~read.present).tolist() == missing
     assert ("3 positions at exactly (-1, -1)" in str(read.check())) == bool(missing)
+
+
+@pytest.mark.parametrize("gone", [False, True])
+def test_a_path_through_minus_one_stays_and_a_single_one_from_afar_is_missing(gone, tmp_path):
+    x = np.abs(np.arange(41.0) - 20) - 1
+    rows = pd.DataFrame({"frame": range(41), "x": x, "y": x})
+    if gone:
+        rows.loc[20, ["x", "y"]] = 0
+        rows.loc[3, ["x", "y"]] = -1
+    read = load_trajectories(write(tmp_path, rows), fps=25, **SAID)
+    assert np.flatnonzero(~read.present).tolist() == [3] * gone
+    assert ("0 or more: 1 position at exactly (-1, -1)" in str(read.check())) == gone
+
+
+def test_an_individual_that_is_always_at_minus_one_is_left_out(tmp_path):
+    tables = [pd.DataFrame({"frame": range(20), "id": "fish", "x": np.arange(20.0), "y": 3.0})]
+    tables.append(tables[0].assign(id="nobody", x=-1.0, y=-1.0))
+    rows = pd.concat(tables).assign(heading=0.1, confidence=1.0)
+    read = load_trajectories(write(tmp_path, rows), fps=25, **SAID)
+    assert (read.individuals, read.positions.shape) == (("fish",), (20, 1, 2))
+    assert read.headings.shape == read.confidence.shape == (20, 1)
+    assert "left out, as they have no other positions: nobody" in str(read.check())
 
 
 def test_many_short_gaps_are_said_with_what_fills_them(tmp_path):

@@ -189,6 +189,21 @@ def _frames_of(moments: np.ndarray, rate: float, rounding: float) -> np.ndarray 
     return None
 
 
+def _gap_is_open(numbers: np.ndarray, step: float) -> bool:
+    """Return whether times that are rounded to a step (frames) may have another number of frames in the largest gap.
+
+    `numbers` (N,) are those of the frames in order. The longest stretch without a gap says how long a frame is.
+    """
+    between = np.diff(numbers)
+    if between.max() <= 1 or not step:
+        return False
+    if len(numbers) < ENOUGH:
+        return True
+    breaks = np.flatnonzero(np.concatenate(([True], between > 1, [True])))
+    longest = max(np.diff(breaks).max() - 1, 1)
+    return bool(step * (1 + between.max() / longest) >= 0.5)
+
+
 def _rate_before_rounding(moments: np.ndarray, rate: float, rounding: float) -> float | None:
     """Return the rate of moments (N,) in order that look like a higher one with gaps, or None.
 
@@ -305,6 +320,9 @@ def frames_at(
         rate = fps / factor
     check_times(times / factor, at)
     numbers = even[1] if even and fps is None else _frames_of(moments, rate, rounding)
+    if fps is None and not even and numbers is not None and _gap_is_open(numbers, rounding * rate):
+        rule = f"be given where rounded times in `{name}` leave open how many frames a gap has"
+        refuse("fps", rule, "none", place=str(file))
     if numbers is None:
         rule = f"have times (s) that are whole frames apart, at {rate * factor:.6g} per second"
         resample = Setting("resample", rounded(factor / typical))
@@ -369,8 +387,14 @@ def seconds_of(
     seconds = (dates - dates.min()).dt.total_seconds().to_numpy(copy=True)
     # A clock that falls by almost a day has passed midnight
     if clocks and np.diff(seconds).min(initial=0) < -MIDNIGHT_S:
-        seconds[seconds < seconds[0]] += DAY_S
-        seconds -= seconds[0]
+        start = seconds[0]
+        # Rows of individuals may stand one after the other, and a later one begin earlier
+        moments = np.unique(seconds)
+        pause = int(np.argmax(np.diff(moments)))
+        if moments[pause + 1] - moments[pause] > DAY_S / 2:
+            start = moments[pause + 1]
+        seconds[seconds < start] += DAY_S
+        seconds -= start
     return seconds, True
 
 
