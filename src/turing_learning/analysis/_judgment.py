@@ -31,6 +31,7 @@ class Verdict(StrEnum):
     DISPUTED = "classifiers disagree"
     DIFFERENT = "samples differ"
     DISAGREE = "runs disagree"
+    UNEXAMINED = "not yet examined"
     MOVING = "still moving"
     UNRELIABLE = "search unreliable"
     BOUND = "at a bound"
@@ -65,6 +66,7 @@ _MEANINGS = {
     ),
     Verdict.DIFFERENT: "New samples of the estimate differ from the genuine ones: run longer, or try another model.",
     Verdict.DISAGREE: "Runs with other seeds settle elsewhere: believe no single one; run longer.",
+    Verdict.UNEXAMINED: "All trials are spent, but the estimate is not yet examined: resume the run.",
     Verdict.MOVING: (
         "The models had not settled when the run ended: run longer. Such a run states no interval."
     ),

@@ -186,11 +186,14 @@ def resume(
         system.pop("recording", None)
     if tl.runs.RunFolder(run).configuration().system.simulated is not None:
         callers.refuse_beside("be left out for a single run of simulated robots")
+    folder = tl.runs.RunFolder(run)
+    # what follows may be done again, unless more trials are asked for than were
+    stored = folder.is_spent() and trials in (None, folder.configuration().run.trials)
     resumed_run = partial(
         tl.resume, run, **system, threads=threads, trials=trials, tolerance=tolerance
     )
     with callers.options() as options:
-        _execute(partial(resumed_run, **options), run)
+        _execute(partial(resumed_run, **options), run, stored=stored)
     return None
 
 
@@ -417,8 +420,11 @@ def check(
     print_files(console, report=tl.runs.RunFolder(run).report_path)
 
 
-def _execute(run: "partial[tl.Result]", path: Path) -> None:
-    """Run with a live view; print the result, or how to resume."""
+def _execute(run: "partial[tl.Result]", path: Path, *, stored: bool = False) -> None:
+    """Run with a live view; print the result, or how to resume.
+
+    With `stored` all trials are spent before it begins, so that the first signal ends it.
+    """
     from ._live import watching
 
     console = plain_console()
@@ -438,7 +444,7 @@ def _execute(run: "partial[tl.Result]", path: Path) -> None:
             # all trials are stored, and what follows may be done again
             should_stop.at_once = progress.last
 
-        should_stop.at_once = tl.runs.RunFolder(path).is_spent()
+        should_stop.at_once = stored
         result = run(observer=watch, should_stop=should_stop)
     if not result.complete:
         raise Interrupted(f"stopped after {result.length}; {ahead}")

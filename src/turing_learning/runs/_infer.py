@@ -266,7 +266,8 @@ def say_idle_workers(configuration: Configuration, source: Source) -> None:
     for size in ((rounds - 1) * workers, rounds * workers):
         if 2 <= size <= most:
             sizes.append(size)
-    text = f"{workers} workers make the {calls} calls of a batch in {counted(rounds, 'round')}, busy for {busy:.0%} of the time"
+    text = f"{workers} workers make the {counted(calls, 'call')} of a batch in {counted(rounds, 'round')}, "
+    text += f"busy for {busy:.0%} of the time"
     if not sizes:
         _LOGGER.warning("%s; more are of use in a run of more trials.", text)
         return

@@ -105,7 +105,7 @@ class Result(Judged):
     interval
         Lower and upper end, for each parameter, of what the estimate leaves open: nine of ten hold
         the truth, see `turing_learning.analysis.interval`. Both are NaN, in `result.json` null,
-        where the run is still moving, where phases differ, where classifiers still tell its models,
+        where the run is still moving or not yet examined, where phases differ, where classifiers still tell its models,
         and where the models have never moved. Of several solutions (`Posterior.modes`) it spans
         all, from the lowest end of them to the highest; between them most values are wrong.
     absolute_error, estimate_absolute_error
@@ -213,7 +213,7 @@ class Result(Judged):
 
         Empty if all are, or where the verdict says so.
         """
-        if {Verdict.PHASES, Verdict.MOVING, Verdict.TOLD} & {*self.found}:
+        if {Verdict.PHASES, Verdict.UNEXAMINED, Verdict.MOVING, Verdict.TOLD} & {*self.found}:
             return ""
         if self.configuration.run.trials:
             return describe_unknown(self.interval, why=WHY_UNKNOWN_OF_TRIALS)

@@ -6,7 +6,7 @@ What is said of generations here holds of the batches of a run of trials, too.
 import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -308,6 +308,7 @@ class Run:
             ending = Ending(
                 seconds=self._seconds or time.perf_counter() - self._begun,
                 complete=self.complete,
+                spent=self._spent,
                 readout=self._readout,
                 failed_simulations=None if failures is None else failures.summary(),
             )
@@ -353,29 +354,13 @@ class Run:
     # Generations
 
     def _step(self) -> Generation | TrialBatch:
-        """Run a generation; where its system fails, save those before, and say where they are."""
+        """Run a generation."""
         folder = self.folder
-        # Only a fallible source raises what is caught below, so no other needs the state before.
-        before = {}
         if self._source.fallible:
-            before = self._loop.state()
             self._source.generation = self._loop.completed
         begun = time.perf_counter()
-        try:
+        with self._failing():
             step = self._loop.step()
-        except SystemFailedError as error:
-            self._loop.restore(before)
-            if self._saved != self.completed:
-                self._save()
-            where = "Nothing is stored of a run without `out`; give one, to be able to resume."
-            if folder is not None:
-                with self.storage():
-                    folder.update_manifest(state=STOPPED, seconds=self._seconds)
-                resuming = in_words(how_to_resume(folder.path, self.configuration))
-                where = f"{self.completed} generations are stored; resume with {resuming}."
-            if error.explained or not self.completed:
-                raise
-            raise type(error)(f"{error} {where}") from error.__cause__
         # The history first: a checkpoint must never be ahead of it
         values = histories.values_of(step)
         with self.storage():
@@ -385,6 +370,30 @@ class Run:
                 self._recorder.record(values)
         self._traces.record(values, time.perf_counter() - begun)
         return step
+
+    @contextmanager
+    def _failing(self) -> Iterator[None]:
+        """Where the system fails, save the generations before, and say where they are."""
+        # Only a fallible source raises what is caught below, so no other needs the state before.
+        before = self._loop.state() if self._source.fallible else {}
+        try:
+            yield
+        except SystemFailedError as error:
+            self._loop.restore(before)
+            if self._saved != self.completed:
+                self._save()
+            where = "Nothing is stored of a run without `out`; give one, to be able to resume."
+            if self.folder is not None:
+                with self.storage():
+                    self.folder.update_manifest(state=STOPPED, seconds=self._seconds)
+                resuming = in_words(how_to_resume(self.folder.path, self.configuration))
+                done = f"{self.completed} generations"
+                if self.configuration.run.trials:
+                    done = f"{self.configuration.trials_after(self.completed)} trials"
+                where = f"{done} are stored; resume with {resuming}."
+            if error.explained or not self.completed:
+                raise
+            raise type(error)(f"{error} {where}") from error.__cause__
 
     # What is stored
 
@@ -407,7 +416,7 @@ class Run:
         """Examine the estimate of a run of trials, which is stored, and save what is read off."""
         simulations = self._loop.examined_by
         if simulations:
-            text = "All trials are spent. %d simulations or more follow, for %.0f s or more: they examine the estimate"
+            text = "All trials are spent. At least %d simulations follow, for %.0f s: they examine the estimate"
             if self.folder is not None and self.configuration.run.history == "full":
                 simulations += RANDOM_MODELS
                 text += ", and calibrate detectors"
@@ -417,7 +426,10 @@ class Run:
             _STAGES.info(f"{text}.", simulations, seconds)
         if self._source.fallible:
             self._source.generation = self.completed - 1
-        self._readout = self._loop.readout()
+        self._source.examining = True
+        with self._failing():
+            self._readout = self._loop.readout()
+        self._source.examining = False
         self._read = True
         self._result = None
         self._save()

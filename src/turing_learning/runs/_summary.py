@@ -71,6 +71,8 @@ class Ending:
         That it took in all sessions.
     complete
         Whether it has come to its end.
+    spent
+        Whether no generation or batch is left; the estimate of a run of trials may not be examined.
     readout
         What a run of trials has read off, see `few_trials`; empty before its end.
     failed_simulations
@@ -79,6 +81,7 @@ class Ending:
 
     seconds: float
     complete: bool
+    spent: bool
     readout: Mapping[str, np.ndarray]
     failed_simulations: dict[str, Any] | None = None
 
@@ -96,6 +99,8 @@ def _posterior(traces: Traces, ending: Ending, record: Record) -> Posterior:
     window = configuration.run.estimated_from(traces.completed)
     typical = configuration.described(traces["typical_model"][-window:])
     doubt = _doubt(traces, ending.readout)
+    if ending.spent and not ending.complete:
+        doubt = Verdict.UNEXAMINED
     # what is doubtful states no interval
     readout = {} if doubt else ending.readout
     inferred = readout.get("estimate", typical[-1])
@@ -382,12 +387,15 @@ def result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configur
         log.restore(failures)
         failed = log.summary()
     # of a run of trials the estimate may not be examined yet
-    complete = checkpoint.generation == configuration.length
-    complete = complete and bool(checkpoint.arrays.get(COMPLETE, True))
-    if not complete and checkpoint.arrays.get(COMPLETE):
+    examined = bool(checkpoint.arrays.get(COMPLETE, True))
+    spent = checkpoint.generation == configuration.length
+    complete = spent and examined
+    tolerated = checkpoint.arrays.get("coevolution/tolerated", False)
+    if not spent and (checkpoint.arrays.get(COMPLETE) or tolerated):
         # it has stopped early, unless it was given more trials since
-        spent = configuration.trials_after(checkpoint.generation)
-        complete = spent not in configuration.run.earlier
+        trials = configuration.trials_after(checkpoint.generation)
+        spent = trials not in configuration.run.earlier
+        complete = spent and examined
     seconds = float(checkpoint.arrays["seconds"])
-    ending = Ending(seconds, complete, checkpoint.part(READOUT), failed)
+    ending = Ending(seconds, complete, spent, checkpoint.part(READOUT), failed)
     return summarize(traces, ending, Record.of(folder, configuration, traces.completed))

@@ -193,6 +193,8 @@ class Source:
     #: Number of the generation that is collected next, set by who runs them; None after a run, as
     #: in a check
     generation: int | None = 0
+    #: Whether all trials are spent, and what is simulated examines the estimate
+    examining: bool = False
     #: Whether collecting may raise a `SystemFailedError`; the run returns to the generation's
     #: beginning then
     fallible: bool = True
@@ -392,6 +394,8 @@ class FallibleSource(Source):
         generation = self.generation
         if self.failures.count == 0:
             when = "" if generation is None else f" in generation {generation}"
+            if self.examining:
+                when = " in the examination"
             _LOGGER.warning("%d of %d simulations failed%s, %s.", count, models, when, example)
         for k in sorted(reasons):
             self.failures.add(generation, parameters[k], reasons[k])
@@ -401,7 +405,9 @@ class FallibleSource(Source):
         several = f"more than half of the {models} models"
         got = f"{failed} failures or more"
         remedy = "Repair the simulator."
-        if self.generation is not None:
+        if self.examining:
+            several += " of the examination"
+        elif self.generation is not None:
             several += " of a generation"
             got += f" [generation {self.generation}]"
             remedy = "Narrow the bounds of the parameters, or repair the simulator."

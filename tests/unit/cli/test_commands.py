@@ -406,6 +406,25 @@ def test_the_first_signal_ends_what_is_stored():
         stored()
 
 
+@pytest.mark.usefixtures("few_kernels", "few_moves")
+def test_the_first_signal_ends_only_what_has_no_new_trials(call, monkeypatch):
+    small = ("--set", "scenario.agents=2", "--set", "scenario.trial.duration_s=1")
+    assert call("infer", "aggregation", "--trials", "60", "--out", "run", *small)[0] == 0
+    seen = []
+
+    def begun(*arguments, should_stop, **options):
+        seen.append(should_stop.at_once)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("turing_learning.resume", begun)
+    monkeypatch.setattr("turing_learning.runs.start", begun)
+    call("resume", "run", "--trials", "80")
+    call("infer", "aggregation", "--trials", "60", "--out", "run", "--force", *small)
+    call("resume", "run")
+    call("resume", "run", "--trials", "60")
+    assert seen == [False, False, True, True]
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_second_signal_stops_at_once(number):
     from turing_learning.cli._stopping import Interrupted, stopping

@@ -31,6 +31,7 @@ from turing_learning.runs import (
     stored_laboratory,
     trust_laboratory,
 )
+from turing_learning.runs._methods import methods_text
 from turing_learning.store import DamagedError
 
 SHORT = FILE.replace("duration_s = 1.0", "duration_s = 0.5")
@@ -147,6 +148,23 @@ def test_a_run_killed_while_its_folder_is_made_is_none_yet_and_begins_there(fold
     assert not is_laboratory_run(path)
     begin(folder, path, should_stop=lambda: True)
     assert is_laboratory_run(path)
+
+
+@pytest.mark.parametrize(
+    ("emulated", "who"),
+    [
+        ("false", "robots in a laboratory"),
+        ("true", "emulated robots, in the rehearsal of a laboratory"),
+    ],
+)
+def test_the_text_on_methods_says_which_robots_were_observed(emulated, who, finished, tmp_path):
+    path = shutil.copytree(finished, tmp_path / "run")
+    stored = path / "laboratory.json"
+    stored.write_text(stored.read_text().replace('"emulated": false', f'"emulated": {emulated}'))
+    text = methods_text(load_run(path), {})
+    assert f"Genuine samples are those of {who}; each is of 0.5 s (5 steps), with" in text
+    assert "Models were executed by replicas, robots as well" in text
+    assert "simulated" not in text
 
 
 @pytest.mark.parametrize("edited", ["laboratory.json", "camera.json"])

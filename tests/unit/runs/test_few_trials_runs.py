@@ -18,6 +18,7 @@ from turing_learning.few_trials import Matched, SearchSpace, _loop, _readout, _s
 from turing_learning.identifiability import Effort
 from turing_learning.runs import _loops
 from turing_learning.runs._loops import panel_examination
+from turing_learning.runs._methods import methods_text
 from turing_learning.store import RunFolderError
 from turing_learning.systems import Arguments, CustomSystemError, Source
 from turing_learning.trajectories import Trajectories
@@ -307,7 +308,7 @@ def test_a_run_that_ends_while_its_estimate_is_examined_is_resumed_to_the_same_b
     else:
         with pytest.raises(KeyboardInterrupt):
             tl.infer(**run)
-        assert "230 simulations or more follow, for " in caplog.text
+        assert "At least 230 simulations follow, for " in caplog.text
     # the last batch is not simulated again
     assert sum(last) == 1
     stored = tl.load_run(tmp_path / "run")
@@ -556,6 +557,55 @@ def test_two_solutions_are_found_and_stated(two_solutions):
     assert low < -1.4 < 1.4 < high
     ends = [mode.interval["root"] for mode in result.modes]
     assert (low, high) == (min(ends)[0], max(ends)[1])
+
+
+def test_the_text_on_methods_states_each_solution(two_solutions):
+    text = methods_text(two_solutions, {})
+    assert "Estimates and 90 % intervals of 2 solutions: (1) with " in text
+    for number, mode in enumerate(two_solutions.modes, start=1):
+        low, high = mode.interval["root"]
+        stated = f"root {mode.estimate['root']:.3f} [{low:.3f}, {high:.3f}]"
+        assert f"({number}) with {mode.weight:.0%} of the draws: {stated}" in text
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.2])
+def test_a_simulator_that_fails_in_the_examination_leaves_a_run_to_resume(tolerance, tmp_path):
+    spent = []
+
+    def breaking(parameters, rng):
+        if spent:
+            raise OSError("license expired")
+        return drift(parameters, rng)
+
+    path = tmp_path / "run"
+    options = {
+        "simulate": breaking,
+        "genuine": drift(np.full((60, 1), 7.0), np.random.default_rng(1)),
+    }
+    with pytest.raises(CustomSystemError) as caught:
+        tl.infer(
+            **options,
+            parameters={"speed": (0.0, 20.0)},
+            trials=300,
+            seed=1,
+            tolerance=tolerance,
+            settings={"run.threads": 1},
+            out=path,
+            observer=lambda progress: spent.extend([1] * progress.last),
+        )
+    stored = tl.load_run(path)
+    text = str(caught.value)
+    assert "of the examination; got" in text
+    assert "generation" not in text
+    assert f" {stored.trials} trials are stored; resume with `turing_learning.resume(" in text
+    assert json.loads((path / "manifest.json").read_text())["state"] == "stopped"
+    assert (stored.trials < 300) == bool(tolerance)
+    assert stored.judgment.line == (
+        "Verdict: not yet examined. All trials are spent, but the estimate is not yet examined: resume the run."
+    )
+    assert "The run's verdict is: not yet examined." in methods_text(stored, {})
+    spent.clear()
+    assert tl.resume(path, **options).verdict == "converged"
 
 
 def test_a_run_that_has_noticed_two_solutions_is_resumed_to_the_same_bits(two_solutions, tmp_path):

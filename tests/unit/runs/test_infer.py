@@ -686,7 +686,8 @@ def test_a_run_has_converged_if_its_models_have_contracted_and_classifiers_guess
             "classifier_fitness": np.full(8, fitness),
         }
         traces.record(values, 0.1)
-    result = summarize(traces, Ending(1.0, complete=True, readout={}), Record(configuration, 100))
+    ending = Ending(1.0, complete=True, spent=True, readout={})
+    result = summarize(traces, ending, Record(configuration, 100))
     assert result.verdict == found
     assert np.isfinite(list(result.interval.values())).all() == (found == Verdict.CONVERGED)
     assert result.to_json()["verdict"] == found

@@ -58,6 +58,49 @@ def test_it_says_how_recordings_were_read_and_which_family_imitates_them(run):
     assert "(fish.txt) were read as their files say." in methods_text(run, stated)
 
 
+@pytest.mark.parametrize(
+    ("scale", "words"),
+    [
+        (12.5, "with 12.5 pixels per cm."),
+        (1.0, "with positions in cm."),
+        ("unknown", "with positions in pixels, whose scale is unknown."),
+    ],
+)
+def test_a_scale_is_said_in_words(scale, words, run):
+    options = {"trajectories": ["fish.txt"], "scale": scale}
+    text = methods_text(run, {"recording": {"options": options}})
+    assert f"Recordings (fish.txt) were read {words}" in text
+
+
+def test_a_learned_network_is_no_family(run):
+    text = methods_text(run, {"recording": {"options": {"model": "network"}}})
+    assert "Models were those of a learned network, sought within" in text
+
+
+def test_each_run_by_generations_observes_anew_in_generations():
+    options = {"parameters": {"speed": (0, 20), "inert": (0, 20)}, "settings": {"run.threads": 1}}
+    result = tl.infer(
+        genuine=lambda rng: drift(np.full((5, 2), 7.0), rng),
+        simulate=drift,
+        generations=1,
+        **options,
+    )
+    text = methods_text(result, MANIFEST)
+    assert "Genuine samples were observed anew in each generation; each is of 12 steps" in text
+
+
+def test_of_a_swarm_it_says_trial_signals_and_first_models():
+    settings = {"run.threads": 1, "scenario.agents": 2, "scenario.trial.duration_s": 1.0}
+    result = tl.infer("aggregation", generations=1, settings=settings)
+    text = methods_text(result, MANIFEST)
+    title = result.configuration.scenario.title
+    assert (
+        f"Genuine samples are those of the simulated system {title}; each is of 1 s (10 steps), "
+        "with the signals speed (cm/s), turn (rad/s)." in text
+    )
+    assert "Models were simulated, begun within vl0 -1 to 1; vr0 -1 to 1; vl1" in text
+
+
 def test_it_names_the_program_that_simulates(run):
     text = methods_text(run, {"command": {"simulate_command": "ants {speed} {seed}"}})
     assert "Models were executed by `ants {speed} {seed}`" in text

@@ -98,6 +98,21 @@ def test_an_answer_that_is_lost_on_its_way_is_asked_for_again():
     assert lossy.calls == 9
 
 
+def test_one_call_of_a_batch_is_said_to_be_one(caplog):
+    with ThreadPoolExecutor(8) as threads:
+        tl.infer(
+            genuine=DATA,
+            simulate=noise,
+            parameters=PARAMETERS,
+            batches=1,
+            executor=threads,
+            trials=300,
+            progress=False,
+            should_stop=lambda: True,
+        )
+    assert "8 workers make the 1 call of a batch in 1 round, busy for 12% of" in caplog.text
+
+
 @pytest.mark.parametrize(
     ("workers", "trials", "said"),
     [
