@@ -373,6 +373,28 @@ def test_times_with_two_decimals_that_look_like_a_higher_rate_are_asked_for(
     assert load_trajectories(path, fps=100, **SAID).fps == 100
 
 
+@pytest.mark.parametrize("start", range(4))
+@pytest.mark.parametrize("count", [8, 11, 12, 14])
+def test_a_plain_rate_is_named_where_several_are_those_of_a_few_rounded_times(
+    count, start, tmp_path
+):
+    moments = ((np.arange(count) + start) / 60).round(2)
+    path = write(tmp_path, pd.DataFrame({"time": moments, "x": np.arange(count), "y": 0.0}))
+    with pytest.raises(
+        RefusedError, match=r"(of|or) 60 per second, .* fps=60\.0, or fps=100\.0\.$"
+    ):
+        load_trajectories(path, **SAID)
+
+
+def test_no_rate_is_named_that_a_few_rounded_times_leave_open(tmp_path):
+    moments = (np.arange(40) / 72).round(2)
+    path = write(tmp_path, pd.DataFrame({"time": moments, "x": np.arange(40.0), "y": 0.0}))
+    with pytest.raises(
+        RefusedError, match=r"those of a lower rate, or of 100 .* fps=100\.0 only if"
+    ):
+        load_trajectories(path, **SAID)
+
+
 @pytest.mark.parametrize(
     ("fps", "decimals"), [(24, 2), (29.97, 2), (30, 2), (60, 2), (120, 3), (240, 3)]
 )
@@ -943,6 +965,15 @@ def test_headings_that_are_left_out_are_said(name, tmp_path):
     said = load_trajectories(path, fps=25, columns={"heading": name}, **SAID)
     assert said.headings is not None
     assert "is not read" not in str(said.check())
+
+
+@pytest.mark.parametrize("name", ["Angle (deg)", "angle_deg", "theta_deg", "yaw [degrees]"])
+def test_headings_in_degrees_are_said_with_how_to_convert_them(name, tmp_path):
+    rows = {"frame": range(9), "x": np.arange(9.0), "y": 0.0, name: 5.0}
+    read = load_trajectories(write(tmp_path, pd.DataFrame(rows)), fps=25, **SAID)
+    assert read.headings is None
+    said = f"{name} is not read: headings have to be in rad. If it is the heading, multiply it by pi / 180"
+    assert said in str(read.check())
 
 
 @pytest.mark.parametrize("lowest", [0.0, -5.0])

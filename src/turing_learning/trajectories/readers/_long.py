@@ -40,8 +40,10 @@ from ._times import (
     unstated,
 )
 
-_HEADING = re.compile(r"(heading|theta|yaw|angle|orientation|direction)([ _(\[]*rad(ians)?[)\]]*)?")
-"""Names of columns in small letters that may hold headings, and are read where somebody says so."""
+_HEADING = re.compile(
+    r"(heading|theta|yaw|angle|orientation|direction)([ _(\[]*(rad(ians)?|(?P<degrees>deg(rees?)?|\N{DEGREE SIGN}))[)\]]*)?"
+)
+"""Names of columns in small letters that may hold headings, and are read where somebody says so, and they are in rad."""
 EXTRAS = {"heading": "headings", "confidence": "confidence"}
 
 
@@ -107,7 +109,14 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
     twice: Text = ""
     if not layout.columns and "heading" not in table.extra:
         for name in unread:
-            if _HEADING.fullmatch(name.lower()):
+            match = _HEADING.fullmatch(name.lower())
+            if match and match["degrees"]:
+                said = "columns={'heading': ...} or --column heading=..."
+                convert = "multiply it by pi / 180, and name the new column by"
+                choices.append(
+                    f"{name} is not read: headings have to be in rad. If it is the heading, {convert} {said}"
+                )
+            elif match:
                 said = f"columns={{'heading': {name!r}}} or --column heading={name}"
                 choices.append(f"{name} is not read: if it is the heading in rad, say so by {said}")
     if unread and not who and not layout.columns:

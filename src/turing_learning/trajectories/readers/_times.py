@@ -53,6 +53,8 @@ PER_SECOND = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600, "da
 VIDEO_RATES = (24.0, 25.0, 29.97, 30.0)
 """Frequent frame rates (1/s), which in minutes are rates of fast cameras."""
 USUAL_RATE = 30.0
+PLAIN_RATES = (24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0, 240.0)
+"""Frame rates (1/s) that are named first where rounded times leave open which it is."""
 LATE = 0.25
 """Frames by which a time may be beside that of its frame."""
 CERTAIN = 2e-3
@@ -204,11 +206,12 @@ def _gap_is_open(numbers: np.ndarray, step: float) -> bool:
     return bool(step * (1 + between.max() / longest) >= 0.5)
 
 
-def _rate_before_rounding(moments: np.ndarray, rate: float, rounding: float) -> float | None:
-    """Return the rate of moments (N,) in order that look like a higher one with gaps, or None.
+def _rates_before_rounding(moments: np.ndarray, rate: float, rounding: float) -> list[float] | None:
+    """Return rates of moments (N,) in order that look like a higher one with gaps, or None if they do not.
 
     Times of 60 frames per second with two decimals are 0, 0.02, 0.03, 0.05: all are times of 100
-    frames per second. None where `rate`, which they state, is not that of the last decimal.
+    frames per second. None where `rate`, which they state, is not that of the last decimal. Empty
+    where a few times leave it open, and no plain rate fits.
     """
     if len(moments) < 3 or not rounding or not math.isclose(rounding * rate, 1, rel_tol=1e-6):
         return None
@@ -223,7 +226,14 @@ def _rate_before_rounding(moments: np.ndarray, rate: float, rounding: float) -> 
     plain = _plain_rate(moments, numbers, lower, certain=False)
     if plain is None or plain > 0.99 * rate:
         return None
-    return plain
+    fitting = []
+    for usual in PLAIN_RATES:
+        if usual <= 0.99 * rate and _fits(moments, numbers, usual, rounding):
+            fitting.append(usual)
+    # both ends may be off by a step
+    if not fitting and 2 * rounding <= CERTAIN * float(np.ptp(moments)):
+        fitting = [plain]
+    return fitting
 
 
 def check_rate(value: object, path: object) -> float:
@@ -311,9 +321,11 @@ def frames_at(
     if fps is None:
         rate = even[0] if even else 1 / typical
         factor = per_second(rate, None, file, name, counts=counts)
-        lower = _rate_before_rounding(moments, rate, rounding)
+        lower = _rates_before_rounding(moments, rate, rounding)
         if lower is not None:
-            _ask_which(rounded(lower * factor), rounded(rate * factor), name, file)
+            _ask_which(
+                [rounded(each * factor) for each in lower], rounded(rate * factor), name, file
+            )
     else:
         slowest = 1 / typical if counts else 1 / (typical + rounding)
         factor = per_second(slowest, fps, file, name, counts=counts)
@@ -339,11 +351,22 @@ def frames_at(
     return numbers[np.searchsorted(moments, times)] + start, stated
 
 
-def _ask_which(lower: float, rate: float, name: str, file: object) -> NoReturn:
-    """Refuse rounded times that are those of two rates."""
+def _ask_which(lower: Sequence[float], rate: float, name: str, file: object) -> NoReturn:
+    """Refuse rounded times that are those of two rates; the lower one is one of those, or any."""
     rule = f"be given where rounded times in `{name}` are those of two rates"
-    got = f"none, and they are those of {lower:g} per second, or of {rate:g} with gaps"
-    remedy: Text = ("Give ", Setting("fps", lower), ", or ", Setting("fps", rate), ".")
+    words = "a lower rate"
+    remedy: Text = (
+        "Give that of the camera, ",
+        Setting("fps", rate),
+        " only if frames are missing.",
+    )
+    if lower:
+        words = " or ".join(f"{each:g}" for each in lower) + " per second"
+        choices: list[str | Setting] = []
+        for each in lower:
+            choices += [Setting("fps", each), ", or "]
+        remedy = ("Give ", *choices, Setting("fps", rate), ".")
+    got = f"none, and they are those of {words}, or of {rate:g} with gaps"
     refuse("fps", rule, got, remedy, place=str(file))
 
 
