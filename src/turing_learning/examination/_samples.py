@@ -223,9 +223,9 @@ def _mostly_there(recording: Trajectories, name: str, steps: int) -> bool:
     """Return whether a signal of the group is there in most windows of so many steps in which anybody has company."""
     consecutive = recording.present[1:] & recording.present[:-1]
     company = consecutive.sum(axis=1) >= 2
-    there = company & np.isfinite(_of_group(recording, name))
+    complete = company & np.isfinite(_of_group(recording, name))
     counts = []
-    for flags in (there, company):
+    for flags in (complete, company):
         counts.append(np.count_nonzero(sliding_window_view(flags, steps).all(axis=1)))
     return bool(counts[0] >= max(1, MOSTLY * counts[1]))
 

@@ -403,9 +403,11 @@ class Examiner:
         Statistics that somebody has named do not know of everything, such as the order of skewed
         shocks in time. Squares say whether samples differ more from each other.
         """
-        both = np.concatenate((samples, image_samples))
-        judgments = self.observers.judge(self.observers.draw(JUDGES, both, rng), both).T
-        ranks = scipy.stats.rankdata(judgments, axis=0) - (len(both) + 1) / 2
+        all_samples = np.concatenate((samples, image_samples))
+        judgments = self.observers.judge(
+            self.observers.draw(JUDGES, all_samples, rng), all_samples
+        ).T
+        ranks = scipy.stats.rankdata(judgments, axis=0) - (len(all_samples) + 1) / 2
         values = np.concatenate((ranks, ranks**2), axis=1)
         scaled = values / (values.std(axis=0) + 1e-12)
         return learned_p_value(scaled[: len(samples)] - scaled[len(samples) :], rng)

@@ -408,8 +408,8 @@ def _on_the_way(positions: np.ndarray, mask: np.ndarray) -> np.ndarray:
         lengths = steps[~np.isnan(steps[:, k]), k]
         if len(lengths):
             away = np.linalg.norm(known[:, k] + 1, axis=1)
-            near = away <= np.quantile(lengths, _USUAL_STEPS)
-            passed[1:-1, k] = near[:-2] & near[2:]
+            is_usual = away <= np.quantile(lengths, _USUAL_STEPS)
+            passed[1:-1, k] = is_usual[:-2] & is_usual[2:]
     return mask & passed
 
 

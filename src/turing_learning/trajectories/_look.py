@@ -211,8 +211,8 @@ def _listed(names: tuple[str, ...]) -> str:
 def _in_stretches(present: np.ndarray, length: int) -> float:
     """Return the share of positions (F, A) that are there in stretches of at least so many frames."""
     inside = 0
-    for there in present.T:
-        edges = np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0))
+    for column in present.T:
+        edges = np.flatnonzero(np.diff(column.astype(np.int8), prepend=0, append=0))
         lengths = edges[1::2] - edges[::2]
         inside += int(lengths[lengths >= length].sum())
     return inside / max(1, int(present.sum()))

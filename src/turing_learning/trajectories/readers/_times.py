@@ -183,8 +183,8 @@ def _frames_of(moments: np.ndarray, rate: float, rounding: float) -> np.ndarray 
     if np.abs(since - numbers).max() <= LATE:
         return numbers
     # the first is late, too: by the mean, round the circle of a frame
-    first = np.angle(np.exp(2j * np.pi * since).mean()) / (2 * np.pi)
-    numbers = np.round(since - first)
+    offset = np.angle(np.exp(2j * np.pi * since).mean()) / (2 * np.pi)
+    numbers = np.round(since - offset)
     apart = rounding * rate < 1 and (np.diff(numbers) > 0).all()
     if apart and np.ptp(since - numbers) <= 1.001 * rounding * rate:
         return numbers - numbers[0]
