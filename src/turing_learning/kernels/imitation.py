@@ -841,12 +841,21 @@ def _move_range(
                     if chosen >= 0:
                         r = alike[chosen]
                         bend = bends[chosen]
-                if r >= 0:
-                    look_ahead(
-                        paths[m], frame, i, angle + bend, speed, pieces, r, ahead_steps, futures[i]
-                    )
-                    new_x, new_y = futures[i, 0]
-                else:
+                    # `futures` has where the last piece that was looked at leads
+                    if r >= 0:
+                        look_ahead(
+                            paths[m],
+                            frame,
+                            i,
+                            angle + bend,
+                            speed,
+                            pieces,
+                            r,
+                            ahead_steps,
+                            futures[i],
+                        )
+                new_x, new_y = futures[i, 0]
+                if r < 0:
                     go_straight(paths[m], frame, i, ahead_steps, futures[i])
                     # the wall is everywhere ahead: a shorter step, in the end none
                     for attempt in range(TRIES):

@@ -42,12 +42,9 @@ def answers_by(
         for call in calls:
             futures.append(_submitted(executor, function, call))
         for number, call in enumerate(calls):
-            answered = _answer_of(futures[number], again=True)
-            if answered is None:
+            if _may_be_lost(futures[number]):
                 futures[number] = _submitted(executor, function, call)
-                answered = _answer_of(futures[number])
-            assert answered is not None
-            yield answered
+            yield _answer_of(futures[number])
     finally:
         for future in futures:
             future.cancel()
@@ -65,8 +62,17 @@ def _submitted(
         ) from None
 
 
-def _answer_of(future: "Future[Answer]", *, again: bool = False) -> Answer | None:
-    """Return an answer; None where it may be lost, with a worker that died while it sent it, and can be asked for `again`."""
+def _may_be_lost(future: "Future[Answer]") -> bool:
+    """Return whether a worker may have died while it sent an answer, so that the call is made again."""
+    try:
+        error = future.exception()
+    except CancelledError:
+        return False
+    has_ended = isinstance(error, (BrokenExecutor, CancelledError))
+    return error is not None and not has_ended and type(error).__name__ not in WORKERS_DIED
+
+
+def _answer_of(future: "Future[Answer]") -> Answer:
     try:
         return future.result()
     except (BrokenExecutor, CancelledError) as error:
@@ -77,8 +83,6 @@ def _answer_of(future: "Future[Answer]", *, again: bool = False) -> Answer | Non
         # The function catches what the simulator raises
         if type(error).__name__ in WORKERS_DIED:
             return Failed("its workers died")
-        if again:
-            return None
         rule = "be a function that its workers can import"
         raise CustomSystemError(
             f"`simulate` must {rule}; got {_described(error)}. {_RESUME}."
