@@ -292,8 +292,13 @@ def _of_recordings(
     examined = examine_views(views, numbers, "recordings", examiners, PERMUTATIONS, seed)
     # an exchange of both sides as a whole does as well as none
     alike = 2 if counts[0] == counts[1] else 1
-    if examined.p_value <= alike / comb(sum(counts), counts[0]) + 1e-9:
-        return tested
+    divisions = comb(sum(counts), counts[0]) // alike
+    if examined.p_value <= 1 / divisions + 1e-9:
+        weak = (
+            f"Of {counts[0]} recordings against {counts[1]}, chance alone tells one in {divisions}, "
+            "whatever the p-value: give four or more of each."
+        )
+        return replace(tested, remarks=(*tested.remarks, weak))
     remarks = [*tested.remarks, RECORDINGS_DIFFER]
     remarks.remove(ABOUT_GROUPS[tested.examined.grouping])
     # what is lost where something is shuffled is said only of what is told
