@@ -443,7 +443,8 @@ def encoded(name: str, content: Any) -> bytes:
         np.save(memory, content, allow_pickle=False)
         return memory.getvalue()
     if suffix == ".npz":
-        np.savez_compressed(memory, **content)
+        # Measurements and random numbers hardly become smaller, and take long to compress
+        np.savez(memory, **content)
         return memory.getvalue()
     if suffix == ".csv":
         return content.to_csv(index=False, lineterminator="\n").encode()

@@ -3,8 +3,6 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from ..arrays import array
 from ..errors import require
@@ -83,6 +81,10 @@ def name_failure(estimate: np.ndarray, truth: np.ndarray) -> str:
 
 def _name_assignment(estimate: np.ndarray, truth: np.ndarray) -> str:
     """Compare the wheel speeds (n, 2) of the states with those of other states."""
+    # Few runs need it, and its import takes a tenth of a second
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import maximum_bipartite_matching
+
     distance = np.abs(estimate[:, None] - truth[None]).max(axis=2)
     for state in range(len(truth)):
         # Is there an order of all states in which this one is another?

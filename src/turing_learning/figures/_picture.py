@@ -90,10 +90,7 @@ def save_figure(figure: "Figure", folder: str | Path, name: str) -> tuple[Path, 
 
     fits = name and Path(name).name == name and not name.startswith(".")
     require(fits, "name", "be a file name without folder and leading dot", repr(name))
-    # Lay it out once: otherwise it is drawn twice for each file.
-    if figure.get_layout_engine() is not None:
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+    _lay_out(figure)
     png = Path(folder) / f"{name}.png"
     svg = Path(folder) / f"{name}.svg"
     look: dict[str, Any] = {"dpi": DOTS_PER_INCH, "facecolor": "white"}
@@ -116,6 +113,7 @@ def svg_markup(figure: "Figure", prefix: str, description: str) -> str:
 
     fits = re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", prefix)
     require(fits, "prefix", "be a letter, then letters, digits, and hyphens", repr(prefix))
+    _lay_out(figure)
     file = io.StringIO()
     with mpl.rc_context({"svg.hashsalt": SALT, "svg.fonttype": "none"}), _named_curves(figure):
         figure.savefig(file, format="svg", transparent=True, metadata={"Date": None})
@@ -136,6 +134,17 @@ def svg_markup(figure: "Figure", prefix: str, description: str) -> str:
         f'viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(description)}" stroke-linejoin="round"{data}>'
         f"{content}"
     )
+
+
+def _lay_out(figure: "Figure") -> None:
+    """Lay a figure out once: with an engine it is drawn twice for each file, even with one that does nothing."""
+    import matplotlib as mpl
+
+    if figure.get_layout_engine() is not None:
+        figure.draw_without_rendering()
+        # No engine is one of the user's settings otherwise.
+        with mpl.rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
+            figure.set_layout_engine(None)
 
 
 @dataclass(frozen=True)

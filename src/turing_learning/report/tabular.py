@@ -1,8 +1,9 @@
 """Results as a reader sees them in print, on terminals and in notebooks: a line, a table, remarks."""
 
+import csv
 import io
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -298,6 +299,36 @@ def parameter_table(**columns: Mapping[str, Any] | None) -> "pd.DataFrame":
     """
     import pandas as pd
 
+    return pd.DataFrame(_filled(columns)).rename_axis("parameter")
+
+
+def parameter_texts(**columns: Mapping[str, Any] | None) -> list[list[str]]:
+    """Return the rows of the same table as texts, the headings first; what is not known is empty."""
+    filled = _filled(columns)
+    rows = [["parameter", *filled]]
+    for name in filled["estimate"]:
+        row = [name]
+        for column in filled.values():
+            value: Any = column.get(name)
+            if isinstance(value, str):
+                row.append(value)
+            elif is_known(value):
+                row.append(str(float(value)))
+            else:
+                row.append("")
+        rows.append(row)
+    return rows
+
+
+def comma_separated(rows: Iterable[Sequence[str]]) -> str:
+    """Return rows of texts as CSV, as pandas writes it."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
+
+
+def _filled(columns: Mapping[str, Mapping[str, Any] | None]) -> dict[str, Mapping[str, Any]]:
+    """Return the columns that a table of parameters has."""
     filled: dict[str, Mapping[str, Any]] = {}
     for heading, column in columns.items():
         if column is None:
@@ -307,4 +338,4 @@ def parameter_table(**columns: Mapping[str, Any] | None) -> "pd.DataFrame":
             filled["high"] = {name: high for name, (_, high) in column.items()}
         elif any(value != "" for value in column.values()):
             filled[heading] = column
-    return pd.DataFrame(filled).rename_axis("parameter")
+    return filled

@@ -54,6 +54,8 @@ THIN: Variables = {
     "classifier_fitness_quantiles": (("quantile",), "<f8", "fitness of classifiers"),
     **{name: FULL[name] for name in ("best_model", "typical_model", "selection")},
 }
+POPULATIONS = ("model", "classifier")
+"""The half of a full history that no report shows."""
 # A generation has them in the plural
 PLURAL = ("model", "model_step_size", "classifier", "classifier_step_size")
 IN_UNITS = ("model", "best_model", "typical_model")  # of the parameters
@@ -289,15 +291,26 @@ def dataset_in_memory(
     import xarray
 
     coordinates = {GENERATION: np.arange(completed), "parameter": np.array(parameters)}
-    variables_of = FULL
     if isinstance(arrays, Traces):
-        variables_of = THIN
         coordinates["quantile"] = np.array(QUANTILES)
+    variables_of = _variables_of(arrays)
     variables = {}
-    for name, (dimensions, *_) in variables_of.items():
-        attributes = ATTRIBUTES.get(name, {})
-        variables[name] = ((GENERATION, *dimensions), arrays[name][:completed], attributes)
+    for name in variables_of:
+        dimensions = (GENERATION, *variables_of[name][0])
+        variables[name] = (dimensions, arrays[name][:completed], ATTRIBUTES.get(name, {}))
     return xarray.Dataset(variables, coords=coordinates)
+
+
+def completed_arrays(
+    arrays: "Mapping[str, np.ndarray] | Traces", completed: int
+) -> dict[str, np.ndarray]:
+    """Return the same as arrays by name, without the populations."""
+    names = [name for name in _variables_of(arrays) if name not in POPULATIONS]
+    return {name: arrays[name][:completed] for name in names}
+
+
+def _variables_of(arrays: "Mapping[str, np.ndarray] | Traces") -> Variables:
+    return THIN if isinstance(arrays, Traces) else FULL
 
 
 def dataset_on_disk(path: Path, completed: int) -> "xarray.Dataset":

@@ -22,7 +22,6 @@ from ._history import SELECTION_CODES
 from ._result import Result
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -47,7 +46,7 @@ class Plots:
         """Draw each of P parameters over generations or trials, of the best and of the typical model; the truth is dashed."""
         record = self.result.stored()
         panels = _panels(ax, record.configuration.system.parameter_labels, 2.15)
-        draw_parameters(record.history(), record.configuration, panels)
+        draw_parameters(record.series(), record.configuration, panels)
         return np.array(panels.axes)
 
     def fitness(self, ax: Any = None) -> "Axes":
@@ -57,7 +56,7 @@ class Plots:
         """
         record = self.result.stored()
         panels = _panels(ax, [""], 3.1)
-        draw_fitness(record.history(), record.configuration, panels)
+        draw_fitness(record.series(), record.configuration, panels)
         return panels.axes[0]
 
     def motion(self, ax: Any = None) -> np.ndarray:
@@ -145,12 +144,12 @@ def _panels(ax: Any, titles: Sequence[str], height: float) -> Panels:
 
 
 def draw_parameters(
-    history: "xarray.Dataset", configuration: Configuration, panels: Panels | None = None
+    history: Mapping[str, np.ndarray], configuration: Configuration, panels: Panels | None = None
 ) -> "Figure":
     """Draw the parameters of the best and of the typical models of a history."""
     system = configuration.system
-    best = configuration.described(history["best_model"].to_numpy())
-    typical = configuration.described(history["typical_model"].to_numpy())
+    best = configuration.described(history["best_model"])
+    typical = configuration.described(history["typical_model"])
     over: dict[str, Any] = {
         "truth": system.truth,
         "trials": configuration.spent(len(best)),
@@ -160,16 +159,16 @@ def draw_parameters(
 
 
 def draw_fitness(
-    history: "xarray.Dataset", configuration: Configuration, panels: Panels | None = None
+    history: Mapping[str, np.ndarray], configuration: Configuration, panels: Panels | None = None
 ) -> "Figure":
     """Draw the fitness in a history.
 
     Of all individuals, or of a thin one the quantiles, which have the same quartiles.
     """
     suffix = "" if "model_fitness" in history else "_quantiles"
-    models = history[f"model_fitness{suffix}"].to_numpy()
-    classifiers = history[f"classifier_fitness{suffix}"].to_numpy()
-    stopped = history["selection"].to_numpy() != SELECTION_CODES["active"]
+    models = history[f"model_fitness{suffix}"]
+    classifiers = history[f"classifier_fitness{suffix}"]
+    stopped = history["selection"] != SELECTION_CODES["active"]
     trials = configuration.spent(len(models))
     return fitness_figure(models, classifiers, stopped=stopped, trials=trials, panels=panels)
 

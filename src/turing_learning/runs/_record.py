@@ -116,9 +116,7 @@ class Record:
     def history(self) -> "xarray.Dataset":
         """Return the history, with names and units, and trials spent where they are the budget; one on disk is verified."""
         configuration = self.configuration
-        arrays = self.arrays
-        if self.path is not None and not configuration.run.keeps_populations:
-            arrays = self._stored_traces(RunFolder(self.path))
+        arrays = self._in_memory()
         if arrays is not None:
             history = histories.dataset_in_memory(
                 arrays, configuration.parameter_names, self.completed
@@ -132,6 +130,23 @@ class Record:
         if spent is None:
             return history
         return history.assign_coords(trials=("generation", spent))
+
+    def series(self) -> dict[str, np.ndarray]:
+        """Return the arrays of the history by name, without the populations.
+
+        What a report needs: the packages of named arrays take as long to import as small runs do.
+        """
+        arrays = self._in_memory()
+        if arrays is None:
+            history = self.history().drop_vars(histories.POPULATIONS)
+            return {str(name): history[name].to_numpy() for name in history.data_vars}
+        return histories.completed_arrays(arrays, self.completed)
+
+    def _in_memory(self) -> "Mapping[str, np.ndarray] | histories.Traces | None":
+        """Return the history of a run in memory, or the traces of one in a folder; None where it is on disk."""
+        if self.path is not None and not self.configuration.run.keeps_populations:
+            return self._stored_traces(RunFolder(self.path))
+        return self.arrays
 
     def _stored_traces(self, folder: RunFolder) -> histories.Traces:
         traces = traces_of(

@@ -5,7 +5,7 @@ from itertools import product
 from pathlib import Path
 from shlex import quote
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from turing_learning.figures import Picture
 from turing_learning.figures import one_run as one_run
 from turing_learning.identifiability import Check
 from turing_learning.report import Listing, Report, describe_selection, is_page, report_page
-from turing_learning.report.tabular import aligned
+from turing_learning.report.tabular import aligned, comma_separated
 from turing_learning.targets import refuse_target, writing
 
 from ._folder import DIALOGUES, RunFolder
@@ -26,9 +26,6 @@ from ._methods import CITATION, methods_text
 from ._paper import SOURCE
 from ._plots import distributions_of, draw_fitness, draw_parameters, recorded_replay, replay
 from ._result import Result
-
-if TYPE_CHECKING:
-    import xarray
 
 
 def report(result: Result, path: str | Path | None = None, *, force: bool = False) -> Path:
@@ -84,8 +81,7 @@ def write_report(
 
     `motion` is as of `Source.positions`.
     """
-    # without the populations, which no page shows and which are half of a history
-    history = result.history.drop_vars(["model", "classifier"], errors="ignore").load()
+    history = result.stored().series()
     configuration = result.configuration
     simulated = result.configuration.system.simulated is not None
     pictures = draw(history, configuration, dialogues)
@@ -115,7 +111,7 @@ def write_report(
     begun = manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
     # Generations in which all models were equally fit, so that selection stood still
     words = {code: word for word, code in SELECTION_CODES.items()}
-    stopped = describe_selection([words[int(code)] for code in history["selection"].to_numpy()])
+    stopped = describe_selection([words[int(code)] for code in history["selection"]])
     warning = ""
     if stopped:
         warning = f"{stopped} Many of them near the end make the result doubtful."
@@ -175,12 +171,14 @@ def save_figures(pictures: list[Picture], folder: Path) -> None:
 
 
 def draw(
-    history: "xarray.Dataset", configuration: Configuration, dialogues: Mapping[str, np.ndarray]
+    history: Mapping[str, np.ndarray],
+    configuration: Configuration,
+    dialogues: Mapping[str, np.ndarray],
 ) -> list[Picture]:
     """Draw the figures of a run, of its history, and of what its classifiers did to the system."""
     scenario = configuration.scenario
     system = configuration.system
-    trials = configuration.spent(history.sizes["generation"])
+    trials = configuration.spent(len(history["selection"]))
     over = "generations"
     middle = "the typical one"
     models = "Subjectively best and typical model of each generation"
@@ -199,7 +197,7 @@ def draw(
         truth = np.asarray(scenario.truth, dtype=float)
         errors = []
         for readout in ("best_model", "typical_model"):
-            models_read_out = configuration.described(history[readout].to_numpy())
+            models_read_out = configuration.described(history[readout])
             errors.append(mean_absolute_error(models_read_out, truth))
         caption = f"Mean over the parameters, of the best model and of {middle}."
         drawn = one_run.error_figure(*errors, trials=trials)
@@ -227,8 +225,8 @@ def draw(
     if "model_step_size" in history and trials is None:
         names = scenario.parameter_names
         caption = f"Median mutation strength of each parameter{system.step_unit}"
-        sizes = history["model_step_size"].to_numpy()
-        weights = history["classifier_step_size"].to_numpy()
+        sizes = history["model_step_size"]
+        weights = history["classifier_step_size"]
         if configuration.models.hidden:
             names = ("models",)
             caption = "Median mutation strength of the models' weights"
@@ -256,13 +254,11 @@ def summary(result: Result) -> str:
 
 
 def tables(
-    result: Result, history: "xarray.Dataset", configuration: Configuration
+    result: Result, history: Mapping[str, np.ndarray], configuration: Configuration
 ) -> dict[str, str]:
     """Return the table of the parameters, and the models of each generation, or after so many trials, as CSV."""
-    import pandas as pd
-
     readouts = ("typical_model", "best_model")
-    rows = np.hstack([configuration.described(history[name].to_numpy()) for name in readouts])
+    rows = np.hstack([configuration.described(history[name]) for name in readouts])
     spent = configuration.spent(len(rows))
     word = "trials"
     name = "trials.csv"
@@ -271,12 +267,10 @@ def tables(
         word = "generation"
         name = "generations.csv"
     pairs = product(readouts, configuration.scenario.parameter_names)
-    columns = [f"{readout}_{parameter}" for readout, parameter in pairs]
-    models = pd.DataFrame(rows, index=pd.Index(spent, name=word), columns=columns)
-    return {
-        "parameters.csv": result.to_dataframe().to_csv(),
-        name: models.to_csv(float_format="%.7g", na_rep="nan"),
-    }
+    models = [[word, *(f"{readout}_{parameter}" for readout, parameter in pairs)]]
+    for number, values in zip(spent.tolist(), rows.tolist(), strict=True):
+        models.append([str(number), *(f"{value:.7g}" for value in values)])
+    return {"parameters.csv": comma_separated(result.table()), name: comma_separated(models)}
 
 
 def run_table(result: Result) -> Listing:

@@ -22,7 +22,13 @@ from turing_learning.errors import LARGEST_COUNT, integer
 from turing_learning.families import Network
 from turing_learning.identifiability import Check, read_check
 from turing_learning.report import Judged, counted, shown
-from turing_learning.report.tabular import describe_unknown, judged, parameter_rows, parameter_table
+from turing_learning.report.tabular import (
+    describe_unknown,
+    judged,
+    parameter_rows,
+    parameter_table,
+    parameter_texts,
+)
 from turing_learning.store import RunFolderError
 from turing_learning.systems import Laboratory, System
 
@@ -372,14 +378,22 @@ class Result(Judged):
 
         Unit, truth and error if known.
         """
-        return parameter_table(
-            unit={} if self.record is None else units_of(self.system, self.estimate),
-            estimate=self.estimate,
-            interval=self.interval,
-            best_model=self.best_model,
-            truth=self.truth,
-            absolute_error=self.estimate_absolute_error,
-        )
+        return parameter_table(**self._columns)
+
+    def table(self) -> list[list[str]]:
+        """Return the same as texts, the headings first."""
+        return parameter_texts(**self._columns)
+
+    @property
+    def _columns(self) -> dict[str, Mapping[str, Any] | None]:
+        return {
+            "unit": {} if self.record is None else units_of(self.system, self.estimate),
+            "estimate": self.estimate,
+            "interval": self.interval,
+            "best_model": self.best_model,
+            "truth": self.truth,
+            "absolute_error": self.estimate_absolute_error,
+        }
 
     def _shown(self) -> "tuple[str, Sequence[str], Sequence[Sequence[str]], Sequence[str | Text]]":
         paper = self.paper_absolute_error

@@ -8,7 +8,13 @@ from hypothesis import strategies as st
 
 from turing_learning.analysis import WHY_UNKNOWN
 from turing_learning.report import short_number, shown
-from turing_learning.report.tabular import describe_unknown, tables
+from turing_learning.report.tabular import (
+    comma_separated,
+    describe_unknown,
+    parameter_table,
+    parameter_texts,
+    tables,
+)
 
 
 @pytest.mark.parametrize(
@@ -64,3 +70,15 @@ def test_no_cell_is_cut_beside_long_names_of_rows():
 @pytest.mark.parametrize(("width", "count"), [(19, 1), (18, 1), (17, 1), (16, 2)])
 def test_columns_stand_closer_where_that_spares_a_further_table(width, count):
     assert len(list(tables(["parameter", "a", "b"], [["x", "1.0", "2.0"]], width))) == count
+
+
+def test_a_table_of_parameters_as_texts_is_what_pandas_writes():
+    columns = {
+        "unit": {"a, b": "cm", 'q"': "", "c": "rad"},
+        "estimate": {"a, b": 0.1 + 0.2, 'q"': -1e-07, "c": 3.0},
+        "interval": {"a, b": (0.0, 1.5), 'q"': (None, None), "c": (float("nan"), 2.0)},
+        "best_model": None,
+        "truth": {"a, b": 1.0, "c": 2.0},
+    }
+    text = comma_separated(parameter_texts(**columns))
+    assert text == parameter_table(**columns).to_csv(lineterminator="\n")

@@ -3,6 +3,8 @@
 import json
 import math
 import shutil
+import subprocess
+import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -757,3 +759,13 @@ def test_what_no_model_explains_is_said_and_no_interval_stated(monkeypatch):
     assert "more trials." not in str(told) + str(pooled)
     with pytest.raises(ValueError, match=f"`pool` must have .*{remedy}"):
         pooled.to_xarray()
+
+
+def test_a_run_and_its_report_leave_packages_of_named_arrays_alone(tmp_path):
+    code = (
+        "import sys, turing_learning as tl;"
+        f"tl.infer('aggregation', trials=20, seed=1, settings={SMALL!r}, out={str(tmp_path / 'run')!r});"
+        "sys.exit(bool({'xarray', 'pandas', 'scipy.stats'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+    assert (tmp_path / "run" / "report.html").is_file()

@@ -47,6 +47,16 @@ def test_a_thin_history_has_the_models_and_quartiles_of_the_fitness(pair):
     assert thin["selection"].attrs == full["selection"].attrs
 
 
+@pytest.mark.parametrize("kind", ["thin", "full"])
+def test_a_report_is_given_the_history_without_the_populations(pair, kind):
+    result = load_run(pair / kind)
+    series = result.stored().series()
+    history = result.history.drop_vars(["model", "classifier"], errors="ignore")
+    assert set(series) == set(history.data_vars)
+    for name, values in series.items():
+        np.testing.assert_array_equal(values, history[name])
+
+
 def test_a_thin_run_can_be_reported_on_demand(pair, tmp_path):
     page = load_run(pair / "thin").report(tmp_path / "page.html").read_text()
     assert "Fitness over generations" in page
@@ -69,6 +79,7 @@ def test_a_finished_thin_run_survives_the_loss_of_its_result(pair, tmp_path):
 
 def test_a_thin_history_is_there_in_memory_too(small):
     result = infer(config=small(history="thin"))
+    assert set(result.stored().series()) == set(result.history)
     assert set(result.history) == {
         "best_model", "typical_model", "selection", "model_fitness_quantiles", "classifier_fitness_quantiles"
     }  # fmt: skip
