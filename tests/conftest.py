@@ -131,7 +131,7 @@ def few_moves():
     """Let draws of the right model move seldom: half of the time of a run of few trials, where nobody looks at the draws."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("turing_learning.few_trials._loop.REPEATS", 1)
-        patch.setattr("turing_learning.few_trials._draws.MOVES", 2)
+        patch.setattr("turing_learning.few_trials._draws.MOVES_PER_POWER", 2)
         patch.setattr("turing_learning.few_trials._draws.LAST_MOVES", 10)
         yield
 

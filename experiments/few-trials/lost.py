@@ -51,7 +51,7 @@ def follow(seed: int) -> None:
         if progress.completed % 10 == 0:
             nearest = usable[np.argsort(((tried - truth) ** 2).sum(axis=1))]
             for count in (one for one in COUNTS if one <= len(nearest)):
-                field, _ = trials._mapped(nearest[:count], np.random.default_rng(0))
+                field, _ = trials._moment_map(nearest[:count], np.random.default_rng(0))
                 print(
                     f"  nearest {count}: rejection of the truth {rejection(field, truth):.1f}",
                     flush=True,

@@ -70,7 +70,7 @@ def judged(places: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     loop = LOOPS[-1][0][0]
     models = np.repeat(places, REPEATS, axis=0)
     samples = loop._source.collect(loop._space.to_numbers(models), rng).counterfeit
-    return loop._observed._judged(loop._drawn, samples)
+    return loop._observer_judgments._judged(loop._observer_genomes, samples)
 
 
 def ratios(number: int, models: np.ndarray, outputs: np.ndarray) -> tuple[float, float, bool]:
@@ -81,10 +81,12 @@ def ratios(number: int, models: np.ndarray, outputs: np.ndarray) -> tuple[float,
     x = PREPARED[-1][0][1]
     varies = x.std(axis=0) > _matching.LEAST_DEVIATION
     scaled = (outputs[:, varies] - x[:, varies].mean(axis=0)) / x[:, varies].std(axis=0)
-    stop = len(RIDGES) + (number + 1) * _likelihood.FOLDS
+    stop = len(RIDGES) + (number + 1) * _likelihood.SAMPLE_FOLDS
     composite = 0
-    for _, _, (middle, coefficients, offset) in RIDGES[stop - _likelihood.FOLDS : stop]:
-        composite = composite + ((scaled - middle) @ coefficients + offset) / _likelihood.FOLDS
+    for _, _, (middle, coefficients, offset) in RIDGES[stop - _likelihood.SAMPLE_FOLDS : stop]:
+        composite = (
+            composite + ((scaled - middle) @ coefficients + offset) / _likelihood.SAMPLE_FOLDS
+        )
     # the fit turns and scales composite judgments
     fit = FITS[number][2]
     known = COMPOSITES[number][2][0][CHOSEN[number][2]]

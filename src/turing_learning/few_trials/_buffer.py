@@ -17,20 +17,20 @@ class SampleBuffer:
 
     Parameters
     ----------
-    pool
+    pool_size
         Number of genuine samples that are judged, the latest: those of trials with models that are
         nearly right.
     share
-        Share of the pool that one batch may fill; of more, a random part is kept.
+        Share of these that one batch may fill; of more, a random part is kept.
 
     Attributes
     ----------
-    pool
+    pool_size
         As given; all genuine samples are kept, so that it may be raised.
     """
 
-    def __init__(self, pool: int = 2000, share: float = 0.1) -> None:
-        self.pool = integer("pool", pool, 2)
+    def __init__(self, pool_size: int = 2000, share: float = 0.1) -> None:
+        self.pool_size = integer("pool_size", pool_size, 2)
         self._share = share
         self._arrays: dict[str, np.ndarray] = {}
         self._counts: dict[str, int] = {}
@@ -56,7 +56,7 @@ class SampleBuffer:
     @property
     def genuine(self) -> np.ndarray:
         """Genuine samples (K, T, D) float32 that are judged."""
-        return self._filled("genuine")[-self.pool :]
+        return self._filled("genuine")[-self.pool_size :]
 
     def append(
         self,
@@ -86,9 +86,9 @@ class SampleBuffer:
         genuine = array(
             "genuine", genuine, "K T D", empty=True, T=samples.shape[2], D=samples.shape[3]
         )
-        most_added = self.pool
+        most_added = self.pool_size
         if len(self):
-            most_added = max(1, round(self._share * self.pool))
+            most_added = max(1, round(self._share * self.pool_size))
         if len(genuine) > most_added:
             genuine = genuine[np.sort(rng.permutation(len(genuine))[:most_added])]
         self._add("parameters", parameters)
@@ -170,7 +170,7 @@ class JudgmentRecord:
         self.classifier = classifier
         self._genomes = np.empty((0, classifier.parameters))
         # the genuine samples that are judged, among all that are kept
-        self._pool = range(0)
+        self._judged_rows = range(0)
         self.counterfeit = np.empty((0, 0), np.float32)
         self.genuine = np.empty((0, 0), np.float32)
 
@@ -183,17 +183,17 @@ class JudgmentRecord:
         changed = np.ones(len(genomes), bool)
         changed[:compared] = (genomes[:compared] != self._genomes[:compared]).any(axis=1)
         total = buffer.counts[1]
-        pool = range(total - len(buffer.genuine), total)
+        judged_rows = range(total - len(buffer.genuine), total)
         trials = range(len(buffer))
         before = range(len(self.counterfeit))
         self.counterfeit = self._updated(
             self.counterfeit, before, trials, genomes, changed, buffer.samples
         )
         self.genuine = self._updated(
-            self.genuine, self._pool, pool, genomes, changed, buffer.genuine[:, None]
+            self.genuine, self._judged_rows, judged_rows, genomes, changed, buffer.genuine[:, None]
         )
         self._genomes = genomes.copy()
-        self._pool = pool
+        self._judged_rows = judged_rows
 
     def _updated(
         self,

@@ -21,7 +21,7 @@ See `Density` for more arguments.
 WALKERS = 150
 """Number of walkers."""
 
-MOVES = 12
+MOVES_PER_BATCH = 12
 """Moves of each walker per batch, and three times as many in the first one."""
 
 WIDENING = 2.5
@@ -33,7 +33,7 @@ EXPLORATION = 0.15
 EXPLORED_UNTIL = 0.6
 """Share of the trials at which it has fallen to 0."""
 
-MARGIN = 0.05
+RANGE_MARGIN = 0.05
 """Deviation of a normal distribution beyond -1 and 1: what it costs to leave the range where a
 parameter has no ends."""
 
@@ -43,7 +43,7 @@ SCOUTS = 0.25
 EXPLORED_POWER = 0.16
 """Power of the density that explorers follow: they lie 2.5 times wider."""
 
-LOST = 20.0
+RESTARTED_BELOW = 20.0
 """A walker so far below the best, in the logarithm of the density, starts again where another one
 is."""
 
@@ -114,15 +114,15 @@ class TrialDesign:
         self._exploration = number("exploration", exploration, least=0, most=1)
         self._explorers_share = number("explorers", explorers, least=0, most=1 - SCOUTS)
         count = integer("walkers", walkers, 4)
-        self._places = generation_rng(self._seed, 0).uniform(-1, 1, (count, self.dimension))
-        self._scouts = self._places[: count // 2].copy()
+        self._raw_walkers = generation_rng(self._seed, 0).uniform(-1, 1, (count, self.dimension))
+        self._scouts = self._raw_walkers[: count // 2].copy()
         self._explorers = self._scouts.copy()
         self._step = 0
 
     @property
     def walkers(self) -> np.ndarray:
         """Draws of the right model (W, P)."""
-        return self._stated(self._places)
+        return self._at_ends(self._raw_walkers)
 
     def start(self, count: int) -> np.ndarray:
         """Return the first models (count, P).
@@ -155,7 +155,7 @@ class TrialDesign:
 
         Some jump instead.
         """
-        walkers = self._places
+        walkers = self._raw_walkers
         rounds = -(-count // len(walkers))
         chosen = np.concatenate([rng.permutation(len(walkers)) for _ in range(rounds)])[:count]
         models = walkers[chosen].copy()
@@ -177,39 +177,39 @@ class TrialDesign:
 
     def gather(self, models: np.ndarray) -> None:
         """Let the walkers go on from models (N, P), each from one, evenly."""
-        count = len(self._places)
-        self._places = models[np.arange(count) * len(models) // count].copy()
+        count = len(self._raw_walkers)
+        self._raw_walkers = models[np.arange(count) * len(models) // count].copy()
 
     def move(self, density: LogDensity) -> None:
         """Let all walkers follow a density."""
         rng = generation_rng(self._seed, 2 * self._step + 3)
-        self._places = self._followed(self._places, density, rng)
+        self._raw_walkers = self._moved_walkers(self._raw_walkers, density, rng)
         optimistic = partial(density, optimistic=True)
-        self._scouts = self._followed(self._scouts, optimistic, rng)
+        self._scouts = self._moved_walkers(self._scouts, optimistic, rng)
         if self._explorers_share:
             wide = partial(density, optimistic=True, power=EXPLORED_POWER)
-            self._explorers = self._followed(self._explorers, wide, rng)
+            self._explorers = self._moved_walkers(self._explorers, wide, rng)
         self._step += 1
 
     def fold(self, group: SymmetryGroup) -> None:
         """Bring all walkers to one of the regions that are images of each other."""
-        self._places = group.folded(self._places)
+        self._raw_walkers = group.folded(self._raw_walkers)
         self._scouts = group.folded(self._scouts)
         self._explorers = group.folded(self._explorers)
 
-    def _followed(
+    def _moved_walkers(
         self, walkers: np.ndarray, density: LogDensity, rng: np.random.Generator
     ) -> np.ndarray:
         """Return where walkers (W, P) are after their moves by the Metropolis rule."""
         walkers = walkers.copy()
         height = self._height(walkers, density)
-        lost = height < height.max() - LOST
+        lost = height < height.max() - RESTARTED_BELOW
         alive = np.flatnonzero(~lost)
         companions = alive[rng.integers(len(alive), size=int(lost.sum()))]
         walkers[lost] = walkers[companions]
         height[lost] = height[companions]
-        for round_number in range(MOVES if self._step else 3 * MOVES):
-            moved = self._moved(walkers, round_number, rng)
+        for round_number in range(MOVES_PER_BATCH if self._step else 3 * MOVES_PER_BATCH):
+            moved = self._proposed_moves(walkers, round_number, rng)
             # drawn before the density is computed, which need not be where it is too low to count
             floor_height = height + np.log(rng.random(len(walkers)))
             heights = self._height(moved, density, floor_height)
@@ -218,7 +218,7 @@ class TrialDesign:
             height[accepted] = heights[accepted]
         return walkers
 
-    def _moved(
+    def _proposed_moves(
         self, walkers: np.ndarray, round_number: int, rng: np.random.Generator
     ) -> np.ndarray:
         """Return where walkers (W, P) may go.
@@ -242,7 +242,7 @@ class TrialDesign:
         if exchange and self._symmetries:
             for model in models:
                 symmetry = self._symmetries[rng.integers(len(self._symmetries))]
-                model[:] = symmetry.of(model)
+                model[:] = symmetry.images_of(model)
             return
         rows = np.arange(len(models))
         if not exchange or len(self._groups) < 2:
@@ -267,10 +267,10 @@ class TrialDesign:
         For `least` see `Density`.
         """
         outside = np.maximum(np.abs(models) - 1, 0)
-        cost = 0.5 * ((outside / MARGIN) ** 2).sum(axis=1)
+        cost = 0.5 * ((outside / RANGE_MARGIN) ** 2).sum(axis=1)
         height = np.full(len(models), -np.inf)
         allowed = ~(outside[:, self.space.walls] > 0).any(axis=1)
-        stated = self._stated(models[allowed])
+        stated = self._at_ends(models[allowed])
         if least is None:
             height[allowed] = density(stated) - cost[allowed]
         else:
@@ -278,7 +278,7 @@ class TrialDesign:
             height[allowed] = density(stated, least=floor) - cost[allowed]
         return height
 
-    def _stated(self, models: np.ndarray) -> np.ndarray:
+    def _at_ends(self, models: np.ndarray) -> np.ndarray:
         """Return models (N, P), those beyond the end of a saturated parameter at that end."""
         saturated = self.space.saturated
         if not saturated.any():
@@ -288,7 +288,7 @@ class TrialDesign:
     def state(self) -> dict[str, np.ndarray]:
         """Return walkers, scouts, explorers and the number of moves made."""
         state = {
-            "walkers": self._places.copy(),
+            "walkers": self._raw_walkers.copy(),
             "scouts": self._scouts.copy(),
             "step": np.array(self._step, dtype=np.int64),
         }
@@ -299,12 +299,12 @@ class TrialDesign:
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state of a design with the same settings."""
         shapes = {"walkers": "W P", "step": ""}
-        arrays = state_arrays(state, shapes, W=len(self._places), P=self.dimension)
+        arrays = state_arrays(state, shapes, W=len(self._raw_walkers), P=self.dimension)
         scouts = state.get("scouts", arrays["walkers"][: len(self._scouts)])
         clouds = {"scouts": scouts, "explorers": state.get("explorers", scouts)}
         shapes = dict.fromkeys(clouds, "V P")
         arrays |= state_arrays(clouds, shapes, V=len(self._scouts), P=self.dimension)
-        self._places = arrays["walkers"]
+        self._raw_walkers = arrays["walkers"]
         self._scouts = arrays["scouts"]
         self._explorers = arrays["explorers"]
         self._step = int(arrays["step"])

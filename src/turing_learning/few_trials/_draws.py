@@ -22,13 +22,13 @@ exact value.
 FIRST_MOVES = 10
 """Moves of all points before the likelihood counts."""
 
-MOVES = 6
+MOVES_PER_POWER = 6
 """Moves of all points at each power of the likelihood."""
 
 LAST_MOVES = 30
 """Moves of all points at the last power."""
 
-COUNTING = 0.5
+COUNTING_SHARE = 0.5
 """Share of the points that still count when the power grows."""
 
 BISECTIONS = 40
@@ -55,7 +55,7 @@ def draw(
         ensemble.move(reached)
     while reached < power:
         reached = ensemble.temper(reached, power)
-        for _ in range(MOVES):
+        for _ in range(MOVES_PER_POWER):
             ensemble.move(reached)
     for _ in range(LAST_MOVES):
         ensemble.move(power)
@@ -128,7 +128,7 @@ class _Ensemble:
 
         def enough(next_power: float) -> bool:
             likely = weights(next_power)
-            return bool(likely.sum() ** 2 > COUNTING * len(values) * (likely**2).sum())
+            return bool(likely.sum() ** 2 > COUNTING_SHARE * len(values) * (likely**2).sum())
 
         low = goal if enough(goal) else power
         high = goal

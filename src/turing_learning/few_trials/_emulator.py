@@ -18,29 +18,29 @@ import numpy as np
 from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import minimize
 
-TYPICAL = 1.5
+TYPICAL_LENGTH = 1.5
 """Length scales are expected to be at least of this size, on a range of 2.
 
 Smaller ones by a factor of e cost 1/2.
 """
 
-LENGTHS = np.log(0.02), np.log(30.0)
+LOG_LENGTHS = np.log(0.02), np.log(30.0)
 """Bounds of the logarithms of length scales."""
 
-VARIANCES = -9.0, 14.0
+LOG_VARIANCES = -9.0, 14.0
 """Bounds of the logarithms of the variance of slopes, and of that of bends, in units of the
 noise."""
 
-START_SHAPE = 1.0
+LOG_SHAPE_START = 1.0
 """Logarithm of the kernel's shape from which it is sought."""
 
-SHAPES = 0.0, 3.5
+LOG_SHAPES = 0.0, 3.5
 """Bounds of the logarithm of the kernel's shape: 1 has bends of all lengths, 33 of one length."""
 
-FARTHEST_START = np.log(5.0)
+LONGEST_LOG_START = np.log(5.0)
 """Length scales are sought from no longer ones: from far out nothing pulls them back."""
 
-CONSTANT = 1e4
+CONSTANT_VARIANCE = 1e4
 """Variance of the constant, in units of the noise."""
 
 PIVOTS = 120
@@ -49,14 +49,14 @@ PIVOTS = 120
 LEAST_LEARNED = 1e-3
 """Largest share of its variance that the outputs may take from a feature that is left out."""
 
-SIZES = 10.0 ** np.arange(-0.5, 1.5, 0.5)
+KERNEL_SIZES = 10.0 ** np.arange(-0.5, 1.5, 0.5)
 """Factors of the kernel that an output can have.
 
 With much smaller ones an output that hardly moves among the samples is held to move nowhere
 (decision 0055).
 """
 
-ENOUGH = 250
+FITTED_POINTS = 250
 """Points that length scales and variances are fitted to."""
 
 
@@ -92,7 +92,7 @@ class Emulator:
         mean = features @ self.weights
         squares = np.multiply(features, features, out=features)
         slopes, bends = np.exp(self.logs[-2:])
-        missed = slopes * (z**2).sum(axis=1) + bends + CONSTANT - squares.sum(axis=1)
+        missed = slopes * (z**2).sum(axis=1) + bends + CONSTANT_VARIANCE - squares.sum(axis=1)
         return mean, squares @ self.spreads + np.maximum(missed, 0)[:, None] * self.sizes
 
     def mean(self, z: np.ndarray) -> np.ndarray:
@@ -110,18 +110,18 @@ def conditioned(points: np.ndarray, outputs: np.ndarray, logs: np.ndarray) -> Em
     """
     z = points / np.exp(logs[:-3])
     pivots = z[_pivots(z, logs)]
-    factor = _factor(_covariance(pivots, pivots, logs), 1e-10 * CONSTANT)
+    factor = _factor(_covariance(pivots, pivots, logs), 1e-10 * CONSTANT_VARIANCE)
     basis = solve_triangular(factor, np.eye(len(pivots)), lower=True).T
     features = _covariance(z, pivots, logs) @ basis
     values, vectors = np.linalg.eigh(features.T @ features)
     values = np.maximum(values, 0)[:, None]
     projected = vectors.T @ (features.T @ outputs)
     losses = []
-    for size in SIZES:
+    for size in KERNEL_SIZES:
         # minus twice the logarithm of the marginal likelihood, but for a constant
         explained = projected**2 * size / (1 + size * values)
         losses.append(np.log1p(size * values).sum(axis=0) - explained.sum(axis=0))
-    sizes = SIZES[np.argmin(losses, axis=0)]
+    sizes = KERNEL_SIZES[np.argmin(losses, axis=0)]
     # features of which the outputs say next to nothing count as missed
     learned = sizes.max() * values[:, 0] > LEAST_LEARNED
     values = values[learned]
@@ -179,7 +179,7 @@ def _covariance(a: np.ndarray, b: np.ndarray, logs: np.ndarray) -> np.ndarray:
     covariance *= np.exp(logs[-2])
     bell *= np.exp(logs[-1])
     covariance += bell
-    covariance += CONSTANT
+    covariance += CONSTANT_VARIANCE
     return covariance
 
 
@@ -188,7 +188,7 @@ def _pivots(z: np.ndarray, logs: np.ndarray) -> np.ndarray:
 
     Source: pivoted Cholesky factorization.
     """
-    remaining = np.exp(logs[-2]) * (z**2).sum(axis=1) + np.exp(logs[-1]) + CONSTANT
+    remaining = np.exp(logs[-2]) * (z**2).sum(axis=1) + np.exp(logs[-1]) + CONSTANT_VARIANCE
     rows = np.zeros((min(PIVOTS, len(z)), len(z)))
     chosen: list[int] = []
     for k in range(len(rows)):
@@ -211,24 +211,26 @@ def learned_kernel(
     (P + 3,). Its length scales grow at most by the factor `longer`, because nearby a parameter with
     an effect may seem to have none.
     """
-    shortest, widest = LENGTHS
+    shortest, widest = LOG_LENGTHS
     if start is None:
-        start_logs = np.r_[np.full(points.shape[1], np.log(TYPICAL)), START_SHAPE, 0.0, 0.0]
+        start_logs = np.r_[
+            np.full(points.shape[1], np.log(TYPICAL_LENGTH)), LOG_SHAPE_START, 0.0, 0.0
+        ]
         longest = [widest] * points.shape[1]
         steps = 30
     else:
         start_logs = start.copy()
         longest = [min(widest, log + np.log(longer)) for log in start_logs[:-3]]
         steps = 10
-    start_logs[:-3] = np.minimum(start_logs[:-3], FARTHEST_START)
-    few = np.linspace(0, len(points) - 1, min(len(points), ENOUGH)).astype(int)
+    start_logs[:-3] = np.minimum(start_logs[:-3], LONGEST_LOG_START)
+    few = np.linspace(0, len(points) - 1, min(len(points), FITTED_POINTS)).astype(int)
     logs: np.ndarray = minimize(
         _loss,
         start_logs,
         args=(points[few], outputs[few]),
         jac=True,
         method="L-BFGS-B",
-        bounds=[(shortest, log) for log in longest] + [SHAPES, VARIANCES, VARIANCES],
+        bounds=[(shortest, log) for log in longest] + [LOG_SHAPES, LOG_VARIANCES, LOG_VARIANCES],
         options={"maxiter": steps},
     ).x
     return logs
@@ -251,12 +253,12 @@ def _loss(logs: np.ndarray, points: np.ndarray, outputs: np.ndarray) -> tuple[fl
     shape = np.exp(logs[-3])
     wider = 1 + halves / shape
     bell = wider**-shape
-    factor = _factor(slopes * linear + bends * bell + CONSTANT, 1.0)
+    factor = _factor(slopes * linear + bends * bell + CONSTANT_VARIANCE, 1.0)
     inverse = cho_solve((factor, True), np.eye(len(z)), check_finite=False)
     weights = inverse @ outputs
     count = outputs.shape[1]
     # short length scales are not expected
-    short = np.minimum(logs[:-3] - np.log(TYPICAL), 0)
+    short = np.minimum(logs[:-3] - np.log(TYPICAL_LENGTH), 0)
     value = 0.5 * (outputs * weights).sum()
     value = value + count * np.log(np.diag(factor)).sum() + 0.5 * (short**2).sum()
     # derivatives of the value by the covariance, and through it by each logarithm

@@ -37,10 +37,10 @@ For each root of the number of genuine samples.
 EXCHANGED_APART = 0.3
 """The same of an image by exchanged parameters, or by products."""
 
-LEAST_IMAGE = 0.005
+LEAST_IMAGE_P = 0.005
 """p-value of new samples from which an image of a solution is a solution, too."""
 
-IMAGES = 12
+LINEAR_IMAGES = 12
 """Images by linear symmetries whose samples are simulated, at most."""
 
 PRODUCT_IMAGES = 12
@@ -68,19 +68,19 @@ chance."""
 MOST_VALUES = 600
 """Values of a sample that its image is held against, evenly from all steps and signals."""
 
-ENOUGH = 10
+MOST_RULED_OUT = 10
 """After so many symmetries of a family are ruled out, the rest of it is not looked at."""
 
 FEWEST_SIMULATED = 10
 """Samples, of those that have not failed, below which nothing is said."""
 
-LEAST_ODD = 0.0005
+LEAST_ODD_P = 0.0005
 """p-value from which the first models of a run do not rule a symmetry out, see `oddness`."""
 
-MOST_MOVING = 0.01
+MOST_MOVING_P = 0.01
 """p-value up to which what a symmetry moves says something at all."""
 
-MIXED = 0.1
+MIXED_SHARE = 0.1
 """Draws may be a mixture if at least this share of them lies on the smaller side."""
 
 DIRECTIONS = 12
@@ -89,10 +89,10 @@ DIRECTIONS = 12
 JUDGES = 200
 """Observers that judge samples of a model and of its image."""
 
-PENALTY = 0.3
+PAIR_PENALTY = 0.3
 """Of the regression on their outputs, in the mean square of the differences of a pair."""
 
-FOLDS = 5
+PAIR_FOLDS = 5
 """Parts of the pairs; what is learned from four is asked of the fifth."""
 
 MOST_DRAWS = 3600
@@ -188,7 +188,7 @@ class Examiner:
         # samples of the solution itself, which all of its images are held against
         solution_samples = None
         for symmetry in self._plausible(draws, first_trials):
-            image = symmetry.of(solution)
+            image = symmetry.images_of(solution)
             if any(_alike(image, earlier) for earlier in tried):
                 continue
             # what a known symmetry turns back to the solution, or near it, is nothing new
@@ -231,7 +231,7 @@ class Examiner:
         for family in self.space.candidates:
             if any(symmetry.logarithmic.any() for symmetry in family) != products:
                 continue
-            if not any(share_beyond(symmetry, draws) >= MIXED for symmetry in family):
+            if not any(share_beyond(symmetry, draws) >= MIXED_SHARE for symmetry in family):
                 continue
             if not products and not all(
                 self._moves_evenly(symmetry, first_trials, outputs, family) for symmetry in family
@@ -283,7 +283,7 @@ class Examiner:
         self, group: SymmetryGroup, draws: np.ndarray, count: int, rng: np.random.Generator
     ) -> bool:
         """Say the same by so many samples of each."""
-        images = np.stack([member.of(draws) for member in group.members])
+        images = np.stack([member.images_of(draws) for member in group.members])
         member = rng.integers(1, len(images), size=len(draws))
         image = images[member, np.arange(len(draws))]
         chosen = rng.permutation(len(draws))[:count]
@@ -296,7 +296,7 @@ class Examiner:
     ) -> bool:
         """Say whether outputs change with what a symmetry moves, but not with its sign."""
         by_chance, moving = oddness(symmetry, first_trials.parameters, outputs)
-        return by_chance >= LEAST_ODD / len(family) and moving <= MOST_MOVING
+        return by_chance >= LEAST_ODD_P / len(family) and moving <= MOST_MOVING_P
 
     def apart(self, draws: np.ndarray, group: SymmetryGroup) -> bool:
         """Say whether an image of draws (D, P) by a group lies apart from them."""
@@ -307,7 +307,7 @@ class Examiner:
 
         So far that samples of models halfway would be told.
         """
-        image = symmetry.of(draws)
+        image = symmetry.images_of(draws)
         inside = (np.abs(np.median(image, axis=0)) <= self.space.widest).all()
         return bool(inside) and self._lies_apart(symmetry, draws, image)
 
@@ -343,7 +343,7 @@ class Examiner:
         for family in self.space.candidates:
             ruled_out = 0
             for symmetry in family:
-                if ruled_out == ENOUGH:
+                if ruled_out == MOST_RULED_OUT:
                     break
                 if not self._apart(symmetry, draws):
                     continue
@@ -352,12 +352,12 @@ class Examiner:
                     # outputs bend along products, which the F-test takes for noise: it only says
                     # which are tried first
                     products.append((by_chance, symmetry))
-                elif by_chance >= LEAST_ODD:
+                elif by_chance >= LEAST_ODD_P:
                     linear.append((by_chance, symmetry))
                 else:
                     ruled_out += 1
         chosen: list[Symmetry] = []
-        for plausible, most in ((linear, IMAGES), (products, PRODUCT_IMAGES)):
+        for plausible, most in ((linear, LINEAR_IMAGES), (products, PRODUCT_IMAGES)):
             plausible.sort(key=lambda entry: -entry[0])
             chosen.extend(symmetry for _, symmetry in plausible[:most])
         return chosen
@@ -387,13 +387,13 @@ class Examiner:
             if len(usable) < FEWEST_SIMULATED:
                 continue
             pairs = samples[usable], image_samples[usable]
-            if paired_p_value(models[usable], *pairs, rng) < LEAST_IMAGE:
+            if paired_p_value(models[usable], *pairs, rng) < LEAST_IMAGE_P:
                 return False
         if len(usable) < FEWEST_SIMULATED:
             return False
-        if resemblance(pairs[1], pairs[0], self.signals, rng) < LEAST_IMAGE:
+        if resemblance(pairs[1], pairs[0], self.signals, rng) < LEAST_IMAGE_P:
             return False
-        return self._learned_p_value(*pairs, rng) >= LEAST_IMAGE
+        return self._learned_p_value(*pairs, rng) >= LEAST_IMAGE_P
 
     def _learned_p_value(
         self, samples: np.ndarray, image_samples: np.ndarray, rng: np.random.Generator
@@ -419,7 +419,7 @@ class Examiner:
         distinct: list[np.ndarray] = []
         for number, member in enumerate(group.members):
             for draws in solutions:
-                image = member.of(draws)
+                image = member.images_of(draws)
                 # the solutions themselves count wherever they are
                 if number:
                     image = image[(np.abs(image) <= self.space.widest).all(axis=1)]
@@ -487,12 +487,12 @@ def learned_p_value(differences: np.ndarray, rng: np.random.Generator) -> float:
     """
     count = len(differences)
     products = differences @ differences.T
-    penalty = PENALTY * np.trace(products) / count + 1e-12
+    penalty = PAIR_PENALTY * np.trace(products) / count + 1e-12
     signs = rng.choice((-1.0, 1.0), size=(PERMUTATIONS + 1, count)).T
     signs[:, 0] = 1
-    fold = rng.permutation(count) % FOLDS
+    fold = rng.permutation(count) % PAIR_FOLDS
     scores = np.empty_like(signs)
-    for number in range(FOLDS):
+    for number in range(PAIR_FOLDS):
         out = fold == number
         among = products[np.ix_(~out, ~out)] + penalty * np.eye((~out).sum())
         scores[out] = products[np.ix_(out, ~out)] @ np.linalg.solve(among, signs[~out])

@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-FOLDS = 4
+TRIAL_FOLDS = 4
 """Parts of the trials; jurors that are trained on three judge the fourth."""
 
-RIDGES = (1e-3, 1e-2, 1e-1, 1.0)
+RIDGE_PENALTIES = (1e-3, 1e-2, 1e-1, 1.0)
 """Penalties that are tried, in units of the variance of an output."""
 
-WORTH = 0.02
+LEAST_EXPLAINED = 0.02
 """Share of a target's variance that the juror of a product has to explain out of its fold."""
 
 SHRINKAGE = 0.05
@@ -59,9 +59,9 @@ def train_moments(
     )
     targets = (targets - targets.mean(axis=0)) / (targets.std(axis=0) + 1e-9)
     # trials of one fold stand together, so that a fold is a slice
-    fold = rng.permutation(count) % FOLDS
+    fold = rng.permutation(count) % TRIAL_FOLDS
     order = np.argsort(fold, kind="stable")
-    bounds = np.searchsorted(fold[order], np.arange(FOLDS + 1))
+    bounds = np.searchsorted(fold[order], np.arange(TRIAL_FOLDS + 1))
     judged = outputs[order]
     middle = judged.mean(axis=0)
     judged -= middle
@@ -77,7 +77,7 @@ def train_moments(
     values = np.empty_like(targets)
     values[order] = read[best, :, terms].T
     values -= expected[best, :, terms].T[fold]
-    worthy = explained > WORTH
+    worthy = explained > LEAST_EXPLAINED
     worthy[:dimension] = True
     return Moments(_whitened(parameters, values[:, worthy]), explained[:dimension])
 
@@ -99,8 +99,8 @@ def _cross_fit(
     products = [(judged[fold].T @ goals[fold]).astype(float) for fold in folds]
     sums = [judged[fold].sum(axis=0, dtype=float) for fold in folds]
     goal_sums = [targets[fold].sum(axis=0) for fold in folds]
-    read = np.empty((len(RIDGES), *targets.shape))
-    expected = np.empty((len(RIDGES), FOLDS, targets.shape[1]))
+    read = np.empty((len(RIDGE_PENALTIES), *targets.shape))
+    expected = np.empty((len(RIDGE_PENALTIES), TRIAL_FOLDS, targets.shape[1]))
     for k, fold in enumerate(folds):
         size = len(judged) - (bounds[k + 1] - bounds[k])
         mean = (sum(sums) - sums[k]) / size
@@ -108,7 +108,7 @@ def _cross_fit(
         square = sum(squares) - squares[k] - size * np.outer(mean, mean)
         product = sum(products) - products[k] - size * np.outer(mean, goal)
         left_out = judged[fold] - mean.astype(judged.dtype)
-        for r, ridge in enumerate(RIDGES):
+        for r, ridge in enumerate(RIDGE_PENALTIES):
             penalized = square + ridge * size * np.eye(len(square))
             weights = cho_solve(
                 cho_factor(penalized, check_finite=False), product, check_finite=False

@@ -19,13 +19,13 @@ import numpy as np
 from ._emulator import Emulator, conditioned, learned_kernel, surprise
 from ._jurors import quadratic_terms
 
-FOLDS = 5
+SAMPLE_FOLDS = 5
 """Parts of the counterfeit samples; what is learned from four is applied to the fifth."""
 
-TRUST = 0.7
+TRUSTED_SHARE = 0.7
 """Share of the samples at which the prediction is sure enough for draws."""
 
-SURE = 0.25
+SURE_VARIANCE = 0.25
 """Variance of a prediction, in units of that of the target, that is sure enough in any case."""
 
 TIGHT = 0.5
@@ -35,23 +35,23 @@ much alike to tell slopes."""
 STEEP = 4.0
 """Squared distance, in the same units, up to which samples are taken in place of half of those."""
 
-LONGER = 2.5
+LENGTH_GROWTH = 2.5
 """By how much length scales of the fine fit may be longer than those of the broad one."""
 
 RULED_OUT = 20.0
 """Half the squared misses beyond which a broad fit rules models out: those of twenty parameters are
 as large by chance in one of two hundred cases."""
 
-CHANCES = 1000
+MEANS_BY_CHANCE = 1000
 """Means of samples of the model that the distance is held against."""
 
-GROWTH = 1.1
+WEIGHT_GROWTH = 1.1
 """Factor by which weights are widened until they rest on enough samples."""
 
-WIDEST = 1e4
+WIDEST_WEIGHTS = 1e4
 """Width at which they are not widened any more: then all samples count alike."""
 
-NOISE_LEAST = 0.2
+LEAST_NOISE_SHARE = 0.2
 """Least share of a miss that counts as noise where the emulator knows the rest."""
 
 
@@ -69,7 +69,7 @@ class Likelihood:
     trust: float  #: Largest variance of a prediction that counts
     target: np.ndarray  #: (P,), mean composite judgment of the genuine samples
     covariance: np.ndarray  #: (P, P), of the target
-    region: "Likelihood | None" = None  #: What else must not rule models out
+    broad: "Likelihood | None" = None  #: A broader fit, which must not rule models out
 
     def remoteness(self, z: np.ndarray) -> np.ndarray:
         """Return how far (S,) models (S, P + 1) are judged from the agents, squared."""
@@ -99,10 +99,10 @@ class Likelihood:
         trusted = variance.mean(axis=1) <= self.trust
         likelihood = np.full(len(z), -np.inf)
         likelihood[inside] = np.where(trusted, values, -np.inf)
-        if self.region is not None:
+        if self.broad is not None:
             counts = np.flatnonzero(likelihood > (-np.inf if least is None else least))
-            broad = self.region.log_likelihood(z[counts], optimistic=True)
-            likelihood[counts[broad <= -RULED_OUT]] = -np.inf
+            broadly = self.broad.log_likelihood(z[counts], optimistic=True)
+            likelihood[counts[broadly <= -RULED_OUT]] = -np.inf
         return likelihood
 
     def without_canary(self, z: np.ndarray, least: np.ndarray | None = None) -> np.ndarray:
@@ -118,11 +118,11 @@ class JudgedSamples:
     """
 
     #: (S, P + 1), parameters of the models on [-1, 1], the canary the last
-    z: np.ndarray
-    x: np.ndarray  #: (S, J), outputs for the counterfeit samples
-    g: np.ndarray  #: (K, J), outputs for the genuine ones
+    parameters: np.ndarray
+    counterfeit: np.ndarray  #: (S, J), outputs for the counterfeit samples
+    genuine: np.ndarray  #: (K, J), outputs for the genuine ones
     fold: np.ndarray  #: (S,)
-    averaged: int  #: Samples of a trial that each counterfeit output is the mean of
+    samples_per_trial: int  #: Samples of a trial that each counterfeit output is the mean of
     size: int  #: Samples that a fit rests on
 
     def weights(self, remoteness: np.ndarray) -> np.ndarray:
@@ -133,9 +133,9 @@ class JudgedSamples:
         while True:
             weights = np.exp(-0.5 * beyond / width**2)
             effective_enough = weights.sum() ** 2 >= wanted * (weights**2).sum()
-            if effective_enough or width > WIDEST:
+            if effective_enough or width > WIDEST_WEIGHTS:
                 return weights
-            width *= GROWTH
+            width *= WEIGHT_GROWTH
 
     def fit(
         self,
@@ -162,7 +162,7 @@ class JudgedSamples:
         # roots of such weights are weights of a width larger by root 2
         composite, genuine = self._composite(np.sqrt(weights))
         chosen = self._chosen(weights, remoteness, far_share, weight_floor)
-        z = self.z[chosen]
+        z = self.parameters[chosen]
         t = composite[chosen]
         weights = weights[chosen] / weights.max()
         # a linear fit says along which directions judgments move
@@ -171,7 +171,7 @@ class JudgedSamples:
         expected = terms @ np.linalg.lstsq(root * terms, root * t, rcond=None)[0]
         misses = t - expected
         offset = np.average(t, axis=0, weights=weights)
-        longer = np.inf if far_share else LONGER
+        longer = np.inf if far_share else LENGTH_GROWTH
         # The second time with the covariance that the first has found
         for _ in range(2):
             residual = _covariance_of(misses, weights)
@@ -181,22 +181,22 @@ class JudgedSamples:
             whiten = whiten @ np.linalg.svd((expected - offset) @ whiten, full_matrices=False)[2].T
             outputs = (t - offset) @ whiten
             logs = learned_kernel(z, outputs, logs, longer)
-            longer = min(longer, LONGER)
+            longer = min(longer, LENGTH_GROWTH)
             emulator = conditioned(z, outputs, logs)
             mean, variance = emulator.predict(z)
             # If left out, a sample misses by 1 / (1 - v) as much, with a variance of
             # 1 + v / (1 - v), of which 1 is noise
-            noise_share = np.maximum(1 - variance, NOISE_LEAST)
+            noise_share = np.maximum(1 - variance, LEAST_NOISE_SHARE)
             scaled = (outputs - mean) / (noise_share * np.sqrt(1 + variance / noise_share))
             misses = scaled @ np.linalg.inv(whiten)
         target, covariance = self._target(genuine, _covariance_of(misses, weights))
         covariance = whiten.T @ covariance @ whiten
-        sure = SURE * float(np.trace(covariance)) / len(covariance)
+        sure = SURE_VARIANCE * float(np.trace(covariance)) / len(covariance)
         return Likelihood(
             emulator=emulator,
             points=z,
             outputs=outputs,
-            trust=max(float(np.quantile(variance.mean(axis=1), TRUST)), sure),
+            trust=max(float(np.quantile(variance.mean(axis=1), TRUSTED_SHARE)), sure),
             target=(target - offset) @ whiten,
             covariance=covariance,
         )
@@ -206,13 +206,15 @@ class JudgedSamples:
 
         Each fold is judged by what was learned from the others; the canary has no judgment.
         """
-        counterfeit = np.zeros_like(self.z)
-        genuine = np.zeros((len(self.g), self.z.shape[1]))
-        for fold_number in range(FOLDS):
+        counterfeit = np.zeros_like(self.parameters)
+        genuine = np.zeros((len(self.genuine), self.parameters.shape[1]))
+        for fold_number in range(SAMPLE_FOLDS):
             out = self.fold == fold_number
-            middle, coefficients, offset = _ridge(self.x[~out], self.z[~out], weights[~out])
-            counterfeit[out] = (self.x[out] - middle) @ coefficients + offset
-            genuine += ((self.g - middle) @ coefficients + offset) / FOLDS
+            middle, coefficients, offset = _ridge(
+                self.counterfeit[~out], self.parameters[~out], weights[~out]
+            )
+            counterfeit[out] = (self.counterfeit[out] - middle) @ coefficients + offset
+            genuine += ((self.genuine - middle) @ coefficients + offset) / SAMPLE_FOLDS
         return counterfeit[:, :-1], genuine[:, :-1]
 
     def _chosen(
@@ -249,9 +251,9 @@ class JudgedSamples:
         expected, as samples of one trial are alike.
         """
         count = len(judged)
-        expected = residual * self.averaged / count
+        expected = residual * self.samples_per_trial / count
         own_covariance = np.atleast_2d(np.cov(judged.T)) / count
-        if self.averaged > 1:
+        if self.samples_per_trial > 1:
             factor = np.linalg.cholesky(expected)
             relative = np.linalg.solve(factor, np.linalg.solve(factor, own_covariance).T)
             values, vectors = np.linalg.eigh(relative)
@@ -277,8 +279,8 @@ class JudgedSamples:
         weights = self.weights(remoteness)
         effective = int(weights.sum() ** 2 / (weights**2).sum())
         nearest = np.argsort(-weights, kind="stable")[:effective]
-        outputs = self.x[nearest]
-        offsets = (likelihood.emulator.mean(self.z) - likelihood.target)[nearest]
+        outputs = self.counterfeit[nearest]
+        offsets = (likelihood.emulator.mean(self.parameters) - likelihood.target)[nearest]
         # a judgment that hardly varies among them says nothing of slopes
         offsets = offsets[:, offsets.std(axis=0) > 0.1]
         # outputs as quadratic functions of the composite judgments, which are 0 for the agents
@@ -290,9 +292,9 @@ class JudgedSamples:
         inverse = np.linalg.inv(terms.T @ terms + np.diag(penalty))
         coefficients = inverse @ (terms.T @ outputs)
         misses = outputs - terms @ coefficients
-        count = max(round(len(self.g) / self.averaged), 2)
+        count = max(round(len(self.genuine) / self.samples_per_trial), 2)
         # genuine events may be rare
-        spread = self.g.std(axis=0) / np.sqrt(self.averaged)
+        spread = self.genuine.std(axis=0) / np.sqrt(self.samples_per_trial)
         scale = np.maximum(misses.std(axis=0), spread) + 1e-9
         slopes = coefficients[1 : 1 + offsets.shape[1]] / scale
         basis = np.linalg.qr(slopes.T)[0]
@@ -306,12 +308,15 @@ class JudgedSamples:
 
         # how often each sample is drawn, in each of the simulated means
         samples = len(outputs)
-        drawn = rng.integers(samples, size=(CHANCES, count)) + samples * np.arange(CHANCES)[:, None]
-        counts = np.bincount(drawn.ravel(), minlength=CHANCES * samples)
-        shares = counts.reshape(CHANCES, samples) / count
+        drawn = (
+            rng.integers(samples, size=(MEANS_BY_CHANCE, count))
+            + samples * np.arange(MEANS_BY_CHANCE)[:, None]
+        )
+        counts = np.bincount(drawn.ravel(), minlength=MEANS_BY_CHANCE * samples)
+        shares = counts.reshape(MEANS_BY_CHANCE, samples) / count
         uncertain = 1 + count * (inverse[0, 0] + leverage)
         simulated = statistic(shares @ misses) * uncertain
-        observed = float(statistic((self.g.mean(axis=0) - coefficients[0])[None])[0])
+        observed = float(statistic((self.genuine.mean(axis=0) - coefficients[0])[None])[0])
         exceeding = (simulated >= observed).sum()
         return observed, float((1 + exceeding) / (1 + len(simulated)))
 

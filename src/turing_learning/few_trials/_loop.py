@@ -36,16 +36,16 @@ from ._observers import Observers
 from ._readout import (
     Cloud,
     Evidence,
-    best_center,
-    disagreement,
-    evidence_within,
+    best_solution,
+    birge_ratio,
+    estimate_and_interval,
+    evidence_in_reach,
+    intervals_of_modes,
     solution,
-    stated,
-    stated_of_modes,
     widened,
 )
 from ._schedule import batch_schedule
-from ._search import DECIDED_AT, FEWEST, Search
+from ._search import DECIDED_AT, FEWEST_TO_SEARCH, Search
 from ._space import SearchSpace
 from ._symmetry import SymmetryGroup
 
@@ -55,13 +55,13 @@ GENERATIONS = 3
 """Generations of classifiers in each batch."""
 ARCHIVED = 60
 """Classifiers in the archive."""
-PRESENT = 20
+FITTEST = 20
 """Best classifiers of the last generation, which judge beside the archive."""
-RECENT = 60
+RECENT_TRIALS = 60
 """Latest trials that a generation of classifiers judges."""
-OLD = 40
+OLD_TRIALS = 40
 """Trials of any age beside them."""
-GENUINE = 200
+GENUINE_JUDGED = 200
 """Genuine samples beside both; as many say how fit the classifiers of a batch are."""
 
 # Observers, which are random. Decision 0028.
@@ -109,7 +109,7 @@ REPEATS = 4
 
 EXPLORERS = 0.5
 """Share of explorers in the last batch where the genuine samples are all there are."""
-POOL = (500, 3000)
+POOL_SIZES = (500, 3000)
 """Fewest and most live genuine samples that are judged; within these as many as trials."""
 PORTIONS = 5
 """Parts of a batch of a lost run, at most: where trials are many, many are tried at once."""
@@ -151,9 +151,9 @@ class Batch:
     #: judgments
     misfit: float
     models: np.ndarray  #: (M, P), that were tried
-    #: (M,), share of the present classifiers that accept each
+    #: (M,), share of these classifiers that accept each
     model_fitness: np.ndarray
-    classifiers: np.ndarray  #: (N, Q), the present ones
+    classifiers: np.ndarray  #: (N, Q), the fittest of the last generation
     #: (N,), mean of specificity and sensitivity on genuine samples and those of the batch
     classifier_fitness: np.ndarray
 
@@ -204,11 +204,13 @@ class FewTrials:
 
     Attributes
     ----------
+    batches
+        Number of completed batches.
     buffer
         All samples.
     batch
         What is known after the last batch; None before the first.
-    present : (N, Q)
+    fittest : (N, Q)
         The fittest classifiers after the last batch.
     search
         Whether the run is lost, and its way out.
@@ -249,7 +251,7 @@ class FewTrials:
         self._classifier = classifier
         self._classifiers = classifiers
         self._observers = observers
-        self._fixed = genuine
+        self._fixed_genuine = genuine
         self._examiner = examiner
         self._tolerance = tolerance
         self._searches = searches
@@ -259,28 +261,23 @@ class FewTrials:
         self._stages = (*extended, (trials, trials))
         self._schedule = batch_schedule(trials, space.dimension, extended, batch)
         self.buffer = SampleBuffer(share=0.1 if genuine is None else 1.0)
-        self.buffer.pool = self._pool
+        self.buffer.pool_size = self._pool_size
         self.batch: Batch | None = None
         self.tolerated = False
-        self._number = 0
-        # genomes of the observers, what they say of all samples, and what evolved classifiers say
-        self._drawn = np.empty((0, observers.parameters))
-        self._observed = JudgmentRecord(observers)
-        self._jury = JudgmentRecord(classifier)
-        self.present = np.empty((0, classifier.parameters))
+        self.batches = 0
+        self._observer_genomes = np.empty((0, observers.parameters))
+        self._observer_judgments = JudgmentRecord(observers)
+        self._classifier_judgments = JudgmentRecord(classifier)
+        self.fittest = np.empty((0, classifier.parameters))
         self._density = Density(None)
-        # walkers of the last batch, and of the repeats of `average`
-        self._pooled = np.empty((0, space.dimension))
+        # of the last batch, and of the repeats of `average`
+        self._collected_walkers = np.empty((0, space.dimension))
         self.search = Search(self._space.furthest)
         self._group: SymmetryGroup | None = None
-        self._matched: tuple[int, Matched | None] = (0, None)
+        # after how many batches, and with what result
+        self._latest_match: tuple[int, Matched | None] = (0, None)
 
     # Where the run is
-
-    @property
-    def batches(self) -> int:
-        """Number of completed batches."""
-        return self._number
 
     @property
     def spent(self) -> int:
@@ -293,10 +290,10 @@ class FewTrials:
         return self.spent >= self.trials
 
     @property
-    def undecided(self) -> bool:
-        """Whether it is time to `settle` on one of the centers of a lost run."""
+    def decision_due(self) -> bool:
+        """Whether a lost run has to choose where its other trials are spent, see `go_on_around`."""
         late = self.spent >= DECIDED_AT * self._budget
-        return self.search.lost and not self.search.settled and late
+        return self.search.lost and not self.search.decided and late
 
     @property
     def _budget(self) -> int:
@@ -306,11 +303,11 @@ class FewTrials:
         )
 
     @property
-    def _pool(self) -> int:
+    def _pool_size(self) -> int:
         """Number of genuine samples that are judged."""
-        if self._fixed is not None:
-            return len(self._fixed)
-        return int(np.clip(self._budget, *POOL))
+        if self._fixed_genuine is not None:
+            return len(self._fixed_genuine)
+        return int(np.clip(self._budget, *POOL_SIZES))
 
     def _in_region(self, models: np.ndarray) -> np.ndarray:
         """Return models (N, P); in one region where several are images of each other."""
@@ -337,8 +334,8 @@ class FewTrials:
         At the end of a run jurors are trained, and walkers moved, several times, to average over
         which trials fell into which fold.
         """
-        if len(self._pooled):
-            return self._pooled
+        if len(self._collected_walkers):
+            return self._collected_walkers
         return self._design.walkers
 
     @property
@@ -347,13 +344,17 @@ class FewTrials:
         return np.median(self.draws, axis=0)
 
     @property
-    def observed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def observer_outputs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What observers say of usable trials (S, F) and of genuine samples (K, F).
 
         The third are the indices (S,) of these trials.
         """
         usable = np.flatnonzero(self.buffer.usable)
-        return self._observed.counterfeit[usable], self._observed.genuine, usable
+        return (
+            self._observer_judgments.counterfeit[usable],
+            self._observer_judgments.genuine,
+            usable,
+        )
 
     # The story of a batch
 
@@ -371,19 +372,19 @@ class FewTrials:
         progress = self.spent / budget
         # Sums in one order, for any number of processors
         with threadpool_limits(1, "blas"):
-            self._keep_pool()
+            self._resize_pool()
             self._try_models(progress)
             self._evolve_classifiers()
             explained = self._follow_moments()
-            if self._number in MIXTURES_SOUGHT:
+            if self.batches in MIXTURES_SOUGHT:
                 self._find_mixture()
-            self._pooled = self._design.walkers
-            if self._number % RENEWED_EVERY == 2 and progress <= RENEWED_UNTIL:
+            self._collected_walkers = self._design.walkers
+            if self.batches % RENEWED_EVERY == 2 and progress <= RENEWED_UNTIL:
                 self._renew_observers()
-        self._number += 1
-        self.batch = self._known(explained)
-        if self._searches and budget >= FEWEST:
-            self.search.note(self.spent / budget, self.batch.misfit)
+        self.batches += 1
+        self.batch = self._describe_batch(explained)
+        if self._searches and budget >= FEWEST_TO_SEARCH:
+            self.search.note_misfit(self.spent / budget, self.batch.misfit)
         if self.spent in [stage_end for _, stage_end in self._stages]:
             self.average()
         if self.search.lost and not self.complete:
@@ -392,20 +393,20 @@ class FewTrials:
             self._stop_if_tolerated()
         return self.batch
 
-    def _keep_pool(self) -> None:
+    def _resize_pool(self) -> None:
         """Let more genuine samples be judged where the run has got more trials."""
-        if self.buffer.pool != self._pool:
-            self.buffer.pool = self._pool
-            self._observe()
+        if self.buffer.pool_size != self._pool_size:
+            self.buffer.pool_size = self._pool_size
+            self._judge_by_observers()
 
     def _try_models(self, progress: float) -> None:
         """Choose the models of a batch and simulate them.
 
         `progress` is the share of the trials spent.
         """
-        count = (self._schedule[self._number] - self.spent) * self._together
+        count = (self._schedule[self.batches] - self.spent) * self._together
         self.search.reset_if_early(progress)
-        if self.search.settled:
+        if self.search.decided:
             self._try(self.search.around(count, self._design.walkers, self._rng(CLIMBING)))
         elif self.search.lost:
             self._try_parts(count)
@@ -421,20 +422,20 @@ class FewTrials:
         samples = self._source.collect(numbers, self._rng(INTERROGATION, *portion_number))
         failed = getattr(self._source, "failed", None)
         usable = None if failed is None else ~np.asarray(failed, bool)
-        genuine = samples.genuine if self._fixed is None else self._fixed
-        fixed = self._fixed is not None and len(self.buffer) > 0
+        genuine = samples.genuine if self._fixed_genuine is None else self._fixed_genuine
+        fixed = self._fixed_genuine is not None and len(self.buffer) > 0
         # Those of this batch, or all, are kept already
         if portion or fixed:
             genuine = genuine[:0]
         rng = self._rng(BUFFER, *portion_number)
         indices = self.buffer.append(models, samples.counterfeit, genuine, rng, usable)
-        if len(self._drawn) == 0:
+        if len(self._observer_genomes) == 0:
             counterfeit = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
             genuine_rows = indices[rng.permutation(len(indices))[: len(counterfeit)]]
-            self._drawn = self._observers.draw(
+            self._observer_genomes = self._observers.draw(
                 OBSERVERS, np.concatenate((counterfeit, genuine_rows)), rng
             )
-        self._observe()
+        self._judge_by_observers()
 
     def _try_parts(self, count: int) -> None:
         """Try so many models of the searches of a lost run, a few at a time.
@@ -445,7 +446,7 @@ class FewTrials:
         portion_size = -(-portion_size // self._together) * self._together
         borders = [*range(0, count, portion_size), count]
         for portion, (start, stop) in enumerate(pairwise(borders)):
-            outputs, genuine, usable = self.observed
+            outputs, genuine, usable = self.observer_outputs
             models = self.search.step(
                 stop - start,
                 self.spent / self._budget,
@@ -455,8 +456,8 @@ class FewTrials:
                 self._rng(CLIMBING, portion),
             )
             self._try(models, portion)
-        outputs, genuine, usable = self.observed
-        self.search.judge(self.buffer.parameters[usable], outputs, genuine)
+        outputs, genuine, usable = self.observer_outputs
+        self.search.update_centers(self.buffer.parameters[usable], outputs, genuine)
 
     def _evolve_classifiers(self) -> None:
         """Let classifiers evolve on the buffer; keep the best."""
@@ -464,11 +465,11 @@ class FewTrials:
         samples = self.buffer.samples
         genuine = self.buffer.genuine
         for k in range(GENERATIONS):
-            rng = generation_rng((CLASSIFIERS, self._seed), GENERATIONS * self._number + k)
-            old = usable[rng.integers(len(usable), size=OLD)]
-            trials = np.concatenate((usable[-RECENT:], old))
+            rng = generation_rng((CLASSIFIERS, self._seed), GENERATIONS * self.batches + k)
+            old = usable[rng.integers(len(usable), size=OLD_TRIALS)]
+            trials = np.concatenate((usable[-RECENT_TRIALS:], old))
             counterfeit = samples[trials, rng.integers(samples.shape[1], size=len(trials))]
-            testing = genuine[rng.integers(len(genuine), size=GENUINE)]
+            testing = genuine[rng.integers(len(genuine), size=GENUINE_JUDGED)]
             genomes = self._classifiers.ask()
             accepted = (self._classifier.judge(genomes, testing) >= THRESHOLD).mean(axis=1)
             fooled = (self._classifier.judge(genomes, counterfeit) >= THRESHOLD).mean(axis=1)
@@ -476,8 +477,8 @@ class FewTrials:
             self._classifiers.tell(fitness)
             best = int(np.argmax(fitness))
             self._archive.admit(genomes[best], float(accepted[best]))
-        self.present = genomes[np.argsort(-fitness, kind="stable")[:PRESENT]]
-        self._judge()
+        self.fittest = genomes[np.argsort(-fitness, kind="stable")[:FITTEST]]
+        self._judge_by_classifiers()
 
     def _follow_moments(self, repeat: int = 0) -> np.ndarray:
         """Train jurors, map their moments, and let the walkers follow.
@@ -486,27 +487,29 @@ class FewTrials:
         """
         usable = np.flatnonzero(self.buffer.usable)
         # repeats follow a batch that is counted already
-        number = self._number - (repeat > 0)
+        number = self.batches - (repeat > 0)
         rng = generation_rng((MATCHING, self._seed, repeat), number)
         nearest = self._nearest(usable, rng)
-        field, explained = self._mapped(nearest, rng)
+        field, explained = self._moment_map(nearest, rng)
         wide = self._density.wide
         if len(usable) > NEAR_LEAST and (wide is None or number % WIDE_EVERY == 0):
             remote = rng.permutation(np.setdiff1d(usable, nearest))[: WIDE_TRIALS - FAR_TRIALS]
             near_sample = rng.permutation(nearest)[: max(FAR_TRIALS, WIDE_TRIALS - len(remote))]
-            wide, _ = self._mapped(np.sort(np.concatenate((remote, near_sample))), rng, WIDE_POINTS)
+            wide, _ = self._moment_map(
+                np.sort(np.concatenate((remote, near_sample))), rng, WIDE_POINTS
+            )
         reference = 0.0
         if wide is not None:
             reference = float(wide.log_density(self._design.walkers).max())
         self._density = Density(field, wide, reference)
         # After a lost run has chosen where its search ends, the map says nothing
-        if not self.search.settled:
-            self._design.move(self._height)
+        if not self.search.decided:
+            self._design.move(self._log_density)
         if self._group is not None:
             self._design.fold(self._group)
         return explained
 
-    def _height(self, models: np.ndarray, **options: Any) -> np.ndarray:
+    def _log_density(self, models: np.ndarray, **options: Any) -> np.ndarray:
         """Return the logarithm (N,) of the density of models (N, P), whichever region they are in."""
         return self._density(self._in_region(models), **options)
 
@@ -520,7 +523,7 @@ class FewTrials:
             return
         if self._group is not None or self.search.lost:
             return
-        first_trials = self._first()
+        first_trials = self._first_trials()
         if len(first_trials.parameters) < FEWEST_FIRST:
             return
         walkers = self._design.walkers
@@ -539,11 +542,11 @@ class FewTrials:
         far_sample = rng.permutation(order[size - FAR_TRIALS :])[:FAR_TRIALS]
         return np.sort(np.concatenate((order[: size - FAR_TRIALS], far_sample)))
 
-    def _mapped(
+    def _moment_map(
         self, trials: np.ndarray, rng: np.random.Generator, points: int = INDUCING
     ) -> tuple[MomentField, np.ndarray]:
         """Return a map of the moments of some trials, and how much a trial tells (P,)."""
-        records = [self._observed, self._jury]
+        records = [self._observer_judgments, self._classifier_judgments]
         outputs = np.concatenate([record.counterfeit[trials] for record in records], axis=1)
         system = np.concatenate([record.genuine for record in records], axis=1)
         parameters = self._parameters_of(trials)
@@ -561,13 +564,13 @@ class FewTrials:
         say the same of all models that are left. Systems that are observed anew keep theirs: in
         object clustering others cost accuracy (decision 0037).
         """
-        if self._fixed is None:
+        if self._fixed_genuine is None:
             return
         usable = np.flatnonzero(self.buffer.usable)
         density = self._density(self._parameters_of(usable))
         nearest = usable[np.argsort(-density, kind="stable")[:RENEWED_BY]]
-        counterfeit = self._observed.counterfeit[nearest].std(axis=0)
-        variation = np.maximum(counterfeit, self._observed.genuine.std(axis=0))
+        counterfeit = self._observer_judgments.counterfeit[nearest].std(axis=0)
+        variation = np.maximum(counterfeit, self._observer_judgments.genuine.std(axis=0))
         still = np.flatnonzero(variation < STILL)
         if len(still) == 0:
             return
@@ -577,24 +580,28 @@ class FewTrials:
         count = min(len(samples), len(genuine))
         samples = samples[rng.permutation(len(samples))[:count]]
         material = np.concatenate((samples, genuine[rng.permutation(len(genuine))[:count]]))
-        self._drawn[still] = self._observers.draw(len(still), material, rng)
-        self._observe()
+        self._observer_genomes[still] = self._observers.draw(len(still), material, rng)
+        self._judge_by_observers()
 
-    def _observe(self) -> None:
+    def _judge_by_observers(self) -> None:
         """Let the observers judge what is new to them."""
-        self._observed.update(self._drawn, self.buffer)
+        self._observer_judgments.update(self._observer_genomes, self.buffer)
 
-    def _judge(self) -> None:
-        """Let archived and present classifiers judge what is new to them."""
-        self._jury.update(np.concatenate((self._archive.genomes, self.present)), self.buffer)
+    def _judge_by_classifiers(self) -> None:
+        """Let archived and the fittest classifiers judge what is new to them."""
+        self._classifier_judgments.update(
+            np.concatenate((self._archive.genomes, self.fittest)), self.buffer
+        )
 
-    def _known(self, explained: np.ndarray) -> Batch:
+    def _describe_batch(self, explained: np.ndarray) -> Batch:
         """Return what is known after a batch."""
-        number = self._number - 1
+        number = self.batches - 1
         start = self._schedule[number - 1] * self._together if number else 0
         samples = self.buffer.samples[start:, 0]
-        accepted = self._classifier.judge(self.present, samples) >= THRESHOLD
-        genuine = self._classifier.judge(self.present, self.buffer.genuine[-GENUINE:]) >= THRESHOLD
+        accepted = self._classifier.judge(self.fittest, samples) >= THRESHOLD
+        genuine = (
+            self._classifier.judge(self.fittest, self.buffer.genuine[-GENUINE_JUDGED:]) >= THRESHOLD
+        )
         return Batch(
             number=number,
             trials=self.spent,
@@ -604,7 +611,7 @@ class FewTrials:
             misfit=1.0 if self._density.near is None else self._density.near.misfit,
             models=self._space.to_numbers(self.buffer.parameters[start:]),
             model_fitness=accepted.mean(axis=0),
-            classifiers=self.present,
+            classifiers=self.fittest,
             classifier_fitness=0.5 * (genuine.mean(axis=1) + 1 - accepted.mean(axis=1)),
         )
 
@@ -622,20 +629,22 @@ class FewTrials:
         Return what is known then.
         """
         with threadpool_limits(1, "blas"):
-            for k in range(0 if self.search.settled else REPEATS):
+            for k in range(0 if self.search.decided else REPEATS):
                 self._follow_moments(repeat=k + 1)
-                self._pooled = np.concatenate((self._pooled, self._design.walkers))
+                self._collected_walkers = np.concatenate(
+                    (self._collected_walkers, self._design.walkers)
+                )
         assert self._density.near is not None
         self.batch = replace(self._estimate_anew(), misfit=self._density.near.misfit)
         return self.batch
 
-    def settle(self, draws: np.typing.ArrayLike) -> Batch:
+    def go_on_around(self, draws: np.typing.ArrayLike) -> Batch:
         """Spend the next trials of a lost run around draws (N, P), in units of the space."""
         rule = "be those of a lost run"
         require(self.search.lost, "trials", rule, "those of another run")
-        self.search.settled = True
+        self.search.decided = True
         self._design.gather(array("draws", draws, "N P", P=self._space.dimension))
-        self._pooled = self._design.walkers
+        self._collected_walkers = self._design.walkers
         return self._estimate_anew()
 
     def _decide_where_to_go_on(self) -> None:
@@ -645,29 +654,29 @@ class FewTrials:
         the trials around it; the best one counts. From then on it is matched anew from time to
         time.
         """
-        undecided = self.undecided
-        again = self.search.settled and (self._number - 1) % REFINED == 0
-        if not (undecided or again):
+        due = self.decision_due
+        again = self.search.decided and (self.batches - 1) % REFINED == 0
+        if not (due or again):
             return
-        evidence = self._evidence()
+        evidence = self._evidence_in_reach()
         if not evidence.enough:
             return
-        centers = self.search.centers if undecided else self.search.centers[:0]
+        centers = self.search.centers if due else self.search.centers[:0]
         if len(centers):
             centers = self._in_region(centers)
-        best = best_center(
+        best = best_solution(
             evidence, Cloud.of(self._walkers), centers, lambda: self._match_rng(_Stream.CENTERS)
         )
-        if undecided or best.usable:
-            self.settle(best.draws)
+        if due or best.usable:
+            self.go_on_around(best.draws)
 
     def _stop_if_tolerated(self) -> None:
         """Stop where the intervals of all parameters that can be identified are narrow enough."""
-        number = self._number - 1
+        number = self.batches - 1
         if number % LOOKED_AT or number < 2 * LOOKED_AT or self.search.lost:
             return
         matched = self.matched()
-        if matched is None or not matched.settled or not matched.identified.any():
+        if matched is None or not matched.passed_checks or not matched.identified.any():
             return
         widths = (matched.interval_high - matched.interval_low)[matched.identified]
         widths = widths * self._widening(matched)
@@ -681,14 +690,14 @@ class FewTrials:
 
         None with too few trials within reach.
         """
-        if self._matched[0] != self._number:
-            evidence = self._evidence()
+        if self._latest_match[0] != self.batches:
+            evidence = self._evidence_in_reach()
             reached = None
             if evidence.enough:
                 cloud = Cloud.of(self._walkers)
                 reached = solution(evidence, cloud, self._match_rng(), lost=self.search.lost)
-            self._matched = self._number, reached
-        return self._matched[1]
+            self._latest_match = self.batches, reached
+        return self._latest_match[1]
 
     def readout(self) -> dict[str, np.ndarray]:
         """Return what matching says of the parameters.
@@ -697,7 +706,7 @@ class FewTrials:
         -------
         dict
             "p_value": how often classifiers would tell the model from the agents as well by chance.
-            If `Matched.settled`, in the optimizer's numbers, "estimate" (P,), "interval" (2, P),
+            If `Matched.passed_checks`, in the optimizer's numbers, "estimate" (P,), "interval" (2, P),
             that of all solutions, "mode_interval" (M, 2, P), that of each, and "draws" (D, P);
             "mode" (D,), to which solution each draw belongs, and "identified" (P,), of which
             parameters the run says something. With an examiner "examined" (2,) and "statistic".
@@ -708,11 +717,11 @@ class FewTrials:
             return {}
         group = None
         if self._examiner is not None:
-            first_trials = self._first()
+            first_trials = self._first_trials()
             if len(first_trials.parameters) >= FEWEST_FIRST:
                 matched, group = self._folded(matched, self._examiner, first_trials)
         p_value = np.array(matched.p_value)
-        if not matched.settled:
+        if not matched.passed_checks:
             return {"p_value": p_value}
         draws = matched.draws
         # of a system that is observed anew modes are no solutions of their own
@@ -731,8 +740,8 @@ class FewTrials:
             as_one = np.zeros(len(matched.draws), dtype=np.int64)
             matched = matched.with_draws(widened(matched.draws, as_one, factor, widest))
             draws = widened(draws, mode, factor, widest)
-        estimate, interval = stated(matched, self._walkers, self._space)
-        mode_interval, identified = stated_of_modes(draws, mode, interval, self._space)
+        estimate, interval = estimate_and_interval(matched, self._walkers, self._space)
+        mode_interval, identified = intervals_of_modes(draws, mode, interval, self._space)
         interval = np.stack((mode_interval[:, 0].min(axis=0), mode_interval[:, 1].max(axis=0)))
         return {
             "p_value": p_value,
@@ -750,12 +759,12 @@ class FewTrials:
 
         Systems that are observed anew have intervals that hold.
         """
-        if self._fixed is None:
+        if self._fixed_genuine is None:
             return 1.0
         walkers = self._walkers
         if group is not None:
             walkers = group.folded(walkers)
-        return disagreement(matched.main_draws, walkers)
+        return birge_ratio(matched.main_draws, walkers)
 
     def _folded(
         self, matched: Matched, examiner: Examiner, first_trials: Evidence
@@ -790,7 +799,7 @@ class FewTrials:
         if group is None:
             return self._folded_along_products(matched, examiner, first_trials)
         folded = self._solved_again(group, draws, _Stream.FOLDED)
-        if folded.settled and examiner.apart(folded.draws, group):
+        if folded.passed_checks and examiner.apart(folded.draws, group):
             return folded, group
         if examiner.apart(draws, group):
             return matched, group
@@ -805,7 +814,7 @@ class FewTrials:
         group = examiner.mixture(draws, first_trials, self.trials, rng, products=True)
         if group is not None:
             folded = self._solved_again(group, draws, _Stream.PRODUCTS_FOLDED)
-            apart = folded.settled and examiner.apart(folded.draws, group)
+            apart = folded.passed_checks and examiner.apart(folded.draws, group)
             if apart and examiner.certain(group.members[1], group, folded.draws, self.trials, rng):
                 return folded, group
         return matched, None
@@ -819,37 +828,37 @@ class FewTrials:
         if group is not None:
             parameters = group.folded(parameters)
             cloud = Cloud(group.reference, group.scale)
-        evidence = evidence_within(self._evidence_of(parameters))
+        evidence = evidence_in_reach(self._evidence_of(parameters))
         return solution(evidence, cloud, self._match_rng(stream), lost=self.search.lost)
 
-    def _first(self) -> Evidence:
+    def _first_trials(self) -> Evidence:
         """Return what observers say of the first models, which are anywhere."""
         usable = np.flatnonzero(self.buffer.usable)
         among_first = usable < self._schedule[0] * self._together
-        return self._evidence_of(self.buffer.parameters[usable]).of(among_first)
+        return self._evidence_of(self.buffer.parameters[usable]).of_trials(among_first)
 
-    def _evidence(self) -> Evidence:
+    def _evidence_in_reach(self) -> Evidence:
         """Return what observers say of the trials within reach of a solution."""
-        usable = self.observed[2]
-        return evidence_within(self._evidence_of(self._parameters_of(usable)))
+        usable = self.observer_outputs[2]
+        return evidence_in_reach(self._evidence_of(self._parameters_of(usable)))
 
     def _evidence_of(self, parameters: np.ndarray) -> Evidence:
         """Return what observers say of all usable trials, whose parameters (S, P) are given."""
-        counterfeit, genuine, _ = self.observed
+        counterfeit, genuine, _ = self.observer_outputs
         return Evidence(
             space=self._space,
             parameters=parameters,
             counterfeit=counterfeit,
             genuine=genuine,
-            averaged=self.buffer.samples.shape[1],
-            observed_anew=self._fixed is None,
+            samples_per_trial=self.buffer.samples.shape[1],
+            observed_anew=self._fixed_genuine is None,
         )
 
     def _rng(self, purpose: int, *stage: int) -> np.random.Generator:
-        return generation_rng((purpose, self._seed, *stage), self._number)
+        return generation_rng((purpose, self._seed, *stage), self.batches)
 
     def _match_rng(self, *stage: int) -> np.random.Generator:
-        return generation_rng((MATCHING, self._seed, *stage), _READ_OUT + self._number)
+        return generation_rng((MATCHING, self._seed, *stage), _READ_OUT + self.batches)
 
     # What is stored
 
@@ -870,11 +879,11 @@ class FewTrials:
         if self._group is not None:
             states["group"] = self._group.state
         state = {
-            "number": np.array(self._number, dtype=np.int64),
+            "number": np.array(self.batches, dtype=np.int64),
             "tolerated": np.array(self.tolerated),
-            "drawn": self._drawn.copy(),
-            "present": self.present.copy(),
-            "pooled": self._pooled.copy(),
+            "drawn": self._observer_genomes.copy(),
+            "present": self.fittest.copy(),
+            "pooled": self._collected_walkers.copy(),
         }
         if self.batch is not None:
             state["explained"] = self.batch.explained
@@ -884,12 +893,12 @@ class FewTrials:
         """Take over a state of a run with the same settings, but for `extended`."""
         rule = "be that of an estimate from few trials"
         require("number" in state, "state", rule, str(sorted(state)))
-        self._number = int(state["number"])
-        self._drawn = np.array(state["drawn"], dtype=np.float64)
-        self.present = np.array(state["present"], dtype=np.float64)
-        self._pooled = np.array(state["pooled"], dtype=np.float64)
+        self.batches = int(state["number"])
+        self._observer_genomes = np.array(state["drawn"], dtype=np.float64)
+        self.fittest = np.array(state["present"], dtype=np.float64)
+        self._collected_walkers = np.array(state["pooled"], dtype=np.float64)
         self.buffer.restore(state_part(state, "buffer/"))
-        self.buffer.pool = self._pool
+        self.buffer.pool_size = self._pool_size
         # a run that has got more trials goes on
         extended = self.spent in [stage_end for _, stage_end in self._stages[:-1]]
         self.tolerated = bool(state.get("tolerated", False)) and not extended
@@ -906,10 +915,10 @@ class FewTrials:
             self.search.restore(searches)
         group = state_part(state, "group/")
         self._group = SymmetryGroup.restored(group) if group else None
-        self._observed = JudgmentRecord(self._observers)
-        self._jury = JudgmentRecord(self._classifier)
+        self._observer_judgments = JudgmentRecord(self._observers)
+        self._classifier_judgments = JudgmentRecord(self._classifier)
         self.batch = None
-        if self._number:
-            self._observe()
-            self._judge()
-            self.batch = self._known(np.array(state["explained"], dtype=np.float64))
+        if self.batches:
+            self._judge_by_observers()
+            self._judge_by_classifiers()
+            self.batch = self._describe_batch(np.array(state["explained"], dtype=np.float64))

@@ -14,10 +14,10 @@ from scipy.linalg import cho_solve, cholesky, lapack, solve_triangular
 
 from turing_learning.evolution import join_states, state_arrays, state_part
 
-LENGTHS = (1.2, 0.6, 0.3, 0.15)
+MOMENT_LENGTHS = (1.2, 0.6, 0.3, 0.15)
 """Length scales that a moment can have, on a range of 2; the longest first (decision 0028)."""
 
-AMPLITUDES = (0.03, 0.3, 3.0, 30.0)
+MOMENT_AMPLITUDES = (0.03, 0.3, 3.0, 30.0)
 """Variances of the bends that a moment can have, in units of the noise of one trial (decision
 0028)."""
 
@@ -30,7 +30,7 @@ SHAPE_TRIALS = 250
 INDUCING = 200
 """Trials, at most, whose kernels stand for those of all others."""
 
-MISSED = 0.5
+MISSED_VARIANCE = 0.5
 """Variance of a moment that a map may miss between those trials, in units of the noise of the
 system's mean."""
 
@@ -45,7 +45,7 @@ one trial."""
 MOST_TEMPER = 2.0
 """Largest number that the logarithm of the density is divided by."""
 
-SLACK = 10.0
+WIDE_SLACK = 10.0
 """The wide map excludes a model whose log density there is lower than that of the walkers by so
 much."""
 
@@ -178,7 +178,7 @@ class MomentField:
         models = state["parameters"] - self._center
         points = models[state["inducing"]]
         lengths = state["shapes"][:, 0]
-        missed = MISSED * max(self._noise, LEAST_NOISE)
+        missed = MISSED_VARIANCE * max(self._noise, LEAST_NOISE)
         self._processes = []
         for length in np.unique(lengths):
             columns = np.flatnonzero(lengths == length)
@@ -306,7 +306,7 @@ class Density:
         counts = density > least
         if counts.any():
             wide = self.wide.log_density(models[counts])
-            density[counts] += np.minimum(wide - self._reference + SLACK, 0)
+            density[counts] += np.minimum(wide - self._reference + WIDE_SLACK, 0)
         return density
 
     def state(self) -> dict[str, np.ndarray]:
@@ -375,13 +375,13 @@ def _likeliest_shapes(models: np.ndarray, moments: np.ndarray) -> np.ndarray:
     """
     shapes = np.empty((moments.shape[1], 2))
     highest = np.full(moments.shape[1], -np.inf)
-    for length in LENGTHS:
-        bends = _Bends.of(models, length, MISSED_BY_EVIDENCE / AMPLITUDES[-1])
+    for length in MOMENT_LENGTHS:
+        bends = _Bends.of(models, length, MISSED_BY_EVIDENCE / MOMENT_AMPLITUDES[-1])
         features = bends.features(models)
         squares = features.T @ features
         products = features.T @ moments
         best_so_far = highest
-        for amplitude in AMPLITUDES:
+        for amplitude in MOMENT_AMPLITUDES:
             scales = bends.scales(amplitude)
             factor = _precision_factor(squares, scales)
             explained = solve_triangular(

@@ -13,13 +13,13 @@ from turing_learning.errors import require
 
 from ._draws import draw
 from ._emulator import conditioned
-from ._likelihood import FOLDS, JudgedSamples, Likelihood
+from ._likelihood import SAMPLE_FOLDS, JudgedSamples, Likelihood
 from ._modes import modes
 
-TAIL = 0.05
+INTERVAL_TAIL = 0.05
 """Share of the draws beyond each end of an interval."""
 
-FEWEST = 30
+FEWEST_COUNTERFEIT = 30
 """Counterfeit samples below which there is nothing to regress."""
 
 UNTOLD_WIDTH = 1.2
@@ -28,31 +28,31 @@ UNTOLD_WIDTH = 1.2
 FAR_SHARE = 1 / 7
 """Share of the samples of a broad fit that are from anywhere: they rule out what is far."""
 
-PROPOSED = 0.16
+PROPOSAL_POWER = 0.16
 """Power of the likelihood that further samples are proposed by: 2.5 times as wide as the draws."""
 
 LEAST_P = 0.005
 """p-value of the distance below which classifiers tell the model from the agents."""
 
-MOST_MOVED = 3.0
+HALVES_WITHIN = 3.0
 """Standard deviations by which the solutions of two halves of the samples may differ."""
 
-LEAST_CANARY = 0.6
+LEAST_CANARY_RANGE = 0.6
 """Share of its range that the canary, a parameter without any effect, has to keep: a sound fit leaves all."""
 
-ALIKE = 10.0
+MIXED_WITHIN = 10.0
 """Distance up to which solutions from other trials are mixed."""
 
-FARTHEST = 20.0
+FARTHEST_SOLUTION = 20.0
 """Distance up to which they are solutions at all."""
 
 LEAST_DEVIATION = 1e-4
 """Standard deviation over the samples below which an output of a classifier does not vary."""
 
-ROUNDS = 4
+BROAD_FITS = 4
 """How often samples near the solution are chosen anew, at most."""
 
-STEADY = 0.2
+STEADY_MIDDLE = 0.2
 """Standard deviations of the draws by which their median moves when that is no longer needed."""
 
 WEIGHT_FLOORS = None, 0.14, 0.01
@@ -82,7 +82,7 @@ class Matched:
     identified : (P,) bool
         Whether the judgments say something of the parameter: whether the draws of each solution
         cover less than the range.
-    settled
+    passed_checks
         Whether intervals can be given: classifiers do not tell the model from the agents, halves of
         the samples agree, and the canary has its range.
     distance, p_value
@@ -91,9 +91,9 @@ class Matched:
     leverage
         Variance of the predicted judgment at the estimate, in units of that of one sample: one by
         the number of samples that it rests on.
-    canary
+    canary_range
         Share of its range that a parameter without any effect, added to all, was left.
-    moved
+    halves_apart
         How far the solutions of two halves of the samples are apart, in standard deviations of the
         draws: the most of all parameters.
     mode : (D,) int
@@ -107,18 +107,18 @@ class Matched:
     draws: np.ndarray
     proposals: np.ndarray
     identified: np.ndarray
-    settled: bool
+    passed_checks: bool
     distance: float
     p_value: float
     leverage: float
-    canary: float
-    moved: float
+    canary_range: float
+    halves_apart: float
     mode: np.ndarray
 
     @property
     def usable(self) -> bool:
-        """Whether it says anything: it is settled, and rests on a sample or more."""
-        return self.settled and self.leverage <= 1
+        """Whether it says anything: it has passed its checks, and rests on a sample or more."""
+        return self.passed_checks and self.leverage <= 1
 
     @property
     def main_draws(self) -> np.ndarray:
@@ -127,7 +127,7 @@ class Matched:
 
     def with_draws(self, draws: np.ndarray) -> "Matched":
         """Return the same solution with other draws (N, P), and what these state."""
-        low, high = np.quantile(draws, [TAIL, 1 - TAIL], axis=0)
+        low, high = np.quantile(draws, [INTERVAL_TAIL, 1 - INTERVAL_TAIL], axis=0)
         return replace(
             self,
             estimate=np.median(draws, axis=0),
@@ -139,7 +139,7 @@ class Matched:
         )
 
     @property
-    def order(self) -> tuple[bool, float]:
+    def sort_key(self) -> tuple[bool, float]:
         """Key by which the better one of two solutions comes first: a usable one, then the nearer."""
         return not self.usable, self.distance
 
@@ -149,26 +149,26 @@ def combined(solutions: Sequence[Matched], widest: np.ndarray) -> Matched:
 
     Draws and interval are of all that are mixed, the checks those of the best one.
     """
-    best = min(solutions, key=lambda matched: matched.order)
-    farthest = max(best.distance, ALIKE)
+    best = min(solutions, key=lambda matched: matched.sort_key)
+    farthest = max(best.distance, MIXED_WITHIN)
     mixed = [
-        alternative for alternative in solutions if alternative.order <= (False, farthest)
+        alternative for alternative in solutions if alternative.sort_key <= (False, farthest)
     ] or [best]
     # as many draws as one solution has
     draws = np.concatenate([alternative.draws for alternative in mixed])[:: len(mixed)]
-    low, high = np.quantile(draws, [TAIL, 1 - TAIL], axis=0)
+    low, high = np.quantile(draws, [INTERVAL_TAIL, 1 - INTERVAL_TAIL], axis=0)
     identified = high - low < UNTOLD_WIDTH * widest
-    settled = best.order <= (False, FARTHEST)
+    passed_checks = best.sort_key <= (False, FARTHEST_SOLUTION)
     unknown = np.full(len(low), np.nan)
     return replace(
         best,
         estimate=np.median(draws, axis=0),
         covariance=np.atleast_2d(np.cov(draws.T)),
-        interval_low=np.where(identified, low, -widest) if settled else unknown,
-        interval_high=np.where(identified, high, widest) if settled else unknown,
+        interval_low=np.where(identified, low, -widest) if passed_checks else unknown,
+        interval_high=np.where(identified, high, widest) if passed_checks else unknown,
         draws=draws,
         identified=identified,
-        settled=settled,
+        passed_checks=passed_checks,
         mode=np.zeros(len(draws), dtype=np.int64),
     )
 
@@ -184,7 +184,7 @@ def match(
     high: np.ndarray,
     start: np.ndarray,
     spread: np.ndarray,
-    averaged: int = 1,
+    samples_per_trial: int = 1,
     farther: bool = False,
     rng: np.random.Generator,
     draws: int = 600,
@@ -204,7 +204,7 @@ def match(
         The range of each parameter, within which all values are equally likely beforehand.
     start, spread : (P,)
         Where to look, and how far around: samples count the less the farther they are.
-    averaged
+    samples_per_trial
         Number of samples of one trial that each counterfeit output is the mean of. As many genuine
         samples count as one, because they may be of one trial, too.
     farther
@@ -235,7 +235,7 @@ def match(
        out, by how much they tell of slopes.
     5. The nearest of very many samples are too much alike to tell how judgments change with the
        parameters. If `farther`, as many are also taken evenly from farther out, twice, and the fit
-       with the narrowest draws counts among those that pass the checks of `settled`.
+       with the narrowest draws counts among those that pass the checks of `passed_checks`.
 
     Source
     ------
@@ -249,21 +249,21 @@ def match(
     high = array("high", high, "P", P=dimension)
     start = array("start", start, "P", P=dimension)
     spread = array("spread", spread, "P", P=dimension)
-    enough = len(parameters) >= FEWEST
-    require(enough, "parameters", f"be at least {FEWEST} models", str(len(parameters)))
+    enough = len(parameters) >= FEWEST_COUNTERFEIT
+    require(enough, "parameters", f"be at least {FEWEST_COUNTERFEIT} models", str(len(parameters)))
     require((low < high).all(), "low", "be below `high`", low)
     require((spread > 0).all(), "spread", "be positive", spread)
     require(len(g) > 1, "genuine_outputs", "be of at least 2 samples", str(len(g)))
-    require(averaged >= 1, "averaged", "be 1 or more", str(averaged))
+    require(samples_per_trial >= 1, "samples_per_trial", "be 1 or more", str(samples_per_trial))
 
     units = (high - low) / 2
-    judged = _prepared((parameters - low) / units - 1, x, g, averaged, size, rng)
+    judged = _prepared((parameters - low) / units - 1, x, g, samples_per_trial, size, rng)
     # The canary is looked for in all its range.
     middle = np.append((start - low) / units - 1, 0.0)
     width = np.append(spread / units, 1.0)
     broad = _broad_fit(judged, middle, width, draws, rng)
     optimistic = partial(broad.likelihood.log_likelihood, optimistic=True)
-    proposals = draw(optimistic, broad.likelihood.points, draws, rng, PROPOSED)[:, :-1]
+    proposals = draw(optimistic, broad.likelihood.points, draws, rng, PROPOSAL_POWER)[:, :-1]
 
     floors: Sequence[float | None] = WEIGHT_FLOORS[:1]
     if farther and len(parameters) // 3 > size:
@@ -272,16 +272,16 @@ def match(
     best = min(fits, key=lambda fit: (fit.doubtful, fit.log_volume))
 
     mode = modes(best.points, best.likelihood.without_canary)
-    identified = tells(best.points, mode, UNTOLD_WIDTH)
+    identified = identified_by(best.points, mode, UNTOLD_WIDTH)
     middle = np.median(best.points, axis=0)
     at_middle = np.append(middle, 0.0)[None]
     leverage = float(best.likelihood.emulator.predict(at_middle)[1].mean())
     distance, p_value = judged.distance(best.likelihood, broad.remoteness, leverage, rng)
-    settled = p_value >= LEAST_P and not best.doubtful
+    passed_checks = p_value >= LEAST_P and not best.doubtful
     # Of what classifiers do not tell the whole range is stated, of a fit in doubt nothing.
     interval_low = np.full(len(low), np.nan)
     interval_high = np.full(len(low), np.nan)
-    if settled:
+    if passed_checks:
         ends = low + units * (best.ends + 1)
         interval_low = np.where(identified, ends[0], low)
         interval_high = np.where(identified, ends[1], high)
@@ -293,18 +293,23 @@ def match(
         draws=low + units * (best.points + 1),
         proposals=low + units * (proposals + 1),
         identified=identified,
-        settled=settled,
+        passed_checks=passed_checks,
         distance=distance,
         p_value=p_value,
         leverage=leverage,
-        canary=best.canary,
-        moved=best.moved,
+        canary_range=best.canary_range,
+        halves_apart=best.halves_apart,
         mode=mode,
     )
 
 
 def _prepared(
-    z: np.ndarray, x: np.ndarray, g: np.ndarray, averaged: int, size: int, rng: np.random.Generator
+    z: np.ndarray,
+    x: np.ndarray,
+    g: np.ndarray,
+    samples_per_trial: int,
+    size: int,
+    rng: np.random.Generator,
 ) -> JudgedSamples:
     """Return samples with parameters (S, P) on [-1, 1] as regressions need them.
 
@@ -314,7 +319,7 @@ def _prepared(
     """
     model = np.unique(z, axis=0, return_inverse=True)[1].reshape(-1)
     models = model.max() + 1
-    fold = rng.permutation(models)[model] % FOLDS
+    fold = rng.permutation(models)[model] % SAMPLE_FOLDS
     canary = rng.uniform(-1, 1, models)[model]
     varies = x.std(axis=0) > LEAST_DEVIATION
     rule = "return samples that classifiers can tell apart"
@@ -324,11 +329,11 @@ def _prepared(
     mean = x.mean(axis=0)
     scale = x.std(axis=0)
     return JudgedSamples(
-        z=np.c_[z, canary],
-        x=(x - mean) / scale,
-        g=(g[:, varies] - mean) / scale,
+        parameters=np.c_[z, canary],
+        counterfeit=(x - mean) / scale,
+        genuine=(g[:, varies] - mean) / scale,
         fold=fold,
-        averaged=averaged,
+        samples_per_trial=samples_per_trial,
         size=min(max(size, len(z) // 3), max(len(z) // 2, 250)),
     )
 
@@ -354,16 +359,16 @@ def _broad_fit(
 
     The first fit is to those nearest to `middle` (P + 1,), in units of `width` (P + 1,).
     """
-    remoteness: np.ndarray = (((judged.z - middle) / width) ** 2).sum(axis=1)
+    remoteness: np.ndarray = (((judged.parameters - middle) / width) ** 2).sum(axis=1)
     logs = None
-    for _ in range(ROUNDS):
+    for _ in range(BROAD_FITS):
         likelihood = judged.fit(remoteness, logs, FAR_SHARE)
         logs = likelihood.emulator.logs
-        remoteness = likelihood.remoteness(judged.z)
+        remoteness = likelihood.remoteness(judged.parameters)
         points = draw(likelihood.log_likelihood, likelihood.points, draws, rng)
         before = middle
         middle = np.median(points, axis=0)
-        if (np.abs(middle - before) / points.std(axis=0)).max() < STEADY:
+        if (np.abs(middle - before) / points.std(axis=0)).max() < STEADY_MIDDLE:
             break
     return _BroadFit(likelihood, remoteness, points)
 
@@ -378,14 +383,14 @@ def _fine_fit(
     """Fit to the samples nearest to the agents alone, within what the broad fit does not rule out."""
     logs = broad.likelihood.emulator.logs
     nearest = judged.fit(broad.remoteness, logs, 0.0, weight_floor)
-    fine = replace(nearest, region=broad.likelihood)
+    fine = replace(nearest, broad=broad.likelihood)
     if not np.isfinite(fine.log_likelihood(fine.points)).any():
         # The two fits contradict each other.
         fine = broad.likelihood
     return _solved(fine, broad.points, draws, rng)
 
 
-def tells(draws: np.ndarray, mode: np.ndarray, width: np.typing.ArrayLike) -> np.ndarray:
+def identified_by(draws: np.ndarray, mode: np.ndarray, width: np.typing.ArrayLike) -> np.ndarray:
     """Say whether draws (D, P) tell each parameter (P,).
 
     They do if the central 90 % of those of each solution, by its number `mode` (D,), are narrower
@@ -399,7 +404,12 @@ def tells(draws: np.ndarray, mode: np.ndarray, width: np.typing.ArrayLike) -> np
 def ends_of_modes(draws: np.ndarray, mode: np.ndarray) -> np.ndarray:
     """Return the ends (M, 2, P) of the central 90 % of the draws (D, P) of each solution, by its number `mode` (D,)."""
     solutions = [draws[mode == number] for number in range(int(mode.max()) + 1)]
-    return np.stack([np.quantile(solution, [TAIL, 1 - TAIL], axis=0) for solution in solutions])
+    return np.stack(
+        [
+            np.quantile(solution, [INTERVAL_TAIL, 1 - INTERVAL_TAIL], axis=0)
+            for solution in solutions
+        ]
+    )
 
 
 @dataclass(frozen=True)
@@ -408,18 +418,18 @@ class _Solution:
 
     likelihood: Likelihood
     points: np.ndarray
-    canary: float
-    moved: float
+    canary_range: float
+    halves_apart: float
 
     @property
     def doubtful(self) -> bool:
         """Whether halves of the samples disagree, or the canary has lost its range."""
-        return self.moved > MOST_MOVED or self.canary < LEAST_CANARY
+        return self.halves_apart > HALVES_WITHIN or self.canary_range < LEAST_CANARY_RANGE
 
     @property
     def ends(self) -> np.ndarray:
         """Ends of the central 90 % of the draws (2, P)."""
-        return np.quantile(self.points, [TAIL, 1 - TAIL], axis=0)
+        return np.quantile(self.points, [INTERVAL_TAIL, 1 - INTERVAL_TAIL], axis=0)
 
     @property
     def log_volume(self) -> float:
@@ -437,18 +447,18 @@ def _solved(
     """
     start = np.r_[likelihood.points, broad_points]
     points = draw(likelihood.log_likelihood, start, draws, rng)
-    low, high = np.quantile(points[:, -1], [TAIL, 1 - TAIL])
-    canary = float((high - low) / (2 - 4 * TAIL))
-    moved = _moved_by_halves(likelihood, points, rng)
+    low, high = np.quantile(points[:, -1], [INTERVAL_TAIL, 1 - INTERVAL_TAIL])
+    canary_range = float((high - low) / (2 - 4 * INTERVAL_TAIL))
+    halves_apart = _halves_apart(likelihood, points, rng)
     points = points[:, :-1]
     # Where no draw is likely with the canary at 0, in the middle of its range, those over all of it stay
     if np.isfinite(likelihood.without_canary(points)).any():
         points = draw(likelihood.without_canary, points, draws, rng)
-    return _Solution(likelihood, points, canary, moved)
+    return _Solution(likelihood, points, canary_range, halves_apart)
 
 
-def _moved_by_halves(likelihood: Likelihood, points: np.ndarray, rng: np.random.Generator) -> float:
-    """Return how far the solutions of two halves of the samples are apart, see `Matched.moved`.
+def _halves_apart(likelihood: Likelihood, points: np.ndarray, rng: np.random.Generator) -> float:
+    """Return how far the solutions of two halves of the samples are apart, see `Matched.halves_apart`.
 
     The draws (D, P + 1) of all samples are weighted by what each half says of them.
     """
@@ -459,7 +469,7 @@ def _moved_by_halves(likelihood: Likelihood, points: np.ndarray, rng: np.random.
         emulator = conditioned(
             likelihood.points[half], likelihood.outputs[half], likelihood.emulator.logs
         )
-        portion = replace(likelihood, emulator=emulator, trust=np.inf, region=None)
+        portion = replace(likelihood, emulator=emulator, trust=np.inf, broad=None)
         gain = portion.log_likelihood(points) - before
         weights = np.exp(gain - gain.max())
         means.append(weights @ points / weights.sum())

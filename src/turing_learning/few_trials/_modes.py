@@ -8,20 +8,20 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-NEIGHBORS = 6
+NEIGHBOR_DRAWS = 6
 """Draws that each draw is joined with, where no valley lies between."""
 
-VALLEY = 3.0
+VALLEY_DEPTH = 3.0
 """Logarithm of the likelihood by which a valley lies below both its sides: a twentieth of their
 likelihood."""
 
-FEWEST = 0.04
+LEAST_SHARE = 0.04
 """Share of the draws below which a region is no solution of its own."""
 
 BRIDGES = 12
 """Pairs of draws of two regions, the nearest ones, between which a path is sought."""
 
-STEPS = 9
+PATH_POINTS = 9
 """Points of such a path."""
 
 
@@ -36,11 +36,11 @@ def modes(draws: np.ndarray, log_likelihood: Callable[[np.ndarray], np.ndarray])
     scale = draws.std(axis=0) + 1e-12
     points = draws / scale
     values = log_likelihood(draws)
-    _, nearest = cKDTree(points).query(points, k=min(NEIGHBORS + 1, len(points)))
+    _, nearest = cKDTree(points).query(points, k=min(NEIGHBOR_DRAWS + 1, len(points)))
     origin = np.repeat(np.arange(len(points)), nearest.shape[1] - 1)
     second = nearest[:, 1:].ravel()
     middle = log_likelihood((draws[origin] + draws[second]) / 2)
-    joined = middle >= np.minimum(values[origin], values[second]) - VALLEY
+    joined = middle >= np.minimum(values[origin], values[second]) - VALLEY_DEPTH
     edges = coo_matrix(
         (np.ones(joined.sum()), (origin[joined], second[joined])), shape=(len(points), len(points))
     )
@@ -60,9 +60,11 @@ def _bridged(
 ) -> np.ndarray:
     """Join regions (D,) that a path without a valley connects, the largest first."""
     region = region.copy()
-    shares = np.linspace(0, 1, STEPS + 2)[1:-1, None]
+    shares = np.linspace(0, 1, PATH_POINTS + 2)[1:-1, None]
     order = np.argsort(-np.bincount(region), kind="stable")
-    large = [number for number in order if (region == number).sum() >= FEWEST / 4 * len(points)]
+    large = [
+        number for number in order if (region == number).sum() >= LEAST_SHARE / 4 * len(points)
+    ]
     for index, number in enumerate(large):
         for target in large[index + 1 :]:
             origins = np.flatnonzero(region == number)
@@ -74,7 +76,7 @@ def _bridged(
                 begin = origins[partner[k]]
                 stop = targets[k]
                 path = draws[begin] + shares * (draws[stop] - draws[begin])
-                if log_likelihood(path).min() >= min(values[begin], values[stop]) - VALLEY:
+                if log_likelihood(path).min() >= min(values[begin], values[stop]) - VALLEY_DEPTH:
                     region[region == target] = number
                     break
     return region
@@ -86,7 +88,7 @@ def _without_small(region: np.ndarray, points: np.ndarray) -> np.ndarray:
     Number the regions from 0.
     """
     counts = np.bincount(region)
-    large = np.flatnonzero(counts >= FEWEST * len(points))
+    large = np.flatnonzero(counts >= LEAST_SHARE * len(points))
     large_enough = np.isin(region, large)
     if not large_enough.any():
         return np.zeros(len(points), dtype=np.int64)

@@ -8,41 +8,41 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ._matching import LEAST_P, UNTOLD_WIDTH, Matched, combined, ends_of_modes, match, tells
+from ._matching import LEAST_P, UNTOLD_WIDTH, Matched, combined, ends_of_modes, identified_by, match
 from ._space import SearchSpace
 
-FEWEST = 50
+FEWEST_MATCHED = 50
 """Trials within reach below which nothing is matched."""
 
 CENTERS = 12
 """Ends of the searches of a lost run that are matched, the best ones."""
 
-SPREAD = 0.03
+CENTER_SPREAD = 0.03
 """Standard deviation around such an end that its draws begin with, in units of the space."""
 
 LEAST_SPREAD = 1e-3
 """Least standard deviation that draws begin with."""
 
-AT_LEAST = 500
+FEWEST_IN_SHARE = 500
 """Fewest trials that a share of them comes to."""
 
 NEAR_PER_FAR = 10
 """For so many trials that are near, one from elsewhere is matched."""
 
-AT_END = 0.05
+WALKERS_AT_END = 0.05
 """Share of the walkers at an end from which on the 90 % interval reaches that end."""
 
-RANGE = 2.0
+RANGE_WIDTH = 2.0
 """Width of the range of the first models: an interval as wide as that tells nothing."""
 
-NEAR_END = 0.1
+END_MARGIN = 0.1
 """Distance from an end, in widths of the interval, up to which it includes the end.
 
 Draws do not become fewer towards an end that is infinitely far.
 """
 
 
-DISAGREEING = 2.0
+BIRGE_FACTOR = 2.0
 """Factor of the mean squared distance of draws from walkers, in variances of the walkers.
 
 Where intervals hold this distance is 0.3 in the median. Tuned: decision 0060."""
@@ -76,15 +76,15 @@ class Evidence:
     parameters: np.ndarray  #: (S, P), of the models that were tried
     counterfeit: np.ndarray  #: (S, F), outputs for the trials
     genuine: np.ndarray  #: (K, F), outputs for the genuine samples
-    averaged: int  #: Samples of a trial that its output is the mean of
+    samples_per_trial: int  #: Samples of a trial that its output is the mean of
     observed_anew: bool  #: Whether genuine samples come with each batch
 
     @property
     def enough(self) -> bool:
         """Whether there are enough trials to match."""
-        return len(self.parameters) >= FEWEST
+        return len(self.parameters) >= FEWEST_MATCHED
 
-    def of(self, trials: np.ndarray) -> "Evidence":
+    def of_trials(self, trials: np.ndarray) -> "Evidence":
         """Return what there is of some of the trials."""
         return replace(
             self, parameters=self.parameters[trials], counterfeit=self.counterfeit[trials]
@@ -104,7 +104,7 @@ class Cloud:
         return cls(np.median(models, axis=0), models.std(axis=0))
 
 
-def evidence_within(evidence: Evidence) -> Evidence:
+def evidence_in_reach(evidence: Evidence) -> Evidence:
     """Return the trials within reach of a solution.
 
     Those beyond the end of a parameter are that end.
@@ -114,28 +114,28 @@ def evidence_within(evidence: Evidence) -> Evidence:
     if space.limits.any():
         parameters = np.where(space.limits, np.clip(parameters, -1, 1), parameters)
     inside = (np.abs(parameters) <= space.widest).all(axis=1)
-    return replace(evidence, parameters=parameters).of(inside)
+    return replace(evidence, parameters=parameters).of_trials(inside)
 
 
 def solution(evidence: Evidence, cloud: Cloud, rng: np.random.Generator, *, lost: bool) -> Matched:
     """Match the agents.
 
-    A canary is drawn by chance. So a solution that is not settled, though no classifier tells it
+    A canary is drawn by chance. So a solution that fails its checks, though no classifier tells it
     from the agents, is sought twice more. Of the three, that counts whose canary has the middle
     share of its range. Solutions of a `lost` run depend on the trials they rest on. So several are
     mixed.
     """
     if lost:
-        solutions = [_matched(evidence, cloud, rng, share) for share in SHARES_AT_END]
+        solutions = [_solution_near(evidence, cloud, rng, share) for share in SHARES_AT_END]
         return combined(solutions, evidence.space.widest)
-    first_solution = _matched(evidence, cloud, rng)
-    if first_solution.settled or first_solution.p_value < LEAST_P:
+    first_solution = _solution_near(evidence, cloud, rng)
+    if first_solution.passed_checks or first_solution.p_value < LEAST_P:
         return first_solution
-    solutions = [first_solution, *(_matched(evidence, cloud, rng) for _ in range(2))]
-    return sorted(solutions, key=lambda matched: matched.canary)[1]
+    solutions = [first_solution, *(_solution_near(evidence, cloud, rng) for _ in range(2))]
+    return sorted(solutions, key=lambda matched: matched.canary_range)[1]
 
 
-def best_center(
+def best_solution(
     evidence: Evidence,
     walkers: Cloud,
     centers: np.ndarray,
@@ -145,13 +145,13 @@ def best_center(
 
     Around its walkers, or around one of the centers (C, P).
     """
-    spread = np.full(evidence.space.dimension, SPREAD)
+    spread = np.full(evidence.space.dimension, CENTER_SPREAD)
     clouds = [walkers, *(Cloud(center, spread) for center in centers[:CENTERS])]
-    solutions = [_matched(evidence, cloud, new_rng(), AROUND_CENTER) for cloud in clouds]
-    return min(solutions, key=lambda matched: matched.order)
+    solutions = [_solution_near(evidence, cloud, new_rng(), AROUND_CENTER) for cloud in clouds]
+    return min(solutions, key=lambda matched: matched.sort_key)
 
 
-def disagreement(draws: np.ndarray, walkers: np.ndarray) -> float:
+def birge_ratio(draws: np.ndarray, walkers: np.ndarray) -> float:
     """Return by which factor draws (D, P) have to be wider, as walkers (W, P) lie elsewhere.
 
     Both know the same trials. Where they are farther apart than walkers spread, one of the two has
@@ -162,7 +162,7 @@ def disagreement(draws: np.ndarray, walkers: np.ndarray) -> float:
     """
     distance = np.median(draws, axis=0) - walkers.mean(axis=0)
     squares = distance**2 / (walkers.var(axis=0) + LEAST_VARIANCE)
-    return float(np.sqrt(max(1.0, DISAGREEING * squares.mean())))
+    return float(np.sqrt(max(1.0, BIRGE_FACTOR * squares.mean())))
 
 
 def widened(draws: np.ndarray, mode: np.ndarray, factor: float, widest: np.ndarray) -> np.ndarray:
@@ -180,7 +180,7 @@ def widened(draws: np.ndarray, mode: np.ndarray, factor: float, widest: np.ndarr
     return result
 
 
-def _matched(
+def _solution_near(
     evidence: Evidence, cloud: Cloud, rng: np.random.Generator, share: Share | None = None
 ) -> Matched:
     """Match the agents; with a share, from the trials nearest to the cloud, and a few others."""
@@ -188,7 +188,7 @@ def _matched(
     counterfeit = evidence.counterfeit
     size = {}
     if share is not None:
-        count = max(round(share.near * len(parameters)), AT_LEAST)
+        count = max(round(share.near * len(parameters)), FEWEST_IN_SHARE)
         if count < len(parameters):
             distances = ((parameters - cloud.middle) ** 2).sum(axis=1)
             order = np.argsort(distances, kind="stable")
@@ -206,14 +206,14 @@ def _matched(
         high=widest,
         start=np.clip(cloud.middle, -widest, widest),
         spread=2 * np.maximum(cloud.spread, LEAST_SPREAD),
-        averaged=evidence.averaged,
+        samples_per_trial=evidence.samples_per_trial,
         farther=evidence.observed_anew,
         rng=rng,
         **size,
     )
 
 
-def stated(
+def estimate_and_interval(
     matched: Matched, walkers: np.ndarray, space: SearchSpace
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return estimate (P,) and interval (2, P) of a solution, beside walkers (W, P).
@@ -224,11 +224,11 @@ def stated(
     estimate = np.median(matched.draws, axis=0)
     low = matched.interval_low
     high = matched.interval_high
-    margin = NEAR_END * (high - low)
+    margin = END_MARGIN * (high - low)
     for side, bound in ((-1, low), (1, high)):
         beyond = (side * walkers >= 1).mean(axis=0)
         share = np.where(space.saturated, beyond, 0)
-        reached = (share >= AT_END) | (space.saturated & (side * bound >= 1 - margin))
+        reached = (share >= WALKERS_AT_END) | (space.saturated & (side * bound >= 1 - margin))
         boundary = side * space.end
         if side < 0:
             low = np.where(reached, boundary, low)
@@ -238,7 +238,7 @@ def stated(
     return estimate, np.stack((low, high))
 
 
-def stated_of_modes(
+def intervals_of_modes(
     draws: np.ndarray, mode: np.ndarray, interval: np.ndarray, space: SearchSpace
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the interval of each solution (M, 2, P), and which parameters (P,) are identified.
@@ -246,7 +246,7 @@ def stated_of_modes(
     Draws (D, P) belong to the solutions that `mode` (D,) numbers. A single one has the interval
     (2, P) of the run. A parameter that is not identified gets all of its range.
     """
-    identified = tells(draws, mode, np.minimum(UNTOLD_WIDTH * space.widest, RANGE))
+    identified = identified_by(draws, mode, np.minimum(UNTOLD_WIDTH * space.widest, RANGE_WIDTH))
     intervals = interval[None]
     if mode.max() > 0:
         intervals = ends_of_modes(draws, mode)

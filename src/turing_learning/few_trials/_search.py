@@ -20,46 +20,46 @@ from turing_learning.evolution import state_arrays
 
 # When. Shares of the trials.
 
-BEGIN = 0.5
+SEARCHED_FROM = 0.5
 """From here on a run may be lost, and searches."""
 
-LATE = 0.75
+BEGUN_UNTIL = 0.75
 """From here on no search begins anywhere new."""
 
 DECIDED_AT = 0.8
 """Here it is decided where the rest of the trials is spent."""
 
-LOST = 3.0
+LOST_MISFIT = 3.0
 """A run is lost if the median misfit of its last maps is above that. In runs that find the truth it
 is 1 to 2."""
 
-PATIENCE = 10
+MISFITS_KEPT = 10
 """Batches whose maps count."""
 
-FEWEST = 3000
+FEWEST_TO_SEARCH = 3000
 """Trials below which a run does not search: there were too few for some searches."""
 
 # Where. Distances are root mean squares over the parameters, in units of the space.
 
-LIKELIEST = 500
+LIKELIEST_TRIALS = 500
 """Trials that look most genuine, from which a search may start."""
 
-NEIGHBORS = 15
+TRIALS_AROUND = 15
 """Trials around such a place that all have to look genuine."""
 
-APART = 0.1
+BEGUN_APART = 0.1
 """Distance of a new search from all others."""
 
-MERGED = 0.015
+JOINED_WITHIN = 0.015
 """Distance at which a search has joined another."""
 
-SETTLED_DOWN = 6
+STEPS_BEFORE_JOINING = 6
 """Steps that a search makes before it may join another."""
 
-STEPS = 20
+STEPS_OF_SEARCH = 20
 """Steps of a search."""
 
-AT_ONCE = 7
+SEARCHES_AT_ONCE = 7
 """Searches that go on at the same time."""
 
 # How far. A step is measured by the change of the outputs, in standard deviations of genuine ones.
@@ -73,39 +73,39 @@ FIRST_REACH = 1.0
 MOST_REACH = 4.0
 """Most change that a step may make."""
 
-WIDEST = 0.25
+WIDEST_REACH = 0.25
 """Distance that such a change takes at most."""
 
-LONGEST = 0.3
+LARGEST_STEP = 0.3
 """Change of a parameter in one step."""
 
 JITTER = 0.5
 """Spread of the models that are tried around the end of a step, in units of its reach."""
 
-WIDER = 2.5, 5.0
+WIDER_FACTORS = 2.5, 5.0
 """How many times wider than draws of the right model the last trials of a run lie, half of them
 each."""
 
 # Fits.
 
-FITTED = 6
+FITTED_TRIALS = 6
 """Trials of a linear fit, for each parameter."""
 
-TESTED = 4
+TESTED_TRIALS = 4
 """Trials nearest to a place, for each parameter, whose outputs say how far it is from the
 agents."""
 
-BOUND = 4.0
+LARGEST_OUTPUT = 4.0
 """Outputs count up to that: rare events are large."""
 
 CLEARLY_BETTER = 0.6
 """Share of the mean square of the outputs, below which a step was so good that the next may be
 longer."""
 
-LONGER = 1.5
+REACH_GROWTH = 1.5
 """By how much the next step may be longer then."""
 
-SHORTER = 0.6
+REACH_SHRINKAGE = 0.6
 """By how much it has to be shorter after a step that led to nothing better."""
 
 DAMPING = (0, *10 ** np.arange(-4, 4, 0.5))
@@ -141,7 +141,7 @@ class Path:
     def metric(self) -> np.ndarray:
         """Return the matrix (P, P) by which a step of length `reach` changes outputs by as much."""
         dimension = len(self.place)
-        damping = (self.reach / WIDEST) ** 2 / dimension
+        damping = (self.reach / WIDEST_REACH) ** 2 / dimension
         damping += 1e-6 * np.trace(self.curvature) + 1e-6
         return self.curvature + damping * np.eye(dimension)
 
@@ -159,7 +159,7 @@ class Search:
     lost
         Whether the run is lost: the map has fitted nothing for long. It is decided in the second
         half of a run: the maps of many runs that find the truth fit badly before.
-    settled
+    decided
         Whether the place where the rest of the trials are spent was chosen, of the centers or what
         the map holds likely.
     centers : (C, P)
@@ -168,7 +168,7 @@ class Search:
 
     def __init__(self, furthest: np.ndarray) -> None:
         self.lost = False
-        self.settled = False
+        self.decided = False
         self.centers = np.empty((0, len(furthest)))
         self._misfits = np.empty(0)
         self._paths: list[Path] = []
@@ -177,7 +177,7 @@ class Search:
     @property
     def batch_size(self) -> int:
         """Number of models that are tried at once: each search then learns from them."""
-        return AT_ONCE * self._per_path
+        return SEARCHES_AT_ONCE * self._per_path
 
     @property
     def _per_path(self) -> int:
@@ -189,16 +189,20 @@ class Search:
 
         `progress` is the share of the trials spent.
         """
-        if progress < BEGIN:
+        if progress < SEARCHED_FROM:
             self.lost = False
-            self.settled = False
+            self.decided = False
             self._paths = []
 
-    def note(self, progress: float, misfit: float) -> None:
+    def note_misfit(self, progress: float, misfit: float) -> None:
         """Note the misfit of the map after a batch, and whether the run is lost."""
-        self._misfits = np.append(self._misfits, misfit)[-PATIENCE:]
-        enough = len(self._misfits) == PATIENCE
-        if BEGIN <= progress < DECIDED_AT and enough and np.median(self._misfits) > LOST:
+        self._misfits = np.append(self._misfits, misfit)[-MISFITS_KEPT:]
+        enough = len(self._misfits) == MISFITS_KEPT
+        if (
+            SEARCHED_FROM <= progress < DECIDED_AT
+            and enough
+            and np.median(self._misfits) > LOST_MISFIT
+        ):
             self.lost = True
 
     def step(
@@ -229,9 +233,9 @@ class Search:
         """
         unlikeness, deviations = _relative(outputs, genuine)
         self._advance(parameters, deviations)
-        slots = int(np.clip(count // self._per_path, 1, AT_ONCE))
+        slots = int(np.clip(count // self._per_path, 1, SEARCHES_AT_ONCE))
         going_on = [path for path in self._paths if not path.ended]
-        late = progress >= LATE and self.centers.size > 0
+        late = progress >= BEGUN_UNTIL and self.centers.size > 0
         if late:
             # nothing new any more: those that have arrived take further steps, the best first
             arrived = [path for path in self._paths if path.arrived]
@@ -249,7 +253,9 @@ class Search:
         ]
         return np.concatenate(models)
 
-    def judge(self, parameters: np.ndarray, outputs: np.ndarray, genuine: np.ndarray) -> None:
+    def update_centers(
+        self, parameters: np.ndarray, outputs: np.ndarray, genuine: np.ndarray
+    ) -> None:
         """Let the searches take their steps by what was tried, and set `centers`."""
         _, deviations = _relative(outputs, genuine)
         self._advance(parameters, deviations)
@@ -258,14 +264,14 @@ class Search:
         centers: list[np.ndarray] = []
         for k in np.argsort(excess, kind="stable"):
             center = paths[k].place
-            if all(_distance2(center, better) > MERGED**2 for better in centers):
+            if all(_distance2(center, better) > JOINED_WITHIN**2 for better in centers):
                 centers.append(center)
         self.centers = np.array(centers).reshape(-1, len(self._furthest))
 
     def around(self, count: int, draws: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return models (count, P) about draws (W, P) of the right model, wider than these lie."""
         middle = np.median(draws, axis=0)
-        wider = np.resize(WIDER, count)[:, None]
+        wider = np.resize(WIDER_FACTORS, count)[:, None]
         models = middle + wider * (draws[rng.integers(len(draws), size=count)] - middle)
         return np.clip(models, -self._furthest, self._furthest)
 
@@ -278,15 +284,15 @@ class Search:
         """
         if count <= 0:
             return []
-        likely = np.argsort(unlikeness, kind="stable")[:LIKELIEST]
-        neighbors = min(NEIGHBORS, len(parameters))
+        likely = np.argsort(unlikeness, kind="stable")[:LIKELIEST_TRIALS]
+        neighbors = min(TRIALS_AROUND, len(parameters))
         nearest = cKDTree(parameters).query(parameters[likely], neighbors)[1]
         middles = parameters[nearest].mean(axis=1)
         order = np.argsort(unlikeness[nearest].mean(axis=1), kind="stable")
         taken = [center for path in self._paths for center in (path.place, path.start)]
         beginnings: list[np.ndarray] = []
         # nearer to others only where there are too few places
-        for apart in (APART, APART / 2, APART / 4, 0.0):
+        for apart in (BEGUN_APART, BEGUN_APART / 2, BEGUN_APART / 4, 0.0):
             free = np.ones(len(middles), bool)
             for center in [*taken, *beginnings]:
                 free &= _distance2(middles, center) >= apart**2
@@ -315,7 +321,7 @@ class Search:
         metric = path.metric()
         for damping in DAMPING:
             step = -np.linalg.lstsq(curvature + (damping + 1e-6) * metric, slope, rcond=None)[0]
-            if step @ metric @ step <= path.reach**2 and np.abs(step).max() < LONGEST:
+            if step @ metric @ step <= path.reach**2 and np.abs(step).max() < LARGEST_STEP:
                 break
         path.target = np.clip(path.place + step, -self._furthest, self._furthest)
         path.ended = False
@@ -339,21 +345,21 @@ class Search:
             if after < before:
                 path.place = path.target
                 if after < CLEARLY_BETTER * before:
-                    path.reach = min(path.reach * LONGER, MOST_REACH)
+                    path.reach = min(path.reach * REACH_GROWTH, MOST_REACH)
             else:
-                path.reach = max(path.reach * SHORTER, LEAST_REACH)
+                path.reach = max(path.reach * REACH_SHRINKAGE, LEAST_REACH)
             path.steps += 1
             path.target = np.full(len(path.place), np.nan)
             looked.append((min(before, after), path))
         endings = [path.place for path in self._paths if path.ended and path.arrived]
         for _, path in sorted(looked, key=lambda pair: pair[0]):
-            joins = any(_distance2(path.place, ending) < MERGED**2 for ending in endings)
+            joins = any(_distance2(path.place, ending) < JOINED_WITHIN**2 for ending in endings)
             path.excess = np.inf
-            if path.steps >= SETTLED_DOWN and joins:
+            if path.steps >= STEPS_BEFORE_JOINING and joins:
                 path.ended = True
                 continue
             endings.append(path.place)
-            if path.steps >= STEPS:
+            if path.steps >= STEPS_OF_SEARCH:
                 path.ended = True
                 path.excess = _excess(path, parameters, deviations)
 
@@ -363,7 +369,7 @@ class Search:
         paths = {name: np.array([getattr(path, name) for path in self._paths]) for name in names}
         return {
             "lost": np.array(self.lost),
-            "settled": np.array(self.settled),
+            "settled": np.array(self.decided),
             "centers": self.centers.copy(),
             "misfits": self._misfits.copy(),
             **paths,
@@ -374,7 +380,7 @@ class Search:
         shapes = {"centers": "C P", "misfits": "N"}
         arrays = state_arrays(state, shapes, P=len(self._furthest))
         self.lost = bool(state["lost"])
-        self.settled = bool(state["settled"])
+        self.decided = bool(state["settled"])
         self.centers = arrays["centers"]
         self._misfits = arrays["misfits"]
         columns = [np.array(state[field.name]) for field in fields(Path)]
@@ -439,7 +445,7 @@ def _fit(
     Return the deviations expected at the place (F,), and their slopes (P, F).
     Trials count the less the farther they are, and the less they follow the fit.
     """
-    nearest, square = _nearest(path, center, parameters, FITTED * len(center))
+    nearest, square = _nearest(path, center, parameters, FITTED_TRIALS * len(center))
     factor = np.linalg.cholesky(path.metric())
     deviations = deviations[nearest]
     distance = np.sqrt(square.mean()) + 1e-12
@@ -462,7 +468,7 @@ def _excess(path: Path, parameters: np.ndarray, deviations: np.ndarray) -> float
 
     That is the mean square of the deviations expected there, less that by chance.
     """
-    nearest, _ = _nearest(path, path.place, parameters, TESTED * len(path.place))
-    few = np.clip(deviations[nearest], -BOUND, BOUND)
+    nearest, _ = _nearest(path, path.place, parameters, TESTED_TRIALS * len(path.place))
+    few = np.clip(deviations[nearest], -LARGEST_OUTPUT, LARGEST_OUTPUT)
     by_chance = few.var(axis=0).mean() / (len(few) - 1)
     return float((few.mean(axis=0) ** 2).mean() - by_chance)

@@ -11,10 +11,10 @@ from turing_learning.errors import require
 
 from ._symmetry import Symmetry
 
-FURTHEST = 1.5
+FURTHEST_TRIED = 1.5
 """How far from the middle models are tried where a parameter has no ends."""
 
-WIDEST = 2.0
+WIDEST_SOLUTION = 2.0
 """How far from the middle a solution is sought there."""
 
 
@@ -87,7 +87,7 @@ class SearchSpace:
     @property
     def furthest(self) -> np.ndarray:
         """How far (P,) from the middle models are tried."""
-        return np.where(self.limits | self.saturated, 1.0, FURTHEST)
+        return np.where(self.limits | self.saturated, 1.0, FURTHEST_TRIED)
 
     @property
     def walls(self) -> np.ndarray:
@@ -97,7 +97,7 @@ class SearchSpace:
     @property
     def widest(self) -> np.ndarray:
         """How far (P,) from the middle a solution is sought."""
-        return np.where(self.limits, 1.0, WIDEST)
+        return np.where(self.limits, 1.0, WIDEST_SOLUTION)
 
     def to_numbers(self, models: np.ndarray) -> np.ndarray:
         """Return models (..., P) in the optimizer's numbers."""

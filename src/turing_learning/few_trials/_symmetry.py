@@ -24,10 +24,10 @@ MOST_PRODUCTS = 1000
 LEAST_INSIDE = 0.05
 """Share of the range whose images by such a symmetry are in range, too, at least."""
 
-MODELS = 256
+PROBES = 256
 """Models by which this share is measured."""
 
-KEYS = 8
+KEY_PROBES = 8
 """Those of them that are enough to tell two symmetries."""
 
 LEAST_POSITIVE = 1e-9
@@ -39,10 +39,10 @@ MOST_IMAGES = 120
 MOST_TERMS = 100
 """Terms of an F-test with products of parameters, at most."""
 
-FRACTIONS = (1 / 2, 1 / 3, 1 / 4)
+TURNED_FRACTIONS = (1 / 2, 1 / 3, 1 / 4)
 """Parts of the range by which a parameter may be turned."""
 
-NUMBERED = re.compile(r"(.*?)[_ ]?(\d+|(?<![^\W_])[^\W_])")
+NUMBERED_NAME = re.compile(r"(.*?)[_ ]?(\d+|(?<![^\W_])[^\W_])")
 """A name and the part of a model it is of, such as "mean_a" and "x2"."""
 
 
@@ -69,7 +69,7 @@ class Symmetry:
     zeros: np.ndarray
 
     @classmethod
-    def none(cls, count: int) -> "Symmetry":
+    def identity(cls, count: int) -> "Symmetry":
         """Return the symmetry of so many parameters that changes nothing."""
         zeros = np.full(count, -np.inf)
         return cls(np.eye(count), np.zeros(count), np.zeros(count, dtype=bool), zeros)
@@ -79,7 +79,7 @@ class Symmetry:
         """Of which parameters (P,) the logarithm is taken."""
         return np.isfinite(self.zeros)
 
-    def of(self, models: np.ndarray) -> np.ndarray:
+    def images_of(self, models: np.ndarray) -> np.ndarray:
         """Return the images of models (..., P)."""
         images = self._models_of(self.coordinates(models) @ self.matrix.T + self.shift)
         if not self.periodic.any():
@@ -88,7 +88,9 @@ class Symmetry:
 
     def halfway(self, models: np.ndarray) -> np.ndarray:
         """Return what lies between models (..., P) and their images, in its coordinates."""
-        return self._models_of((self.coordinates(models) + self.coordinates(self.of(models))) / 2)
+        return self._models_of(
+            (self.coordinates(models) + self.coordinates(self.images_of(models))) / 2
+        )
 
     def coordinates(self, models: np.ndarray) -> np.ndarray:
         """Return the coordinates (..., P) of models (..., P)."""
@@ -147,14 +149,14 @@ class Symmetry:
     @property
     def key(self) -> tuple[float, ...]:
         """What is equal for equal ones, in whatever coordinates, beside rounding: some images."""
-        images = self.of(_probes(len(self.shift))[:KEYS])
+        images = self.images_of(_probes(len(self.shift))[:KEY_PROBES])
         return tuple((np.round(images.ravel(), 6) + 0.0).tolist())
 
     def orbit(self, models: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return models (N, P) with all their images, (order, N, P), and which (N,) are in range."""
         orbit = [models]
         for _ in range(self.order - 1):
-            orbit.append(self.of(orbit[-1]))
+            orbit.append(self.images_of(orbit[-1]))
         images = np.stack(orbit)
         return images, (np.abs(images) <= 1).all(axis=(0, 2))
 
@@ -164,7 +166,7 @@ class Symmetry:
         model = np.linspace(-0.83, 0.71, len(self.shift))
         image = model
         for times in range(1, 5):
-            image = self.of(image)
+            image = self.images_of(image)
             if np.allclose(image, model):
                 return times
         return 0
@@ -272,7 +274,7 @@ def _axes(parameters: Mapping[str, Parameter]) -> list[_Axis]:
     for index, (name, parameter) in enumerate(parameters.items()):
         assert parameter.initial is not None
         low, high = parameter.initial
-        split = NUMBERED.fullmatch(name)
+        split = NUMBERED_NAME.fullmatch(name)
         stem, suffix = (split[1], split[2]) if split else (name, "")
         positive = parameter.scale == "log" or (parameter.low is not None and parameter.low >= 0)
         axes.append(_Axis(index, stem, suffix, low, high, parameter.scale, positive))
@@ -282,7 +284,7 @@ def _axes(parameters: Mapping[str, Parameter]) -> list[_Axis]:
 @cache
 def _probes(count: int) -> np.ndarray:
     """Return some models (N, P) of so many parameters, anywhere in their ranges; not to be written to."""
-    return np.random.default_rng(0).uniform(-1, 1, (MODELS, count))
+    return np.random.default_rng(0).uniform(-1, 1, (PROBES, count))
 
 
 def _alike(axes: Sequence[_Axis]) -> list[list[_Axis]]:
@@ -310,12 +312,12 @@ def _signed(order: Sequence[int], signs: Sequence[float]) -> Symmetry:
     """Return what takes parameters in an order, each with a sign."""
     count = len(order)
     matrix = np.eye(count)[list(order)] * np.asarray(signs)[:, None]
-    return replace(Symmetry.none(count), matrix=matrix)
+    return replace(Symmetry.identity(count), matrix=matrix)
 
 
 def _mirrored(count: int, about: dict[int, float]) -> Symmetry:
     """Return what mirrors some parameters at these values."""
-    symmetry = Symmetry.none(count)
+    symmetry = Symmetry.identity(count)
     for index, value in about.items():
         symmetry.matrix[index, index] = -1
         symmetry.shift[index] = 2 * value
@@ -324,7 +326,7 @@ def _mirrored(count: int, about: dict[int, float]) -> Symmetry:
 
 def _turned(count: int, indices: Iterable[int], fraction: float) -> Symmetry:
     """Return what turns some parameters by a part of their range, at whose ends they begin again."""
-    symmetry = Symmetry.none(count)
+    symmetry = Symmetry.identity(count)
     for index in indices:
         symmetry.shift[index] = 2 * fraction
         symmetry.periodic[index] = True
@@ -333,7 +335,7 @@ def _turned(count: int, indices: Iterable[int], fraction: float) -> Symmetry:
 
 def _remaining(axes: Sequence[_Axis], shares: Sequence[_Axis], share: _Axis) -> Symmetry:
     """Return what puts in place of a share what all of the shares leave of 1."""
-    symmetry = Symmetry.none(len(axes))
+    symmetry = Symmetry.identity(len(axes))
     middle = (share.low + share.high) / 2
     half = (share.high - share.low) / 2
     for summand in shares:
@@ -352,7 +354,7 @@ def _alone(axes: Sequence[_Axis], axis: _Axis) -> Iterator[Symmetry]:
         yield _remaining(axes, [axis], axis)
     if axis.scale != "linear":
         return
-    for fraction in FRACTIONS:
+    for fraction in TURNED_FRACTIONS:
         yield _turned(count, [axis.index], fraction)
     # such as the supplementary angle, of the same sine
     half = _turned(count, [axis.index], 1 / 2)
@@ -391,7 +393,7 @@ def _together(axes: Sequence[_Axis]) -> Iterator[Symmetry]:
 
 def _product(axes: Sequence[_Axis], powers: Mapping[int, Mapping[int, float]]) -> Symmetry:
     """Return what puts products of powers of positive parameters in place of some of them."""
-    symmetry = Symmetry.none(len(axes))
+    symmetry = Symmetry.identity(len(axes))
     for index, factors in powers.items():
         symmetry.zeros[index], unit, summand = axes[index].logarithm
         symmetry.matrix[index] = 0
@@ -594,7 +596,7 @@ class SymmetryGroup:
         widest: np.ndarray,
     ) -> "SymmetryGroup":
         """Return what comes of generators, as far as images of the reference are within +-widest."""
-        members = [Symmetry.none(len(reference))]
+        members = [Symmetry.identity(len(reference))]
         images = [reference]
         periodic = _periodic(generators)
         for member in members:
@@ -602,7 +604,7 @@ class SymmetryGroup:
                 if not generator.joins(member):
                     continue
                 further = generator.after(member)
-                image = further.of(reference)
+                image = further.images_of(reference)
                 if (np.abs(image) > widest).any():
                     continue
                 offsets = _between(np.array(images), image, periodic) / scale
@@ -648,7 +650,7 @@ class SymmetryGroup:
 
         Images out of range do not count, such as where shares come to more than 1.
         """
-        images = np.stack([member.of(models) for member in self.members])
+        images = np.stack([member.images_of(models) for member in self.members])
         offsets = _between(images, self.reference, self.periodic)
         distances = ((offsets / self.scale) ** 2).sum(axis=2)
         outside = (np.abs(images[1:]) > self.widest).any(axis=2)
@@ -675,13 +677,13 @@ def one_side(symmetry: Symmetry, models: np.ndarray) -> np.ndarray:
     """
     if symmetry.order != 2:
         return models
-    offsets = models - symmetry.of(models)
+    offsets = models - symmetry.images_of(models)
     offsets /= models.std(axis=0) + 1e-12
     along = np.linalg.svd(offsets, full_matrices=False)[2][0]
     turned = offsets @ along < 0
     if turned.mean() > 0.5:
         turned = ~turned
-    return np.where(turned[:, None], symmetry.of(models), models)
+    return np.where(turned[:, None], symmetry.images_of(models), models)
 
 
 def share_beyond(symmetry: Symmetry, models: np.ndarray) -> float:

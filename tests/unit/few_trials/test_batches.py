@@ -153,7 +153,7 @@ def test_a_finished_run_with_more_trials_is_the_run_that_was_to_be_extended(spen
     finished(resumed, 1)
     while len(whole.buffer) < len(resumed.buffer):
         whole.step()
-    assert whole.buffer.pool == 700  # of a run of 40 trials it is 500
+    assert whole.buffer.pool_size == 700  # of a run of 40 trials it is 500
     for name, value in whole.state().items():
         np.testing.assert_array_equal(resumed.state()[name], value, err_msg=name)
 
@@ -186,9 +186,9 @@ def test_seeds_differ():
 @pytest.fixture
 def lost(monkeypatch):
     """Each run is held to be lost, also a short one."""
-    monkeypatch.setattr(_search, "LOST", 0.0)
-    monkeypatch.setattr(_loop, "FEWEST", 10)
-    monkeypatch.setattr(_readout, "AT_LEAST", 60)
+    monkeypatch.setattr(_search, "LOST_MISFIT", 0.0)
+    monkeypatch.setattr(_loop, "FEWEST_TO_SEARCH", 10)
+    monkeypatch.setattr(_readout, "FEWEST_IN_SHARE", 60)
 
 
 def test_a_lost_run_settles_and_resumes_to_the_bit(lost):
@@ -197,10 +197,10 @@ def test_a_lost_run_settles_and_resumes_to_the_bit(lost):
     while not run.complete:
         for each in (run, copies):
             each.step()
-        if run.search.settled and decided is None:
+        if run.search.decided and decided is None:
             decided = run.spent
             assert len(run.search.centers) > 1
-        assert not run.undecided
+        assert not run.decision_due
         state = copies.state()
         copies = begun(400, searches=True, seed=2)
         copies.restore(state)
@@ -232,7 +232,7 @@ def test_a_run_that_does_not_search_is_not_lost(lost):
             "`trials` must be more than the run has spent; got 20",
         ),
         (
-            lambda: finished(begun(40), 3).settle(np.zeros((5, 2))),
+            lambda: finished(begun(40), 3).go_on_around(np.zeros((5, 2))),
             "`trials` must be those of a lost run",
         ),
         (lambda: begun().restore({}), "`state` must be that of an estimate from few trials"),
@@ -247,9 +247,9 @@ def test_what_does_not_fit_is_rejected(do, message):
 def test_draws_are_wider_where_walkers_of_a_recording_are_elsewhere(monkeypatch, recorded):
     genuine = Walk().collect(np.tile(TRUTH, (30, 1)), np.random.default_rng(2)).genuine
     run = finished(begun(genuine=genuine if recorded else None))
-    monkeypatch.setattr(_loop, "disagreement", lambda draws, walkers: 1.0)
+    monkeypatch.setattr(_loop, "birge_ratio", lambda draws, walkers: 1.0)
     narrow = run.readout()
-    monkeypatch.setattr(_loop, "disagreement", lambda draws, walkers: 1.5)
+    monkeypatch.setattr(_loop, "birge_ratio", lambda draws, walkers: 1.5)
     wide = run.readout()
     middle = narrow["estimate"]
     np.testing.assert_allclose(wide["estimate"], middle)
@@ -261,9 +261,9 @@ def test_draws_are_wider_where_walkers_of_a_recording_are_elsewhere(monkeypatch,
 def test_walkers_disagree_with_draws_that_are_farther_away_than_they_spread():
     walkers = np.array([[-1.0, -2.0], [1.0, 2.0]])  # of standard deviations 1 and 2
     draws = np.zeros((3, 2))
-    assert _readout.disagreement(draws, walkers) == 1
+    assert _readout.birge_ratio(draws, walkers) == 1
     # 2 and 1 standard deviations: a mean square of 5 / 2
-    assert _readout.disagreement(draws + 2, walkers) == pytest.approx(np.sqrt(2 * 5 / 2))
+    assert _readout.birge_ratio(draws + 2, walkers) == pytest.approx(np.sqrt(2 * 5 / 2))
 
 
 def test_wider_draws_of_each_solution_keep_their_median_and_stay_in_the_space():
@@ -279,5 +279,5 @@ def test_a_run_is_not_tolerated_where_walkers_are_elsewhere(monkeypatch):
     genuine = Walk().collect(np.tile(TRUTH, (30, 1)), np.random.default_rng(2)).genuine
     known = {"genuine": genuine, "tolerance": 0.3}
     assert finished(begun(**known)).tolerated
-    monkeypatch.setattr(_loop, "disagreement", lambda draws, walkers: 100.0)
+    monkeypatch.setattr(_loop, "birge_ratio", lambda draws, walkers: 100.0)
     assert not finished(begun(**known)).tolerated

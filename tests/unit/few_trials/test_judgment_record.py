@@ -33,7 +33,7 @@ def expected(genomes, buffer):
 def test_a_record_holds_what_classifiers_say_of_all_samples(pool):
     rng, buffer, record = (
         np.random.default_rng(1),
-        SampleBuffer(pool=pool, share=1.0),
+        SampleBuffer(pool_size=pool, share=1.0),
         JudgmentRecord(Counting()),
     )
     genomes = rng.random((4, 1))
@@ -49,14 +49,14 @@ def test_a_record_holds_what_classifiers_say_of_all_samples(pool):
 def test_genuine_samples_that_count_again_are_judged():
     rng, buffer, record = (
         np.random.default_rng(1),
-        SampleBuffer(pool=4, share=1.0),
+        SampleBuffer(pool_size=4, share=1.0),
         JudgmentRecord(Counting()),
     )
     genomes = rng.random((2, 1))
     filled(buffer, 6, rng)
     filled(buffer, 6, rng)
     record.update(genomes, buffer)
-    buffer.pool = 9
+    buffer.pool_size = 9
     record.update(genomes, buffer)
     np.testing.assert_allclose(record.genuine, expected(genomes, buffer)[1], rtol=1e-5)
 
@@ -64,7 +64,7 @@ def test_genuine_samples_that_count_again_are_judged():
 def test_what_has_been_judged_is_not_judged_again():
     rng, buffer, record = (
         np.random.default_rng(1),
-        SampleBuffer(pool=100, share=1.0),
+        SampleBuffer(pool_size=100, share=1.0),
         JudgmentRecord(Counting()),
     )
     genomes = rng.random((4, 1))

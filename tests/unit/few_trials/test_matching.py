@@ -33,7 +33,7 @@ def matched(
         high=HIGH,
         start=(LOW + HIGH) / 2,
         spread=(HIGH - LOW) / 2,
-        averaged=alike,
+        samples_per_trial=alike,
         rng=rng,
     )
 
@@ -54,7 +54,7 @@ def test_a_parameter_without_effect_gets_its_whole_range():
 def test_no_interval_is_given_where_the_classifiers_still_tell_the_model_from_the_agents():
     solution = matched(4, alien=0.05)
     assert solution.p_value < 0.005
-    assert not solution.settled
+    assert not solution.passed_checks
     assert np.isnan(solution.interval_low).all()
     assert np.isfinite(solution.estimate).all()
 
@@ -62,7 +62,7 @@ def test_no_interval_is_given_where_the_classifiers_still_tell_the_model_from_th
 @pytest.mark.parametrize("alike", [1, 4])
 def test_samples_of_one_trial_say_no_more_than_the_trial(alike):
     solutions = [matched(seed, genuine=25, alike=alike) for seed in range(5)]
-    assert sum(solution.settled for solution in solutions) >= 4
+    assert sum(solution.passed_checks for solution in solutions) >= 4
     widths = [np.sqrt(solution.covariance[0, 0]) for solution in solutions]
     assert 0.2 < np.median(widths) < 0.35  # of the mean of 25 samples: 0.2
 
@@ -86,7 +86,7 @@ def test_many_samples_much_alike_leave_intervals_as_wide_as_the_genuine_samples_
         rng=rng,
     )
     exact = 1.645 / np.sqrt(400)
-    assert solution.settled
+    assert solution.passed_checks
     assert (solution.interval_high - solution.interval_low) / 2 / exact == pytest.approx(
         1.0, rel=0.6
     )

@@ -26,7 +26,7 @@ def test_searches_find_the_agents_where_no_trial_was_near():
         copy = Search(np.full(3, 1.5))
         copy.restore(search.state())
         for each in (search, copy):
-            each.judge(models, seen, genuine)
+            each.update_centers(models, seen, genuine)
         np.testing.assert_array_equal(copy.centers, search.centers)
         search = copy
     assert np.abs(search.centers[0] - AGENTS).max() < 0.1
@@ -45,7 +45,7 @@ def test_searches_go_to_other_places_and_stay_in_the_range():
         tried = search.step(28, 0.5, models, known, genuine, rng)
         assert np.abs(tried).max() <= 1
         models, known = np.concatenate((models, tried)), np.concatenate((known, seen(tried)))
-    search.judge(models, known, genuine)
+    search.update_centers(models, known, genuine)
     for mirror in ([0.6, 0.9], [-0.6, 0.9]):
         assert np.abs(search.centers[:6] - mirror).max(axis=1).min() < 0.05
 
@@ -53,16 +53,16 @@ def test_searches_go_to_other_places_and_stay_in_the_range():
 def test_a_run_is_lost_whose_map_fits_nothing_for_long_in_its_second_half():
     search = Search(np.ones(3))
     for _ in range(20):
-        search.note(0.4, 9.0)  # too early
+        search.note_misfit(0.4, 9.0)  # too early
     assert not search.lost
     for _ in range(6):
-        search.note(0.4, 1.0)
-    search.note(0.6, 1.0)
+        search.note_misfit(0.4, 1.0)
+    search.note_misfit(0.6, 1.0)
     assert not search.lost
     for _ in range(20):
-        search.note(0.9, 9.0)  # too late
+        search.note_misfit(0.9, 9.0)  # too late
     assert not search.lost
-    search.note(0.6, 1.0)
+    search.note_misfit(0.6, 1.0)
     assert search.lost
     search.reset_if_early(0.9)
     assert search.lost

@@ -29,7 +29,7 @@ def family_of(names, moves):
     model = np.linspace(-0.9, 0.8, len(names))
     wanted = moves(model.copy())
     for family in families:
-        if any(np.allclose(symmetry.of(model), wanted) for symmetry in family):
+        if any(np.allclose(symmetry.images_of(model), wanted) for symmetry in family):
             return family
     raise AssertionError("no such symmetry is proposed")
 
@@ -61,7 +61,7 @@ def test_three_parts_have_six_solutions_and_trials_are_brought_to_one_of_them():
     solution = np.array([-0.5, 0.1, 0.2, 0.4, 0.7, -0.3])
     group = SymmetryGroup.generated(family, solution, np.full(6, 0.01), np.full(6, 1.0))
     assert len(group.members) == 6
-    images = np.stack([member.of(solution) for member in group.members])
+    images = np.stack([member.images_of(solution) for member in group.members])
     assert len(np.unique(images.round(9), axis=0)) == 6
     near = images + 0.01
     assert np.allclose(group.folded(near) - 0.01, solution)
@@ -79,7 +79,7 @@ def test_a_share_of_three_becomes_what_the_others_leave():
     model = 2 * np.array([0.2, 0.5, 0.1, 0.6, 0.9]) - 1
     wanted = 2 * np.array([0.3, 0.5, 0.9, 0.6, 0.1]) - 1  # the first and the third part
     symmetries = [one for family in candidate_symmetries(parameters) for one in family]
-    assert any(np.allclose(symmetry.of(model), wanted) for symmetry in symmetries)
+    assert any(np.allclose(symmetry.images_of(model), wanted) for symmetry in symmetries)
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_a_share_of_three_becomes_what_the_others_leave():
 )
 def test_signs_and_turns(parameters, model, image):
     symmetries = [one for family in candidate_symmetries(parameters) for one in family]
-    assert any(np.allclose(symmetry.of(np.array(model)), image) for symmetry in symmetries)
+    assert any(np.allclose(symmetry.images_of(np.array(model)), image) for symmetry in symmetries)
 
 
 def squared(parameters, rng):
@@ -131,10 +131,9 @@ def test_a_solution_has_the_images_that_samples_resemble(examined):
     examiner, evidence, rng = examined
     draws = np.array([0.6, 0.3]) + 0.01 * rng.standard_normal((600, 2))
     group = examiner.symmetries(draws, evidence, 1000, rng)
-    assert [member.of(np.array([0.6, 0.3])).round(9).tolist() for member in group.members] == [
-        [0.6, 0.3],
-        [-0.6, 0.3],
-    ]
+    assert [
+        member.images_of(np.array([0.6, 0.3])).round(9).tolist() for member in group.members
+    ] == [[0.6, 0.3], [-0.6, 0.3]]
 
 
 def test_a_mixture_of_images_is_seen_and_nothing_else_is_taken_for_one(examined):
@@ -150,15 +149,17 @@ def test_a_mixture_of_images_is_seen_and_nothing_else_is_taken_for_one(examined)
 
 
 def test_a_symmetry_after_another_is_one_again():
-    turn = replace(Symmetry.none(1), shift=np.array([1.0]), periodic=np.array([True]))
-    mirror = replace(Symmetry.none(1), matrix=-np.eye(1), shift=np.array([0.2]))
+    turn = replace(Symmetry.identity(1), shift=np.array([1.0]), periodic=np.array([True]))
+    mirror = replace(Symmetry.identity(1), matrix=-np.eye(1), shift=np.array([0.2]))
     models = np.linspace(-0.9, 0.9, 7)[:, None]
-    assert np.allclose(turn.after(mirror).of(models), turn.of(mirror.of(models)))
+    assert np.allclose(
+        turn.after(mirror).images_of(models), turn.images_of(mirror.images_of(models))
+    )
     assert turn.order == mirror.order == 2
 
 
 def test_what_begins_again_at_the_end_of_its_range_is_folded_around_the_circle():
-    half_turn = replace(Symmetry.none(1), shift=np.array([1.0]), periodic=np.array([True]))
+    half_turn = replace(Symmetry.identity(1), shift=np.array([1.0]), periodic=np.array([True]))
     group = SymmetryGroup.generated(
         [half_turn], np.array([0.98]), np.array([0.05]), np.array([1.0])
     )
@@ -241,9 +242,9 @@ def test_products_take_the_place_of_positive_parameters(parameters, model, image
     model = numbers(parameters, model)
     image = numbers(parameters, image)
     symmetries = [one for family in candidate_symmetries(parameters) for one in family]
-    found = [one for one in symmetries if np.allclose(one.of(model), image)]
+    found = [one for one in symmetries if np.allclose(one.images_of(model), image)]
     assert len(found) == 1
-    assert np.allclose(found[0].of(image), model)
+    assert np.allclose(found[0].images_of(image), model)
 
 
 def test_no_product_takes_the_place_of_what_may_be_negative():
@@ -257,7 +258,8 @@ def test_nothing_is_tried_twice_in_whatever_coordinates():
     families = candidate_symmetries(parameters)
     models = np.random.default_rng(1).uniform(-0.9, 0.9, (20, 4))
     actions = {
-        tuple(sorted(one.of(models).round(6).tobytes() for one in family)) for family in families
+        tuple(sorted(one.images_of(models).round(6).tobytes() for one in family))
+        for family in families
     }
     assert len(actions) == len(families)
 
@@ -268,18 +270,18 @@ def flip_flop():
     model = numbers(parameters, [1.6, 0.4, 20])
     image = numbers(parameters, [0.4, 1.6, 5])
     for symmetry, *_ in candidate_symmetries(parameters):
-        if np.allclose(symmetry.of(model), image):
+        if np.allclose(symmetry.images_of(model), image):
             return symmetry, model, image
     raise AssertionError("no such symmetry is proposed")
 
 
 def test_a_group_may_hold_what_is_linear_in_logarithms_and_what_is_not():
     scaled, model, image = flip_flop()
-    exchange = replace(Symmetry.none(3), matrix=np.eye(3)[[1, 0, 2]])
-    mirror = replace(Symmetry.none(3), matrix=np.diag([1.0, 1.0, -1.0]))
+    exchange = replace(Symmetry.identity(3), matrix=np.eye(3)[[1, 0, 2]])
+    mirror = replace(Symmetry.identity(3), matrix=np.diag([1.0, 1.0, -1.0]))
     assert scaled.joins(exchange)
     assert not scaled.joins(mirror)
-    assert np.allclose(exchange.after(scaled).of(model), exchange.of(image))
+    assert np.allclose(exchange.after(scaled).images_of(model), exchange.images_of(image))
     size = np.full(3, 0.01)
     group = SymmetryGroup.generated([scaled, mirror], model, size, np.ones(3))
     # that of both in turn would be linear in neither
@@ -292,7 +294,7 @@ def test_first_models_rule_out_no_symmetry_of_a_rate_and_a_time():
     parameters = {name: Parameter(0.05, 10) for name in ("rate", "time")}
     model, image = numbers(parameters, [2, 0.8]), numbers(parameters, [1.25, 0.5])
     symmetries = [one for family in candidate_symmetries(parameters) for one in family]
-    (inverse,) = [one for one in symmetries if np.allclose(one.of(model), image)]
+    (inverse,) = [one for one in symmetries if np.allclose(one.images_of(model), image)]
     right = []
     wrong = []
     for seed in range(12):
@@ -344,7 +346,7 @@ def test_another_solution_is_no_other_place_of_a_ridge(product):
     if product:
         assert group is None
     else:
-        np.testing.assert_allclose(group.members[1].of(model), image)
+        np.testing.assert_allclose(group.members[1].images_of(model), image)
 
 
 ECHO = {"size": Parameter(0.05, 6), "echo": Parameter(0.1, 10)}
@@ -363,7 +365,9 @@ def moving_average(shocks):
 
     model, image = numbers(ECHO, [2, 0.5]), numbers(ECHO, [1, 2])
     families = candidate_symmetries(ECHO)
-    (inverse,) = [family[0] for family in families if np.allclose(family[0].of(model), image)]
+    (inverse,) = [
+        family[0] for family in families if np.allclose(family[0].images_of(model), image)
+    ]
     space = SearchSpace.between(middle - half, middle + half, limits=True, candidates=[[inverse]])
     genuine = collect(np.tile([2, 0.5], (50, 1)), np.random.default_rng(1)).counterfeit[:, 0]
     source = SimpleNamespace(collect=collect)
@@ -400,7 +404,7 @@ def test_a_mixture_of_products_is_looked_for_where_it_is_asked_for():
     examiner, inverse, model = moving_average(lambda rng, shape: rng.standard_normal(shape))
     rng = np.random.default_rng(4)
     draws = model + [0.01, 0.004] * rng.standard_normal((600, 2))
-    draws[::2] = inverse.of(draws[::2])
+    draws[::2] = inverse.images_of(draws[::2])
     models = rng.uniform(-1, 1, (100, 2))
     evidence = Evidence(
         examiner.space, models, rng.random((100, 5)), rng.random((50, 5)), 1, observed_anew=False

@@ -123,22 +123,22 @@ def test_a_stopped_run_is_resumed_to_the_same_bits(whole, tmp_path):
 
 
 def test_a_lost_run_settles_on_a_center_and_is_resumed_to_the_same_bits(monkeypatch, tmp_path):
-    monkeypatch.setattr(_search, "LOST", 0.0)
-    monkeypatch.setattr(_loop, "FEWEST", 10)
-    monkeypatch.setattr(_readout, "AT_LEAST", 60)
+    monkeypatch.setattr(_search, "LOST_MISFIT", 0.0)
+    monkeypatch.setattr(_loop, "FEWEST_TO_SEARCH", 10)
+    monkeypatch.setattr(_readout, "FEWEST_IN_SHARE", 60)
     # Each match takes a second or two; where the run goes on is decided by two.
     monkeypatch.setattr(_readout, "CENTERS", 1)
     monkeypatch.setattr(_readout, "SHARES_AT_END", _readout.SHARES_AT_END[:1])
-    settled = []
+    places = []
 
-    def settle(run, draws, settle=_loop.FewTrials.settle):
-        settled.append(draws)
-        return settle(run, draws)
+    def noted(run, draws, go_on_around=_loop.FewTrials.go_on_around):
+        places.append(draws)
+        return go_on_around(run, draws)
 
-    monkeypatch.setattr(_loop.FewTrials, "settle", settle)
+    monkeypatch.setattr(_loop.FewTrials, "go_on_around", noted)
     known = {"trials": 150, "seed": 2, "settings": SMALL}
     lost = tl.infer("aggregation", **known)
-    chosen = len(settled)
+    chosen = len(places)
     assert chosen > 1
     stop = iter([False] * 32 + [True] * 9)
     stopped = tl.infer("aggregation", **known, out=tmp_path / "run", should_stop=lambda: next(stop))
@@ -146,12 +146,12 @@ def test_a_lost_run_settles_on_a_center_and_is_resumed_to_the_same_bits(monkeypa
     resumed = tl.resume(tmp_path / "run")
     assert resumed.estimate == lost.estimate
     assert repr(resumed.interval) == repr(lost.interval)
-    for first, again in zip(settled, settled[chosen:], strict=False):
+    for first, again in zip(places, places[chosen:], strict=False):
         np.testing.assert_array_equal(first, again)
-    assert len(settled) == 2 * chosen
+    assert len(places) == 2 * chosen
 
 
-def solution(place, distance, settled=True):
+def solution(place, distance, passed_checks=True):
     draws = place + 0.1 * np.random.default_rng(5).standard_normal((600, 2))
     none = np.full(2, np.nan)
     known = {
@@ -165,12 +165,12 @@ def solution(place, distance, settled=True):
         **known,
         draws=draws,
         proposals=draws,
-        settled=settled,
+        passed_checks=passed_checks,
         distance=distance,
         p_value=0.5,
         leverage=0.1,
-        canary=1.0,
-        moved=1.0,
+        canary_range=1.0,
+        halves_apart=1.0,
         mode=np.zeros(len(draws), dtype=np.int64),
     )
 
@@ -179,17 +179,17 @@ def test_solutions_that_are_told_equally_well_are_mixed():
     several = [
         solution(0.0, 9.0),
         solution(0.4, 2.0),
-        solution(-0.8, 1.0, settled=False),
+        solution(-0.8, 1.0, passed_checks=False),
         solution(0.9, 30.0),
     ]
     found = combined(several, np.full(2, 1.0))
-    assert (found.settled, found.distance) == (True, 2.0)
+    assert (found.passed_checks, found.distance) == (True, 2.0)
     assert len(found.draws) == 600
     np.testing.assert_allclose(found.interval_low, -0.13, atol=0.03)
     np.testing.assert_allclose(found.interval_high, 0.53, atol=0.03)
     assert found.identified.all()
     far = combined([solution(0.0, 21.0)], np.full(2, 1.0))
-    assert not far.settled
+    assert not far.passed_checks
     assert np.isnan(far.interval_low).all()
 
 
@@ -386,7 +386,7 @@ def test_where_models_end_the_interval_reaches_the_end(share, matched, estimate,
     found = SimpleNamespace(interval_low=low, interval_high=upper, draws=draws)
     ends = {"saturated": [True, False], "end": end}
     space = SearchSpace.between([-1.0, -1.0], [1.0, 1.0], **ends)
-    stated, interval = _readout.stated(found, tried, space)
+    stated, interval = _readout.estimate_and_interval(found, tried, space)
     assert stated.tolist() == [end if estimate is None else estimate, 0.95]
     assert interval.tolist() == [[0.9, 0.9], [end if high is None else high, matched]]
 
