@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from turing_learning.detection._chance import DRAWS, p_values
+from turing_learning.detection._chance import CHANCE_DRAWS, p_values
 
 STATED = (0.01, 0.05)
 CASES = ((100, 1), (20, 1), (20, 10), (50, 10), (70, 74), (5000, 1), (5000, 10))
@@ -33,7 +33,7 @@ def placed_threshold(
     means = (
         genuine
         if samples == 1
-        else genuine[rng.integers(0, len(genuine), (DRAWS, samples))].mean(axis=1)
+        else genuine[rng.integers(0, len(genuine), (CHANCE_DRAWS, samples))].mean(axis=1)
     )
     return float(np.sort(means)[int(share * len(means))])
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from turing_learning.analysis import interval, pooled_interval, r_hat
-from turing_learning.analysis._estimate import CENTRAL, _growth, _independent
+from turing_learning.analysis._estimate import INTERVAL_PERCENTILES, _growth, _independent
 
 GENERATIONS, REPETITIONS = 300, 600
 RUNS = (2, 3, 4, 8)
@@ -35,7 +35,7 @@ def series(runs: np.ndarray) -> Ends:
 
 def widened(runs: np.ndarray, count: float) -> Ends:
     """Widen the central range of all values as that of so many independent ones."""
-    middle, ends = np.median(runs), np.percentile(runs, CENTRAL)
+    middle, ends = np.median(runs), np.percentile(runs, INTERVAL_PERCENTILES)
     return tuple(middle + _growth(max(count, 2.0)) * (ends - middle))
 
 

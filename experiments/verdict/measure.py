@@ -16,7 +16,7 @@ import numpy as np
 
 import turing_learning as tl
 from turing_learning.analysis import estimate, interval, settled, told
-from turing_learning.config._sections import SETTLED
+from turing_learning.config._sections import JUMPS_UNTIL
 from turing_learning.families import BurstAndCoast, Couzin, Vicsek
 from turing_learning.swarm import SCENARIOS
 from turing_learning.trajectories import SIGNALS
@@ -142,7 +142,7 @@ def judged(
         known = not np.isnan(kept["interval"]).any()
         return "converged" if known else "not settled", kept["estimate"], kept["interval"]
     typical, spread = kept["typical"][:length], kept["spread"][:length]
-    window = min(WINDOW, max(1, round((1 - SETTLED) * length)))
+    window = min(WINDOW, max(1, round((1 - JUMPS_UNTIL) * length)))
     found = (
         "still moving"
         if not settled(typical, window, spread).all()

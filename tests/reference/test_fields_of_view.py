@@ -139,7 +139,7 @@ def test_many_robots_move_as_few_do_and_threads_change_nothing(threads, monkeypa
     many = simulate(
         AGGREGATION, controllers, poses, control_steps=20, fields_of_view=fields, threads=threads
     )
-    monkeypatch.setattr(trials, "MANY", 1000)
+    monkeypatch.setattr(trials, "MANY_BODIES", 1000)
     side_by_side = simulate(
         AGGREGATION, controllers, poses, control_steps=20, fields_of_view=fields, threads=1
     )

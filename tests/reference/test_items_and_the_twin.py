@@ -60,7 +60,7 @@ def test_in_tiles_items_are_as_in_plain_loops(field_of_view, monkeypatch):
     poses = tl.swarm.initial_poses(scenario, 1, np.random.default_rng(2), robots=30, side_cm=70)
     controllers = np.broadcast_to(scenario.controller, (1, 30, 14)).copy()
     in_tiles = tl.swarm.simulate(scenario, controllers, poses, control_steps=40, seed=3)
-    monkeypatch.setattr(trials, "MANY", 10**9)
+    monkeypatch.setattr(trials, "MANY_BODIES", 10**9)
     plain = tl.swarm.simulate(scenario, controllers, poses, control_steps=40, seed=3)
     np.testing.assert_array_equal(in_tiles.sensors, plain.sensors)
     np.testing.assert_array_equal(in_tiles.poses, plain.poses)

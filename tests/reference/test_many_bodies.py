@@ -147,7 +147,7 @@ def test_a_trial_in_tiles_is_the_plain_trial_to_the_last_bit(name, monkeypatch):
     controllers = np.repeat(np.array(scenario.controller)[None, None], robots, axis=1)
     controllers[:, :5] *= fastest
     in_tiles = tl.swarm.simulate(scenario, controllers, poses, control_steps=60, seed=3)
-    monkeypatch.setattr(trials, "MANY", 10**9)
+    monkeypatch.setattr(trials, "MANY_BODIES", 10**9)
     plain = tl.swarm.simulate(scenario, controllers, poses, control_steps=60, seed=3)
     np.testing.assert_array_equal(in_tiles.sensors, plain.sensors)
     np.testing.assert_array_equal(in_tiles.poses, plain.poses)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from turing_learning.models import ElmanModel
 
 GOOD = "good"
-LIMIT = 0.1
+FAILED_ERROR = 0.1
 """Mean absolute error from which on a run has failed."""
 _CLOSE = 0.2
 _RUNAWAY = 3.0
@@ -67,12 +67,12 @@ def name_failure(estimate: np.ndarray, truth: np.ndarray) -> str:
     truth = array("truth", truth, "P")
     estimate = array("estimate", estimate, "P", P=len(truth))
     require(estimate.size >= 2, "estimate", "be of shape (2 n,) or (2 n + 1,)", f"{estimate.shape}")
-    if float(mean_absolute_error(estimate, truth)) < LIMIT:
+    if float(mean_absolute_error(estimate, truth)) < FAILED_ERROR:
         return GOOD
     wheels = estimate.size - estimate.size % 2
     speeds = estimate[:wheels]
     true = truth[:wheels]
-    if wheels < estimate.size and float(mean_absolute_error(speeds, true)) < LIMIT:
+    if wheels < estimate.size and float(mean_absolute_error(speeds, true)) < FAILED_ERROR:
         return "field of view"
     if np.abs(speeds).max() > _RUNAWAY:
         return "runaway"

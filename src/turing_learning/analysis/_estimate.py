@@ -21,13 +21,13 @@ WHY_UNKNOWN_OF_TRIALS = (
 )
 """Why an interval of a run of trials is not known."""
 
-CENTRAL = (5.0, 95.0)
+INTERVAL_PERCENTILES = (5.0, 95.0)
 """Percentiles that end the interval of an estimate."""
 
 NORMAL = 1.6448536
 """The upper one, of the standard normal distribution."""
 
-FEWEST = 2.0
+FEWEST_INDEPENDENT = 2.0
 """Independent values that even the slowest series is taken to hold."""
 
 CONTRACTED = 0.3
@@ -103,7 +103,7 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     """
     tail = _last(typical_models, window)
     middle = np.median(tail, axis=0)
-    bounds = np.percentile(tail, CENTRAL, axis=0)
+    bounds = np.percentile(tail, INTERVAL_PERCENTILES, axis=0)
     growth = np.full(tail.shape[1], UNKNOWN)
     for p in np.flatnonzero(_moves(tail)):
         growth[p] = _growth(_independent(tail[:, p]))
@@ -112,13 +112,15 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
 
 def _moves(typical_models: np.ndarray) -> np.ndarray:
     """Return whether the typical models (W, ...) move: whether their central 90 % are more than one value."""
-    low, high = np.percentile(typical_models, CENTRAL, axis=0)
+    low, high = np.percentile(typical_models, INTERVAL_PERCENTILES, axis=0)
     return np.less(low, high)
 
 
 def _growth(count: float) -> float:
     """Return by how much the range of so many independent values is to be widened."""
-    return float(stdtrit(count - 1, CENTRAL[1] / 100) * np.sqrt(1 + 1 / count) / NORMAL)
+    return float(
+        stdtrit(count - 1, INTERVAL_PERCENTILES[1] / 100) * np.sqrt(1 + 1 / count) / NORMAL
+    )
 
 
 def _independent(series: np.ndarray) -> float:
@@ -132,7 +134,7 @@ def _independent(series: np.ndarray) -> float:
     positive = pairs
     if (pairs <= 0).any():
         positive = pairs[: int(np.argmax(pairs <= 0))]
-    return max(count / max(2 * positive.sum() - 1, 1.0), FEWEST)
+    return max(count / max(2 * positive.sum() - 1, 1.0), FEWEST_INDEPENDENT)
 
 
 def _last(typical_models: np.ndarray, window: int) -> np.ndarray:
@@ -182,7 +184,7 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     typical = _checked_runs(typical_models)
     estimates = np.median(typical, axis=1)
     count = len(typical)
-    factor = stdtrit(count - 1, CENTRAL[1] / 100) * np.sqrt(1 + 1 / count)
+    factor = stdtrit(count - 1, INTERVAL_PERCENTILES[1] / 100) * np.sqrt(1 + 1 / count)
     scatter = factor * estimates.std(axis=0, ddof=1)
     wandering = np.stack(list(map(_wandering, np.moveaxis(typical, 2, 0))), axis=1)
     low, high = np.hypot(wandering, scatter)
@@ -257,7 +259,7 @@ def _wandering(runs: np.ndarray) -> np.ndarray:
     if not len(moving):
         return np.zeros(2)
     distances = moving - np.median(moving, axis=1, keepdims=True)
-    return _growth(sum(map(_independent, moving))) * np.percentile(distances, CENTRAL)
+    return _growth(sum(map(_independent, moving))) * np.percentile(distances, INTERVAL_PERCENTILES)
 
 
 def _checked_runs(typical_models: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ._estimate import normal_scores
 
-LAGS = (1, 2, 4, 8, 16)
+CORRELATION_LAGS = (1, 2, 4, 8, 16)
 """Steps between the values whose correlation is a statistic."""
 
 QUANTILES = (0.1, 0.5, 0.9)
@@ -16,7 +16,7 @@ QUANTILES = (0.1, 0.5, 0.9)
 SHORT = 4
 """Steps up to which the values themselves are statistics; below twice as many, quantiles of a sample say nothing more."""
 
-PAIRS = 6
+MOST_CORRELATED = 6
 """Signals up to which the correlation of each two is a statistic: beyond, principal directions stand for them."""
 
 CHANCES = 2000
@@ -31,13 +31,13 @@ NARROWER = (0.9, 0.7)
 FLOOR = 0.05
 """Variance that is added to each direction of the statistics, in units of that of one."""
 
-STILL = 0.3
+STILL_SPREAD = 0.3
 """Spread of the genuine samples, in that of simulated ones, below which they hardly vary."""
 
 SURROUNDED = 6.0
 """Distance, in standard deviations of simulated samples, within which genuine ones that hardly vary are among them."""
 
-FOLDS = 10
+WHITENING_FOLDS = 10
 """Parts of the samples, each of which is whitened by what the others say."""
 
 RIDGE = 1e-3
@@ -125,7 +125,7 @@ def predictive_check(
     genuine_rows = table[:count]
     fresh_rows = table[count : count + len(simulated)]
     # of a simulator without noise all genuine samples are alike, and draws differ by more: they need to surround them
-    varies = genuine_rows.std(axis=0) > STILL * fresh_rows.std(axis=0) + 1e-9
+    varies = genuine_rows.std(axis=0) > STILL_SPREAD * fresh_rows.std(axis=0) + 1e-9
     distance = np.abs(genuine_rows.mean(axis=0) - fresh_rows.mean(axis=0))
     apart = distance / (fresh_rows.std(axis=0) + 1e-9)
     apart[varies] = 0
@@ -254,8 +254,8 @@ def _whitened_by_others(residuals: np.ndarray, weights: np.ndarray) -> np.ndarra
     genuine ones are.
     """
     whitened = np.empty_like(residuals)
-    fold = np.arange(len(residuals)) % FOLDS
-    for number in range(FOLDS):
+    fold = np.arange(len(residuals)) % WHITENING_FOLDS
+    for number in range(WHITENING_FOLDS):
         inside = fold == number
         covariance = _covariance(residuals[~inside], weights[~inside])
         whitened[inside] = residuals[inside] @ _whitened(covariance)[1]
@@ -321,7 +321,7 @@ def window_statistics(samples: np.ndarray, names: tuple[str, ...]) -> tuple[list
             # rests, and values that a tracker repeats
             rounded = np.isclose(series[:, 1:], series[:, :-1], rtol=0, atol=1e-12)
             add(f"share of steps without a change of {name}", rounded.mean(axis=1))
-        for lag in LAGS:
+        for lag in CORRELATION_LAGS:
             if 2 * lag < steps:
                 correlation = _correlation(series[:, :-lag], series[:, lag:])
                 add(f"correlation of {name} over {lag} steps", correlation)
@@ -335,7 +335,7 @@ def window_statistics(samples: np.ndarray, names: tuple[str, ...]) -> tuple[list
             projected = around @ directions[:, direction] / deviation
             add(f"mean along direction {direction + 1}", projected.mean(axis=1))
             add(f"spread along direction {direction + 1}", (projected**2).mean(axis=1))
-    if 1 < signals <= PAIRS and steps > SHORT:
+    if 1 < signals <= MOST_CORRELATED and steps > SHORT:
         for k, j in product(range(signals), repeat=2):
             if k < j:
                 label = f"correlation of {names[k]} and {names[j]}"

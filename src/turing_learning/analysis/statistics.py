@@ -11,7 +11,7 @@ BANDS = 8
 QUANTILES = (0.1, 0.5, 0.9)
 """Quantiles of the values in a window that are statistics."""
 
-LAGS = (-8, -20, 0, 20, 8)
+DELAYS = (-8, -20, 0, 20, 8)
 """Parts of a window by which one signal is later than another where they are correlated; 0 for no delay."""
 
 
@@ -131,7 +131,7 @@ def rhythm_statistic_names(names: Sequence[str], length: int, interval_s: float)
 def delays(length: int) -> list[int]:
     """Return the delays (steps) at which signals of windows of so many steps are correlated."""
     steps = []
-    for divisor in LAGS:
+    for divisor in DELAYS:
         steps.append(int(np.sign(divisor)) * (length // max(abs(divisor), 1)))
     return steps
 

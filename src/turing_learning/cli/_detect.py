@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 MOST_SPELLS = 3
 """Spells of abnormal motion in a cell of the table."""
-SAMPLES = 10
+SAMPLES_PER_INDIVIDUAL = 10
 """Of each simulated individual."""
-ALIKE = "judged-alike"
+JUDGED_ALIKE = "judged-alike"
 """The rule that ranks individuals; all others vote."""
 USUAL_OPTIONS = ("fps", "every", "bridge", "scale", "y_axis")
 """What files and options do not state is as for the recording of the run."""
@@ -42,7 +42,7 @@ def detect(
     samples: Integer | None = None,
     genuine: Files = None,
     abnormal: Files = None,
-    rule: str = ALIKE,
+    rule: str = JUDGED_ALIKE,
     false_alarms: Real = 0.01,
     seed: Integer = 0,
     tracks: Tracks = Tracks(),  # noqa: B008 - frozen
@@ -98,13 +98,15 @@ def detect(
     learned = tl.detection.run_classifiers(result)
     judged: Motion
     if motion is None:
-        judged = _simulated(learned, simulate or 0, SAMPLES if samples is None else samples, seed)
+        judged = _simulated(
+            learned, simulate or 0, SAMPLES_PER_INDIVIDUAL if samples is None else samples, seed
+        )
     else:
         judged = _read(motion, "motion", tracks, learned, usual)
     files = {"genuine": genuine or [], "abnormal": abnormal or []}
     arguments: dict[str, Any] = {"false_alarms": false_alarms, "seed": seed}
     detection: tl.detection.Detection | None = None
-    if rule == ALIKE:
+    if rule == JUDGED_ALIKE:
         for name, paths in files.items():
             arguments[name] = [_read(path, f"--{name}", tracks, learned, usual) for path in paths]
         is_recorded = motion is not None and isinstance(judged, tl.detection.RecordedMotion)
@@ -118,7 +120,7 @@ def detect(
     else:
         for name, paths in files.items():
             once = f"be given once with the rule {rule}"
-            require(len(paths) <= 1, f"--{name}", once, len(paths), f"Take --rule {ALIKE}.")
+            require(len(paths) <= 1, f"--{name}", once, len(paths), f"Take --rule {JUDGED_ALIKE}.")
             for path in paths:
                 arguments[name] = _samples(path, f"--{name}", learned).samples
         detector = tl.detection.Detector.from_run(result, rule=rule, **arguments)
@@ -291,7 +293,7 @@ def _ranked(detection: "tl.detection.Detection", motion: "Motion", steps: int) -
             if individual.rank == 1:
                 firsts.append(f"{individual.individual} ({ranking.name})")
     content = {
-        "rule": ALIKE,
+        "rule": JUDGED_ALIKE,
         "by": detection.rankings[0].name,
         "false_alarms": detection.false_alarms,
         "promised": detection.level,

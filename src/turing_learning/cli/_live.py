@@ -17,7 +17,7 @@ from turing_learning.report.tabular import tables
 
 from ._tables import named_numbers
 
-INTERVAL_S = 0.2
+PICTURE_INTERVAL_S = 0.2
 """Between two pictures (s)."""
 LINE_EVERY = 100
 """Generations between two lines, or a tenth as many batches of trials."""
@@ -79,7 +79,7 @@ class RunView:
         if self._live is None:
             self._print_line(progress, alarm)
         else:
-            self._next_picture_s = time.monotonic() + INTERVAL_S
+            self._next_picture_s = time.monotonic() + PICTURE_INTERVAL_S
             # the result's table follows
             self._live.transient = _is_last(progress)
             picture = _run_picture(progress, alarm, self._live.console.width)

@@ -37,7 +37,7 @@ OBJECTS = 20_000
 DEEPEST = 300
 
 # Columns in which rich can lay out a table.
-NARROWEST = 10
+FEWEST_COLUMNS = 10
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -87,7 +87,7 @@ def _run(arguments: list[str]) -> int:
     from cyclopts import CycloptsError
 
     columns = os.environ.get("COLUMNS", "")
-    if not (columns.isdecimal() and len(columns) < 5 and int(columns) >= NARROWEST):
+    if not (columns.isdecimal() and len(columns) < 5 and int(columns) >= FEWEST_COLUMNS):
         # as programs of the shell do
         os.environ.pop("COLUMNS", None)
 

@@ -34,7 +34,7 @@ SWARM_LENGTH_S = 60.0
 """The same of robots, which are slow."""
 SWARM_SPEED = 10.0
 """Seconds of a swarm's time in one second of the game."""
-ATTEMPTS = 20
+SCENE_ATTEMPTS = 20
 """Groups that are simulated for each scene, until one has as many individuals as are shown."""
 
 
@@ -145,7 +145,7 @@ def _simulated(
 ) -> np.ndarray:
     """Return positions (F, A, 2) of some individuals of one group."""
     longer = replace(group, steps=max(1, frames - 2))
-    for _ in range(ATTEMPTS):
+    for _ in range(SCENE_ATTEMPTS):
         positions = longer.simulate(model[None], rng)[0]
         present = np.flatnonzero(np.isfinite(positions).all(axis=(0, 2)))
         if len(present) >= individuals:

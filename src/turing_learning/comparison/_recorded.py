@@ -12,7 +12,7 @@ from turing_learning.trajectories import SIGNALS, Trajectories, Windows
 
 from ._compare import RUNS, Subject, suggested_ranges
 
-ALONE = ("speed", "turn")
+SIGNALS_WITHOUT_OTHERS = ("speed", "turn")
 """Signals of an individual without others."""
 
 
@@ -45,7 +45,7 @@ def recorded_subjects(
     """
     if "signals" not in options:
         lonely = any(len(recording.individuals) == 1 for recording in recordings)
-        options = {**options, "signals": ",".join(ALONE if lonely else SIGNALS)}
+        options = {**options, "signals": ",".join(SIGNALS_WITHOUT_OTHERS if lonely else SIGNALS)}
     # A range is for those models that have such a parameter.
     texts = list(filter(None, options.get("range") or ()))
     stated: set[str] = set()

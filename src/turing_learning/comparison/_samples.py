@@ -8,7 +8,7 @@ import numpy as np
 from turing_learning.errors import refuse
 from turing_learning.trajectories import Windows
 
-ATTEMPTS = 10
+SIMULATION_ATTEMPTS = 10
 """Times that a simulator is asked for the samples that are still missing, as it may fail for some."""
 
 Simulate = Callable[[np.ndarray, np.random.Generator], np.ndarray]
@@ -20,7 +20,7 @@ def samples_of(
     """Return samples (count, T, D) of a model (P,), each of an execution of its own."""
     batches: list[np.ndarray] = []
     missing = count
-    for _ in range(ATTEMPTS):
+    for _ in range(SIMULATION_ATTEMPTS):
         samples = simulate(np.tile(model, (missing, 1)), rng)[:, 0]
         batches.append(samples)
         missing -= len(samples)

@@ -29,10 +29,10 @@ LEAST_TRIALS = 20
 """Smallest budget of a run by trials."""
 # Sizes of a scenario's numbers (cm, g, s): with these, no square or ratio leaves the range of
 # floats.
-SMALLEST = 1e-9
+SMALLEST_INPUT = 1e-9
 
 
-LARGEST = 1e9
+LARGEST_INPUT = 1e9
 LARGEST_GIB = 64.0  # of memory
 # Physics steps of single robots in a generation: minutes. A run stops between generations only.
 LARGEST_WORK = 1e11
@@ -248,9 +248,9 @@ def check_limits(configuration: Configuration) -> None:
     if configuration.classifiers.input_scale == "robot":
         name = "scenario.robot.wheel_distance_cm"
         rule = "make the largest speeds"
-    rule += f" between {SMALLEST_SCALE:g} and {LARGEST:g}"
+    rule += f" between {SMALLEST_SCALE:g} and {LARGEST_INPUT:g}"
     for value in configuration.input_scale:
-        require(SMALLEST_SCALE <= value <= LARGEST, name, rule, f"{value:g}")
+        require(SMALLEST_SCALE <= value <= LARGEST_INPUT, name, rule, f"{value:g}")
     if configuration.classifiers.network == sections.NETWORKS[0]:
         hidden = configuration.classifiers.hidden
         largest = sections.LARGEST_NEURONS - len(configuration.input_scale)
@@ -271,12 +271,12 @@ def check_limits(configuration: Configuration) -> None:
 
 def _check_sizes(scenario: Scenario) -> None:
     """Reject a scenario whose numbers would leave the range of floats."""
-    rule = f"be 0 or of a size between {SMALLEST:g} and {LARGEST:g}"
+    rule = f"be 0 or of a size between {SMALLEST_INPUT:g} and {LARGEST_INPUT:g}"
     for key, value in dotted(asdict(scenario), "scenario.").items():
         # Centers of items are pairs in a list; an array of objects leaves every value as it is.
         for number in np.array(value, dtype=object).ravel():
             if isinstance(number, float | int) and number != 0:
-                require(SMALLEST <= abs(number) <= LARGEST, key, rule, str(number))
+                require(SMALLEST_INPUT <= abs(number) <= LARGEST_INPUT, key, rule, str(number))
 
 
 def require_whole_cycles(scenario: Scenario, duration_s: float) -> None:

@@ -20,7 +20,7 @@ LARGEST_NEURONS = 255
 LARGEST_START = 1e6  # of the range of the first population
 LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
 NETWORKS_STEP_SIZE = 0.3  # initial, of models that are networks: decision 0017
-SETTLED = 0.7  # share of a run after which no model jumps
+JUMPS_UNTIL = 0.7  # share of a run after which no model jumps
 
 OPTIMIZERS = ("evolution-strategy", "cma")
 """Names of the optimizers that are built in, the paper's first."""
@@ -238,8 +238,8 @@ class RunSection(Section):
     @property
     def settled(self) -> int:
         """Generation from which on no model jumps, and nothing disturbs what the estimate is read from."""
-        return round(SETTLED * self.generations)
+        return round(JUMPS_UNTIL * self.generations)
 
     def estimated_from(self, completed: int) -> int:
         """Return how many of so many completed generations the estimate is read from, counted from the last."""
-        return min(self.estimate_window, max(1, round((1 - SETTLED) * completed)))
+        return min(self.estimate_window, max(1, round((1 - JUMPS_UNTIL) * completed)))

@@ -49,7 +49,7 @@ AREA_MARGIN = 0.02
 """By which the area of another method must be larger to be read before motion statistics: cases are few."""
 SHORTEST_SHARE = 0.75
 """Of the usual windows, with fewer of which nobody is judged: chance makes scores high, see decision 0031."""
-FOLDS = 10
+NORMAL_FOLDS = 10
 """Groups of normal individuals are left out in so many parts, at most: each part costs a training."""
 
 
@@ -210,7 +210,7 @@ class TrainedMethod:
         scorer = learn(individuals, relative, changes)
         scorers_without: list[Scorer] = []
         group_count = normal.groups.max() + 1
-        for fold in np.array_split(np.arange(group_count), min(FOLDS, group_count)):
+        for fold in np.array_split(np.arange(group_count), min(NORMAL_FOLDS, group_count)):
             pairs = zip(individuals, normal.groups, strict=True)
             remaining = [individual for individual, group in pairs if group not in fold]
             remaining_changes = [change for change in changes if change.group not in fold]

@@ -11,9 +11,9 @@ from math import ceil, comb
 import numpy as np
 from scipy.special import ndtri
 
-DIGITS = 9
+SCORE_DIGITS = 9
 """Of a score; what comes after them depends on the order of summation."""
-DRAWS = 20_000
+CHANCE_DRAWS = 20_000
 """Random choices, by which a p-value of 0.01 has a standard error of 0.0007."""
 FEWEST_DRAWS = 1000
 MOST_DRAWN = 10_000_000
@@ -30,7 +30,7 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
 
     Nothing is assumed of the distribution of scores: if an individual is genuine and all samples
     are independent, p-values of at most q are no more frequent than q, for any n and S. Equal means
-    count as lower ones. All choices are tried where that is no more than `DRAWS`, else as many, and
+    count as lower ones. All choices are tried where that is no more than `CHANCE_DRAWS`, else as many, and
     the one that is observed. Where no sample of an individual has a higher score than any of the n,
     the choices are counted. Source: Pitman, Significance tests which may be applied to samples from
     any populations (1937); docs/decisions/0022.
@@ -49,7 +49,7 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
         individual_scores = scores[individuals].T
         low = (
             genuine_sums[:, None] + has_own @ individual_scores
-            <= individual_scores.sum(axis=0) + 10.0**-DIGITS / 2
+            <= individual_scores.sum(axis=0) + 10.0**-SCORE_DIGITS / 2
         )
         values[individuals] = low.mean(axis=0)
     _replace_by_counts(values, genuine, scores)
@@ -84,7 +84,7 @@ def genuine_samples_needed(share: float, samples: int) -> int:
 def _choices(genuine_count: int, samples: int) -> np.ndarray:
     """Return choices (any, samples) of numbers below genuine_count + samples; the last are the individual's."""
     total = genuine_count + samples
-    draws = max(FEWEST_DRAWS, min(DRAWS, MOST_DRAWN // samples))
+    draws = max(FEWEST_DRAWS, min(CHANCE_DRAWS, MOST_DRAWN // samples))
     if samples == 1 or comb(total, samples) <= draws:
         return np.array(list(combinations(range(total), samples)), dtype=np.int32)
     rng = np.random.default_rng((genuine_count, samples))
@@ -234,7 +234,7 @@ class Scan:
         for length in (*lengths, windows):
             stretches = sums[..., length:] - sums[..., :-length]
             strengths.append(stretches.max(axis=-1) / self._standard_error(length))
-        return np.round(np.max(strengths, axis=0), DIGITS)
+        return np.round(np.max(strengths, axis=0), SCORE_DIGITS)
 
     def _standard_error(self, windows: int) -> float:
         """Return that of the sum over so many windows: the n genuine samples have an error, too."""

@@ -11,11 +11,11 @@ from turing_learning.errors import number
 from ._features import motion_statistics
 from ._methods import Features, Scorer, learn_distance
 
-LEAST_STEPS = 4
+SHORTEST_SERIES = 4
 """Steps to which shorter series are lengthened by their last value: their rhythm needs some."""
-FOLDS = 5
+LIMIT_FOLDS = 5
 """Parts of the samples, each of which is scored by the others to set the limit."""
-LARGEST = 1e100
+LARGEST_VALUE = 1e100
 """Values are cut there, whose squares are still numbers."""
 
 
@@ -57,7 +57,7 @@ class MotionOutlierDetector(OutlierMixin, BaseEstimator):  # type: ignore[misc] 
         self.signals_ = samples.shape[2]
         features = _features(samples)
         self._scorer = _learned(features)
-        folds = min(FOLDS, len(features))
+        folds = min(LIMIT_FOLDS, len(features))
         fold = np.arange(len(features)) % folds
         apart = np.empty(len(features))
         for number_of_fold in range(folds):
@@ -110,6 +110,6 @@ def _scores(scorer: Scorer, features: np.ndarray) -> np.ndarray:
 
 def _features(samples: np.ndarray) -> np.ndarray:
     """Return motion statistics (n, F) of samples (n, T, D)."""
-    lacking = max(0, LEAST_STEPS - samples.shape[1])
+    lacking = max(0, SHORTEST_SERIES - samples.shape[1])
     longer = np.pad(samples, ((0, 0), (0, lacking), (0, 0)), mode="edge")
-    return motion_statistics(np.clip(longer, -LARGEST, LARGEST))
+    return motion_statistics(np.clip(longer, -LARGEST_VALUE, LARGEST_VALUE))

@@ -17,7 +17,7 @@ from turing_learning.systems import Source, SystemFailedError
 
 from ._motion import Motion
 
-NEAR = 0.2
+NORMAL_WITHIN = 0.2
 """Controllers whose mean absolute difference from the agents' is below this are not called abnormal."""
 OBSERVED_SAMPLES = 1000
 """Samples of a half of the genuine motion that a run keeps to calibrate with, at most."""
@@ -47,7 +47,7 @@ def stream(seed: int, purpose: int) -> np.random.Generator:
 
 
 def random_controllers(
-    scenario: Scenario, count: int, rng: np.random.Generator, *, near: float = NEAR
+    scenario: Scenario, count: int, rng: np.random.Generator, *, near: float = NORMAL_WITHIN
 ) -> np.ndarray:
     """Draw controllers (count, P) uniformly from [-1, 1], without those nearly the agents'.
 
@@ -62,7 +62,7 @@ def random_controllers(
 
 
 def _unlike(
-    model: np.ndarray, count: int, rng: np.random.Generator, least_error: float = NEAR
+    model: np.ndarray, count: int, rng: np.random.Generator, least_error: float = NORMAL_WITHIN
 ) -> np.ndarray:
     """Draw models (count, P) uniformly from [-1, 1], without those whose error from a model (P,) is below `least_error`."""
     unlike = np.empty((0, len(model)))
@@ -144,7 +144,7 @@ def observed_calibration(
     of the first of its models (M, P), which are nearly random, that are not near the estimate (P,).
     None if one kind is missing.
     """
-    abnormal = replicas[mean_absolute_error(models, estimate) >= NEAR][:RANDOM_MODELS]
+    abnormal = replicas[mean_absolute_error(models, estimate) >= NORMAL_WITHIN][:RANDOM_MODELS]
     count = min(len(learned), len(held_out), OBSERVED_SAMPLES)
     if count < 2 or len(abnormal) == 0:
         return None

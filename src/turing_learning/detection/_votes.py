@@ -12,7 +12,14 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import check, integer, nearest, number
 from turing_learning.report import counted
 
-from ._chance import DIGITS, DRAWS, Scan, TimedVerdict, genuine_samples_needed, p_values
+from ._chance import (
+    CHANCE_DRAWS,
+    SCORE_DIGITS,
+    Scan,
+    TimedVerdict,
+    genuine_samples_needed,
+    p_values,
+)
 from ._methods import split_by_individual
 from ._motion import Motion, RecordedMotion, checked_motion
 from ._run import StoredRun, motion_to_calibrate, run_classifiers
@@ -24,7 +31,7 @@ COVARIANCE_SHRINKAGE = 0.5
 """Of covariances towards none between classifiers: many votes are nearly the same."""
 LEAST_VARIANCE = 1e-3
 """Added to variances: a classifier that never erred may err yet."""
-LEAST_SCORE = 10.0**-DIGITS
+LEAST_SCORE = 10.0**-SCORE_DIGITS
 """The least score above 0, as scores are rounded."""
 _LOGGER = logging.getLogger("turing_learning")
 
@@ -134,8 +141,8 @@ class Detector:
             jury=jury,
             rule=rule,
             false_alarms=false_alarms,
-            genuine_scores=np.round(jury.score(genuine[half:]), DIGITS).ravel(),
-            abnormal_scores=np.round(jury.score(abnormal), DIGITS).ravel(),
+            genuine_scores=np.round(jury.score(genuine[half:]), SCORE_DIGITS).ravel(),
+            abnormal_scores=np.round(jury.score(abnormal), SCORE_DIGITS).ravel(),
             steps=steps,
             signals=signals,
         )
@@ -282,7 +289,7 @@ class Detector:
         counts = list(map(len, motion.samples))
         thresholds = {0: 0.0}
         for count in set(counts) - {0}:
-            thresholds[count] = scan.threshold(count, self.false_alarms, DRAWS)
+            thresholds[count] = scan.threshold(count, self.false_alarms, CHANCE_DRAWS)
         self._warn_if_windows_are_too_few(scan, counts, thresholds)
         verdicts = []
         for name, times, own_scores in zip(motion.individuals, motion.times, scores, strict=True):
@@ -351,7 +358,7 @@ class Detector:
         self, motion: Any, name: str, names: tuple[str, ...] | None = None
     ) -> np.ndarray:
         motion = checked_motion(name, motion, names, T=self.steps, D=self.signals)
-        return np.round(self.jury.score(motion), DIGITS)
+        return np.round(self.jury.score(motion), SCORE_DIGITS)
 
 
 def check_rule(rule: str) -> None:
@@ -386,7 +393,7 @@ def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
     shrunk = shrunk + LEAST_VARIANCE * np.eye(len(within))
     difference = genuine[able].mean(axis=(1, 2)) - abnormal[able].mean(axis=(1, 2))
     weights = np.zeros(len(informedness))
-    weights[able] = np.maximum(np.round(np.linalg.solve(shrunk, difference), DIGITS), 0)
+    weights[able] = np.maximum(np.round(np.linalg.solve(shrunk, difference), SCORE_DIGITS), 0)
     return weights / weights.sum()
 
 
@@ -403,4 +410,4 @@ def _covariance(votes: np.ndarray) -> np.ndarray:
 
 
 def _mean(scores: np.ndarray) -> np.ndarray:
-    return np.round(scores.mean(axis=-1), DIGITS)
+    return np.round(scores.mean(axis=-1), SCORE_DIGITS)

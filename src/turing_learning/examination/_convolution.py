@@ -10,7 +10,7 @@ LENGTH = 9
 HIGH = 3
 """Of them weigh 2, the others -1: the sum is 0, so that a kernel sees changes, not levels."""
 
-LEVELS = 4
+KERNEL_THRESHOLDS = 4
 """Thresholds of each kernel at each dilation."""
 
 MOST_DILATIONS = 5
@@ -56,7 +56,7 @@ def convolution_features(windows: np.ndarray, rng: np.random.Generator) -> np.nd
         spread = changes.std(axis=(0, 1))
         series.append(changes / np.where(spread > 0, spread, 1.0))
     kernels = np.array(list(combinations(range(LENGTH), HIGH)))
-    wanted = max(1, FEATURES // (LEVELS * len(series)))
+    wanted = max(1, FEATURES // (KERNEL_THRESHOLDS * len(series)))
     columns = []
     for signal in series:
         dilations = _dilations(signal.shape[1])
@@ -73,14 +73,14 @@ def convolution_features(windows: np.ndarray, rng: np.random.Generator) -> np.nd
 def _shares(
     series: np.ndarray, kernels: np.ndarray, dilation: int, rng: np.random.Generator
 ) -> np.ndarray:
-    """Return how often each kernel (G, HIGH) exceeds its thresholds in series (K, T, D): (K, G times LEVELS)."""
+    """Return how often each kernel (G, HIGH) exceeds its thresholds in series (K, T, D): (K, G times KERNEL_THRESHOLDS)."""
     mixtures = []
     drawn = []
     ranks = []
     for _ in kernels:
         mixtures.append(_mixture(series, rng))
         drawn.append(rng.integers(len(series)))
-        ranks.append(rng.uniform(0.05, 0.95, LEVELS))
+        ranks.append(rng.uniform(0.05, 0.95, KERNEL_THRESHOLDS))
     responses = _responses(np.stack(mixtures), kernels, dilation)
     number = np.arange(len(kernels))
     # all ranks in all responses, of which each kernel takes its own: one call is faster than many
@@ -88,7 +88,7 @@ def _shares(
     thresholds = quantiles[number, :, number].astype(np.float32)
     exceeded = []
     # level by level, because all at once take as many times the memory
-    for level in range(LEVELS):
+    for level in range(KERNEL_THRESHOLDS):
         exceeded.append((responses > thresholds[:, level, None, None]).mean(axis=2))
     return np.stack(exceeded, axis=2).transpose(1, 0, 2).reshape(len(series), -1)
 

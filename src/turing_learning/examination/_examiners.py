@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 PENALTIES = (0.01, 0.1, 1.0, 10.0)
 """Of ridge regression, in units of the mean variance of the samples along one direction."""
 
-LEVELS = 31
+TREE_RANKS = 31
 """Ranks of a statistic that trees see: dividing its values anew for each tree would take most of the time."""
 
 DECIMALS = 8
@@ -56,7 +56,7 @@ class Trees:
             max_iter=self.rounds,
             learning_rate=0.2,
             max_leaf_nodes=8,
-            max_bins=LEVELS,
+            max_bins=TREE_RANKS,
             min_samples_leaf=max(1, min(20, len(samples) // 10)),
             early_stopping=False,
             class_weight="balanced",

@@ -22,7 +22,7 @@ LENGTH_S = 8.0
 """Duration of a scene (s), where recordings are as long without gaps."""
 SHORTER = (1.0, 0.5, 0.25, 0.125)
 """Shares of that duration which are tried, one after the other, where they are not."""
-MOST_SHOWN = 30
+MOST_INDIVIDUALS = 30
 """Individuals in a scene."""
 CONFIDENCE = 0.95
 """Of the interval of people's accuracy."""
@@ -95,7 +95,7 @@ def scene_size(
         frames = max(3, round(share * length_s * fps) + 1)
         at_once = [_most_at_once(side, frames, pairs) for side in sides]
         if min(at_once) > 0:
-            return frames, min(*at_once, MOST_SHOWN)
+            return frames, min(*at_once, MOST_INDIVIDUALS)
     remedy = "Bridge gaps, or record for longer."
     return refuse("recordings", "show individuals without gaps", f"gaps in {frames} frames", remedy)
 

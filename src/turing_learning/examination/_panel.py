@@ -15,16 +15,16 @@ from turing_learning.analysis import LEVEL, area_under_curve
 from turing_learning.errors import integer, require
 
 from ._convolution import convolution_features
-from ._examiners import LEVELS, PANEL, TINY, Examiner, Ridge
+from ._examiners import PANEL, TINY, TREE_RANKS, Examiner, Ridge
 from ._statistics import moderate, named_statistics
 
 PERMUTATIONS = 99
 """Exchanges of labels; with 99 a p-value can be 0.01."""
 
-FOLDS = 5
+EXAMINER_FOLDS = 5
 """Parts in which groups are left out by examiners that have to learn anew for each labelling."""
 
-SURE = 0.8
+NOTICED_SHARE = 0.8
 """Share of cases in which a difference of the size of the power must be noticed. Source: Cohen, Statistical power analysis
 for the behavioral sciences (1988), section 2.4."""
 
@@ -34,7 +34,7 @@ PRECISION = 1e-9
 SMALLEST = 1e-290
 """Largest value of a signal, at least, so that its last digits are numbers, too."""
 
-CLEARLY = 2 / 3
+CLEAR_ACCURACY = 2 / 3
 """Accuracy against a clearly wrong model: of three samples two are told."""
 
 
@@ -126,7 +126,7 @@ class Views:
         if any(examiner.sees == "ranks" for examiner in examiners):
             values = in_deviations(statistics)
             ranks = scipy.stats.rankdata(values, method="min", axis=0) - 1
-            views["ranks"] = np.floor(ranks * LEVELS / len(windows))
+            views["ranks"] = np.floor(ranks * TREE_RANKS / len(windows))
         if any(examiner.sees == "convolutions" for examiner in examiners):
             views["convolutions"] = in_deviations(
                 convolution_features(windows, np.random.default_rng(seed))
@@ -245,7 +245,7 @@ def examine_views(
     above = int(np.floor(LEVEL * len(best_accuracies) + 1e-9))
     critical = float(order[-above] + 1e-12) if above else np.inf
     spread = float(best_accuracies[1:].std())
-    needed = critical + ndtri(SURE) * spread
+    needed = critical + ndtri(NOTICED_SHARE) * spread
     of_best, genuine = scores[best][:, 0], labels[:, 0] > 0.5
     placement = _placements(of_best, genuine)
     members = []
@@ -260,7 +260,7 @@ def examine_views(
         critical=critical,
         # of samples that are all the same nothing would be noticed
         power_accuracy=float(needed) if needed <= 1 and spread > 0 else None,
-        power=float(ndtr((CLEARLY - critical) / spread)) if spread > 0 else 0.0,
+        power=float(ndtr((CLEAR_ACCURACY - critical) / spread)) if spread > 0 else 0.0,
         examiners=tuple(members),
         samples=(len(owners[0]), len(owners[1])),
         groups=counts,
@@ -322,7 +322,7 @@ def folds_of(genuine: np.ndarray, groups: np.ndarray, seed: int) -> np.ndarray:
     """Return in which part each sample (K,) is left out: groups of both kinds are spread evenly over the parts."""
     rng = np.random.default_rng(seed)
     sides = [np.unique(groups[genuine]), np.unique(groups[~genuine])]
-    count = min(FOLDS, *map(len, sides))
+    count = min(EXAMINER_FOLDS, *map(len, sides))
     fold_of = np.zeros(groups.max() + 1, dtype=int)
     for side in sides:
         fold_of[rng.permutation(side)] = np.arange(len(side)) % count

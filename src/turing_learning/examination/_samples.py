@@ -29,7 +29,7 @@ FEWEST_ARRANGEMENTS = 30
 BLOCKS = 10
 """Blocks of time into which a recording is cut where its individuals are too few to be groups."""
 
-ALONE = (
+OWN_SIGNALS_REMARK = (
     "Signals of neighbors are left out, as in some recording nobody has company for a whole sample."
 )
 """What to know where only speed and turn are seen of recordings that hold several individuals."""
@@ -197,7 +197,7 @@ def _all_names(
     """
     if not all(_has_company(recording, steps) for recording in every):
         if any(recording.present.sum(axis=1).max() >= 2 for recording in every):
-            remarks.append(ALONE)
+            remarks.append(OWN_SIGNALS_REMARK)
         return "speed", "turn"
     names = list(SIGNALS)
     for name in OF_GROUPS:

@@ -18,7 +18,7 @@ from turing_learning.analysis.statistics import (
     together,
 )
 
-STILL = 0.05
+NEAR_ZERO_SHARE = 0.05
 """A value is near 0 if it is smaller than this share of the large values (95 %) of its signal."""
 
 RHYTHMS = 6
@@ -64,7 +64,7 @@ def named_statistics(
     columns += [windows.min(axis=1), windows.max(axis=1)]
     large = np.quantile(np.abs(windows), 0.95, axis=(0, 1))
     labels += [NEAR_ZERO.get(name, f"share of steps with {name} near 0") for name in names]
-    columns.append((np.abs(windows) <= STILL * large).mean(axis=1))
+    columns.append((np.abs(windows) <= NEAR_ZERO_SHARE * large).mean(axis=1))
     labels += rhythm_statistic_names(rhythmic, length, interval_s)
     columns.append(rhythm_statistics(rhythmic_windows))
     unit = np.moveaxis(standardized(rhythmic_windows), 2, 0)

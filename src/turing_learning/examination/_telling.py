@@ -9,7 +9,7 @@ import scipy  # its parts come when they are used: scipy.stats alone takes half 
 
 from ._examiners import Kernel, Ridge
 from ._panel import (
-    CLEARLY,
+    CLEAR_ACCURACY,
     Views,
     folds_of,
     in_deviations,
@@ -39,19 +39,19 @@ TELLS = 0.55
 TOGETHER = 0.1
 """Accuracy by which all statistics have to be better than the best alone for this to be said first."""
 
-ALIKE = 0.9
+ALIKE_CORRELATION = 0.9
 """Correlation of the ranks from which on two statistics say the same; the second is not listed."""
 
 SHUFFLED = 5
 """Statistics that are listed with what is lost where they are shuffled."""
 
-DIGITS = 9
+STATED_DIGITS = 9
 """Of both values of a statistic, at most: as many as samples are not rounded to."""
 
-SHORTEST = 4
+SHORTEST_PART = 4
 """Steps of a part of a sample, at least."""
 
-PARTS = (1, 2, 4, 8, 16)
+TIME_SCALE_PARTS = (1, 2, 4, 8, 16)
 """Into how many parts samples are cut to see on which time scale they differ."""
 
 WINDOWS = 3
@@ -88,7 +88,9 @@ class Telling:
         unit = f" {self.unit}" if self.unit else ""
         digits = 3
         # "3 against 3" tells nobody anything
-        while digits < DIGITS and f"{self.simulated:.{digits}g}" == f"{self.real:.{digits}g}":
+        while (
+            digits < STATED_DIGITS and f"{self.simulated:.{digits}g}" == f"{self.real:.{digits}g}"
+        ):
             digits += 1
         return f"{self.simulated:.{digits}g} against {self.real:.{digits}g}{unit}"
 
@@ -207,7 +209,7 @@ def statistics_that_tell(samples: LabelledWindows) -> list[Telling]:
     unlike /= np.maximum(unlike.std(axis=0), 1e-9)
     for column in order:
         alike = [abs(float((unlike[:, column] * unlike[:, earlier]).mean())) for earlier in taken]
-        if len(telling) == LISTED or (alike and max(alike) > ALIKE):
+        if len(telling) == LISTED or (alike and max(alike) > ALIKE_CORRELATION):
             continue
         taken.append(int(column))
         unit = _unit(names[column], samples.units)
@@ -270,7 +272,7 @@ def _alike(values: np.ndarray) -> list[list[int]]:
     sets: list[list[int]] = []
     for column in range(values.shape[1]):
         for columns in sets:
-            if correlations[column, columns[0]] > ALIKE:
+            if correlations[column, columns[0]] > ALIKE_CORRELATION:
                 columns.append(column)
                 break
         else:
@@ -312,9 +314,9 @@ def _scales(samples: LabelledWindows) -> list[Telling]:
     """Return how well samples are told by a part of each, as long as parts have enough steps."""
     length = samples.windows.shape[1]
     telling = []
-    for divisor in PARTS:
+    for divisor in TIME_SCALE_PARTS:
         steps = length // divisor
-        if steps < SHORTEST:
+        if steps < SHORTEST_PART:
             break
         begin = (length - steps) // 2
         words = f"{steps} steps"
@@ -335,7 +337,7 @@ def told_by(telling: Sequence[Telling]) -> str:
     """Say in a sentence what gives away simulated samples that are told."""
     # what tells hardly better than guessing gives nothing away
     statistics = [cue for cue in telling if cue.kind == "statistic" and cue.accuracy >= TELLS]
-    clear = [cue for cue in statistics if cue.accuracy >= CLEARLY]
+    clear = [cue for cue in statistics if cue.accuracy >= CLEAR_ACCURACY]
     shuffled = [cue for cue in telling if cue.kind == "shuffled"]
     if not clear and len(shuffled) > 1:
         everything, *without = shuffled

@@ -23,9 +23,9 @@ SHOWN = 3
 TITLE_LETTERS = 24
 """In a line above a panel."""
 
-BINS = 30
+HISTOGRAM_BINS = 30
 
-CENTRAL = (0.5, 99.5)
+DRAWN_PERCENTILES = (0.5, 99.5)
 """Percentiles between which values are drawn; what is beyond them counts in the outermost bins."""
 
 KINDS = {
@@ -123,12 +123,12 @@ def _distributions(samples: LabelledWindows, telling: Sequence[Telling]) -> "Fig
     distributions = {}
     for cue in telling:
         column = values[:, names.index(cue.what)]
-        low, high = np.percentile(column, CENTRAL)
+        low, high = np.percentile(column, DRAWN_PERCENTILES)
         # A statistic may be one number in nearly all samples.
         if high <= low:
             low -= 0.5
             high += 0.5
-        edges = np.linspace(low, high, BINS + 1)
+        edges = np.linspace(low, high, HISTOGRAM_BINS + 1)
         shares = []
         for side in (genuine, ~genuine):
             counts = np.histogram(np.clip(column[side], low, high), edges)[0]

@@ -27,7 +27,7 @@ from turing_learning.trajectories import nearest_others
 
 from ._pieces import HORIZONS_S, OUTCOMES, Recorded
 
-BINS = 24
+OUTCOME_BINS = 24
 """Of distances, and of directions, of an outcome: each as likely as the others in what was recorded."""
 CONTEXT = 16
 """Dimensions in which contexts are compared."""
@@ -158,7 +158,7 @@ def learn(
         def missed(says: Any, happened: Any) -> Any:
             """Return the mean of -log p per step, of all outcomes that were recorded."""
             total = functional.cross_entropy(
-                says.reshape(-1, BINS),
+                says.reshape(-1, OUTCOME_BINS),
                 happened.reshape(-1),
                 ignore_index=NOT_RECORDED,
                 reduction="sum",
@@ -166,7 +166,9 @@ def learn(
             return total / len(says)
 
         best: Any = None
-        chance = math.log(BINS) * float((bins[looked_at] != NOT_RECORDED).sum()) / len(looked_at)
+        chance = (
+            math.log(OUTCOME_BINS) * float((bins[looked_at] != NOT_RECORDED).sum()) / len(looked_at)
+        )
         for step in range(steps):
             net.train()
             batch = learned_from[torch.randint(len(learned_from), (BATCH,))]
@@ -233,7 +235,7 @@ def _bins_of(outcomes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return bins (N, Q, 2) of outcomes, and of the same in a mirror."""
     bins = np.full(outcomes.shape, NOT_RECORDED)
     mirrored = bins.copy()
-    chances = np.linspace(0, 1, BINS + 1)[1:-1]
+    chances = np.linspace(0, 1, OUTCOME_BINS + 1)[1:-1]
     for q in range(outcomes.shape[1]):
         happened = np.isfinite(outcomes[:, q]).all(axis=-1)
         if not happened.any():
@@ -257,7 +259,7 @@ def _metric(weight: Any, says: Any, hidden: Any, ever: Any) -> Any:
     """
     import torch
 
-    chances = torch.softmax(says.reshape(len(says), -1, BINS), dim=-1).mean(dim=0)
+    chances = torch.softmax(says.reshape(len(says), -1, OUTCOME_BINS), dim=-1).mean(dim=0)
     logits = weight.detach().reshape(*chances.shape, -1)
     logits = logits - (chances[..., None] * logits).sum(dim=1, keepdim=True)
     weights = torch.full((len(chances),), SURROUNDINGS)
@@ -320,7 +322,7 @@ def trainable_network() -> Any:
             self.attention = nn.Linear(OTHER_WIDTH, 1)
             self.trunk_first = nn.Linear(OWN + OTHER_WIDTH, WIDTH)
             self.trunk_second = nn.Linear(WIDTH, WIDTH)
-            self.outcomes = nn.Linear(WIDTH, OUTCOMES * 2 * BINS)
+            self.outcomes = nn.Linear(WIDTH, OUTCOMES * 2 * OUTCOME_BINS)
             self.dropout = nn.Dropout(DROPOUT)
 
         def trunk(self, own_inputs: Any, traits: Any, visible: Any) -> Any:

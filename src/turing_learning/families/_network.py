@@ -43,7 +43,7 @@ MOST_STARTS = 200
 """Moments of the recordings that are kept for groups to start from."""
 MOMENTS = 8
 """Moments that are tried until one has somebody who stays as long as a sample."""
-BEYOND = 4.0
+BEHIND_WALLS = 4.0
 """Times the distance at which walls are near that goals lie beyond where individuals left: directions of what is reached
 are noise."""
 LEAST_ROWS = 1000
@@ -221,7 +221,7 @@ class Network(Family):
         left = []
         for path, (_, gone) in zip(learned_paths, moves, strict=True):
             places = last_places(path, gone)
-            goals.append(goals_of(path, gone, places, BEYOND * units.wall))
+            goals.append(goals_of(path, gone, places, BEHIND_WALLS * units.wall))
             left.append(places[np.isfinite(places[:, 0])])
         shapes = tanks_of(grids, walls, left)
         memories = []

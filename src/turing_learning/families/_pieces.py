@@ -34,7 +34,7 @@ CELL_POINTS = 40
 """Contexts for each cell, by which its center is found."""
 ROUNDS = 8
 """Of the search for centers."""
-BLOCK = 200
+BLOCK_STEPS = 200
 """Steps that are kept together where too many were recorded: pieces are followed from step to step."""
 
 
@@ -62,7 +62,7 @@ BRISK = 0.5
 """Share of its usual speed from which on somebody is not held up."""
 BORROWED_STEPS = 20
 """Times that the first steps of two individuals are prolonged to see whether they go to the same place."""
-MANY = 2
+TURNOVER = 2
 """Individuals for each that is there at once, from which on they come and go."""
 OUTCOMES = len(HORIZONS_S) + len(OTHERS_AFTER) + 1
 """Q: own motion, the nearest other, the nearest wall."""
@@ -86,7 +86,7 @@ def some_blocks(rows: np.ndarray, share: float, rng: np.random.Generator) -> np.
     """Return a share of the rows, in blocks that were recorded one after the other."""
     if share >= 1:
         return rows
-    blocks = np.arange(len(rows)) // BLOCK
+    blocks = np.arange(len(rows)) // BLOCK_STEPS
     count = math.ceil(share * (blocks[-1] + 1))
     chosen = rng.choice(blocks[-1] + 1, size=count, replace=False)
     return rows[np.isin(blocks, chosen)]
@@ -144,7 +144,7 @@ def comings_and_goings(present: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     stop = frames - present[::-1].argmax(axis=0)
     at = np.arange(frames)[:, None]
     at_once = ((at >= begin) & (at < stop) & present.any(axis=0)).sum(axis=1).max()
-    if individuals < MANY * at_once:
+    if individuals < TURNOVER * at_once:
         return nobody, nobody
     was_present = present.any(axis=0)
     comes = np.where(was_present & (begin > 0), begin, -1)

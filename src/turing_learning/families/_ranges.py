@@ -19,12 +19,12 @@ ABOVE_FARTHEST = 2.0
 FARTHEST_PERCENTILE = 95
 LEAST_SHARE = 0.25
 """Share of a suggested range that has to be enough for the recording, from which on the range is kept."""
-MOST_FRAMES = 2000
+MEASURED_FRAMES = 2000
 """Frames in which distances are measured."""
 SCALES = {"cm/s": (1, 0), "cm": (0, 1), "cm^3/s^2": (1, 2)}
 """Units of parameters -> with which powers of the scale of speeds and of lengths they grow."""
-DIGITS = 2
-LARGEST = 1e9
+BOUND_DIGITS = 2
+LARGEST_BOUND = 1e9
 """Largest bound that a parameter may have."""
 
 
@@ -88,7 +88,7 @@ def _scaled(parameter: Parameter, scale: float) -> Parameter:
         if bound is None:
             return None
         # what is absurd is refused by whoever looks at the recording
-        return float(f"{np.clip(bound * scale, -LARGEST, LARGEST):.{DIGITS}g}")
+        return float(f"{np.clip(bound * scale, -LARGEST_BOUND, LARGEST_BOUND):.{BOUND_DIGITS}g}")
 
     return replace(parameter, low=scaled(parameter.low), high=scaled(parameter.high), initial=None)
 
@@ -106,7 +106,7 @@ def _farthest(recording: Trajectories) -> float:
     """Return the distance (cm) of the nearest other individual that 95 of 100 positions do not exceed; 0 for one alone."""
     if recording.at_once < 2:
         return 0.0
-    frames = np.linspace(0, len(recording.positions) - 1, MOST_FRAMES).astype(int)
+    frames = np.linspace(0, len(recording.positions) - 1, MEASURED_FRAMES).astype(int)
     frames = np.unique(frames)[:-1]
     present = recording.present[frames]
     offset, has_neighbor = nearest_others(recording.positions[frames], present)

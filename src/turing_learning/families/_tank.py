@@ -10,7 +10,7 @@ from turing_learning.kernels.imitation import DIRECTIONS, Tanks
 
 CELLS = 80
 """Cells along the longer side of a tank: half a centimeter of 40."""
-MARGIN = 2
+EMPTY_CELLS = 2
 """Empty cells around a tank."""
 WIDEST_HOLE = 0.1
 """Share of the shorter side up to whose diameter unvisited places count as tank, and corners as round."""
@@ -21,9 +21,9 @@ EXIT_CELLS = 3
 LEAST_PART = 0.01
 """Share of the positions that a separate part of a tank has at least, or of last places an exit; one with fewer is
 mistakes of trackers."""
-OUTSIDE = 0.002
+OUTSIDE_SHARE = 0.002
 """Share of the positions that may lie outside of the tank that they are of: its own outliers at four ends."""
-ALIKE = 0.1
+TANK_SHORTFALL = 0.1
 """Share of its sides by which the places that are reached may fall short of a tank."""
 
 
@@ -31,8 +31,8 @@ def recorded_grid(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]
     """Return lower corner (cm), cells inside (X, Y) and side of a cell (cm) of the tank in which positions (N, 2) are."""
     low, high = np.quantile(positions, (OUTLIERS, 1 - OUTLIERS), axis=0)
     cell = float(max(high - low)) / CELLS
-    corner = low - MARGIN * cell
-    shape = np.ceil((high - low) / cell).astype(int) + 2 * MARGIN
+    corner = low - EMPTY_CELLS * cell
+    shape = np.ceil((high - low) / cell).astype(int) + 2 * EMPTY_CELLS
     cells = np.floor((positions - corner) / cell).astype(int)
     visited = np.zeros(shape, dtype=bool)
     likely = ((positions >= low) & (positions <= high)).all(axis=1)
@@ -64,8 +64,8 @@ def same_tank(
         on_grid = ((cells >= 0) & (cells < inside.shape)).all(axis=1)
         within = inside[tuple(cells[on_grid].T)].sum()
         known = corner, inside, float(cell)
-        reaches = (np.abs(sides / _sides(known) - 1) <= ALIKE).all()
-        if walls and reaches and within >= (1 - OUTSIDE) * len(positions):
+        reaches = (np.abs(sides / _sides(known) - 1) <= TANK_SHORTFALL).all()
+        if walls and reaches and within >= (1 - OUTSIDE_SHARE) * len(positions):
             return known
     return grid
 
@@ -82,7 +82,7 @@ def rectangle_grid(
     """Return the same of a rectangle with these sides (cm) around a place."""
     cell = max(sides) / CELLS
     inner = np.maximum(np.round(np.array(sides) / cell).astype(int), 1)
-    inside = np.pad(np.ones(inner, dtype=bool), MARGIN)
+    inside = np.pad(np.ones(inner, dtype=bool), EMPTY_CELLS)
     return center - np.array(inside.shape) * cell / 2, inside, cell
 
 

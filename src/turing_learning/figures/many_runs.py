@@ -40,7 +40,7 @@ LEVEL_LABELS = 12
 HIGHEST_DISPERSION = 4.0
 """Dispersions that are drawn, in multiples of the agents' largest."""
 MARKERS = ("o", "s", "^", "D", "v", "P")
-ERRORS: dict[str, dict[str, Any]] = {
+ERROR_CURVES: dict[str, dict[str, Any]] = {
     "average": {"color": ORANGE, "linestyle": (0, (1.5, 1.2)), "label": "average of all models"},
     "subjective": {"color": GREEN, "linestyle": "-", "label": "subjectively best"},
     "objective": {"color": BLUE, "linestyle": (0, (5, 1.5)), "label": "objectively best"},
@@ -228,10 +228,13 @@ def convergence_figure(
 
 
 def error_panels_figure(errors: Mapping[str, Mapping[str, Any]]) -> "Figure":
-    """Draw the errors of the models of each generation in kinds of runs, by titles: the curves (G,) of `ERRORS`, as figure 20."""
+    """Draw the errors of the models of each generation in kinds of runs, as figure 20.
+
+    By the titles of the kinds, the curves (G,) of `ERROR_CURVES`.
+    """
     panels = panel_row(list(errors), 7.4, 3.3, loc="center", fontsize=9.5)
     for axes, curves in zip(panels.axes, errors.values(), strict=True):
-        for name, style in ERRORS.items():
+        for name, style in ERROR_CURVES.items():
             axes.plot(curves[name], linewidth=1.4, **style)
         axes.set_ylim(bottom=0)
     panels.over_generations("Mean absolute error", len(curves["average"]))

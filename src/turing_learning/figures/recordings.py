@@ -28,8 +28,8 @@ MOST_ROWS = 40
 """Individuals that have a row over time."""
 MOST_LABELS = 12
 """Individuals that are named in a legend."""
-BINS = 60
-CENTRAL = (0.1, 99.9)
+HISTOGRAM_BINS = 60
+DRAWN_PERCENTILES = (0.1, 99.9)
 """Percentiles between which a distribution is drawn."""
 
 
@@ -112,15 +112,17 @@ def presence_figure(
 def distribution_figure(values: np.ndarray, label: str) -> "Figure":
     """Draw how often values (N,) occur, between their percentiles 0.1 and 99.9, with their median."""
     panels, axes = one_panel(4.1, 2.6)
-    low, high = np.percentile(values, CENTRAL)
+    low, high = np.percentile(values, DRAWN_PERCENTILES)
     if low == high:
         low -= 0.5
         high += 0.5
-    counts, edges = np.histogram(values, bins=BINS, range=(low, high))
+    counts, edges = np.histogram(values, bins=HISTOGRAM_BINS, range=(low, high))
     across, share = np.repeat(edges, 2)[1:-1], np.repeat(counts / len(values), 2)
     axes.fill_between(across, share, color=BLUE, linewidth=0)
     # a line, which answers to the pointer on pages
-    axes.plot(across, share, color=BLUE, linewidth=0.8, label=f"share in each of {BINS} bins")
+    axes.plot(
+        across, share, color=BLUE, linewidth=0.8, label=f"share in each of {HISTOGRAM_BINS} bins"
+    )
     axes.set_ylim(bottom=0)
     median = float(np.median(values))
     axes.axvline(median, color=INK, linestyle=DASHED, linewidth=1.0, label=f"median {median:.3g}")

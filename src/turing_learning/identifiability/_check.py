@@ -30,7 +30,7 @@ FAR = 0.25
 FLIPS = 2000
 """Random signs that a claim is held against."""
 
-FEWEST = 6
+FEWEST_GROUPS = 6
 """Groups below which no choice of signs is as rare as `LEVEL` on either side."""
 
 
@@ -60,7 +60,7 @@ def sides_rejected(
     differences = array("differences", differences, "V G")
     above = array("above", above, "V", dtype=bool, V=len(differences))
     count = differences.shape[1]
-    if count < FEWEST:
+    if count < FEWEST_GROUPS:
         return False, False
 
     def t(signs: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from turing_learning.errors import integer, refuse, require
 from .evidence import TESTING, Effort, Evidence, Stored, stream
 
 PERMUTATIONS = 999
-CLEARLY = 2 / 3
+CLEAR_ACCURACY = 2 / 3
 """Accuracy of classifiers that are shown a clearly wrong model: of three samples they tell two."""
 BUNDLES = 20
 """Groups of simulated samples that a test has at least."""
@@ -98,7 +98,7 @@ class TwoSampleTest(Stored):
         """
         error = (self.critical - 0.5) / ndtri(1 - LEVEL)
         if error > 0:
-            return float(ndtr((CLEARLY - self.critical) / error))
+            return float(ndtr((CLEAR_ACCURACY - self.critical) / error))
         return 0.0
 
     @property

@@ -21,8 +21,8 @@ LEAST_TESTING = 4
 LEAST_POINTS = 6
 """Values of a profile: with fewer, the stretch between the neighbors of one of them is half of the range or more."""
 
-BINS = 40
-CENTRAL = (0.5, 99.5)
+HISTOGRAM_BINS = 40
+DRAWN_PERCENTILES = (0.5, 99.5)
 """Percentiles between which a picture shows a distribution; what is beyond them counts in the outermost bins."""
 # simulated samples whose signals are compared
 COMPARED = 500
@@ -178,14 +178,14 @@ def compare_quantities(
         if not np.size(values) or not np.size(simulated.get(name, ())):
             continue
         sides = (np.ravel(values), np.ravel(simulated[name]))
-        percentiles = np.array([np.percentile(side, CENTRAL) for side in sides])
+        percentiles = np.array([np.percentile(side, DRAWN_PERCENTILES) for side in sides])
         low = float(percentiles[:, 0].min())
         high = float(percentiles[:, 1].max())
         # all values are the same: a bin of width 1 around them can be drawn
         if high - low < 1e-9 * max(abs(low), abs(high), 1.0):
             low -= 0.5
             high += 0.5
-        edges = np.linspace(low, high, BINS + 1)
+        edges = np.linspace(low, high, HISTOGRAM_BINS + 1)
         shares = []
         for side in sides:
             # What lies beyond the edges counts in the outermost bins.

@@ -43,7 +43,7 @@ VIEWS = 4
 
 TRIES = 4
 """Choices of a step where all recorded ones lead out of the tank: they become shorter."""
-ALIKE = 16
+NEAREST_CONTEXTS = 16
 """Recorded contexts, the nearest, among which one is chosen."""
 PROBES = 4
 """Cells, the nearest, in which they are sought."""
@@ -59,7 +59,7 @@ BEND = math.pi / 36
 """Angle (rad) by which a piece of somebody who stays is turned to either side, if it would lead out of the tank."""
 BENDS = 12
 """Largest number of such turns to one side."""
-KEPT = 0.9
+FOLLOWED_DISTANCE = 0.9
 """A piece that is followed is given up where it leads nearer to another than this many times the distance to which
 individuals hardly ever come; one that is chosen does not lead nearer than that distance."""
 
@@ -659,13 +659,13 @@ def _measure_reach(pieces: Pieces) -> None:
     squares = np.empty(pieces.length.shape[0], np.float32)
     cells = np.empty(PROBES, np.int64)
     cell_distances = np.empty(PROBES, np.float32)
-    alike = np.empty(ALIKE, np.int64)
-    distances = np.empty(ALIKE, np.float32)
+    alike = np.empty(NEAREST_CONTEXTS, np.int64)
+    distances = np.empty(NEAREST_CONTEXTS, np.float32)
     context = np.empty(pieces.context.shape[0], np.float32)
     for r in range(pieces.length.shape[0]):
         context[:] = pieces.context[:, r]
         find_alike(context, pieces, cells, cell_distances, squares, alike, distances)
-        pieces.reach[r] = distances[ALIKE - 1]
+        pieces.reach[r] = distances[NEAREST_CONTEXTS - 1]
 
 
 def _move_range(
@@ -697,10 +697,10 @@ def _move_range(
     squares = np.empty(pieces.length.shape[0], np.float32)
     cells = np.empty(PROBES, np.int64)
     cell_distances = np.empty(PROBES, np.float32)
-    alike = np.empty(ALIKE, np.int64)
-    distances = np.empty(ALIKE, np.float32)
-    chances = np.empty(ALIKE)
-    bends = np.empty(ALIKE)
+    alike = np.empty(NEAREST_CONTEXTS, np.int64)
+    distances = np.empty(NEAREST_CONTEXTS, np.float32)
+    chances = np.empty(NEAREST_CONTEXTS)
+    bends = np.empty(NEAREST_CONTEXTS)
     followed = np.empty(individuals, np.int64)
     # where everybody will be: what others have chosen already counts
     futures = np.empty((individuals, 1 + AHEAD, 2))
@@ -797,9 +797,9 @@ def _move_range(
                     else:
                         r = -1
                 count = 0
-                if kept < KEPT * KEPT:
+                if kept < FOLLOWED_DISTANCE * FOLLOWED_DISTANCE:
                     find_alike(context, pieces, cells, cell_distances, squares, alike, distances)
-                    while count < ALIKE and alike[count] >= 0:
+                    while count < NEAREST_CONTEXTS and alike[count] >= 0:
                         count += 1
                     weigh(alike, count, pieces, units, gains[m, 1:3], chances)
                     total = 0.0

@@ -35,7 +35,7 @@ from .world import (
 
 SLOTS = 64
 """Trials that one thread advances side by side at most."""
-MANY = 40
+MANY_BODIES = 40
 """Up to this number of bodies, plain loops over all pairs are faster, above it tiles, one trial at a time."""
 
 
@@ -44,7 +44,7 @@ def slots_of(bodies: int) -> int:
 
     Those of many bodies are advanced one by one.
     """
-    return 1 if bodies > MANY else SLOTS
+    return 1 if bodies > MANY_BODIES else SLOTS
 
 
 @inlined
@@ -189,8 +189,8 @@ def record_trials(
     state = new_state(min(side_by_side, stop - start), world.bodies)
     together = min(LANES, side_by_side)
     pairs, party = new_pairs(together, world.bodies), new_party(together * world.bodies)
-    lanes = new_lanes() if world.bodies <= MANY else None
-    tiles = new_tiles(world.bodies, pairs.near.shape[1]) if world.bodies > MANY else None
+    lanes = new_lanes() if world.bodies <= MANY_BODIES else None
+    tiles = new_tiles(world.bodies, pairs.near.shape[1]) if world.bodies > MANY_BODIES else None
     if networks is not None:
         networks = networks._replace(
             memory=np.zeros((len(state.crowd), *networks.memory.shape[1:]))

@@ -13,7 +13,7 @@ OPEN_WIDTH = 2.0
 """Width of the initial range where a side is open: units of a linear parameter, decades of a
 logarithmic one."""
 
-LARGEST = 1e9
+LARGEST_BOUND = 1e9
 """Largest magnitude of a bound; also of the reciprocal of a bound on a logarithmic scale."""
 
 INITIAL_LARGEST = 1e12
@@ -80,16 +80,18 @@ class Parameter(Settings):
         object.__setattr__(self, "initial", (float(initial[0]), float(initial[1])))
 
     def _check_bounds(self) -> None:
-        smallest = -LARGEST
+        smallest = -LARGEST_BOUND
         scale = ""
         if self.scale == "log":
-            smallest = 1 / LARGEST
+            smallest = 1 / LARGEST_BOUND
             scale = " on a logarithmic scale"
-        rule = f"be a number from {smallest:g} to {LARGEST:g}{scale}, or None for an open side"
+        rule = (
+            f"be a number from {smallest:g} to {LARGEST_BOUND:g}{scale}, or None for an open side"
+        )
         for name in ("low", "high"):
             value = getattr(self, name)
             if value is not None:
-                fits = _is_number(value) and smallest <= value <= LARGEST
+                fits = _is_number(value) and smallest <= value <= LARGEST_BOUND
                 require(fits, name, rule, brief(value))
                 object.__setattr__(self, name, float(value))
                 integral = not self.integer or value == round(value)

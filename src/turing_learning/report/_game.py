@@ -13,7 +13,7 @@ from turing_learning.errors import integer, number
 
 from ._page import POSE_STEPS, asset, page_of
 
-MARGIN = 1.08
+VIEW_MARGIN = 1.08
 """Of the view, in sides of the square that holds all motion of a pair."""
 SALT_BITS = 30
 """Of the number by which the page knows on which side the real motion is."""
@@ -79,7 +79,7 @@ def _content(game: Game) -> dict[str, object]:
         game.real, game.simulated, game.real_is_left.tolist(), strict=True
     ):
         scenes = [_centered(real), _centered(simulated)]
-        side = 2 * MARGIN * max(float(np.abs(scene).max()) for scene in scenes)
+        side = 2 * VIEW_MARGIN * max(float(np.abs(scene).max()) for scene in scenes)
         coded = [_coded(scene / max(side, 1e-9) + 0.5) for scene in scenes]
         if not real_left:
             coded.reverse()

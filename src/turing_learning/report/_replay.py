@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.ImageDraw import ImageDraw
 
-MARGIN = 0.04
+VIEW_MARGIN = 0.04
 """Around everything that moves, as a share of the longer side of the view."""
-NARROWEST = 0.6
+NARROWEST_VIEW = 0.6
 """Shorter side of the view, relative to the longer one, at least."""
 
 PAPER = "#ffffff"
@@ -34,9 +34,9 @@ ITEM_COLORS = {"amber": "#d9ae4a", "purple": "#c48fb2", "sky": "#8fc7ea"}
 pages."""
 ITEM_LOOKS = tuple(ITEM_COLORS)
 
-PANEL = 480
+PANEL_WIDTH = 480
 """Width of one swarm (pixels)."""
-HEAD = 30
+HEAD_HEIGHT = 30
 """Height of the line above it (pixels)."""
 GAP = 12
 """Around every panel (pixels)."""
@@ -185,7 +185,7 @@ class Replay:
             low = np.minimum(low, self.walls_cm[:2])
             high = np.maximum(high, self.walls_cm[2:])
         sides = high - low
-        size = np.maximum(sides, NARROWEST * sides.max()) + 2 * MARGIN * sides.max()
+        size = np.maximum(sides, NARROWEST_VIEW * sides.max()) + 2 * VIEW_MARGIN * sides.max()
         center = (low + high) / 2
         left, bottom = (center - size / 2).tolist()
         right, top = (center + size / 2).tolist()
@@ -275,9 +275,9 @@ def write_mp4(
 
 def _size(replay: Replay) -> tuple[int, int]:
     left, bottom, right, top = replay.view_cm
-    height = round(PANEL * (top - bottom) / (right - left))
-    width = len(replay.swarms) * (PANEL + GAP) + GAP
-    height += HEAD + GAP
+    height = round(PANEL_WIDTH * (top - bottom) / (right - left))
+    width = len(replay.swarms) * (PANEL_WIDTH + GAP) + GAP
+    height += HEAD_HEIGHT + GAP
     # Sides of films are even.
     return width + width % 2, height + height % 2
 
@@ -287,22 +287,28 @@ def _pictures(replay: Replay, speed: float, frames_per_second: int) -> Iterator[
 
     width, height = _size(replay)
     font = ImageFont.load_default(14)
-    edges = [GAP + k * (PANEL + GAP) for k in range(len(replay.swarms))]
+    edges = [GAP + k * (PANEL_WIDTH + GAP) for k in range(len(replay.swarms))]
     for step in range(int(replay.duration_s / speed * frames_per_second + 1e-9) + 1):
         time_s = step * speed / frames_per_second
         canvas = Image.new("RGB", (OVERSAMPLING * width, OVERSAMPLING * height), PAPER)
         for edge, swarm in zip(edges, replay.swarms, strict=True):
             panel = Image.new(
-                "RGB", (OVERSAMPLING * PANEL, OVERSAMPLING * (height - HEAD - GAP)), PAPER
+                "RGB",
+                (OVERSAMPLING * PANEL_WIDTH, OVERSAMPLING * (height - HEAD_HEIGHT - GAP)),
+                PAPER,
             )
             _draw_swarm(ImageDraw.Draw(panel), panel.size, replay, swarm, time_s)
-            canvas.paste(panel, (OVERSAMPLING * edge, OVERSAMPLING * HEAD))
+            canvas.paste(panel, (OVERSAMPLING * edge, OVERSAMPLING * HEAD_HEIGHT))
         picture = canvas.resize((width, height), Image.Resampling.BOX)
         pen = ImageDraw.Draw(picture)
         for edge, swarm in zip(edges, replay.swarms, strict=True):
-            pen.text((edge, HEAD / 2), swarm.label, fill=INK, font=font, anchor="lm")
+            pen.text((edge, HEAD_HEIGHT / 2), swarm.label, fill=INK, font=font, anchor="lm")
         pen.text(
-            (edges[-1] + PANEL, HEAD / 2), f"{time_s:.1f} s", fill=MUTED, font=font, anchor="rm"
+            (edges[-1] + PANEL_WIDTH, HEAD_HEIGHT / 2),
+            f"{time_s:.1f} s",
+            fill=MUTED,
+            font=font,
+            anchor="rm",
         )
         yield picture
 

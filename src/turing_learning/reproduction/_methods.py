@@ -20,7 +20,7 @@ from turing_learning.swarm import MixedSwarm, Scenario
 
 from ._experiment import Stop
 
-LATE = 0.3
+LATE_SHARE = 0.3
 """Share of the generations, the last ones, that the typical model of `least_squares` is about."""
 CLOSE = 1e-6
 """Agreement of a minimum that was searched for with the one that the theorem states."""
@@ -53,7 +53,7 @@ def least_squares(
         errors = squared_errors(samples, scenario.input_scale)
         optimizer.tell(-errors)
         medians[generation] = np.median(models, axis=0)
-    late = medians[-max(1, round(LATE * generations)) :]
+    late = medians[-max(1, round(LATE_SHARE * generations)) :]
     return {"best": models[int(np.argmin(errors))], "typical": np.median(late, axis=0)}
 
 
@@ -183,9 +183,9 @@ def _stated_minimum(chances: np.ndarray, outputs: np.ndarray) -> np.ndarray:
 
 HIGHEST_SPEED = 1.5
 """Wheel speeds of models are between minus this and this (share of the maximum): no truth is on the border."""
-LEVELS = 20
+TURN_RATE_LEVELS = 20
 """Parts into which the cycles are cut, in the order of their turn rates."""
-LAGS = (1, 10)
+AUTOCORRELATION_LAGS = (1, 10)
 """Of the autocorrelations (cycles)."""
 MIXTURE_CYCLES = 50_000
 """Cycles that the mixture is fitted to, at most: the estimate hardly changes with more."""
@@ -193,7 +193,7 @@ SPARE_COMPONENTS = 1
 """Components of the mixture beyond the sensor states, for collisions."""
 POSTERIOR_DRAWS = 2000
 """Draws of a neural posterior, from which its quantiles are taken."""
-OUTSIDE = 1e-3
+MASS_OUTSIDE = 1e-3
 """Mass of the posterior that a later round does not search."""
 SUPPORT_DRAWS = 10_000
 """Draws of the posterior that tell where this is."""
@@ -271,13 +271,13 @@ def summaries(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
     variance = cycles.var(axis=-2) + 1e-9
     centered = wheels - mean[..., None, None, :]
     correlations = []
-    for lag in LAGS:
+    for lag in AUTOCORRELATION_LAGS:
         products = centered[..., lag:, :] * centered[..., :-lag, :]
         correlations.append(products.mean(axis=(-3, -2)) / variance)
     covariance = centered.prod(axis=-1).mean(axis=(-2, -1))
     order = np.argsort(cycles[..., 1] - cycles[..., 0], axis=-1)
     ordered = np.take_along_axis(cycles, order[..., None], axis=-2)
-    levels = ordered.reshape(*cycles.shape[:-2], LEVELS, -1, 2).mean(axis=-2)
+    levels = ordered.reshape(*cycles.shape[:-2], TURN_RATE_LEVELS, -1, 2).mean(axis=-2)
     flat_levels = levels.reshape(*levels.shape[:-2], -1)
     columns = [mean, np.sqrt(variance), *correlations, covariance[..., None], flat_levels]
     return np.concatenate(columns, axis=-1)
@@ -426,7 +426,7 @@ def truncated(utils: Any, posterior: Any, low: Any, high: Any) -> Any:
     It is drawn from a box around that mass.
     """
     inside = utils.get_density_thresholder(
-        posterior, quantile=OUTSIDE, num_samples_to_estimate_support=SUPPORT_DRAWS
+        posterior, quantile=MASS_OUTSIDE, num_samples_to_estimate_support=SUPPORT_DRAWS
     )
     draws = posterior.sample((SUPPORT_DRAWS,), show_progress_bars=False)
     lowest = draws.min(dim=0).values

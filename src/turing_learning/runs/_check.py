@@ -63,9 +63,9 @@ from ._run import Run, conduct
 FOLDER = "check"
 RECOVERIES = 5
 """Of a run of trials, by default."""
-ATTEMPTS = 3
+MODELS_PER_RECOVERY = 3
 """Models that each recovery calls plausible, tested as if they were the system."""
-DRAWS = 1000
+PLAUSIBLE_DRAWS = 1000
 """Models that a run of generations calls plausible, by its intervals."""
 
 _LOGGER = logging.getLogger("turing_learning")
@@ -191,7 +191,7 @@ class _Checker:
             items.append(
                 f"{counted(runs, 'run')} whose truth is the estimate, each about as long as this one{took}"
             )
-            tests += runs * (1 + ATTEMPTS)
+            tests += runs * (1 + MODELS_PER_RECOVERY)
         if tests and "test" not in content:
             items.append(f"{tests} tests take about {tests * test_s:.0f} s")
         return f"ahead: {'; '.join(items)}" if items else ""
@@ -330,7 +330,7 @@ class _Checker:
     ) -> dict[str, Any]:
         """Return how well a panel tells a recovery's truth from the models that it calls plausible.
 
-        And `ATTEMPTS` of these models from the rest of them.
+        And `MODELS_PER_RECOVERY` of these models from the rest of them.
         """
         number = self.seed + 1 + k
         evidence = self.evidence
@@ -350,7 +350,7 @@ class _Checker:
                 self.effort,
                 seed=number,
                 purpose=(RECOVERING,),
-                references=ATTEMPTS,
+                references=MODELS_PER_RECOVERY,
             )
         return {"accuracy": test.accuracy, "attainable": test.plausible}
 
@@ -410,7 +410,7 @@ def plausible(result: Result) -> np.ndarray:
         low, high = parameter.to_numbers(np.array(bounds))
         middle = float(parameter.to_numbers(np.array(result.estimate[name])))
         # the ends hold the central 90 %
-        drawn = middle + (high - low) / (2 * ndtri(0.95)) * rng.standard_normal(DRAWS)
+        drawn = middle + (high - low) / (2 * ndtri(0.95)) * rng.standard_normal(PLAUSIBLE_DRAWS)
         columns.append(parameter.to_units(drawn))
     return np.stack(columns, axis=1)
 

@@ -31,7 +31,7 @@ from turing_learning.store import RunFolderError as RunFolderError
 from turing_learning.systems import Arguments, System, imported
 
 FORMAT_VERSION = 1
-BLOCK = 5000
+BLOCK_GENERATIONS = 5000
 """Generations whose traces, what a result is made of, have a file of their own; those since the last
 such block are in every checkpoint."""
 RUNNING = "running"
@@ -63,7 +63,7 @@ _KIND = FolderKind(
     beside=("config.toml",),
 )
 _CHECKPOINT = re.compile(r"^generation-(\d{6,})-([0-9a-f]{16})\.npz$")
-KEPT = 2  # checkpoints
+CHECKPOINTS_KEPT = 2
 CONFIGURATION = "configuration_sha256"
 """Among the arrays of a checkpoint: to which configuration it belongs."""
 _LOGGER = logging.getLogger("turing_learning")
@@ -399,7 +399,7 @@ def piece(folder: str, number: int) -> str:
 
 def blocks_before(checkpoint: Checkpoint) -> int:
     """Return the number of blocks of traces that have files of their own."""
-    return (checkpoint.generation - len(checkpoint.arrays["traces/seconds"])) // BLOCK
+    return (checkpoint.generation - len(checkpoint.arrays["traces/seconds"])) // BLOCK_GENERATIONS
 
 
 def new_manifest(configuration_text: str, seed: int) -> dict[str, Any]:
@@ -445,7 +445,7 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -
     content = buffer.getvalue()
     path = folder / f"generation-{checkpoint.generation:06d}-{digest_of(content)[:16]}.npz"
     write_atomically(path, content)
-    spared = 0 if alone else KEPT - 1
+    spared = 0 if alone else CHECKPOINTS_KEPT - 1
     for generation, file in _newest_first(folder):
         if file == path:
             continue

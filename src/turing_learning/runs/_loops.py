@@ -44,7 +44,7 @@ from turing_learning.identifiability import (
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION
 from turing_learning.systems import FallibleSource, Source, SystemFailedError
 
-PANEL = Effort(samples=150, references=4, points=0)
+PANEL_EFFORT = Effort(samples=150, references=4, points=0)
 """Of a panel that looks at the estimate of a run of trials; 0.2 s of processor time in aggregation."""
 
 
@@ -246,10 +246,12 @@ def panel_examination(
         if isinstance(source, FallibleSource):
             opened.enter_context(source.probing())
         try:
-            evidence = evidence_of(configuration, source, PANEL, seed)
-            test = two_sample_test(evidence, draws, PANEL, seed=seed)
+            evidence = evidence_of(configuration, source, PANEL_EFFORT, seed)
+            test = two_sample_test(evidence, draws, PANEL_EFFORT, seed=seed)
             if test.p_value <= SURE:
-                usual = reference_accuracies(evidence, draws, PANEL, PANEL.references, seed=seed)
+                usual = reference_accuracies(
+                    evidence, draws, PANEL_EFFORT, PANEL_EFFORT.references, seed=seed
+                )
                 is_told = Judgment(examination=replace(test, plausible=usual)).fits is False
         except (RefusedError, SystemFailedError):
             return {}

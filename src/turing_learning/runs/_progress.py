@@ -15,7 +15,7 @@ from turing_learning.coevolution import Generation
 
 from ._loops import TrialBatch
 
-INTERVAL_S = 0.2  # between two pictures
+PICTURE_INTERVAL_S = 0.2  # between two pictures
 WAITING = "getting ready; the first run of an installation compiles for some seconds"
 
 
@@ -146,7 +146,7 @@ def watched(
             if observer is not None:
                 observer(state)
             if (now := time.monotonic()) >= following or state.completed == state.total:
-                following = now + INTERVAL_S
+                following = now + PICTURE_INTERVAL_S
                 remaining = "done"
                 if state.completed < state.total:
                     remaining = f"{state.seconds_left:.0f} s left"

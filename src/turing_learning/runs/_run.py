@@ -439,11 +439,16 @@ class Run:
 
         Without the state it holds only what a result is made of, and is the only one that stays.
         """
-        while (self._blocks + 1) * folders.BLOCK <= self.completed:
-            block = slice(self._blocks * folders.BLOCK, (self._blocks + 1) * folders.BLOCK)
+        while (self._blocks + 1) * folders.BLOCK_GENERATIONS <= self.completed:
+            block = slice(
+                self._blocks * folders.BLOCK_GENERATIONS,
+                (self._blocks + 1) * folders.BLOCK_GENERATIONS,
+            )
             folder.write(piece("traces", self._blocks + 1), self._traces.state(block))
             self._blocks += 1
-        groups = {"traces/": self._traces.state(slice(self._blocks * folders.BLOCK, None))}
+        groups = {
+            "traces/": self._traces.state(slice(self._blocks * folders.BLOCK_GENERATIONS, None))
+        }
         if self._source.failures is not None:
             groups[FAILURES] = self._source.failures.state()
         if self.complete:

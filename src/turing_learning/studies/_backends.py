@@ -39,7 +39,7 @@ LOOK_EVERY_S = 0.2
 """Time between two looks for the file that asks workers to stop (s)."""
 LONGEST_WAIT_S = 30.0
 """Time to wait for the lock of a run whose worker was given up for lost, but lives (s)."""
-ATTEMPTS = 3
+RUN_ATTEMPTS = 3
 """Of a run whose worker dies."""
 CONNECT_S = 4.0
 """Time that a scheduler has to answer (s)."""
@@ -137,7 +137,7 @@ def backend_of(
                 execute_in_worker, str(folder.path.absolute()), first_of_each_network(plan, numbers)
             ),
             max(1, min(choice.workers or default_threads(), len(numbers))),
-            attempts=ATTEMPTS,
+            attempts=RUN_ATTEMPTS,
             warm_up=(None,),
             script=False,
             patient=True,

@@ -16,7 +16,16 @@ from turing_learning.figures.many_runs import (
 from turing_learning.report import Listing, Report, report_page
 
 from ._plan import Plan
-from ._table import FAIR, GOOD, Convergence, StudyResult, describe, error_rows, errors_of, members
+from ._table import (
+    FAIR_ERROR,
+    GOOD_ERROR,
+    Convergence,
+    StudyResult,
+    describe,
+    error_rows,
+    errors_of,
+    members,
+)
 
 BOXES_DRAWN = 40
 """Boxes in one picture, at most."""
@@ -41,8 +50,8 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
         return [boxes]
     if len(result.groups) > 1:
         return [_configurations(result, plan)]
-    caption = f"Of the estimate, {len(result.maes)} runs; {GOOD:g} and {FAIR:g} are dashed where errors reach them"
-    figure = error_histogram_figure(np.array(result.maes), limits=(GOOD, FAIR))
+    caption = f"Of the estimate, {len(result.maes)} runs; {GOOD_ERROR:g} and {FAIR_ERROR:g} are dashed where errors reach them"
+    figure = error_histogram_figure(np.array(result.maes), limits=(GOOD_ERROR, FAIR_ERROR))
     histogram = Picture(
         "histogram", "Mean absolute errors", f"{caption} (paper: figure 14a).", figure
     )
@@ -121,9 +130,7 @@ def _verdicts(result: StudyResult) -> Listing:
     for title, counts in (("Verdict", result.verdicts()), ("Against the truth", result.kinds())):
         rows += [(f"{title}: {word}", count) for word, count in counts.items()]
     note = "What the complete runs say of themselves, without the truth; then how good they are. "
-    note += (
-        f"Good: MAE of the estimate below {GOOD:g}. Fair: below {FAIR:g}. Poor: {FAIR:g} or more, "
-    )
+    note += f"Good: MAE of the estimate below {GOOD_ERROR:g}. Fair: below {FAIR_ERROR:g}. Poor: {FAIR_ERROR:g} or more, "
     note += "and how the estimate misses the truth."
     return Listing("kinds", "Runs", ("What they say", "Runs"), rows, note)
 

@@ -25,9 +25,9 @@ from ._plan import BEHAVIORS, CONTROLLER, FAILURE, SEED, Plan, StudyFolder
 if TYPE_CHECKING:
     import pandas as pd
 
-GOOD = 0.05
+GOOD_ERROR = 0.05
 """MAE of the estimate below which a run is good."""
-FAIR = 0.1
+FAIR_ERROR = 0.1
 """MAE of the estimate below which a run is fair."""
 
 TRACED_MODELS = ("best", "typical")
@@ -112,8 +112,8 @@ class StudyRun:
             return self.state
         if self.estimate_mae is None:
             return NO_TRUTH
-        if self.estimate_mae < FAIR:
-            return "good" if self.estimate_mae < GOOD else "fair"
+        if self.estimate_mae < FAIR_ERROR:
+            return "good" if self.estimate_mae < GOOD_ERROR else "fair"
         estimate = np.array(list(self.result["estimate"].values()))
         truth = np.array(list(self.result["truth"].values()))
         return f"poor ({name_failure(estimate, truth)})"
@@ -306,7 +306,8 @@ def describe(result: StudyResult) -> str:
     if result.failed:
         text += f", {len(result.failed)} failed"
     if result.maes:
-        text += f"; MAE of the estimate below {GOOD:g} in {result.below(GOOD)}, below {FAIR:g} in {result.below(FAIR)}"
+        text += f"; MAE of the estimate below {GOOD_ERROR:g} in {result.below(GOOD_ERROR)}"
+        text += f", below {FAIR_ERROR:g} in {result.below(FAIR_ERROR)}"
     return text
 
 

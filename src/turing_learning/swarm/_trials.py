@@ -469,7 +469,7 @@ def initial_poses(
 AGENT = -1
 """In the place of the number of a model: a robot that executes the agents' controller."""
 
-TRIALS = 10
+OBSERVED_SWARMS = 10
 """Number of swarms that an `ObservedSwarm` observes at once."""
 
 
@@ -623,7 +623,7 @@ class ObservedSwarm:
     """
 
     scenario: Scenario  #: What moves; its replicas are agents, too
-    trials: int = TRIALS  #: Number of swarms R that are observed at once
+    trials: int = OBSERVED_SWARMS  #: Number of swarms R that are observed at once
 
     names = ("speed", "turn")
     headings = True

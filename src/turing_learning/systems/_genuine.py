@@ -13,7 +13,7 @@ from ..swarm import SCENARIOS, Scenario
 from ..trajectories import Signals, Trajectories, Windows, join_windows, origin_of
 from ._per_model import column_names, table_values
 
-LARGEST = 1e9
+LARGEST_VALUE = 1e9
 """Largest magnitude of a genuine value."""
 
 SCALE_PERCENTILE = 99.0
@@ -229,8 +229,8 @@ def cut_samples(
     require(len(widths) == 1, "genuine", rule, f"{sorted(widths)} signals")
     cut = np.stack([values[:steps] for values in series])
     # Not "> LARGEST", so that NaN, too, is refused.
-    for k, t, d in np.argwhere(~(np.abs(cut) <= LARGEST))[:1].tolist():
-        rule = f"be finite and at most {LARGEST:g} in size"
+    for k, t, d in np.argwhere(~(np.abs(cut) <= LARGEST_VALUE))[:1].tolist():
+        rule = f"be finite and at most {LARGEST_VALUE:g} in size"
         remedy = "Cut the gap out, or change the unit."
         where = f"sample {k}, step {t}, signal {d}"
         refuse("genuine", rule, value_text(cut[k, t, d]), remedy, place=where)

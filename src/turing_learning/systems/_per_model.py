@@ -18,7 +18,7 @@ LARGEST_SEED = 2**31 - 1
 SEED = "seed"
 SIMULATED = "what the simulator returns or prints"
 """Where a table is that is refused."""
-MOST_SHOWN = 200
+MOST_CHARACTERS = 200
 """Characters of what a program writes that stand in a message."""
 
 
@@ -207,7 +207,7 @@ class Command:
             words, capture_output=True, text=True, timeout=self.timeout_s, check=False
         )
         if done.returncode:
-            output = " ".join((done.stderr or done.stdout).split())[-MOST_SHOWN:]
+            output = " ".join((done.stderr or done.stdout).split())[-MOST_CHARACTERS:]
             raise RuntimeError(f"the program ended with exit status {done.returncode}: {output}")
         table = read_table(done.stdout)
         return table_values(table, self.columns, only=self.only, place=SIMULATED)

@@ -12,7 +12,7 @@ USUAL_SHARE = 0.999
 """Share of the positions that says where individuals usually are."""
 LARGER = 2.0
 """A tank is doubted whose side is so many times as long as where individuals usually are."""
-SHORTEST = 5
+MOMENT_FRAMES = 5
 """Frames up to which an individual is there for a moment."""
 LONG = 100
 """Frames of a recording from which on moments are short."""
@@ -103,11 +103,13 @@ def implausible(
         )
     # Tracks of a few frames are rests of broken ones, or no individuals at all
     lives = likely.sum(axis=0)
-    moments = [name for name, count in zip(names, lives, strict=True) if 0 < count <= SHORTEST]
+    moments = [name for name, count in zip(names, lives, strict=True) if 0 < count <= MOMENT_FRAMES]
     if moments and len(positions) >= LONG:
-        listed = ", ".join(moments[:SHORTEST]) + (", ..." if len(moments) > SHORTEST else "")
+        listed = ", ".join(moments[:MOMENT_FRAMES]) + (
+            ", ..." if len(moments) > MOMENT_FRAMES else ""
+        )
         doubts.append(
-            f"{len(moments)} of {len(names)} individuals are there for {SHORTEST} frames or fewer: {listed}"
+            f"{len(moments)} of {len(names)} individuals are there for {MOMENT_FRAMES} frames or fewer: {listed}"
         )
     return doubts
 

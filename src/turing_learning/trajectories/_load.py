@@ -22,7 +22,7 @@ from turing_learning.errors import (
 )
 
 from ._recording import (
-    LARGEST,
+    LARGEST_COORDINATE,
     Format,
     Glance,
     Options,
@@ -317,8 +317,8 @@ def _finish(
     present = recording.present
     positions = recording.positions / per_cm
     farthest = float(np.nanmax(np.abs(recording.positions)))
-    if farthest / per_cm > LARGEST:
-        rule = f"leave coordinates within +-{LARGEST:.0e} cm"
+    if farthest / per_cm > LARGEST_COORDINATE:
+        rule = f"leave coordinates within +-{LARGEST_COORDINATE:.0e} cm"
         got = f"{per_cm:g}, by which {farthest:g} is"
         refuse("pixels_per_cm", rule, f"{got} {farthest / per_cm:g} cm", place=source)
     confidence = recording.confidence

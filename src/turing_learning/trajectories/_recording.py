@@ -15,7 +15,7 @@ from turing_learning.errors import Refusal, RefusedError, Text, brief, choice, n
 from ._signals import wrap
 
 YAxis = Literal["up", "down"]
-LARGEST = 1e9
+LARGEST_COORDINATE = 1e9
 """Largest frame number, and largest coordinate in pixels or cm."""
 
 
@@ -104,7 +104,7 @@ class Options:
         for name in ("fps", "pixels_per_cm", "resample"):
             value = getattr(self, name)
             if value is not None and (name, value) != ("pixels_per_cm", "unknown"):
-                number(name, value, least=1 / LARGEST, most=LARGEST)
+                number(name, value, least=1 / LARGEST_COORDINATE, most=LARGEST_COORDINATE)
         require(
             self.y_axis in (None, "up", "down"), "y_axis", "be 'up' or 'down'", brief(self.y_axis)
         )
@@ -176,8 +176,8 @@ def check_positions(positions: np.ndarray, where: Locator, source: object) -> No
     missing = np.isnan(positions)
     refuse_first(missing[:, 0] != missing[:, 1], where, "have both x and y or neither", positions)
     refuse_first(np.isinf(positions).any(axis=1), where, "have finite positions or NaN", positions)
-    absurd = (np.abs(positions) > LARGEST).any(axis=1)
-    refuse_first(absurd, where, f"have coordinates within +-{LARGEST:.0e}", positions)
+    absurd = (np.abs(positions) > LARGEST_COORDINATE).any(axis=1)
+    refuse_first(absurd, where, f"have coordinates within +-{LARGEST_COORDINATE:.0e}", positions)
     if missing.all():
         raise refusal("hold at least one position", "none", source)
 
@@ -201,8 +201,8 @@ def assemble(
     (rows,); `where` says where in the file a row is, `twice` what to do where rows contradict each other, `sparse`
     where hardly any frame has a row. Odd frame numbers are refused, too.
     """
-    integral = (frames >= 0) & (frames <= LARGEST) & (frames == np.floor(frames))
-    rule = f"have frame numbers that are whole, from 0 to {LARGEST:.0e}"
+    integral = (frames >= 0) & (frames <= LARGEST_COORDINATE) & (frames == np.floor(frames))
+    rule = f"have frame numbers that are whole, from 0 to {LARGEST_COORDINATE:.0e}"
     refuse_first(~integral, where, rule, frames)
     labels = np.asarray(names, dtype=object)
     refuse_first(labels == "", where, "name the individual in each row", labels)
@@ -425,7 +425,7 @@ BACKWARDS = 0.25
 """Share of steps against the heading from which on headings are doubted: where they are right it is close to 0,
 where they are in other units or another sense of rotation a half, and of the tail 1. Some robots and animals do
 drive backwards."""
-BEYOND = 0.75
+DEGREES_SHARE = 0.75
 """Share of headings beyond 2 pi from which on they may be in degrees, of which 97 % are where all directions are as frequent."""
 LEAPS = 0.01
 """Share of changes of more than pi from which on headings beyond 2 pi may be in degrees; those in rad are
@@ -437,7 +437,7 @@ def share_in_degrees(present: np.ndarray, headings: np.ndarray) -> float:
     consecutive = present[1:] & present[:-1]
     changes = np.abs(np.diff(headings, axis=0))[consecutive]
     beyond = float((np.abs(headings[present]) > 2 * math.pi).mean())
-    if beyond > BEYOND and len(changes) and (changes > math.pi).mean() > LEAPS:
+    if beyond > DEGREES_SHARE and len(changes) and (changes > math.pi).mean() > LEAPS:
         return beyond
     return 0.0
 

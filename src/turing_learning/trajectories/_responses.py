@@ -23,7 +23,7 @@ USUAL_CELLS = 15
 """Cells along each side of a map."""
 WIDEST = 3.0
 """Median distances of the nearest other that a map reaches to each side."""
-FEWEST = 20
+FEWEST_MOMENTS = 20
 """Moments in a cell from which on its mean is compared."""
 
 
@@ -161,8 +161,8 @@ def response_figure(maps: Mapping[str, ResponseMaps]) -> "Figure":
     rows = []
     for source_maps in maps.values():
         # Means of few moments are noise, and strong
-        seen = source_maps.moments >= FEWEST
-        seen_walls = source_maps.wall_moments >= FEWEST
+        seen = source_maps.moments >= FEWEST_MOMENTS
+        seen_walls = source_maps.wall_moments >= FEWEST_MOMENTS
         turning = np.where(seen, source_maps.turning, np.nan)
         acceleration = np.where(seen, source_maps.acceleration, np.nan)
         rows.append([turning, acceleration, np.where(seen_walls, source_maps.wall_turning, np.nan)])
@@ -239,7 +239,7 @@ def _moments(
 def _correlation(first: np.ndarray, second: np.ndarray, moments: np.ndarray) -> float:
     """Return the weighted correlation over cells that have moments enough."""
     # Means of few moments are noise; two cells correlate perfectly.
-    enough = moments >= FEWEST
+    enough = moments >= FEWEST_MOMENTS
     if enough.sum() < 3:
         return float("nan")
     covariance = np.cov(first[enough], second[enough], aweights=moments[enough])

@@ -36,7 +36,7 @@ FREQUENT_JUMPS = 0.01
 """Share of jumps among all steps above which they are hardly a tracker's single errors."""
 FREQUENT_REPEATS = 0.1
 """Share of frames that repeat the one before, but never for long, above which nobody rests in them."""
-FEWEST = 9
+FEW_OCCURRENCES = 9
 """Number up to which there are few of these."""
 UNSURE = 0.5
 """Confidence below which a tracker is not sure of a position."""
@@ -178,12 +178,12 @@ class Trajectories:
         doubts += implausible(
             positions, present & likely, steps[plausible], fps=self.fps, unit=self.unit, names=names
         )
-        if len(jumps) > max(FEWEST, FREQUENT_JUMPS * consecutive.sum()):
+        if len(jumps) > max(FEW_OCCURRENCES, FREQUENT_JUMPS * consecutive.sum()):
             share = f"{len(jumps) / consecutive.sum():.1%} of all steps are jumps"
             doubts.append(f"{share}: see whether the file tells individuals apart as they are")
         # Single repeated frames are of a slower video; several in a row are a rest
         alone = not (same[1:] & same[:-1]).any()
-        if alone and same.sum() > max(FEWEST, FREQUENT_REPEATS * len(same)):
+        if alone and same.sum() > max(FEW_OCCURRENCES, FREQUENT_REPEATS * len(same)):
             share = f"{same.mean():.0%} of all frames repeat the one before"
             doubts.append(f"{share}: they may be of a video at a lower rate")
         at_once = self.at_once

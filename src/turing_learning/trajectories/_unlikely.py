@@ -26,7 +26,7 @@ COMMON = 0.05
 SAMPLED = 5000
 """Positions in which such points are looked for."""
 MIDDLE = 0.9
-MARGIN = 2.0
+FAR_OUTSIDE = 2.0
 """Far outside: beyond the middle 90 % of all coordinates by so many times the extent of these."""
 GHOST_S = 1.0
 """Time (s) up to which somebody who only is far outside is nobody."""
@@ -172,7 +172,9 @@ def _mark_outside(mask: np.ndarray, paths: _Paths, jump: float, ghost: float) ->
     """Mark pieces of paths, between jumps, that never come near the middle of all coordinates."""
     low, high = np.quantile(paths.points, [(1 - MIDDLE) / 2, (1 + MIDDLE) / 2], axis=0)
     extent = (high - low).max()
-    beyond = (paths.points < low - MARGIN * extent) | (paths.points > high + MARGIN * extent)
+    beyond = (paths.points < low - FAR_OUTSIDE * extent) | (
+        paths.points > high + FAR_OUTSIDE * extent
+    )
     inside = ~beyond.any(axis=1)
     if inside.all() or not extent:
         return

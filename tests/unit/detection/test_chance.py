@@ -6,7 +6,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from turing_learning.detection._chance import DRAWS, genuine_samples_needed, p_values
+from turing_learning.detection._chance import CHANCE_DRAWS, genuine_samples_needed, p_values
 
 RNG = np.random.default_rng(8)
 
@@ -46,9 +46,9 @@ def test_many_choices_are_drawn():
     exact = np.mean(
         [sum(some) <= own.sum() + 1e-12 for some in combinations([*genuine, *own[0]], 4)]
     )
-    assert comb(44, 4) > DRAWS
+    assert comb(44, 4) > CHANCE_DRAWS
     assert p_values(genuine, own)[0] == pytest.approx(
-        exact, abs=4 * np.sqrt(exact * (1 - exact) / DRAWS)
+        exact, abs=4 * np.sqrt(exact * (1 - exact) / CHANCE_DRAWS)
     )
 
 

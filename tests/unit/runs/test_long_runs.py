@@ -30,7 +30,7 @@ def test_the_history_of_a_usual_run_has_the_files_that_it_always_had(tmp_path):
 @pytest.fixture
 def blocks(monkeypatch):
     """Blocks of four generations."""
-    monkeypatch.setattr(folders, "BLOCK", 4)
+    monkeypatch.setattr(folders, "BLOCK_GENERATIONS", 4)
 
 
 def stored(path):

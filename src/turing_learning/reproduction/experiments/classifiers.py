@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 ACCURATE = "4.4-classifier-accuracy"
 RISEN = 5
 """The generation up to which the paper sees the subjectively best rise."""
-SETTLED = 50
+PRINTED_RANGE_FROM = 50
 """The generation from which it is held against the printed range."""
 RANGE = (0.62, 0.80)
 """Accuracies between which the paper sees the subjectively best."""
-LEVEL = 0.95
+PRINTED_ACCURACY = 0.95
 """Accuracy that the objectively best exceeds in the paper."""
 STEP_BACK = 0.02
 """Largest step back of a curve that still rises "almost monotonically"."""
@@ -247,13 +247,13 @@ def _of_the_subjective_best(best: BestAccuracies) -> tuple[bool, str, bool]:
     low, high = RANGE
     means = best.subjective.mean(axis=0)
     early = best.generations <= RISEN
-    late = best.generations >= SETTLED
+    late = best.generations >= PRINTED_RANGE_FROM
     peak = int(means[early].argmax())
     late_means = means[late]
     text = f"subjective best: {means[0]:.2f} at first, highest of the first {RISEN} generations {means[peak]:.2f} in "
     text += f"generation {best.generations[peak]}"
     if late_means.size:
-        text += f", {late_means.min():.2f} to {late_means.max():.2f} from generation {SETTLED} on"
+        text += f", {late_means.min():.2f} to {late_means.max():.2f} from generation {PRINTED_RANGE_FROM} on"
     spreads = Spreads.of(best.subjective[:, late])
     error = 2 * spreads.standard_error
     within = ((low <= spreads.mean + error) & (spreads.mean - error <= high)).all()
@@ -268,10 +268,12 @@ def _of_the_objective_best(accuracies: np.ndarray) -> tuple[bool, str, str]:
     highest = np.maximum.accumulate(means)
     back = (highest - means).max()
     agrees = bool(
-        means[-1] > LEVEL and means[-1] > means[0] and (means >= highest - STEP_BACK).all()
+        means[-1] > PRINTED_ACCURACY
+        and means[-1] > means[0]
+        and (means >= highest - STEP_BACK).all()
     )
     text = f"objective best: {means[0]:.3f} at first, {means[-1]:.3f} in the end, largest step back {back:.3f}"
-    forgets = means.max() > LEVEL and not agrees
+    forgets = means.max() > PRINTED_ACCURACY and not agrees
     return agrees, text, REASONS["4.4-forgets"] if forgets else ""
 
 

@@ -43,7 +43,7 @@ FIELDS_OF_VIEW = {
     "4.6.1-morphology-60": AGGREGATION_VIEW_60,
 }
 """Claim -> scenario."""
-OFF = 0.1
+OFF_ERROR = 0.1
 """Mean absolute error above which a run is off."""
 
 
@@ -78,10 +78,10 @@ def morphology_verdict(claim: str, runs: Runs, readout: str) -> ClaimVerdict:
     def seeds(chosen: np.ndarray) -> str:
         return ", ".join(str(runs.seeds[k]) for k in np.flatnonzero(chosen))
 
-    off = runs.maes(readout) > OFF
-    text = f"; the mean error is at most {OFF} in every run"
+    off = runs.maes(readout) > OFF_ERROR
+    text = f"; the mean error is at most {OFF_ERROR} in every run"
     if off.any():
-        text = f"; the mean error exceeds {OFF} in {np.count_nonzero(off)} of {len(off)} runs (seeds {seeds(off)})"
+        text = f"; the mean error exceeds {OFF_ERROR} in {np.count_nonzero(off)} of {len(off)} runs (seeds {seeds(off)})"
         if not off.all():
             text += f", without them {Spreads.of(errors[~off]).listed(names)}"
     # A mirrored run has the speeds of the two readings exchanged.
@@ -101,7 +101,7 @@ def morphology_verdict(claim: str, runs: Runs, readout: str) -> ClaimVerdict:
 NETWORKS = "4.6.2-black-box"
 NEAR_TRUTH = 0.1
 """Difference (share of the maximum speed) up to which an output is near the truth."""
-QUICK = 3
+SETTLING_STEPS = 3
 """Steps after a change of the reading in which the outputs are to be near their steady values."""
 PAPER_RUNS = 30
 PRINTED_ASTRAY = {5: 2}
@@ -213,7 +213,9 @@ def black_box_verdict(outcomes: Sequence[NetworkRuns]) -> ClaimVerdict:
         few_astray = shares_not_worse(
             1 - astray / count, count, 1 - printed / PAPER_RUNS, PAPER_RUNS
         )
-        agrees &= (np.abs(medians - TRUTH) <= NEAR_TRUTH).all() and few_astray and step <= QUICK
+        agrees &= (
+            (np.abs(medians - TRUTH) <= NEAR_TRUTH).all() and few_astray and step <= SETTLING_STEPS
+        )
         texts.append(
             f"{hidden} hidden: medians {valued(NAMES, medians)}; "
             f"median MAE {np.median(runs.maes('best_model')):.3f}, "
@@ -274,9 +276,9 @@ def separated_verdict(groups: Mapping[str, Runs], readout: str) -> ClaimVerdict:
 
 RANDOM = "4.6.4-random-behaviors"
 PAPER_BEHAVIORS = 1000
-GOOD = 0.05
+GOOD_ERROR = 0.05
 """Mean absolute error below which the paper counts a run as good."""
-FAIR = 0.1
+BAD_ERROR = 0.1
 """Mean absolute error above which it counts a run as bad."""
 DRAWS = 200
 """Draws of few runs from many: how often do a few show what many do?"""
@@ -304,7 +306,7 @@ def conduct_behaviors(work: Work, findings: Findings) -> None:
     # Behaviors that hardly ever see another robot say little of what they do then
     rank = np.argsort(np.argsort(sees)) + 1
     frame = frame.assign(estimate_mae=decisive.maes("estimate"), share_of_I_1=sees, rank=rank)
-    failures = frame[frame["estimate_mae"] >= GOOD]
+    failures = frame[frame["estimate_mae"] >= GOOD_ERROR]
     findings.table("failures", failures, runs=len(sees), median=np.median(sees))
     findings.table("summary", stacked(summary, "preset", "model"))
     for runs in runs_of.values():
@@ -318,13 +320,13 @@ def _summary_frame(runs: Runs, readout: str) -> pd.DataFrame:
     from scipy.stats import binomtest
 
     maes = runs.maes(readout)
-    interval = binomtest(int(np.count_nonzero(maes < GOOD)), len(maes)).proportion_ci(0.95)
+    interval = binomtest(int(np.count_nonzero(maes < GOOD_ERROR)), len(maes)).proportion_ci(0.95)
     row = {
         "runs": len(maes),
-        "share_below_0.05": np.mean(maes < GOOD),
+        "share_below_0.05": np.mean(maes < GOOD_ERROR),
         "low": interval.low,
         "high": interval.high,
-        "share_above_0.1": np.mean(maes > FAIR),
+        "share_above_0.1": np.mean(maes > BAD_ERROR),
     }
     return pd.DataFrame([row | dict(zip(NAMES, runs.errors[readout].mean(axis=0), strict=True))])
 
@@ -336,7 +338,9 @@ def _show_behaviors(findings: Findings, runs: Runs, truth: np.ndarray) -> None:
     frame = frame.assign(best_model_mae=runs.maes("best_model"), estimate_mae=runs.maes("estimate"))
     words = {"preset": runs.preset, "runs": len(runs)}
     findings.table("{preset}-runs", frame, **words)
-    histogram = figures.error_histogram_figure(runs.maes("best_model"), limits=(GOOD, FAIR))
+    histogram = figures.error_histogram_figure(
+        runs.maes("best_model"), limits=(GOOD_ERROR, BAD_ERROR)
+    )
     findings.picture("{preset}-histogram", RANDOM, histogram, **words)
     boxes = figures.error_box_figure(dict(zip(NAMES, runs.errors["best_model"].T, strict=True)))
     findings.picture("{preset}-errors", RANDOM, boxes, **words)
@@ -359,8 +363,8 @@ def behaviors_verdict(runs: Runs, readout: str, of_most: np.ndarray) -> ClaimVer
     printed_bad = values["count_mae_above_0_1"] / PAPER_BEHAVIORS
     maes = runs.maes(readout)
     observed = Spreads.of(runs.errors[readout])
-    good = float(np.mean(maes < GOOD))
-    bad = float(np.mean(maes > FAIR))
+    good = float(np.mean(maes < GOOD_ERROR))
+    bad = float(np.mean(maes > BAD_ERROR))
     accurate = (
         observed.not_worse(printed)
         and shares_not_worse(good, len(maes), printed_good, PAPER_BEHAVIORS)
@@ -370,9 +374,9 @@ def behaviors_verdict(runs: Runs, readout: str, of_most: np.ndarray) -> ClaimVer
     reason = ""
     if accurate and not harder and len(maes) < len(of_most):
         reason = _how_rarely_few_runs_show_it(len(maes), of_most)
-    text = f"MAE below {GOOD} in {printed_good:.0%} of {PAPER_BEHAVIORS} runs, above {FAIR} in {printed_bad:.1%}; "
+    text = f"MAE below {GOOD_ERROR} in {printed_good:.0%} of {PAPER_BEHAVIORS} runs, above {BAD_ERROR} in {printed_bad:.1%}; "
     text += f"{printed.listed(NAMES, 2)}; vl0 and vr0 significantly lower"
-    came_out = f"MAE below {GOOD} in {good:.1%} of {len(maes)} runs, above {FAIR} in {bad:.1%}; "
+    came_out = f"MAE below {GOOD_ERROR} in {good:.1%} of {len(maes)} runs, above {BAD_ERROR} in {bad:.1%}; "
     came_out += (
         f"{observed.listed(NAMES)}; vl0 and vr0 {'' if harder else 'not '}significantly lower"
     )

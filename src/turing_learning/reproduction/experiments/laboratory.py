@@ -39,9 +39,9 @@ CLASSIFIERS = "5-physical-classifiers"
 PAPER_RUNS = 10
 CORRESPONDENCE = 0.1
 """Difference of medians that still counts as good, as "near the truth" does in section 4.3."""
-LATE = 0.2
+LATE_SHARE = 0.2
 """Share of the generations, the last ones, over which medians are compared."""
-HIGH = 0.9
+PRINTED_ACCURACY = 0.9
 """Accuracy that the objectively best classifier reaches in the paper."""
 QUANTITIES = (
     "proportion at the end",
@@ -124,7 +124,7 @@ def medians(runs: LaboratoryRuns) -> np.ndarray:
 def distances(emulated: LaboratoryRuns, simulated: LaboratoryRuns) -> tuple[np.ndarray, np.ndarray]:
     """Return how far medians are apart (P,), on average over the last fifth and over all generations."""
     apart = np.abs(medians(emulated) - medians(simulated))
-    late = apart[-max(1, round(LATE * len(apart))) :]
+    late = apart[-max(1, round(LATE_SHARE * len(apart))) :]
     return np.asarray(late.mean(axis=0)), np.asarray(apart.mean(axis=0))
 
 
@@ -205,7 +205,7 @@ def classifiers_verdict(best: BestAccuracies) -> ClaimVerdict:
         f"subjective best {subjective[0]:.2f} at first, {subjective[-1]:.2f} in the end, "
         f"lowest {subjective[lowest]:.2f} in generation {best.generations[lowest]}"
     )
-    agrees = objective[-1] >= HIGH and does_not_drop(best.subjective)
+    agrees = objective[-1] >= PRINTED_ACCURACY and does_not_drop(best.subjective)
     return verdict_on(CLASSIFIERS, agrees, observed, "classifiers in the laboratory")
 
 

@@ -29,7 +29,7 @@ from turing_learning.robots.program._equipment import (
     laboratory_tracker,
 )
 from turing_learning.robots.program._setup import Laboratory
-from turing_learning.robots.program._source import LARGEST, trial_samples
+from turing_learning.robots.program._source import WHEEL_SPEED_RANGE, trial_samples
 from turing_learning.robots.tracking._camera import Calibration
 from turing_learning.robots.tracking._markers import Markers, TriangleMarkers
 from turing_learning.robots.tracking._tracker import Track
@@ -623,7 +623,7 @@ class SimulatedLaboratory(Source):
         self._scenario = scenario
         self._seed = seed
         self.together = scenario.replicas
-        self.ends = LARGEST if of_trials else None
+        self.ends = WHEEL_SPEED_RANGE if of_trials else None
 
     def to_units(self, models: np.ndarray) -> np.ndarray:
         return models if self.ends else np.tanh(models)

@@ -13,17 +13,18 @@ from turing_learning.swarm import Robot
 from ._plausible import wheel_speeds
 
 #: Distance of wheel speeds, as fractions of the maximum, up to which a step is one of a sensor state, or a mixture
-NEAR = 0.15
-APART = 0.5  #: Distance of the wheel speeds of two states from which on mixtures show a phase
+STATE_DISTANCE = 0.15
+#: Distance of the wheel speeds of two states from which on mixtures show a phase
+STATES_APART = 0.5
 HARMONICS = np.arange(1, 4)  #: Of a cycle, in which distributions of phases are compared
 #: Squared distance of two distributions of phases from which on intervals miss the truth
-TELLING = 0.05
+TOLD_DISTANCE = 0.05
 #: The same where replicas show all phases evenly, so that models are compared at each of them
 TELLING_OF_AGENTS = 0.4
 #: What is added for n samples, divided by n, for what chance does
 BY_CHANCE = 8.0
-FEWEST_STEPS = 5  #: In a state, by which its wheel speeds are known better
-FEWEST = 30  #: Samples of replicas that show a phase, below which nothing is said
+FEWEST_STATE_STEPS = 5  #: In a state, by which its wheel speeds are known better
+FEWEST_SAMPLES = 30  #: Samples of replicas that show a phase, below which nothing is said
 
 
 def told_by_phase(
@@ -53,9 +54,9 @@ def told_by_phase(
     of_agents = _phases(wheel_speeds(genuine, robot), agents)
     of_replicas = _phases(wheel_speeds(counterfeit, robot), models)
     fewest = min(len(of_agents), len(of_replicas))
-    if fewest < FEWEST:
+    if fewest < FEWEST_SAMPLES:
         return False
-    limit = TELLING + BY_CHANCE / fewest
+    limit = TOLD_DISTANCE + BY_CHANCE / fewest
     by_chance = _scatter(of_replicas)
     uneven = np.abs(of_replicas.mean(axis=0)) ** 2 - by_chance
     if _total(uneven) < limit:
@@ -86,11 +87,15 @@ def _phases(wheels: np.ndarray, models: np.ndarray) -> np.ndarray:
         jump = states[:, new] - states[:, old]
         length = np.linalg.norm(jump, axis=-1)
         before, after = wheels[:, :-1] - states[:, old], wheels[:, 1:] - states[:, old]
-        share = (after * jump).sum(axis=-1) / np.maximum(length, APART) ** 2
+        share = (after * jump).sum(axis=-1) / np.maximum(length, STATES_APART) ** 2
         aside = np.linalg.norm(after - share[..., None] * jump, axis=-1)
-        shows = (length > APART) & (np.linalg.norm(before, axis=-1) < NEAR) & (aside < NEAR)
+        shows = (
+            (length > STATES_APART)
+            & (np.linalg.norm(before, axis=-1) < STATE_DISTANCE)
+            & (aside < STATE_DISTANCE)
+        )
         # where nothing has changed yet, the robot may see what it saw
-        shows &= (share * length > NEAR) & ((share - 1) * length < NEAR)
+        shows &= (share * length > STATE_DISTANCE) & ((share - 1) * length < STATE_DISTANCE)
         phases = np.exp(2j * np.pi * share[..., None] * HARMONICS) * shows[..., None]
         sums += phases.sum(axis=1)
         steps += shows.sum(axis=1)
@@ -109,7 +114,9 @@ def _seen_states(wheels: np.ndarray, models: np.ndarray) -> np.ndarray:
         samples = which == model
         for state in range(states.shape[1]):
             steps = wheels[samples].reshape(-1, 2)
-            seen = steps[np.linalg.norm(steps - states[samples, state][0], axis=-1) < NEAR]
-            if len(seen) >= FEWEST_STEPS:
+            seen = steps[
+                np.linalg.norm(steps - states[samples, state][0], axis=-1) < STATE_DISTANCE
+            ]
+            if len(seen) >= FEWEST_STATE_STEPS:
                 states[samples, state] = np.median(seen, axis=0)
     return states

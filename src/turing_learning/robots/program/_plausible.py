@@ -33,7 +33,7 @@ STILL_RAD = 0.02  #: Change of a heading in a trial below which it is frozen
 #: Steps in which a course has a direction, and between which it may turn
 STRETCHES = (5, 12, 25)
 BEND_RAD = 0.6  #: Turn of a course that headings follow, unless they are frozen
-CERTAIN = 4.0  #: Standard errors of a turn of a course, from which on it is one
+CERTAIN_TURN_ERRORS = 4.0  #: Standard errors of a turn of a course, from which on it is one
 #: Turn of most headings meanwhile, below which they are frozen, whatever their noise
 FROZEN_RAD = 0.1
 LEAST_BENDS = 10  #: Courses that turn, before anything is said of them
@@ -44,13 +44,13 @@ SAME_MODEL = 0.12
 #: Share of steps, in excess of chance, from which on a track is that of a model
 SPECIFIC = 0.25
 #: Mean excess over all replicas from which on a supposed mistake (metres, mirrored axes, ...) is taken for the true one
-SURE = 0.3
+SURE_EXCESS = 0.3
 #: Excess below which a track is not that of its model
 NONE = 0.1
 #: Share of the states of a replica's models, in excess of those of other trials, from which on these differ enough
 DIFFERENT = 0.5
 #: Shares of the configured speed that robots may have
-SCALES = (0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.2, 1.5, 2.0)
+SPEED_SHARES = (0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.2, 1.5, 2.0)
 METRES, INCH, MILLIMETRES = 0.01, 1 / 2.54, 10.0  #: Lengths that are given for a cm
 Wheels = np.ndarray
 
@@ -213,7 +213,9 @@ class TrackCheck:
                 course, error = _directions(trial.along, trial.free, steps)
                 heading, _ = _directions(trial.heading, trial.free, steps)
                 turn = abs(np.angle(course[:, 1:] / course[:, :-1]))
-                limit = np.maximum(BEND_RAD, CERTAIN * np.hypot(error[:, 1:], error[:, :-1]))
+                limit = np.maximum(
+                    BEND_RAD, CERTAIN_TURN_ERRORS * np.hypot(error[:, 1:], error[:, :-1])
+                )
                 followed.append(abs(np.angle(heading[:, 1:] / heading[:, :-1]))[turn > limit])
         turns = np.concatenate(followed)
         return len(turns) >= LEAST_BENDS and bool(np.median(turns) < FROZEN_RAD)
@@ -228,7 +230,7 @@ class TrackCheck:
             for replica in replicas:
                 share = self._specific(replica, [agents + replica], repair, length)
                 repaired.append(share)
-            if np.mean(repaired) >= SURE and np.mean(same) < np.mean(repaired) / 2:
+            if np.mean(repaired) >= SURE_EXCESS and np.mean(same) < np.mean(repaired) / 2:
                 return text
         for replica in replicas:
             if same[replica] >= NONE:
@@ -255,7 +257,7 @@ class TrackCheck:
                 continue
             for text, repair in _MISTAKES_OF_ONE.items():
                 share = self._specific(replica, [agents + replica], repair)
-                if share >= SURE and same[replica] < share / 2:
+                if share >= SURE_EXCESS and same[replica] < share / 2:
                     return f"replica {self._replicas[replica]} {text}"
         # Of the first trials alone: later ones have models that are alike
         if self._count != WINDOW:
@@ -296,7 +298,7 @@ class TrackCheck:
         if noise > SAME_MODEL or not moves:
             return False
         executed = []
-        for scale in SCALES:
+        for scale in SPEED_SHARES:
             executed.append(self._specific(replica, [individual], partial(np.multiply, 1 / scale)))
         return max(executed) < NONE
 

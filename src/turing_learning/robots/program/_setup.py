@@ -38,7 +38,7 @@ _BASE = {
 }  # fmt: skip
 """The paper's setup (sections 5.1 and 5.3), for what the file leaves out; no jumps (decision 0025); each generation is saved."""
 #: Of a run that nothing is said of: an afternoon with robots (decision 0028)
-TRIALS = 300
+DEFAULT_TRIALS = 300
 _SIZES = {"models.population", "models.parents", "models.offspring"}
 
 _OF_GENERATIONS = ("run.generations", "models", "coevolution")
@@ -371,7 +371,7 @@ def _configuration(
     preset = document.get("preset", "default")
     # Robots' time is dear: few trials unless settings of generations are given
     if preset == "default" and not any(key.startswith(_OF_GENERATIONS) for key in settings):
-        base["run.trials"] = TRIALS
+        base["run.trials"] = DEFAULT_TRIALS
     labels = {}
     for setting in settings:
         if setting in file.labels or setting not in overrides:

@@ -38,7 +38,7 @@ TURN_RAD = 0.1
 SURE_TURN_RAD = 0.5
 #: How often the program tries again alone after a missed signal, or where the camera gives no
 #: images
-ALONE = 2
+TRIES_ALONE = 2
 #: How often after lost images: of 51 images, 1 % lost, two trials in five have a gap
 IMAGES_ALONE = 10
 #: How long a lost link is retried: as long as Bluetooth needs to reconnect
@@ -186,7 +186,7 @@ class PcProgram:
         try:
             self._poses = self._equipment.tracker()
         except OSError as error:
-            raise Disturbance(BEGIN, str(error), "Connect the camera", tries=ALONE) from error
+            raise Disturbance(BEGIN, str(error), "Connect the camera", tries=TRIES_ALONE) from error
         if not self._in_step:
             for name, opened in self._robots.items():
                 self._guard(name, opened.start)
@@ -324,7 +324,9 @@ class PcProgram:
         try:
             track = self._poses.track(begin_s, self._scenario.control_steps + 1)
         except OSError as error:
-            raise Disturbance("P4", str(error), "Look after the camera", tries=ALONE) from error
+            raise Disturbance(
+                "P4", str(error), "Look after the camera", tries=TRIES_ALONE
+            ) from error
         expected = (self._scenario.control_steps + 1, len(self._setup.labels), 3)
         fits = (
             track.poses.shape == expected
@@ -393,7 +395,7 @@ class PcProgram:
         times = [signal.received_s for signal in signals.values()]
         if (apart := max(times) - min(times)) > self._timing.tolerance_s:
             self._in_step = not self._starts_all
-            tries = ALONE if self._starts_all else 0
+            tries = TRIES_ALONE if self._starts_all else 0
             fault = f"the replicas are {apart:.1f} s out of step"
             raise Disturbance(self.state, fault, REMOTE.capitalize(), tries=tries)
         # An older signal, still on the line, is none of this trial
@@ -426,14 +428,17 @@ class PcProgram:
     def _lost(self, name: str, how: str) -> Disturbance:
         fault = f"the link to {self._called(name)} is lost ({how.rstrip('.')})"
         remedy = f"Switch {self._called(name)} on, and see to its link; then {REMOTE}"
-        return Disturbance(self.state, fault, remedy, tries=ALONE, patience_s=RECONNECT_S)
+        return Disturbance(self.state, fault, remedy, tries=TRIES_ALONE, patience_s=RECONNECT_S)
 
     def _called(self, name: str) -> str:
         return next(f"{robot.role} {name}" for robot in self._setup.robots if robot.name == name)
 
     def _missed(self, fault: str) -> Disturbance:
         return Disturbance(
-            self.state, fault, f"See to the replicas and their links; then {REMOTE}", tries=ALONE
+            self.state,
+            fault,
+            f"See to the replicas and their links; then {REMOTE}",
+            tries=TRIES_ALONE,
         )
 
 
@@ -477,7 +482,7 @@ def stuck_robots(
     return tuple(faults)
 
 
-LARGEST = -1.0, 1.0  # wheel speeds, as fractions of the largest
+WHEEL_SPEED_RANGE = -1.0, 1.0  # as fractions of the largest
 # of the paper: in how many batteries lose what one generation costs them
 TRIALS_OF_A_GENERATION = 10
 # Before links are reopened, twice as long each time; the longest pause
@@ -543,7 +548,7 @@ class LaboratorySource(Source):
         self._fresh_at = 0
         self._spent = spent
         self.together = len(setup.replicas)
-        self.ends = LARGEST if spent else None
+        self.ends = WHEEL_SPEED_RANGE if spent else None
         self._program = PcProgram(setup, scenario, equipment, self._follow)
 
     def close(self) -> None:

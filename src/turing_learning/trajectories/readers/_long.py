@@ -26,8 +26,8 @@ from ._layouts import CM_PER_UNIT, TIDY, UPWARDS, Layout, angles, plain_roles, u
 from ._places import projected, resampled
 from ._sheets import Sheet, number_of
 from ._times import (
-    FARTHEST,
     IN_UNITS,
+    LARGEST_TIME,
     TIME,
     UNITS_OF_TIME,
     check_times,
@@ -371,7 +371,7 @@ class _LongTable:
         times, notes = since_start(times, IN_UNITS.get(name, 1.0))
         remarks = [*([sheet.remark] if sheet.remark else []), *notes]
         if options.resample is not None:
-            check_times(times, sheet.at, FARTHEST)
+            check_times(times, sheet.at, LARGEST_TIME)
             moments, order = np.unique(times, return_inverse=True)
             if len(moments) < 2:
                 raise refusal("have two times or more", len(moments), sheet.origin)
@@ -485,7 +485,9 @@ class _LongTable:
             quaternion = np.column_stack([self.numbers[name] for name in QUATERNION])
             # far beyond 1, so that no square is too large
             x, y, z, w = np.clip(quaternion, -10, 10).T
-            wrong = ~(np.abs(x**2 + y**2 + z**2 + w**2 - 1) < OFF) & ~np.isnan(positions[:, 0])
+            wrong = ~(np.abs(x**2 + y**2 + z**2 + w**2 - 1) < QUATERNION_ERROR) & ~np.isnan(
+                positions[:, 0]
+            )
             if wrong.any():
                 doubts.append(
                     f"headings are left out: {wrong.sum()} orientations are no unit quaternions"
@@ -531,7 +533,7 @@ def _refuse_bodies(
 
 
 QUATERNION = ("qx", "qy", "qz", "qw")
-OFF = 0.1
+QUATERNION_ERROR = 0.1
 """By how much the squares of a unit quaternion may differ from 1 in sum."""
 CORNER, OUTSIDE = "xtl", "outside"
 """Columns of CVAT: a corner of a box, and whether the individual is out of the image and the box that of before."""
@@ -577,7 +579,7 @@ def _positions(
 def _even(times: np.ndarray, name: str) -> Text:
     """Return how times (rows,) that are uneven become even; `name` says their unit."""
     # In the order of the file, in which times of an individual often stand together
-    steps = np.abs(np.diff(times[np.abs(times) <= FARTHEST]))
+    steps = np.abs(np.diff(times[np.abs(times) <= LARGEST_TIME]))
     steps = steps[steps > 0]
     if not len(steps):
         return ""

@@ -54,7 +54,7 @@ from ._sheets import (
     text_sheet,
 )
 from ._times import (
-    FARTHEST,
+    LARGEST_TIME,
     TIME,
     check_rate,
     check_times,
@@ -363,7 +363,7 @@ def _resampled_wide(
     names: Mapping[str, str],
 ) -> Recording:  # fmt: skip
     """Return values (rows, A, 2 or 3) at uneven times as a recording at an even rate."""
-    check_times(times, sheet.at, FARTHEST)
+    check_times(times, sheet.at, LARGEST_TIME)
     moments = np.unique(times)
     if len(moments) < 2:
         raise refusal("have two times or more", len(moments), sheet.origin)
@@ -389,7 +389,7 @@ def _timed(
     The rate is that `stated` elsewhere, or that of the times; the user's, `fps`, says in which unit they are.
     """
     steps = np.diff(times, prepend=np.nan)
-    check_times(times, sheet.at, FARTHEST)
+    check_times(times, sheet.at, LARGEST_TIME)
     refuse_first(steps <= 0, sheet.at, "have times that grow from row to row", times)
     if name == "frame":
         refuse_first(

@@ -10,7 +10,7 @@ import numpy as np
 from turing_learning.errors import Setting, Text, refuse
 
 from .._implausible import LEAST_RATE, MOST_RATE
-from .._recording import LARGEST, refusal, refuse_first
+from .._recording import LARGEST_COORDINATE, refusal, refuse_first
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,9 +55,9 @@ VIDEO_RATES = (24.0, 25.0, 29.97, 30.0)
 USUAL_RATE = 30.0
 PLAIN_RATES = (24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0, 240.0)
 """Frame rates (1/s) that are named first where rounded times leave open which it is."""
-LATE = 0.25
+LATE_FRAMES = 0.25
 """Frames by which a time may be beside that of its frame."""
-CERTAIN = 2e-3
+OPEN_RATE_SHARE = 2e-3
 """Share of a rate by which the ends of a file may leave it open: rounded times state none otherwise."""
 TINY = 1e-300
 """Smallest rate of which a logarithm is taken."""
@@ -70,8 +70,8 @@ MOST_DECIMALS = 6
 DAY_S = 86400.0
 MIDNIGHT_S = 23 * 3600.0
 """Fall of a clock (s) from one row to the next from which on it has passed midnight."""
-FARTHEST = 1e19
-"""Largest time in any unit: ten times `LARGEST` s, some 300 years, in ns."""
+LARGEST_TIME = 1e19
+"""Largest time in any unit: ten times `LARGEST_COORDINATE` s, some 300 years, in ns."""
 
 
 def rounded(rate: float) -> float:
@@ -81,7 +81,7 @@ def rounded(rate: float) -> float:
 
 def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
     """Return the frame rate that times (s) of frames state, or None if they do not to a tenth of a frame."""
-    plausible = (np.abs(seconds) <= FARTHEST) & (np.abs(frames) <= LARGEST)
+    plausible = (np.abs(seconds) <= LARGEST_TIME) & (np.abs(frames) <= LARGEST_COORDINATE)
     if plausible.sum() < 2:
         return None
     seconds, frames = seconds[plausible], frames[plausible]
@@ -126,7 +126,7 @@ def _plain_rate(
         return None
     # both ends may be off by a step
     uncertain = fps * 2 * step / float(np.ptp(seconds))
-    if certain and uncertain > CERTAIN * fps:
+    if certain and uncertain > OPEN_RATE_SHARE * fps:
         return None
     for digits in range(2, 6):
         unit = 10.0 ** (math.floor(math.log10(fps)) + 1 - digits)
@@ -158,7 +158,7 @@ def _even(moments: np.ndarray, rounding: float) -> tuple[float, np.ndarray] | No
     # every frame has somebody, or gaps are whole frames
     for between in (span / len(steps), np.median(steps), steps.min()):
         rate = max(1, round(span / between)) / span
-        if _late(moments, rate).max() <= LATE:
+        if _late(moments, rate).max() <= LATE_FRAMES:
             return rate, np.round((moments - moments[0]) * rate)
     numbers = _counted(moments)
     plain = _plain_rate(moments, numbers, numbers[-1] / span)
@@ -176,11 +176,11 @@ def _late(moments: np.ndarray, rate: float) -> np.ndarray:
 def _frames_of(moments: np.ndarray, rate: float, rounding: float) -> np.ndarray | None:
     """Return the frames (N,) of moments in order at a rate, or None if they are not whole frames apart.
 
-    Rounded times may be further than `LATE` beside their frames, all within one step of the rounding.
+    Rounded times may be further than `LATE_FRAMES` beside their frames, all within one step of the rounding.
     """
     since = (moments - moments[0]) * rate
     numbers = np.round(since)
-    if np.abs(since - numbers).max() <= LATE:
+    if np.abs(since - numbers).max() <= LATE_FRAMES:
         return numbers
     # the first is late, too: by the mean, round the circle of a frame
     offset = np.angle(np.exp(2j * np.pi * since).mean()) / (2 * np.pi)
@@ -231,7 +231,7 @@ def _rates_before_rounding(moments: np.ndarray, rate: float, rounding: float) ->
         if usual <= 0.99 * rate and _fits(moments, numbers, usual, rounding):
             fitting.append(usual)
     # both ends may be off by a step
-    if not fitting and 2 * rounding <= CERTAIN * float(np.ptp(moments)):
+    if not fitting and 2 * rounding <= OPEN_RATE_SHARE * float(np.ptp(moments)):
         fitting = [plain]
     return fitting
 
@@ -308,7 +308,7 @@ def frames_at(
 
     There is no such rate where it is given as `fps`.
     """
-    check_times(times, at, FARTHEST)
+    check_times(times, at, LARGEST_TIME)
     moments = np.unique(times)
     if len(moments) < 2:
         check_times(times, at)
@@ -344,7 +344,7 @@ def frames_at(
             remedy = ("They are, at ", Setting("fps", rounded(even[0] * factor)), ".")
         elif fps is not None:
             remedy = ("If the rate is another, correct ", Setting("fps"), ". ", *uneven)
-        refuse_first(_late(times, rate) > LATE, at, rule, times / factor, remedy)
+        refuse_first(_late(times, rate) > LATE_FRAMES, at, rule, times / factor, remedy)
         numbers = np.round((moments - moments[0]) * rate)
     start = max(0, round(float(moments[0]) * rate))
     stated = rounded(rate * factor) if fps is None else None
@@ -440,11 +440,15 @@ def _day_and_month(
 def since_start(times: np.ndarray, per_s: float) -> tuple[np.ndarray, list[str]]:
     """Return times (rows,) from their start, with a remark, if they count since another age: those of computers."""
     first_time = float(np.nanmin(times))
-    if not LARGEST_START_S <= first_time / per_s <= FARTHEST:
+    if not LARGEST_START_S <= first_time / per_s <= LARGEST_TIME:
         return times, []
     return times - first_time, [f"times count from the first, {first_time:.17g} in the file"]
 
 
-def check_times(times: np.ndarray, at: Callable[[int], str], most_s: float = LARGEST) -> None:
+def check_times(
+    times: np.ndarray, at: Callable[[int], str], most_s: float = LARGEST_COORDINATE
+) -> None:
     """Refuse absurd times (rows,) of a table."""
-    refuse_first(~(np.abs(times) <= most_s), at, f"have times within +-{LARGEST:.0e} s", times)
+    refuse_first(
+        ~(np.abs(times) <= most_s), at, f"have times within +-{LARGEST_COORDINATE:.0e} s", times
+    )
