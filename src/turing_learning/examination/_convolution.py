@@ -87,9 +87,12 @@ def _shares(
     quantiles = np.quantile(responses[number, drawn], np.stack(ranks), axis=1)
     thresholds = quantiles[number, :, number].astype(np.float32)
     exceeded = []
+    # A product with ones counts fastest, and exactly
+    ones = np.ones(responses.shape[2], np.float32)
     # level by level, because all at once take as many times the memory
     for level in range(KERNEL_THRESHOLDS):
-        exceeded.append((responses > thresholds[:, level, None, None]).mean(axis=2))
+        above = responses > thresholds[:, level, None, None]
+        exceeded.append((above.astype(np.float32) @ ones).astype(float) / len(ones))
     return np.stack(exceeded, axis=2).transpose(1, 0, 2).reshape(len(series), -1)
 
 

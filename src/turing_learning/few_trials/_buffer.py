@@ -177,20 +177,25 @@ class JudgmentRecord:
     def update(self, genomes: np.ndarray, buffer: SampleBuffer) -> None:
         """Let classifiers (N, Q) judge what is new to them.
 
-        New samples, and all if a classifier is new in its row.
+        New samples, and all if a classifier is new.
         """
-        compared = min(len(genomes), len(self._genomes))
-        changed = np.ones(len(genomes), bool)
-        changed[:compared] = (genomes[:compared] != self._genomes[:compared]).any(axis=1)
+        columns = {genome.tobytes(): column for column, genome in enumerate(self._genomes)}
+        # Of one that has judged already they are taken from where it stood; -1 is a new one
+        columns_before = np.array([columns.get(genome.tobytes(), -1) for genome in genomes], int)
         total = buffer.counts[1]
         judged_rows = range(total - len(buffer.genuine), total)
         trials = range(len(buffer))
         before = range(len(self.counterfeit))
         self.counterfeit = self._updated(
-            self.counterfeit, before, trials, genomes, changed, buffer.samples
+            self.counterfeit, before, trials, genomes, columns_before, buffer.samples
         )
         self.genuine = self._updated(
-            self.genuine, self._judged_rows, judged_rows, genomes, changed, buffer.genuine[:, None]
+            self.genuine,
+            self._judged_rows,
+            judged_rows,
+            genomes,
+            columns_before,
+            buffer.genuine[:, None],
         )
         self._genomes = genomes.copy()
         self._judged_rows = judged_rows
@@ -201,21 +206,26 @@ class JudgmentRecord:
         before: range,
         now: range,
         genomes: np.ndarray,
-        changed: np.ndarray,
+        columns_before: np.ndarray,
         samples: np.ndarray,
     ) -> np.ndarray:
         """Return the outputs for the rows `now`.
 
-        Those for the rows in `before` are there, but for classifiers that have changed.
+        Those for the rows in `before` are there, in the columns (N,) where classifiers were before.
+        Column -1 is that of a new one.
         """
         updated = np.empty((len(now), len(genomes)), np.float32)
         # rows only come at the end, unless the pool has become larger
         start = max(now.start, before.start)
         stop = max(min(now.stop, before.stop), start)
         shared = slice(start - now.start, stop - now.start)
-        same = np.flatnonzero(~changed)
-        updated[shared, same] = outputs[start - before.start : stop - before.start, same]
-        updated[shared, changed] = self._judged(genomes[changed], samples[shared])
+        judged = outputs[start - before.start : stop - before.start]
+        known = columns_before >= 0
+        if np.array_equal(columns_before, np.arange(judged.shape[1])):
+            updated[shared] = judged
+        else:
+            updated[shared, known] = judged[:, columns_before[known]]
+            updated[shared, ~known] = self._judged(genomes[~known], samples[shared])
         for missing in (slice(0, shared.start), slice(shared.stop, len(now))):
             updated[missing] = self._judged(genomes, samples[missing])
         return updated

@@ -173,9 +173,12 @@ def surprise(
 
 
 def _covariance(a: np.ndarray, b: np.ndarray, logs: np.ndarray) -> np.ndarray:
-    covariance, halves = _parts(a, b)
+    covariance, bell = _parts(a, b)
     shape = np.exp(logs[-3])
-    bell = (1 + halves / shape) ** -shape
+    # (1 + d^2 / 2a)^-a, in place
+    bell /= shape
+    bell += 1
+    np.power(bell, -shape, out=bell)
     covariance *= np.exp(logs[-2])
     bell *= np.exp(logs[-1])
     covariance += bell

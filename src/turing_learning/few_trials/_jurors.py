@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import lapack
 
 TRIAL_FOLDS = 4
 """Parts of the trials; jurors that are trained on three judge the fourth."""
@@ -101,18 +101,22 @@ def _cross_fit(
     goal_sums = [targets[fold].sum(axis=0) for fold in folds]
     read = np.empty((len(RIDGE_PENALTIES), *targets.shape))
     expected = np.empty((len(RIDGE_PENALTIES), TRIAL_FOLDS, targets.shape[1]))
+    all_squares = sum(squares)
+    diagonal = np.diag_indices(len(system))
     for k, fold in enumerate(folds):
         size = len(judged) - (bounds[k + 1] - bounds[k])
         mean = (sum(sums) - sums[k]) / size
         goal = (sum(goal_sums) - goal_sums[k]) / size
-        square = sum(squares) - squares[k] - size * np.outer(mean, mean)
+        square = all_squares - squares[k] - size * np.outer(mean, mean)
         product = sum(products) - products[k] - size * np.outer(mean, goal)
         left_out = judged[fold] - mean.astype(judged.dtype)
         for r, ridge in enumerate(RIDGE_PENALTIES):
-            penalized = square + ridge * size * np.eye(len(square))
-            weights = cho_solve(
-                cho_factor(penalized, check_finite=False), product, check_finite=False
-            )
+            penalized = square.copy()
+            penalized[diagonal] += ridge * size
+            # It is symmetric, so that LAPACK may work on it where it is.
+            _, weights, failed = lapack.dposv(penalized.T, product, overwrite_a=True)
+            if failed:
+                raise np.linalg.LinAlgError("outputs of classifiers are not finite")
             read[r, fold] = left_out @ weights.astype(judged.dtype) + goal
             expected[r, k] = (system - mean) @ weights + goal
     return read, expected

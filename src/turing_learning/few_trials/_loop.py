@@ -6,11 +6,12 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from turing_learning.arrays import array
 from turing_learning.coevolution import THRESHOLD, Classifier, ClassifierArchive, SampleSource
@@ -134,6 +135,12 @@ class _Stream(IntEnum):
     UNFOLDED = 7  # the solution if it is none
     PRODUCTS = 8  # of which images by products the draws are a mixture
     PRODUCTS_FOLDED = 9  # the solution in one region of these
+
+
+@cache
+def _linear_algebra() -> ThreadpoolController:
+    """Return the libraries whose threads can be limited: looking for them takes a millisecond."""
+    return ThreadpoolController()
 
 
 @dataclass(frozen=True, eq=False)
@@ -371,7 +378,7 @@ class FewTrials:
         budget = self._budget
         progress = self.spent / budget
         # Sums in one order, for any number of processors
-        with threadpool_limits(1, "blas"):
+        with _linear_algebra().limit(limits=1, user_api="blas"):
             self._resize_pool()
             self._try_models(progress)
             self._evolve_classifiers()
@@ -628,7 +635,7 @@ class FewTrials:
 
         Return what is known then.
         """
-        with threadpool_limits(1, "blas"):
+        with _linear_algebra().limit(limits=1, user_api="blas"):
             for k in range(0 if self.search.decided else REPEATS):
                 self._follow_moments(repeat=k + 1)
                 self._collected_walkers = np.concatenate(
@@ -906,7 +913,7 @@ class FewTrials:
         self._archive.restore(state_part(state, "archive/"))
         self._design.restore(state_part(state, "design/"))
         # Maps are built to the same bits as in `step`
-        with threadpool_limits(1, "blas"):
+        with _linear_algebra().limit(limits=1, user_api="blas"):
             self._density = Density.restored(state_part(state, "density/"))
         self.search = Search(self._space.furthest)
         searches = state_part(state, "climb/")

@@ -62,22 +62,25 @@ class _Bends(NamedTuple):
     """
 
     length: float
+    #: (R, P), in length scales
     points: np.ndarray
+    #: (R,), half their squares
+    halves: np.ndarray
     #: (R, R): features are the kernels of the R points times this
     whitening: np.ndarray
 
     @classmethod
     def of(cls, points: np.ndarray, length: float, missed: float) -> "_Bends":
         """Choose points until a share `missed` of the variance, or less, remains anywhere."""
-        factor, order, rank, _ = lapack.dpstrf(_kernel(points, points, length), tol=missed, lower=1)
+        scaled = points / length
+        halves = 0.5 * (scaled**2).sum(axis=1)
+        kernel = _kernel(points / length, scaled, halves)
+        factor, order, rank, _ = lapack.dpstrf(kernel, tol=missed, lower=1)
         # LAPACK counts from 1 and leaves the other triangle as it was
-        chosen = points[order[:rank] - 1]
+        chosen = order[:rank] - 1
         triangle = np.tril(factor[:rank, :rank])
-        return cls(
-            length,
-            chosen,
-            solve_triangular(triangle, np.eye(rank), lower=True, check_finite=False).T,
-        )
+        whitening = solve_triangular(triangle, np.eye(rank), lower=True, check_finite=False).T
+        return cls(length, scaled[chosen], halves[chosen], whitening)
 
     def features(self, models: np.ndarray) -> np.ndarray:
         """Return 1, the parameters, and the features of the bends (N, 1 + P + R)."""
@@ -85,9 +88,8 @@ class _Bends(NamedTuple):
         features = np.empty((len(models), offset + len(self.points)))
         features[:, 0] = 1
         features[:, 1:offset] = models
-        np.matmul(
-            _kernel(models, self.points, self.length), self.whitening, out=features[:, offset:]
-        )
+        kernel = _kernel(models / self.length, self.points, self.halves)
+        np.matmul(kernel, self.whitening, out=features[:, offset:])
         return features
 
     def missed(self, features: np.ndarray) -> np.ndarray:
@@ -396,11 +398,12 @@ def _likeliest_shapes(models: np.ndarray, moments: np.ndarray) -> np.ndarray:
     return shapes
 
 
-def _kernel(first: np.ndarray, second: np.ndarray, length: float) -> np.ndarray:
-    """Return exp(-d^2 / 2) (N, B) of points (N, P) and (B, P), whose distance is d lengths."""
-    first = first / length
-    second = second / length
+def _kernel(first: np.ndarray, second: np.ndarray, halves: np.ndarray) -> np.ndarray:
+    """Return exp(-d^2 / 2) (N, B) of points (N, P) and (B, P) in length scales.
+
+    Their distance is d; `halves` (B,) are half the squares of the second ones.
+    """
     exponents = first @ second.T
     exponents -= 0.5 * (first**2).sum(axis=1)[:, None]
-    exponents -= 0.5 * (second**2).sum(axis=1)
+    exponents -= halves
     return np.exp(exponents, out=exponents)

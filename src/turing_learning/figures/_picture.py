@@ -140,8 +140,9 @@ def _lay_out(figure: "Figure") -> None:
     """Lay a figure out once: with an engine it is drawn twice for each file, even with one that does nothing."""
     import matplotlib as mpl
 
-    if figure.get_layout_engine() is not None:
-        figure.draw_without_rendering()
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
         # No engine is one of the user's settings otherwise.
         with mpl.rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
             figure.set_layout_engine(None)

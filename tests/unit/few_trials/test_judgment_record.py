@@ -77,3 +77,19 @@ def test_what_has_been_judged_is_not_judged_again():
     changed[1] += 1
     record.update(changed, buffer)
     assert record.classifier.judged == before + 6 * 3 + 5
+
+
+def test_classifiers_that_stand_in_other_rows_are_not_judged_again():
+    rng = np.random.default_rng(1)
+    buffer = SampleBuffer(pool_size=100, share=1.0)
+    record = JudgmentRecord(Counting())
+    genomes = rng.random((4, 1))
+    filled(buffer, 6, rng)
+    record.update(genomes, buffer)
+    before = record.classifier.judged
+    moved = np.concatenate((genomes[[2, 0, 2]], rng.random((1, 1))))
+    record.update(moved, buffer)
+    assert record.classifier.judged == before + 6 * 3 + 5
+    trials, genuine = expected(moved, buffer)
+    np.testing.assert_allclose(record.counterfeit, trials, rtol=1e-5)
+    np.testing.assert_allclose(record.genuine, genuine, rtol=1e-5)
