@@ -335,9 +335,7 @@ class _Pace:
         """Return the number of trials of the present batch or generation."""
         configuration, (_, _, number) = self._configuration, self._stage.rpartition("-")
         if configuration.run.trials and number.isdecimal():
-            batch = int(number)
-            before = configuration.trials_after(batch) if batch else 0
-            return configuration.trials_after(batch + 1) - before
+            return configuration.trials_in_step(int(number) + 1)
         models = configuration.models.parents + configuration.models.offspring
         return models // len(self._setup.replicas)
 

@@ -161,6 +161,11 @@ class Configuration(Section):
             return self._schedule[steps - 1]
         return self.trials_per_generation * steps
 
+    def trials_in_step(self, step: int) -> int:
+        """Return the number of trials that one step of the run spends; the first is step 1."""
+        before = self.trials_after(step - 1) if step > 1 else 0
+        return self.trials_after(step) - before
+
     def spent(self, steps: int) -> np.ndarray | None:
         """Return the trials that a run of trials has spent after each of so many batches.
 

@@ -210,19 +210,23 @@ def _all_names(
     return tuple(names)
 
 
+def _with_company(recording: Trajectories) -> np.ndarray:
+    """Return who (F - 1, A) is there in a step, from one frame to the next, beside another individual."""
+    present = recording.present[1:] & recording.present[:-1]
+    return present & (present.sum(axis=1) >= 2)[:, None]
+
+
 def _has_company(recording: Trajectories, steps: int) -> bool:
     """Return whether somebody has company in each of so many steps on end."""
-    consecutive = recording.present[1:] & recording.present[:-1]
-    if len(consecutive) < steps:
+    company = _with_company(recording)
+    if len(company) < steps:
         return False
-    company = consecutive & (consecutive.sum(axis=1) >= 2)[:, None]
     return bool(sliding_window_view(company, steps, axis=0).all(axis=2).any())
 
 
 def _mostly_there(recording: Trajectories, name: str, steps: int) -> bool:
     """Return whether a signal of the group is there in most windows of so many steps in which anybody has company."""
-    consecutive = recording.present[1:] & recording.present[:-1]
-    company = consecutive.sum(axis=1) >= 2
+    company = _with_company(recording).any(axis=1)
     complete = company & np.isfinite(_of_group(recording, name))
     counts = []
     for flags in (complete, company):

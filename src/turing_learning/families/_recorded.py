@@ -394,28 +394,35 @@ class RecordedSystem:
         with refusing_as(RefusedError):
             windows = pooled_windows(motion, **cut)
             likely = [recording.cleared(longest_rest_s=rest_s) for recording in motion]
-            # A function of the user's says itself what a sample is.
-            if not (isinstance(chosen, type) and issubclass(chosen, Family)):
-                return windows, chosen, motion
-            if issubclass(chosen, Network):
-                tanks = option("tank") or ["recorded"]
+            # a function of the user's says itself what a sample is
+            model = chosen
+            if isinstance(chosen, type) and issubclass(chosen, Network):
+                model = network
                 if network is None:
-                    network = _learned(likely, windows, tanks, progress, seed)
-                return windows, network, motion
-            settings = chosen.settings_of(self.options["model"])
-            if self.scattered and issubclass(chosen, BeginsAsRecorded):
-                settings["starts"] = None
-            asked = option("tank") or []
-            # without walls a group would spread, and neighbors be farther away than in the tank
-            confined = NEIGHBOR & set(windows.names) or chosen.needs_tank(**settings)
-            if not asked and issubclass(chosen, Particles) and confined:
-                asked = ["recorded"]
-            if asked in (["recorded"], ["none"]):
-                asked = asked * count
-            # `as_recorded` refuses more tanks than there are recordings
-            tanks = [_tank(text, likely[min(k, count - 1)]) for k, text in enumerate(asked)]
-            family = as_recorded(chosen, likely, windows, tanks=tanks, **settings)
-        return windows, family, motion
+                    tanks = option("tank") or ["recorded"]
+                    model = _learned(likely, windows, tanks, progress, seed)
+            elif isinstance(chosen, type) and issubclass(chosen, Family):
+                model = self._fitted(chosen, likely, windows)
+        return windows, model, motion
+
+    def _fitted(
+        self, family: type[Family], recordings: Sequence[Trajectories], windows: Windows
+    ) -> Any:
+        """Return a family of models, with groups and tanks as in recordings and windows of them."""
+        settings = family.settings_of(self.options["model"])
+        if self.scattered and issubclass(family, BeginsAsRecorded):
+            settings["starts"] = None
+        tanks = self.options.get("tank") or []
+        # without walls a group would spread, and neighbors be farther away than in the tank
+        confined = NEIGHBOR & set(windows.names) or family.needs_tank(**settings)
+        if not tanks and issubclass(family, Particles) and confined:
+            tanks = ["recorded"]
+        count = len(recordings)
+        if tanks in (["recorded"], ["none"]):
+            tanks = tanks * count
+        # `as_recorded` refuses more tanks than there are recordings
+        sides = [_tank(text, recordings[min(k, count - 1)]) for k, text in enumerate(tanks)]
+        return as_recorded(family, recordings, windows, tanks=sides, **settings)
 
 
 def _family_options(simulate: Any, recordings: Sequence[Trajectories]) -> dict[str, Any]:

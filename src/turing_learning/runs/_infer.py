@@ -206,9 +206,14 @@ def infer(
             simulate = imported(simulate)
         if isinstance(genuine, str) and ":" in genuine:
             genuine = imported(genuine, "genuine")
-        arguments = Arguments(genuine, simulate, options.get("workers"), options.get("timeout_s"))
+        arguments = Arguments(
+            genuine,
+            simulate,
+            options.get("workers"),
+            options.get("timeout_s"),
+            executor=options.get("executor"),
+        )
         data = genuine
-        arguments = replace(arguments, executor=options.get("executor"))
         # One model at a time, as it says itself
         if not getattr(simulate, "vectorized", True):
             options.setdefault("vectorized", False)
@@ -251,7 +256,7 @@ def say_idle_workers(configuration: Configuration, source: Source) -> None:
     trials = configuration.run.trials
     if not trials or workers is None or not isinstance(system, CustomSystem):
         return
-    batch = configuration.trials_after(2) - configuration.trials_after(1)
+    batch = configuration.trials_in_step(2)
     calls = batch
     name = "run.batch"
     if system.vectorized:

@@ -68,6 +68,28 @@ def report(result: Result, path: str | Path | None = None, *, force: bool = Fals
         return write_report(result, target, manifest, motion=motion, dialogues=dialogues)
 
 
+def _next_steps(result: Result, path: Path, infer: str) -> list[tuple[str, str]]:
+    """Return commands that say more of a run in a folder, and what they answer.
+
+    `infer` is the command that repeats it; empty if none does.
+    """
+    run = quote(str(path))
+    steps = []
+    if result.checked is None:
+        tells = "Can fresh classifiers tell the model from the system? What is pinned down?"
+        check = f"turing-learning check {run}"
+        if RunFolder(path).needs_python(result.configuration.system):
+            check = f"turing_learning.load_run({str(path)!r}).check(genuine=..., simulate=...)"
+            tells += " In Python, with the samples and the simulator of the run."
+        steps.append((check, tells))
+    second_folder = quote(f"{path}-again")
+    pool = f"turing-learning pool {run} {second_folder}"
+    if infer:
+        pool = f"{infer} --seed {result.seed + 1} --out {second_folder}\n{pool}"
+    steps.append((pool, "Do runs with other seeds agree? Make one or more, and pool them."))
+    return steps
+
+
 def write_report(
     result: Result,
     target: Path,
@@ -88,26 +110,15 @@ def write_report(
     if figures is not None:
         save_figures(pictures, figures)
     section = "recording in Manifest" if "recording" in manifest else "Configuration"
-    # Only what a command alone can repeat is printed as one
     again = f"see {section}, below"
     steps: list[tuple[str, str]] = []
     if result.path is not None and not result.in_laboratory:
-        run = quote(str(result.path))
-        infer = f"turing-learning infer --config {quote(str(result.path / 'config.toml'))}"
+        # Only what a command alone can repeat is printed as one
+        infer = ""
         if simulated:
+            infer = f"turing-learning infer --config {quote(str(result.path / 'config.toml'))}"
             again = f"{infer} --out AGAIN"
-        if result.checked is None:
-            tells = "Can fresh classifiers tell the model from the system? What is pinned down?"
-            check = f"turing-learning check {run}"
-            if RunFolder(result.path).needs_python(configuration.system):
-                check = f"turing_learning.load_run({str(result.path)!r}).check(genuine=..., simulate=...)"
-                tells += " In Python, with the samples and the simulator of the run."
-            steps.append((check, tells))
-        second_folder = quote(f"{result.path}-again")
-        pool = f"turing-learning pool {run} {second_folder}"
-        if simulated:
-            pool = f"{infer} --seed {result.seed + 1} --out {second_folder}\n{pool}"
-        steps.append((pool, "Do runs with other seeds agree? Make one or more, and pool them."))
+        steps = _next_steps(result, result.path, infer)
     begun = manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
     # Generations in which all models were equally fit, so that selection stood still
     words = {code: word for word, code in SELECTION_CODES.items()}

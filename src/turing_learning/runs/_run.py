@@ -420,8 +420,7 @@ class Run:
             if self.folder is not None and self.configuration.run.history == "full":
                 simulations += RANDOM_MODELS
                 text += ", and calibrate detectors"
-            batch = self.configuration.trials_after(self.completed)
-            batch -= self.configuration.trials_after(self.completed - 1)
+            batch = self.configuration.trials_in_step(self.completed)
             seconds = simulations * float(self._traces["seconds"][-1]) / batch
             _STAGES.info(f"{text}.", simulations, seconds)
         if self._source.fallible:

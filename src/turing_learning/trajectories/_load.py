@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -263,6 +263,25 @@ _MEANT = {
 }
 
 
+def _refuse_unstated(stated: Mapping[str, Any], remarks: Sequence[str], source: str) -> None:
+    """Refuse a recording of which something is None that has to be stated; name all of it."""
+    missing = [name for name, value in stated.items() if value is None]
+    if not missing:
+        return
+    missing_name, *further = missing
+    remedy: list[str | Setting] = []
+    if missing_name in _MEANT:
+        remedy.append(f"Give {_MEANT[missing_name]}.")
+    for name in further:
+        give = " Give " if remedy else "Give "
+        remedy += [give, Setting(name), f", too: {_MEANT[name]}."]
+    got = "none, and the file does not state it"
+    uneven = [remark for remark in remarks if remark.startswith(UNSTATED)]
+    if missing_name == "fps" and uneven:
+        got = f"none, and {uneven[0]}"
+    refuse(missing_name, "be given", got, tuple(remedy), place=source)
+
+
 def _finish(
     recording: Recording,
     format: str,
@@ -287,20 +306,7 @@ def _finish(
         "pixels_per_cm": scale or recording.unit,
         "y_axis": y_axis,
     }
-    missing = [name for name, value in stated.items() if value is None]
-    if missing:
-        missing_name, *further = missing
-        remedy: list[str | Setting] = []
-        if missing_name in _MEANT:
-            remedy.append(f"Give {_MEANT[missing_name]}.")
-        for name in further:
-            give = " Give " if remedy else "Give "
-            remedy += [give, Setting(name), f", too: {_MEANT[name]}."]
-        got = "none, and the file does not state it"
-        uneven = [remark for remark in recording.remarks if remark.startswith(UNSTATED)]
-        if missing_name == "fps" and uneven:
-            got = f"none, and {uneven[0]}"
-        refuse(missing_name, "be given", got, tuple(remedy), place=source)
+    _refuse_unstated(stated, recording.remarks, source)
     if fps is not None and recording.fps is not None:
         rule = f"be what the file states, {recording.fps}"
         # rounded times do not tell 29.97 from 30

@@ -108,17 +108,7 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
     unread = table.unread(who)
     twice: Text = ""
     if not layout.columns and "heading" not in table.extra:
-        for name in unread:
-            match = _HEADING.fullmatch(name.lower())
-            if match and match["degrees"]:
-                said = "columns={'heading': ...} or --column heading=..."
-                convert = "multiply it by pi / 180, and name the new column by"
-                choices.append(
-                    f"{name} is not read: headings have to be in rad. If it is the heading, {convert} {said}"
-                )
-            elif match:
-                said = f"columns={{'heading': {name!r}}} or --column heading={name}"
-                choices.append(f"{name} is not read: if it is the heading in rad, say so by {said}")
+        choices += _possible_headings(unread)
     if unread and not who and not layout.columns:
         listed = ", ".join(unread)
         remarks.append(
@@ -147,6 +137,23 @@ def read_long(sheet: Sheet, options: Options, layout: Layout = TIDY) -> Recordin
     if who and "id" not in table.stated_columns:
         refuse_detections(recording, who, sheet.origin)
     return recording
+
+
+def _possible_headings(unread: Sequence[str]) -> list[str]:
+    """Say of columns that are not read, and may hold headings, how to have them read."""
+    choices = []
+    for name in unread:
+        match = _HEADING.fullmatch(name.lower())
+        if match and match["degrees"]:
+            said = "columns={'heading': ...} or --column heading=..."
+            convert = "multiply it by pi / 180, and name the new column by"
+            choices.append(
+                f"{name} is not read: headings have to be in rad. If it is the heading, {convert} {said}"
+            )
+        elif match:
+            said = f"columns={{'heading': {name!r}}} or --column heading={name}"
+            choices.append(f"{name} is not read: if it is the heading in rad, say so by {said}")
+    return choices
 
 
 @dataclass(frozen=True)

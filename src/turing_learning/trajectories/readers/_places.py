@@ -108,8 +108,9 @@ def resampled(
         after = np.clip(np.searchsorted(own_times, at), 1, len(own_times) - 1)
         # Nothing is made up where somebody was lost for long
         widest = WIDEST_GAP * max(float(np.median(np.diff(own_times))), 1 / fps)
-        frames = frames[own_times[after] - own_times[after - 1] <= widest]
-        at = at[own_times[after] - own_times[after - 1] <= widest]
+        near = own_times[after] - own_times[after - 1] <= widest
+        frames = frames[near]
+        at = at[near]
         points = np.column_stack(
             [np.interp(at, own_times, positions[rows, axis]) for axis in range(2)]
         )
