@@ -377,7 +377,7 @@ class Check(Judged):
         samples = counted(self.test.genuine_samples, "held-out sample")
         truths = len(self.recoveries)
         head = f"{samples}, {counted(truths, 'known truth')}, {counted(len(self.profiles), 'profile')}: {self.verdict}"
-        remark = "Shares of the initial range; left open: at most."
+        remark = "Shares of the initial range; those left open are upper bounds."
         return head, headings, rows, [remark, self.text, judged(self.judgment)]
 
 

@@ -156,9 +156,7 @@ def describe(
     # A model without noise can be found by a constant
     if constant:
         remedy = "If that is not what was observed, repair the samples, or leave the signal out."
-        message = (
-            "Genuine samples do not vary in every signal: %s, at every step of all of them. %s"
-        )
+        message = "Constant signal of the genuine samples: %s, at every step of all of them. %s"
         _LOGGER.warning(message, constant, remedy)
     return system, data
 

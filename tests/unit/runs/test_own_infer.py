@@ -652,7 +652,7 @@ def test_a_signal_that_does_not_vary_is_told_in_words(caplog):
     infer(genuine=still, generations=1)
     (record,) = caplog.records
     assert (
-        "Genuine samples do not vary in every signal: signal1 is 0.3, at every step of all of them."
+        "Constant signal of the genuine samples: signal1 is 0.3, at every step of all of them."
         in record.message
     )
 
