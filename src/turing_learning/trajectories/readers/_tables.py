@@ -272,13 +272,9 @@ def read_wide(
     elif when is not None:
         first_frame, rate = _timed(numbers[:, 0], "frame", sheet, fps, options.fps)
         if words and rate is None:
-            times, _ = seconds_of(words[0], sheet.at, decimal_comma=sheet.decimal_comma)
-            stated = stated_rate(times, np.arange(len(times)))
-            if stated is not None and not math.isclose(stated, 1):
-                name = sheet.names[clocks["time"]].lower()
-                rate = rounded(stated * per_second(stated, options.fps, sheet.origin, name))
-            else:
-                name = sheet.names[clocks["time"]]
+            name = sheet.names[clocks["time"]]
+            rate = _rate_by_times(words[0], name, sheet, options.fps)
+            if rate is None:
                 remarks += (unstated(name),)
     if options.resample is not None:
         got = f"{options.resample:g}"
@@ -310,6 +306,17 @@ def read_wide(
         remarks=remarks,
         columns=names,
     )
+
+
+def _rate_by_times(
+    words: Sequence[str], name: str, sheet: Sheet, given_fps: float | None
+) -> float | None:
+    """Return the frame rate that a column of times states, one for each frame; None if it states none."""
+    times, _ = seconds_of(words, sheet.at, decimal_comma=sheet.decimal_comma)
+    stated = stated_rate(times, np.arange(len(times)))
+    if stated is None or math.isclose(stated, 1):
+        return None
+    return rounded(stated * per_second(stated, given_fps, sheet.origin, name.lower()))
 
 
 def _wide_columns(
