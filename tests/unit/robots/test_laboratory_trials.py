@@ -193,6 +193,18 @@ def test_a_laboratory_has_300_trials_unless_its_file_says_how_generations_are(fo
     assert load_laboratory(folder / "paper.toml").configuration.run.trials == 0
 
 
+def test_step_sizes_adapt_faster_in_a_laboratory_unless_its_file_or_the_text_says_otherwise(folder):
+    def rates(name, settings):
+        configuration = load_laboratory(folder / name, settings).configuration
+        return configuration.models.adaptation, configuration.classifiers.adaptation
+
+    (folder / "plain.toml").write_text(PLAIN)
+    (folder / "paper.toml").write_text(f'preset = "paper"\n{PLAIN}')
+    assert rates("plain.toml", {"run.generations": 3}) == (1.0, 2.0)
+    assert rates("plain.toml", {"models.adaptation": 0.7}) == (0.7, 2.0)
+    assert rates("paper.toml", {}) == (0.5, 0.5)
+
+
 def test_first_models_of_a_run_of_trials_have_all_wheel_speeds(folder):
     with pytest.raises(
         ConfigurationError, match=r"`models.initial_low` must be -1 and 1 with run.trials"
